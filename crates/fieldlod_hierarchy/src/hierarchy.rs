@@ -1,0 +1,221 @@
+//! The hierarchy itself: clusters, groups, drawable units, and the rule that makes a cut.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+use crate::{Aabb, SourceHash, Sphere};
+
+/// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
+pub const NO_GROUP: u32 = u32::MAX;
+
+/// One mesh at all its levels of detail.
+///
+/// # The cut rule
+/// Let a *criterion* say of every group whether it is *refined* (its simplification is too coarse
+/// for the view). A group without a simplification ([`Group::is_terminal`]) is always refined, and
+/// a group is refined whenever one of its [finer groups](Hierarchy::finer_groups) is. Then a unit
+/// is drawn if and only if
+///
+/// 1. the group that consumes it is refined, and
+/// 2. it is source geometry, or the group that produced it is not refined.
+///
+/// The units so drawn cover the surface exactly once, without cracks, whatever the criterion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hierarchy {
+    /// The mesh that this was baked from.
+    pub source: SourceHash,
+    /// The vertices of the source mesh.
+    pub vertices: Vertices,
+    /// Groups, finer before coarser: every finer group of a group has a smaller index.
+    pub groups: Vec<Group>,
+    /// The lists that [`Group`]'s `finer` ranges point into: group indices.
+    pub finer: Vec<u32>,
+    /// Drawable units, ordered by the group that consumes them.
+    pub units: Vec<Unit>,
+    /// Clusters, ordered by unit.
+    pub clusters: Vec<Cluster>,
+    /// The lists that [`Unit`]'s vertex ranges point into: indices into `vertices`.
+    pub unit_vertices: Vec<u32>,
+    /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
+    /// list of vertices.
+    pub indices: Vec<u16>,
+}
+
+/// Vertex attributes of the source mesh, in its order. Local space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vertices {
+    /// Positions in local units.
+    pub positions: Vec<Vec3>,
+    /// Unit normals, one per position, or empty.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, one per position, or empty.
+    pub uvs: Vec<Vec2>,
+}
+
+/// Clusters that are simplified together: one decision of a cut.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Group {
+    /// Holds the group's surface before and after its simplification.
+    pub bounds: Sphere,
+    /// How far the simplified surface may lie from the one it replaces, in local units, as the
+    /// simplifier reports it; never less than that of any finer group. Infinite for a terminal
+    /// group.
+    pub error_in_local: f32,
+    /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
+    /// piece, near 0 for a closed one.
+    pub mean_normal: Vec3,
+    /// 0 for groups of source geometry, one more at each simplification.
+    pub level: u32,
+    /// First entry of this group in [`Hierarchy::finer`].
+    pub first_finer: u32,
+    /// How many entries.
+    pub finer_count: u32,
+    /// First unit that this group consumes.
+    pub first_unit: u32,
+    /// How many units it consumes.
+    pub unit_count: u32,
+}
+
+/// What is drawn or not drawn as a whole: the clusters that share the group that produced them and
+/// the group that consumes them.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Unit {
+    /// Tight box around the unit's triangles, for culling.
+    pub aabb: Aabb,
+    /// The group that simplifies these triangles into coarser ones.
+    pub consumed_by: u32,
+    /// The group whose simplification these triangles are, or [`NO_GROUP`] for source geometry.
+    pub produced_by: u32,
+    /// First entry of this unit in [`Hierarchy::unit_vertices`].
+    pub first_vertex: u32,
+    /// How many vertices.
+    pub vertex_count: u32,
+    /// First triangle of this unit; its indices start at three times this in
+    /// [`Hierarchy::indices`].
+    pub first_triangle: u32,
+    /// How many triangles.
+    pub triangle_count: u32,
+    /// First cluster of this unit.
+    pub first_cluster: u32,
+    /// How many clusters.
+    pub cluster_count: u32,
+}
+
+/// A patch of neighbouring triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Cluster {
+    /// Sphere around the cluster's triangles, for culling.
+    pub bounds: Sphere,
+    /// First triangle, counted like [`Unit::first_triangle`].
+    pub first_triangle: u32,
+    /// How many triangles.
+    pub triangle_count: u32,
+}
+
+fn range(first: u32, count: u32) -> Range<usize> {
+    first as usize..(first as usize + count as usize)
+}
+
+impl Group {
+    /// Whether nothing coarser exists: such a group is refined in every cut.
+    #[must_use]
+    pub fn is_terminal(&self) -> bool {
+        self.error_in_local == f32::INFINITY
+    }
+
+    /// The units that this group consumes, as indices into [`Hierarchy::units`].
+    #[must_use]
+    pub fn units(&self) -> Range<usize> {
+        range(self.first_unit, self.unit_count)
+    }
+
+    pub(crate) fn finer(&self) -> Range<usize> {
+        range(self.first_finer, self.finer_count)
+    }
+}
+
+impl Unit {
+    /// The group whose simplification this unit is; `None` for source geometry.
+    #[must_use]
+    pub fn producer(&self) -> Option<u32> {
+        (self.produced_by != NO_GROUP).then_some(self.produced_by)
+    }
+
+    pub(crate) fn vertices(&self) -> Range<usize> {
+        range(self.first_vertex, self.vertex_count)
+    }
+
+    pub(crate) fn triangles(&self) -> Range<usize> {
+        range(self.first_triangle, self.triangle_count)
+    }
+
+    /// The unit's clusters, as indices into [`Hierarchy::clusters`].
+    #[must_use]
+    pub fn clusters(&self) -> Range<usize> {
+        range(self.first_cluster, self.cluster_count)
+    }
+}
+
+impl Hierarchy {
+    /// How many levels there are; 0 for a hierarchy of nothing.
+    #[must_use]
+    pub fn level_count(&self) -> u32 {
+        self.groups.iter().map(|g| g.level + 1).max().unwrap_or(0)
+    }
+
+    /// Triangles of the source mesh (degenerate ones included).
+    #[must_use]
+    pub fn source_triangle_count(&self) -> u64 {
+        let source = self.units.iter().filter(|u| u.producer().is_none());
+        source.map(|u| u64::from(u.triangle_count)).sum()
+    }
+
+    /// The groups whose simplification `group` consumes: as indices into `groups`, each smaller
+    /// than the index of `group`.
+    #[must_use]
+    pub fn finer_groups(&self, group: &Group) -> &[u32] {
+        &self.finer[group.finer()]
+    }
+
+    /// The source vertices that `unit` uses: indices into [`Hierarchy::vertices`].
+    #[must_use]
+    pub fn vertices_of(&self, unit: &Unit) -> &[u32] {
+        &self.unit_vertices[unit.vertices()]
+    }
+
+    /// The triangle list of `unit`: three entries a triangle, indices into
+    /// [`Hierarchy::vertices_of`].
+    #[must_use]
+    pub fn indices_of(&self, unit: &Unit) -> &[u16] {
+        let triangles = unit.triangles();
+        &self.indices[triangles.start * 3..triangles.end * 3]
+    }
+
+    /// The triangles of `unit` as indices into [`Hierarchy::vertices`].
+    pub fn source_triangles_of(&self, unit: &Unit) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let vertices = self.vertices_of(unit);
+        let (triangles, _) = self.indices_of(unit).as_chunks::<3>();
+        triangles
+            .iter()
+            .map(|triangle| triangle.map(|index| vertices[usize::from(index)]))
+    }
+
+    /// The level at which `unit` stands: 0 for source geometry.
+    #[must_use]
+    pub fn level_of(&self, unit: &Unit) -> u32 {
+        unit.producer()
+            .map_or(0, |group| self.groups[group as usize].level + 1)
+    }
+
+    /// The box around the whole mesh; `None` without any unit.
+    #[must_use]
+    pub fn aabb(&self) -> Option<Aabb> {
+        let corners = self.units.iter().flat_map(|u| [u.aabb.min, u.aabb.max]);
+        Aabb::around(corners)
+    }
+}

@@ -1,0 +1,44 @@
+//! Baked level-of-detail hierarchies: the data, its invariants and its file format.
+//!
+//! A [`Hierarchy`] holds one mesh at every level of detail at once. Triangles are gathered in
+//! *clusters*, clusters in *groups*; each group is simplified as a whole, with its outline kept, and
+//! the simplified surface is split into new clusters, which form the groups of the next, coarser
+//! level. A *cut* through this directed acyclic graph picks, for each piece of the surface, exactly
+//! one level. What is drawn with one command is a [`Unit`]: all clusters that the same group
+//! produced and the same group consumes, so that a cut draws either all of them or none.
+//!
+//! This crate knows neither how hierarchies are made (`fieldlod_bake`) nor how a cut is chosen
+//! (`fieldlod_select`) nor who draws it (`bevy_fieldlod`).
+//!
+//! ```
+//! use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
+//!
+//! let hierarchy = fixtures::two_level_strip();
+//! hierarchy.validate().unwrap();
+//! assert_eq!(hierarchy.level_count(), 2);
+//!
+//! let file = BakedFile { primitives: vec![BakedPrimitive::new(0, 0, "strip", hierarchy)] };
+//! let bytes = file.to_bytes();
+//! assert_eq!(BakedFile::from_bytes(&bytes).unwrap(), file);
+//! ```
+//!
+//! # Conventions
+//! Lengths are in the units of the mesh's own ("local") space. Triangles wind counter-clockwise
+//! seen from outside. Level 0 is the finest. "Finer" and "coarser" name the links of the graph.
+//!
+//! # Simplifications
+//! Vertices are those of the source mesh: a coarser level uses a subset of them and moves none, so
+//! the hierarchy refers to them by index and carries every vertex attribute for free.
+
+mod bounds;
+mod file;
+pub mod fixtures;
+mod hierarchy;
+mod source;
+mod validate;
+
+pub use bounds::{Aabb, Sphere};
+pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError};
+pub use hierarchy::{Cluster, Group, Hierarchy, NO_GROUP, Unit, Vertices};
+pub use source::SourceHash;
+pub use validate::InvalidHierarchy;

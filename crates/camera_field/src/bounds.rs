@@ -1,0 +1,199 @@
+//! Upper bounds of the field over a sphere: what level-of-detail selection asks for.
+//!
+//! The bounds hold over the part of the sphere that can be inside the field of view.
+//! With `sin δ = r/ρ` for a sphere of radius `r` at distance `ρ`, angle `φ` off the axis:
+//!
+//! ```text
+//! sec   = 1 / cos(φ + δ), at most the secant of the widest image corner
+//! z_min = max(z − r, (ρ − r) / sec)
+//! c           ≤ C sec / z_min²
+//! pixel scale ≤ max(f_x, f_y) sec / z_min
+//! |curl c|    ≤ 3C √(sec² − 1) / z_min³
+//! ```
+//!
+//! Each factor grows when the sphere grows, so the products are monotone under inclusion
+//! of spheres, up to rounding. Only `+ − × ÷ √` and comparisons are used, so that the same
+//! inputs give the same bits on every machine.
+//!
+//! Lengths between 1e-18 and 1e18 units are served; squares overflow or vanish beyond, and
+//! the answer is [`SphereBound::Unbounded`].
+
+use super::intrinsics::Intrinsics;
+use super::scalar::{Real, Vec3};
+
+/// Rounding errors of a few operations, relative: subtracted from lower bounds so that they stay below.
+const ROUNDING: Real = 8.0 * Real::EPSILON;
+
+/// An upper bound of a non-negative quantity over a sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SphereBound {
+    /// Nowhere greater than this finite value, which is never negative. Zero when the sphere
+    /// is outside the field of view.
+    Bounded(Real),
+    /// No finite bound: the sphere touches the camera plane inside the view, that is, it
+    /// holds the centre of projection; or its numbers are not usable (NaN, infinite, negative radius).
+    Unbounded,
+}
+
+impl SphereBound {
+    /// The value, with infinity for "unbounded". Never NaN.
+    #[inline]
+    pub const fn or_infinity(self) -> Real {
+        match self {
+            Self::Bounded(value) => value,
+            Self::Unbounded => Real::INFINITY,
+        }
+    }
+
+    /// Accepts finite values that are not negative; all others are unbounded.
+    #[inline]
+    pub(super) fn from_value(value: Real) -> Self {
+        if (0.0..Real::INFINITY).contains(&value) {
+            Self::Bounded(value)
+        } else {
+            Self::Unbounded
+        }
+    }
+}
+
+/// What a camera needs to know of a sphere to bound every quantity of its field there.
+///
+/// Compute it once where several bounds of one sphere are wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SphereExtent {
+    /// The sphere does not touch the field of view.
+    Outside,
+    /// Bounds of secant and depth over the visible part of the sphere.
+    Visible {
+        /// Greatest `1 / cos φ`.
+        secant_max: Real,
+        /// Least depth `z`; greater than zero.
+        depth_min: Real,
+    },
+    /// The sphere holds the camera, or its numbers are not usable.
+    Unbounded,
+}
+
+impl SphereExtent {
+    /// Extent of the visible part of a sphere, given the greatest secant in the field of view.
+    #[inline]
+    fn of_visible(center: Vec3, radius: Real, secant_corner: Real) -> Self {
+        let rho_squared = center.length_squared();
+        let rho = rho_squared.sqrt();
+        let gap = rho * (1.0 - ROUNDING) - radius;
+        // Also false for NaN. An infinite square has lost the distance.
+        if !(gap > 0.0 && rho_squared < Real::INFINITY) {
+            return Self::Unbounded;
+        }
+        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+        let tangent_length = (gap * (rho + radius)).sqrt();
+        // cos(φ + δ) ρ², expanded.
+        let cosine = (center.z * tangent_length - off_axis * radius) / rho_squared - ROUNDING;
+        let secant_max = if cosine * secant_corner > 1.0 {
+            1.0 / cosine
+        } else {
+            secant_corner
+        };
+        let depth_min = (center.z - radius).max(gap / secant_max);
+        Self::Visible {
+            secant_max,
+            depth_min,
+        }
+    }
+}
+
+impl Intrinsics {
+    /// Whether a sphere can touch the field of view.
+    ///
+    /// Conservative: the four side planes and the plane `z = −r`, without a far plane. Never
+    /// false for a sphere that reaches into the view; sometimes true for one beside an edge
+    /// of the frustum. True for NaN.
+    #[inline]
+    pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
+        let outside = center.z < -radius
+            || beyond_side(center.x, self.slope_min.x, center.z, radius)
+            || beyond_side(-center.x, -self.slope_max.x, center.z, radius)
+            || beyond_side(center.y, self.slope_min.y, center.z, radius)
+            || beyond_side(-center.y, -self.slope_max.y, center.z, radius);
+        !outside
+    }
+
+    /// Secant and depth bounds of a sphere, from which all of its bounds follow.
+    #[inline]
+    pub fn sphere_extent(&self, center: Vec3, radius: Real) -> SphereExtent {
+        if !(center.is_finite() && radius >= 0.0) {
+            SphereExtent::Unbounded
+        } else if self.touches_sphere(center, radius) {
+            SphereExtent::of_visible(center, radius, self.max_secant())
+        } else {
+            SphereExtent::Outside
+        }
+    }
+
+    /// Upper bound of the strength (eq. 5) over the visible part of a sphere.
+    #[inline]
+    pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        self.strength_over_extent(self.sphere_extent(center, radius))
+    }
+
+    /// Upper bound of [`Intrinsics::pixel_scale`] over the visible part of a sphere: pixels per
+    /// unit of displacement perpendicular to the sight ray, `√(c / cos φ)`.
+    #[inline]
+    pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        self.pixel_scale_over_extent(self.sphere_extent(center, radius))
+    }
+
+    /// Upper bound of the curl's magnitude (eq. 12) over the visible part of a sphere.
+    #[inline]
+    pub fn curl_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        self.curl_over_extent(self.sphere_extent(center, radius))
+    }
+
+    /// [`Intrinsics::strength_over_sphere`] of an extent that is already known.
+    #[inline]
+    pub fn strength_over_extent(&self, extent: SphereExtent) -> SphereBound {
+        let constant = self.constant_px2();
+        extent.bound(|sec, z| constant * sec / (z * z))
+    }
+
+    /// [`Intrinsics::pixel_scale_over_sphere`] of an extent that is already known.
+    #[inline]
+    pub fn pixel_scale_over_extent(&self, extent: SphereExtent) -> SphereBound {
+        let focal = self.focal_px.x.max(self.focal_px.y);
+        extent.bound(|sec, z| focal * sec / z)
+    }
+
+    /// [`Intrinsics::curl_over_sphere`] of an extent that is already known.
+    #[inline]
+    pub fn curl_over_extent(&self, extent: SphereExtent) -> SphereBound {
+        let constant = self.constant_px2();
+        extent.bound(|sec, z| {
+            let tangent = (sec * sec - 1.0).max(0.0).sqrt();
+            3.0 * constant * tangent / (z * z * z)
+        })
+    }
+}
+
+impl SphereExtent {
+    /// A bound that grows with the secant and falls with the depth.
+    #[inline]
+    fn bound(self, quantity: impl Fn(Real, Real) -> Real) -> SphereBound {
+        match self {
+            Self::Outside => SphereBound::Bounded(0.0),
+            Self::Visible {
+                secant_max,
+                depth_min,
+            } => SphereBound::from_value(quantity(secant_max, depth_min) * (1.0 + ROUNDING)),
+            Self::Unbounded => SphereBound::Unbounded,
+        }
+    }
+}
+
+/// Whether a sphere is wholly on the side `across < slope · z` of a plane through the camera.
+/// Squares in place of the plane's unit normal save a root and a division per plane.
+#[inline]
+fn beyond_side(across: Real, slope: Real, z: Real, radius: Real) -> bool {
+    let edge = slope * z;
+    let inside_by = across - edge + ROUNDING * (across.abs() + edge.abs());
+    inside_by < 0.0 && inside_by * inside_by > radius * radius * (1.0 + slope * slope)
+}

@@ -1,0 +1,259 @@
+//! A camera from a renderer's projection matrix.
+
+use core::fmt;
+
+use super::bounds::SphereBound;
+use super::intrinsics::Intrinsics;
+use super::orthographic::OrthographicIntrinsics;
+use super::scalar::{Mat3, Mat4, Real, Vec2, Vec3};
+
+/// Turns view space (x right, y up, looking down −z) into camera space
+/// (x right, y down, z = depth). It is its own inverse.
+pub const CAMERA_FROM_VIEW: Mat3 = Mat3::from_diagonal(Vec3::new(1.0, -1.0, -1.0));
+
+/// A perspective or an orthographic camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Camera {
+    /// A pinhole camera, the subject of the paper.
+    Perspective(Intrinsics),
+    /// The limiting constant field, our extension.
+    Orthographic(OrthographicIntrinsics),
+}
+
+/// Why a projection matrix has no camera-sampling field here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ProjectionError {
+    /// The matrix holds a NaN or an infinity outside its depth row.
+    NotFinite,
+    /// The viewport has no pixels, or its size is not finite.
+    EmptyViewport,
+    /// The matrix flattens the image: no finite, non-empty range of slopes.
+    Degenerate,
+    /// The image axes are not those of the view (rotation, shear, an oblique direction), or
+    /// the eye is not at the origin of view space.
+    Sheared,
+    /// The view does not look down −z.
+    LooksBackwards,
+}
+
+impl fmt::Display for ProjectionError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::NotFinite => "the projection matrix is not finite",
+            Self::EmptyViewport => "the viewport is empty or not finite",
+            Self::Degenerate => "the projection matrix flattens the image",
+            Self::Sheared => "the projection matrix shears or rotates the image",
+            Self::LooksBackwards => "the projection matrix does not look down -z",
+        })
+    }
+}
+
+impl std::error::Error for ProjectionError {}
+
+impl Camera {
+    /// Reads the camera from `clip_from_view`, for a view space with x right and y up that
+    /// looks down −z, and a viewport in physical pixels.
+    ///
+    /// The depth row is not read: finite, infinite and reversed depth give the same camera.
+    /// Mirrored images (negative scale in x or y) give the camera of the mirror image.
+    ///
+    /// # Errors
+    /// [`ProjectionError`] for matrices that are not finite, flat, sheared or look backwards, and
+    /// for empty viewports.
+    pub fn from_projection(
+        clip_from_view: &Mat4,
+        viewport_px: Vec2,
+    ) -> Result<Self, ProjectionError> {
+        if !(viewport_px.is_finite() && viewport_px.x > 0.0 && viewport_px.y > 0.0) {
+            return Err(ProjectionError::EmptyViewport);
+        }
+        let rows = ProjectionRows::read(clip_from_view)?;
+        let [.., w_from_z, w_constant] = rows.w;
+        if w_from_z == 0.0 && w_constant > 0.0 {
+            orthographic(&rows, viewport_px)
+        } else if w_constant == 0.0 && w_from_z < 0.0 {
+            perspective(&rows, viewport_px)
+        } else if w_from_z == 0.0 && w_constant == 0.0 {
+            Err(ProjectionError::Degenerate)
+        } else {
+            Err(ProjectionError::LooksBackwards)
+        }
+    }
+
+    /// Whether `p` is inside the field of view.
+    #[inline]
+    pub fn contains(&self, p: Vec3) -> bool {
+        match self {
+            Self::Perspective(camera) => camera.contains(p),
+            Self::Orthographic(camera) => camera.contains(p),
+        }
+    }
+
+    /// The field at `p` (eq. 6), or the constant field.
+    #[inline]
+    pub fn field(&self, p: Vec3) -> Vec3 {
+        match self {
+            Self::Perspective(camera) => camera.field(p),
+            Self::Orthographic(camera) => camera.field(p),
+        }
+    }
+
+    /// Strength of the field (eq. 5), or of the constant field.
+    #[inline]
+    pub fn strength(&self, p: Vec3) -> Real {
+        match self {
+            Self::Perspective(camera) => camera.strength(p),
+            Self::Orthographic(camera) => camera.strength(p),
+        }
+    }
+
+    /// Projection factor `c · n` (eq. 16).
+    #[inline]
+    pub fn projection_factor(&self, p: Vec3, normal: Vec3) -> Real {
+        self.field(p).dot(normal)
+    }
+
+    /// Unit vector from `p` to the camera: the direction of the field.
+    #[inline]
+    pub fn direction_to_camera(&self, p: Vec3) -> Vec3 {
+        match self {
+            Self::Perspective(_) => (-p).normalize_or_zero(),
+            Self::Orthographic(_) => -Vec3::Z,
+        }
+    }
+
+    /// Aspect ratio of the sampling pattern (§3.4) for square pixels; 1 for an orthographic camera.
+    #[inline]
+    pub fn aspect_ratio(&self, p: Vec3) -> Real {
+        match self {
+            Self::Perspective(_) => Intrinsics::aspect_ratio(p),
+            Self::Orthographic(_) => 1.0,
+        }
+    }
+
+    /// Curl of the field (eq. 12); zero for an orthographic camera.
+    #[inline]
+    pub fn curl(&self, p: Vec3) -> Vec3 {
+        match self {
+            Self::Perspective(camera) => camera.curl(p),
+            Self::Orthographic(_) => Vec3::ZERO,
+        }
+    }
+
+    /// Whether a sphere can touch the field of view; see [`Intrinsics::touches_sphere`].
+    #[inline]
+    pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
+        match self {
+            Self::Perspective(camera) => camera.touches_sphere(center, radius),
+            Self::Orthographic(camera) => camera.touches_sphere(center, radius),
+        }
+    }
+
+    /// Upper bound of the strength over the visible part of a sphere.
+    #[inline]
+    pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        match self {
+            Self::Perspective(camera) => camera.strength_over_sphere(center, radius),
+            Self::Orthographic(camera) => camera.strength_over_sphere(center, radius),
+        }
+    }
+
+    /// Upper bound of the pixels per unit of displacement over the visible part of a sphere.
+    #[inline]
+    pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        match self {
+            Self::Perspective(camera) => camera.pixel_scale_over_sphere(center, radius),
+            Self::Orthographic(camera) => camera.pixel_scale_over_sphere(center, radius),
+        }
+    }
+
+    /// Upper bound of the curl over the visible part of a sphere; zero for an orthographic camera.
+    #[inline]
+    pub fn curl_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        match self {
+            Self::Perspective(camera) => camera.curl_over_sphere(center, radius),
+            Self::Orthographic(_) => SphereBound::Bounded(0.0),
+        }
+    }
+}
+
+/// The rows of a projection matrix that shape the image, each as coefficients of x, y, z and 1.
+struct ProjectionRows {
+    x: [Real; 4],
+    y: [Real; 4],
+    w: [Real; 4],
+}
+
+impl ProjectionRows {
+    fn read(clip_from_view: &Mat4) -> Result<Self, ProjectionError> {
+        let columns = clip_from_view.to_cols_array_2d();
+        let row = |index: usize| columns.map(|column| column[index]);
+        let rows = Self {
+            x: row(0),
+            y: row(1),
+            w: row(3),
+        };
+        let mut entries = rows.x.iter().chain(&rows.y).chain(&rows.w);
+        if !entries.all(|entry| entry.is_finite()) {
+            return Err(ProjectionError::NotFinite);
+        }
+        if rows.x[1] != 0.0 || rows.y[0] != 0.0 || rows.w[0] != 0.0 || rows.w[1] != 0.0 {
+            return Err(ProjectionError::Sheared);
+        }
+        Ok(rows)
+    }
+}
+
+fn perspective(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, ProjectionError> {
+    let [x_scale, _, x_shift, x_offset] = rows.x;
+    let [_, y_scale, y_shift, y_offset] = rows.y;
+    if x_offset != 0.0 || y_offset != 0.0 {
+        return Err(ProjectionError::Sheared);
+    }
+    let w_scale = -rows.w[2];
+    let (x_min, x_max) = edges(x_scale, x_shift, w_scale)?;
+    // Camera y points down: the upper edge of clip space has the least slope.
+    let (y_min, y_max) = edges(-y_scale, y_shift, w_scale)?;
+    let focal_px = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
+    if !(focal_px.is_finite() && focal_px.min_element() > 0.0) {
+        return Err(ProjectionError::Degenerate);
+    }
+    Ok(Camera::Perspective(Intrinsics {
+        focal_px,
+        slope_min: Vec2::new(x_min, y_min),
+        slope_max: Vec2::new(x_max, y_max),
+    }))
+}
+
+fn orthographic(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, ProjectionError> {
+    let [x_scale, _, x_oblique, x_offset] = rows.x;
+    let [_, y_scale, y_oblique, y_offset] = rows.y;
+    if x_oblique != 0.0 || y_oblique != 0.0 {
+        return Err(ProjectionError::Sheared);
+    }
+    let w_scale = rows.w[3];
+    let (x_min, x_max) = edges(x_scale, -x_offset, w_scale)?;
+    let (y_min, y_max) = edges(-y_scale, -y_offset, w_scale)?;
+    let pixels_per_unit = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
+    if !(pixels_per_unit.is_finite() && pixels_per_unit.min_element() > 0.0) {
+        return Err(ProjectionError::Degenerate);
+    }
+    Ok(Camera::Orthographic(OrthographicIntrinsics {
+        pixels_per_unit,
+        min: Vec2::new(x_min, y_min),
+        max: Vec2::new(x_max, y_max),
+    }))
+}
+
+/// The two solutions of `scale · slope − shift = ±w_scale`, in order.
+fn edges(scale: Real, shift: Real, w_scale: Real) -> Result<(Real, Real), ProjectionError> {
+    let one = (shift - w_scale) / scale;
+    let other = (shift + w_scale) / scale;
+    let (least, greatest) = (one.min(other), one.max(other));
+    if least.is_finite() && greatest.is_finite() && least < greatest {
+        Ok((least, greatest))
+    } else {
+        Err(ProjectionError::Degenerate)
+    }
+}

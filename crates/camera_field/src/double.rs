@@ -1,0 +1,27 @@
+//! The whole crate once more in `f64`, on glam's `DVec3`.
+//!
+//! The same source files are compiled against other type aliases, so the two cannot drift
+//! apart. The tests use this one, to tell an error of a formula from an error of rounding.
+#![expect(
+    clippy::duplicate_mod,
+    reason = "each formula has one source file, compiled for f32 and f64"
+)]
+
+mod scalar {
+    pub(super) type Real = f64;
+    pub(super) use glam::{DMat3 as Mat3, DMat4 as Mat4, DVec2 as Vec2, DVec3 as Vec3};
+}
+
+#[path = "bounds.rs"]
+mod bounds;
+#[path = "camera.rs"]
+mod camera;
+#[path = "intrinsics.rs"]
+mod intrinsics;
+#[path = "orthographic.rs"]
+mod orthographic;
+
+pub use bounds::{SphereBound, SphereExtent};
+pub use camera::{CAMERA_FROM_VIEW, Camera, ProjectionError};
+pub use intrinsics::Intrinsics;
+pub use orthographic::OrthographicIntrinsics;

@@ -1,0 +1,116 @@
+//! Random cameras, and points up to 85° off their axes.
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each test binary compiles this file and uses a part of it"
+)]
+#![allow(
+    clippy::disallowed_methods,
+    reason = "tests may use angles; selection does not run here"
+)]
+
+use camera_field::double::Intrinsics;
+use glam::{DVec2, DVec3, Vec3};
+use proptest::prelude::*;
+
+/// The widest angle off the axis that the tests go to.
+pub const MAX_OFF_AXIS_DEG: f64 = 85.0;
+
+/// A point given by its distance, its angle off the axis and its angle around the axis.
+pub fn from_spherical(rho: f64, off_axis: f64, around: f64) -> DVec3 {
+    let (sin_off, cos_off) = off_axis.sin_cos();
+    let (sin_around, cos_around) = around.sin_cos();
+    DVec3::new(sin_off * cos_around, sin_off * sin_around, cos_off) * rho
+}
+
+/// A camera whose image reaches beyond 85° on every side.
+pub fn wide_camera(focal_px: DVec2) -> Intrinsics {
+    Intrinsics {
+        focal_px,
+        slope_min: DVec2::splat(-12.0),
+        slope_max: DVec2::splat(12.0),
+    }
+}
+
+/// Wide cameras with oblong pixels.
+pub fn wide_cameras() -> impl Strategy<Value = Intrinsics> {
+    (10.0..4000.0_f64, 0.5..2.0_f64)
+        .prop_map(|(fx, oblongness)| wide_camera(DVec2::new(fx, fx * oblongness)))
+}
+
+/// Cameras of any field of view up to 85° off axis, off-centre, with oblong pixels.
+pub fn off_centre_cameras() -> impl Strategy<Value = Intrinsics> {
+    let edge = 0.05..8.0_f64;
+    let shift = -0.9..0.9_f64;
+    (
+        10.0..4000.0_f64,
+        0.5..2.0_f64,
+        (edge.clone(), edge),
+        (shift.clone(), shift),
+    )
+        .prop_map(|(fx, oblongness, (half_x, half_y), (shift_x, shift_y))| {
+            let half = DVec2::new(half_x, half_y);
+            let middle = half * DVec2::new(shift_x, shift_y);
+            Intrinsics {
+                focal_px: DVec2::new(fx, fx * oblongness),
+                slope_min: middle - half,
+                slope_max: middle + half,
+            }
+        })
+}
+
+/// Points in front of a camera up to 85° off axis.
+pub fn points() -> impl Strategy<Value = DVec3> {
+    (
+        0.1..100.0_f64,
+        0.0..MAX_OFF_AXIS_DEG,
+        0.0..core::f64::consts::TAU,
+    )
+        .prop_map(|(rho, off_axis_deg, around)| {
+            from_spherical(rho, off_axis_deg.to_radians(), around)
+        })
+}
+
+/// Unit vectors, evenly over the sphere.
+pub fn unit_vectors() -> impl Strategy<Value = DVec3> {
+    (-1.0..1.0_f64, 0.0..core::f64::consts::TAU).prop_map(|(z, around)| {
+        let across = (1.0 - z * z).sqrt();
+        DVec3::new(across * around.cos(), across * around.sin(), z)
+    })
+}
+
+/// `count` directions, evenly over the sphere (a golden-angle spiral).
+pub fn spread_directions(count: u32) -> impl Iterator<Item = DVec3> {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    (0..count).map(move |index| {
+        let z = 1.0 - 2.0 * (f64::from(index) + 0.5) / f64::from(count);
+        let across = (1.0 - z * z).sqrt();
+        let around = GOLDEN_ANGLE * f64::from(index);
+        DVec3::new(across * around.cos(), across * around.sin(), z)
+    })
+}
+
+/// Fails unless `actual` is within `tolerance` of `expected`, relative to `scale`.
+#[track_caller]
+pub fn assert_close(actual: f64, expected: f64, scale: f64, tolerance: f64) {
+    let error = (actual - expected).abs();
+    assert!(
+        error <= tolerance * scale.abs(),
+        "{actual} is not within {tolerance} of {expected} (scale {scale})"
+    );
+}
+
+/// The `f32` camera with the same numbers.
+pub fn single(camera: &Intrinsics) -> camera_field::Intrinsics {
+    camera_field::Intrinsics {
+        focal_px: camera.focal_px.as_vec2(),
+        slope_min: camera.slope_min.as_vec2(),
+        slope_max: camera.slope_max.as_vec2(),
+    }
+}
+
+/// Any `f32` at all, NaN and infinities included.
+pub fn any_vec3() -> impl Strategy<Value = Vec3> {
+    let any = proptest::num::f32::ANY;
+    (any, any, any).prop_map(Vec3::from)
+}

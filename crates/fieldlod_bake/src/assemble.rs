@@ -1,0 +1,200 @@
+//! From what the simplifier emits to what a hierarchy holds.
+
+use std::collections::HashMap;
+
+use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit, Vertices};
+use glam::{Vec2, Vec3};
+
+use crate::bounds::{NormalSum, tight_sphere};
+use crate::simplify::{RawGroup, RawUnit};
+use crate::{MeshError, SourceMesh};
+
+/// A group with its units ordered and bounded.
+pub(crate) struct FinishedGroup {
+    bounds: Sphere,
+    mean_normal: Vec3,
+    units: Vec<FinishedUnit>,
+}
+
+struct FinishedUnit {
+    produced_by: u32,
+    aabb: Aabb,
+    /// Source vertices in the order of their first use.
+    vertices: Vec<u32>,
+    /// Into `vertices`, three a triangle.
+    indices: Vec<u16>,
+    /// Bounds and triangle count of each cluster, in the order of `indices`.
+    clusters: Vec<(Sphere, u32)>,
+}
+
+/// Orders the triangles and vertices of a group for drawing, and bounds them.
+pub(crate) fn finish_group(
+    mesh: &SourceMesh,
+    group: &RawGroup,
+) -> Result<FinishedGroup, MeshError> {
+    let units = group.units.iter().map(|unit| finish_unit(mesh, unit));
+    let units: Vec<FinishedUnit> = units.collect::<Result<_, _>>()?;
+    let vertices = units.iter().flat_map(|unit| &unit.vertices);
+    let points: Vec<Vec3> = vertices.map(|&v| mesh.positions[v as usize]).collect();
+    Ok(FinishedGroup {
+        bounds: tight_sphere(&points),
+        mean_normal: mean_normal(mesh, group),
+        units,
+    })
+}
+
+fn mean_normal(mesh: &SourceMesh, group: &RawGroup) -> Vec3 {
+    let mut sum = NormalSum::default();
+    for cluster in group.units.iter().flat_map(|unit| &unit.clusters) {
+        let (triangles, _) = cluster.as_chunks::<3>();
+        for triangle in triangles {
+            sum.add(triangle.map(|v| mesh.positions[v as usize]));
+        }
+    }
+    sum.mean()
+}
+
+fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
+    let mut vertices = VertexList::default();
+    let mut indices = Vec::new();
+    let mut clusters = Vec::with_capacity(unit.clusters.len());
+    for cluster in &unit.clusters {
+        let ordered = order_for_vertex_cache(cluster);
+        for &vertex in &ordered {
+            indices.push(vertices.slot_of(vertex)?);
+        }
+        let points: Vec<Vec3> = ordered
+            .iter()
+            .map(|&v| mesh.positions[v as usize])
+            .collect();
+        clusters.push((tight_sphere(&points), (ordered.len() / 3) as u32));
+    }
+    let vertices = vertices.source_vertices;
+    let points = vertices.iter().map(|&v| mesh.positions[v as usize]);
+    Ok(FinishedUnit {
+        produced_by: unit.produced_by,
+        aabb: Aabb::around(points).unwrap_or_default(),
+        vertices,
+        indices,
+        clusters,
+    })
+}
+
+/// Reorders the triangles of one cluster, given and returned as source vertices, so that vertices
+/// are still in the GPU's cache when they are used again.
+fn order_for_vertex_cache(cluster: &[u32]) -> Vec<u32> {
+    let (vertices, local) = meshopt::clod_local_indices(cluster);
+    let local: Vec<u32> = local.into_iter().map(u32::from).collect();
+    let ordered = meshopt::optimize_vertex_cache(&local, vertices.len());
+    ordered
+        .into_iter()
+        .map(|slot| vertices[slot as usize])
+        .collect()
+}
+
+/// The vertices of a unit, in the order of their first use: memory is then read in one direction.
+#[derive(Default)]
+struct VertexList {
+    source_vertices: Vec<u32>,
+    slots: HashMap<u32, u16>,
+}
+
+impl VertexList {
+    fn slot_of(&mut self, source_vertex: u32) -> Result<u16, MeshError> {
+        if let Some(&slot) = self.slots.get(&source_vertex) {
+            return Ok(slot);
+        }
+        let vertices = self.source_vertices.len();
+        // 65535 is left out: as an index it restarts strips on some graphics interfaces.
+        let slot = u16::try_from(vertices)
+            .ok()
+            .filter(|&slot| slot != u16::MAX);
+        let slot = slot.ok_or(MeshError::UnitTooLarge {
+            vertices: vertices + 1,
+        })?;
+        self.source_vertices.push(source_vertex);
+        self.slots.insert(source_vertex, slot);
+        Ok(slot)
+    }
+}
+
+/// Lays the finished groups out in the arrays of a hierarchy.
+pub(crate) fn assemble(
+    mesh: &SourceMesh,
+    raw: &[RawGroup],
+    finished: &[FinishedGroup],
+) -> Hierarchy {
+    let mut hierarchy = Hierarchy {
+        source: mesh.source_hash(),
+        vertices: Vertices {
+            positions: mesh.positions.clone(),
+            normals: mesh.normals.iter().map(finite_normal).collect(),
+            uvs: mesh.uvs.iter().map(finite_uv).collect(),
+        },
+        ..Hierarchy::default()
+    };
+    for (raw, finished) in raw.iter().zip(finished) {
+        push_group(&mut hierarchy, raw, finished);
+    }
+    hierarchy
+}
+
+fn finite_normal(normal: &Vec3) -> Vec3 {
+    if normal.is_finite() {
+        *normal
+    } else {
+        Vec3::ZERO
+    }
+}
+
+fn finite_uv(uv: &Vec2) -> Vec2 {
+    if uv.is_finite() { *uv } else { Vec2::ZERO }
+}
+
+fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {
+    let index = hierarchy.groups.len() as u32;
+    let first_finer = hierarchy.finer.len() as u32;
+    // One unit per producer, so that no group is listed twice.
+    let producers = finished.units.iter().map(|unit| unit.produced_by);
+    hierarchy
+        .finer
+        .extend(producers.filter(|&group| group != NO_GROUP));
+    hierarchy.groups.push(Group {
+        bounds: finished.bounds,
+        error_in_local: raw.error_in_local,
+        mean_normal: finished.mean_normal,
+        level: raw.level,
+        first_finer,
+        finer_count: hierarchy.finer.len() as u32 - first_finer,
+        first_unit: hierarchy.units.len() as u32,
+        unit_count: finished.units.len() as u32,
+    });
+    for unit in &finished.units {
+        push_unit(hierarchy, index, unit);
+    }
+}
+
+fn push_unit(hierarchy: &mut Hierarchy, consumed_by: u32, unit: &FinishedUnit) {
+    let mut first_triangle = (hierarchy.indices.len() / 3) as u32;
+    hierarchy.units.push(Unit {
+        aabb: unit.aabb,
+        consumed_by,
+        produced_by: unit.produced_by,
+        first_vertex: hierarchy.unit_vertices.len() as u32,
+        vertex_count: unit.vertices.len() as u32,
+        first_triangle,
+        triangle_count: (unit.indices.len() / 3) as u32,
+        first_cluster: hierarchy.clusters.len() as u32,
+        cluster_count: unit.clusters.len() as u32,
+    });
+    for &(bounds, triangle_count) in &unit.clusters {
+        hierarchy.clusters.push(Cluster {
+            bounds,
+            first_triangle,
+            triangle_count,
+        });
+        first_triangle += triangle_count;
+    }
+    hierarchy.unit_vertices.extend(&unit.vertices);
+    hierarchy.indices.extend(&unit.indices);
+}

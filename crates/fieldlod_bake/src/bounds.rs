@@ -1,0 +1,68 @@
+//! Bounds and mean normals.
+
+use fieldlod_hierarchy::Sphere;
+use glam::{DVec3, Vec3};
+use meshopt::PositionDataAdapter;
+
+/// A tight sphere around `points`: the smaller of one around their box and one grown from their
+/// extreme points.
+pub(crate) fn tight_sphere(points: &[Vec3]) -> Sphere {
+    let around_box = Sphere::around(points.iter().copied());
+    let grown = sphere_at(grown_center(points), points);
+    if grown.radius < around_box.radius {
+        grown
+    } else {
+        around_box
+    }
+}
+
+fn grown_center(points: &[Vec3]) -> Vec3 {
+    let coordinates: Vec<[f32; 3]> = points.iter().map(Vec3::to_array).collect();
+    let positions = PositionDataAdapter {
+        data: meshopt::typed_to_bytes(&coordinates),
+        position_count: coordinates.len(),
+        position_stride: size_of::<[f32; 3]>(),
+        position_offset: 0,
+    };
+    Vec3::from(meshopt::compute_sphere_bounds(positions, None).center)
+}
+
+/// The radius is measured here and not taken over, so that no rounding leaves a point outside.
+fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
+    let distances = points.iter().map(|point| point.distance(center));
+    let radius = distances.fold(0.0, f32::max);
+    if center.is_finite() && radius.is_finite() {
+        Sphere { center, radius }
+    } else {
+        Sphere {
+            center: Vec3::ZERO,
+            radius: f32::INFINITY,
+        }
+    }
+}
+
+/// Area-weighted sums of unit normals.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct NormalSum {
+    area_vector: DVec3,
+    area: f64,
+}
+
+impl NormalSum {
+    /// Adds a triangle. One without area adds nothing.
+    pub(crate) fn add(&mut self, [a, b, c]: [Vec3; 3]) {
+        let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
+        let twice_area_vector = (b - a).cross(c - a);
+        self.area_vector += twice_area_vector;
+        self.area += twice_area_vector.length();
+    }
+
+    /// `m = Σ n·A / Σ A`, of length 1 at most; zero without area.
+    pub(crate) fn mean(&self) -> Vec3 {
+        if self.area > 0.0 {
+            (self.area_vector / self.area).as_vec3()
+        } else {
+            Vec3::ZERO
+        }
+    }
+}

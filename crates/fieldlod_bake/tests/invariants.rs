@@ -1,0 +1,209 @@
+//! What holds of every bake, whatever the mesh and the cut.
+
+mod common;
+
+use std::collections::HashSet;
+
+use common::{cut, error_criterion, open_edges, random_criterion, weld};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use proptest::prelude::*;
+
+/// Small clusters, so that small meshes have many groups and levels.
+fn many_groups() -> BakeConfig {
+    BakeConfig {
+        cluster_triangles: 32,
+        group_clusters: 8,
+        ..BakeConfig::default()
+    }
+}
+
+fn bake(mesh: &SourceMesh, config: &BakeConfig) -> Hierarchy {
+    let hierarchy = bake_mesh(mesh, config).unwrap();
+    hierarchy.validate().unwrap();
+    hierarchy
+}
+
+/// Cuts at every error and at random, as triangles of source vertices.
+fn cuts_of(hierarchy: &Hierarchy, seed: u64) -> Vec<Vec<[u32; 3]>> {
+    let mut errors: Vec<f32> = hierarchy.groups.iter().map(|g| g.error_in_local).collect();
+    errors.sort_by(f32::total_cmp);
+    let step = (errors.len() / 12).max(1);
+    let by_error = errors.iter().step_by(step);
+    let mut cuts: Vec<_> = by_error
+        .map(|&error| cut(hierarchy, error_criterion(hierarchy, error)))
+        .collect();
+    for percent in [1, 5, 20, 60] {
+        cuts.push(cut(hierarchy, random_criterion(seed, percent)));
+    }
+    cuts
+}
+
+fn assert_closed(mesh: &SourceMesh, hierarchy: &Hierarchy, seed: u64) {
+    let weld = weld(&mesh.positions);
+    for (index, triangles) in cuts_of(hierarchy, seed).iter().enumerate() {
+        let open = open_edges(triangles, &weld);
+        let count = open.len();
+        assert!(
+            count == 0,
+            "cut {index} of {} triangles has {count} open edges",
+            triangles.len()
+        );
+    }
+}
+
+/// Open edges of a cut join only vertices that lie on open edges of the source.
+fn assert_borders_stay(mesh: &SourceMesh, hierarchy: &Hierarchy, seed: u64) {
+    let weld = weld(&mesh.positions);
+    let (source, _) = mesh.indices.as_chunks::<3>();
+    let border: HashSet<u32> = open_edges(source, &weld)
+        .into_keys()
+        .flat_map(|(a, b)| [a, b])
+        .collect();
+    for triangles in cuts_of(hierarchy, seed) {
+        for (a, b) in open_edges(&triangles, &weld).into_keys() {
+            assert!(
+                border.contains(&a) && border.contains(&b),
+                "edge {a}-{b} opened"
+            );
+        }
+    }
+}
+
+fn closed_meshes() -> Vec<(&'static str, SourceMesh)> {
+    vec![
+        ("icosphere", fixtures::icosphere(4)),
+        ("rock", fixtures::rock(5, 1)),
+        ("shells", fixtures::shells(4, 3)),
+        ("torus knot", fixtures::torus_knot(200, 24)),
+        (
+            "flat-shaded rock",
+            fixtures::flat_shaded(&fixtures::rock(4, 2)),
+        ),
+    ]
+}
+
+#[test]
+fn closed_meshes_stay_closed_in_every_cut() {
+    for (name, mesh) in closed_meshes() {
+        for config in [BakeConfig::default(), many_groups()] {
+            println!("{name}");
+            let weld = weld(&mesh.positions);
+            let (source, _) = mesh.indices.as_chunks::<3>();
+            assert!(open_edges(source, &weld).is_empty(), "{name} is not closed");
+            assert_closed(&mesh, &bake(&mesh, &config), 3);
+        }
+    }
+}
+
+#[test]
+fn open_meshes_open_only_at_their_borders() {
+    for (name, mesh) in [
+        ("plane", fixtures::plane(48)),
+        ("height field", fixtures::height_field(64)),
+        ("islands", fixtures::islands(2_000)),
+    ] {
+        for config in [BakeConfig::default(), many_groups()] {
+            println!("{name}");
+            assert_borders_stay(&mesh, &bake(&mesh, &config), 5);
+        }
+    }
+}
+
+#[test]
+fn the_finest_cut_is_the_source() {
+    for (name, mesh) in closed_meshes() {
+        let hierarchy = bake(&mesh, &many_groups());
+        let sorted = |triangles: &[[u32; 3]]| {
+            let mut triangles: Vec<[u32; 3]> = triangles.to_vec();
+            for triangle in &mut triangles {
+                let smallest = (0..3).min_by_key(|&i| triangle[i]).unwrap();
+                triangle.rotate_left(smallest);
+            }
+            triangles.sort_unstable();
+            triangles
+        };
+        let (source, _) = mesh.indices.as_chunks::<3>();
+        assert!(
+            sorted(&cut(&hierarchy, |_| true)) == sorted(source),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_bake_is_deterministic() {
+    let mesh = fixtures::torus_knot(200, 24);
+    assert!(bake(&mesh, &many_groups()) == bake(&mesh, &many_groups()));
+}
+
+#[test]
+fn a_bake_does_not_depend_on_the_unit_of_length() {
+    let metres = fixtures::rock(4, 9);
+    let mut kilometres = metres.clone();
+    for position in &mut kilometres.positions {
+        *position *= 2.0f32.powi(-40);
+    }
+    let large = bake(&metres, &many_groups());
+    let small = bake(&kilometres, &many_groups());
+    assert_eq!(large.indices, small.indices);
+    for (large, small) in large.groups.iter().zip(&small.groups) {
+        assert_eq!(large.error_in_local, small.error_in_local * 2.0f32.powi(40));
+    }
+}
+
+#[test]
+fn a_mesh_that_fits_one_cluster_is_one_terminal_group() {
+    let hierarchy = bake(&fixtures::icosphere(1), &BakeConfig::default());
+    assert_eq!((hierarchy.groups.len(), hierarchy.units.len()), (1, 1));
+    assert!(hierarchy.groups[0].is_terminal());
+}
+
+#[test]
+fn degenerate_meshes_bake() {
+    for (name, mesh) in [
+        ("one triangle", fixtures::one_triangle()),
+        ("coincident points", fixtures::coincident_points(1_000)),
+        ("fan", fixtures::non_manifold_fan(3_000)),
+        ("islands", fixtures::islands(10_000)),
+        ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
+        (
+            "no vertices shared",
+            fixtures::flat_shaded(&fixtures::plane(40)),
+        ),
+    ] {
+        println!("{name}");
+        let hierarchy = bake(&mesh, &many_groups());
+        assert_eq!(
+            hierarchy.source_triangle_count(),
+            mesh.triangle_count() as u64,
+            "{name}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn any_rock_stays_closed(seed in 0u32..1000, cluster in 16usize..128, group in 4usize..24) {
+        let config = BakeConfig { cluster_triangles: cluster, group_clusters: group, ..BakeConfig::default() };
+        let mesh = fixtures::rock(4, seed);
+        assert_closed(&mesh, &bake(&mesh, &config), u64::from(seed));
+    }
+
+    #[test]
+    fn any_knot_stays_closed(along in 3u32..160, around in 3u32..32, seed in 0u64..1000) {
+        let mesh = fixtures::torus_knot(along, around);
+        assert_closed(&mesh, &bake(&mesh, &many_groups()), seed);
+    }
+
+    #[test]
+    fn any_soup_bakes(coordinates in prop::collection::vec(-8i8..8, 9..900)) {
+        let (points, _) = coordinates.as_chunks::<3>();
+        let points: Vec<glam::Vec3> = points.iter().map(|p| glam::Vec3::from_array(p.map(f32::from))).collect();
+        let corners = points.len() as u32 / 3 * 3;
+        let mesh = SourceMesh { positions: points, indices: (0..corners).collect(), ..SourceMesh::default() };
+        bake(&mesh, &BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() });
+    }
+}

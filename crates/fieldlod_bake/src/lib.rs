@@ -33,10 +33,17 @@ mod attributes;
 mod bake;
 mod bounds;
 mod config;
+mod file;
 pub mod fixtures;
+mod import;
 mod mesh;
 mod simplify;
 
 pub use bake::bake_mesh;
 pub use config::BakeConfig;
+pub use file::{BakeOutcome, BakeProgress, bake_file};
+pub use import::{
+    AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PrimitivePlace, SkipReason,
+    Skipped, import_gltf,
+};
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};

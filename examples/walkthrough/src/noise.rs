@@ -1,0 +1,89 @@
+//! Small deterministic noise: the same numbers on every machine, no state, no tables.
+
+use glam::{IVec3, Vec3};
+
+/// A well-mixed hash of a lattice point and a seed.
+fn hash(cell: IVec3, seed: u32) -> u32 {
+    let mut h = seed.wrapping_mul(0x9e37_79b9);
+    for component in cell.to_array() {
+        h = (h ^ component as u32).wrapping_mul(0x85eb_ca6b);
+        h ^= h >> 15;
+    }
+    h = h.wrapping_mul(0xc2b2_ae35);
+    h ^ (h >> 13)
+}
+
+/// A number from 0 to 1 for the `index`-th draw of a sequence named by `seed`.
+pub(crate) fn random(index: u32, seed: u32) -> f32 {
+    let bits = hash(IVec3::new(index as i32, 17, 59), seed) >> 8;
+    bits as f32 / 16_777_215.0
+}
+
+/// Gradient noise at `p`: smooth, about −1 to 1, features one unit apart.
+pub(crate) fn gradient(p: Vec3, seed: u32) -> f32 {
+    let floor = p.floor();
+    let cell = floor.as_ivec3();
+    let f = p - floor;
+    let w = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    let corner = |x: i32, y: i32, z: i32| {
+        let offset = f - Vec3::new(x as f32, y as f32, z as f32);
+        lattice_gradient(hash(cell + IVec3::new(x, y, z), seed)).dot(offset)
+    };
+    let along_x = |y, z| lerp(corner(0, y, z), corner(1, y, z), w.x);
+    let along_y = |z| lerp(along_x(0, z), along_x(1, z), w.y);
+    1.4 * lerp(along_y(0), along_y(1), w.z)
+}
+
+fn lattice_gradient(hash: u32) -> Vec3 {
+    let part = |shift: u32| ((hash >> shift) & 0x3ff) as f32 / 511.5 - 1.0;
+    Vec3::new(part(0), part(10), part(20))
+}
+
+/// Octaves of [`gradient`], each twice as fine and half as strong.
+pub(crate) fn fbm(p: Vec3, octaves: u32, seed: u32) -> f32 {
+    let octave = |i: u32| gradient(p * (1 << i) as f32, seed + i) / (1 << i) as f32;
+    (0..octaves).map(octave).sum()
+}
+
+/// Octaves of creases: 0 to about 1, with sharp ridges at 1.
+pub(crate) fn ridges(p: Vec3, octaves: u32, seed: u32) -> f32 {
+    let octave = |i: u32| {
+        let crease = 1.0 - gradient(p * (1 << i) as f32, seed + i).abs();
+        crease * crease / (2 << i) as f32
+    };
+    (0..octaves).map(octave).sum()
+}
+
+pub(crate) fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
+/// 0 below `low`, 1 above `high`, smooth between.
+pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradient_noise_is_bounded_continuous_and_not_flat() {
+        let (mut least, mut most) = (f32::MAX, f32::MIN);
+        let mut last = gradient(Vec3::ZERO, 1);
+        for i in 1..20_000 {
+            let value = gradient(Vec3::new(0.01, 0.003, -0.007) * i as f32, 1);
+            assert!((value - last).abs() < 0.1);
+            (least, most, last) = (least.min(value), most.max(value), value);
+        }
+        assert!((-1.6..-0.3).contains(&least) && (0.3..1.6).contains(&most));
+    }
+
+    #[test]
+    fn random_numbers_fill_the_unit_interval() {
+        let mean = (0..1000).map(|i| random(i, 3)).sum::<f32>() / 1000.0;
+        assert!((mean - 0.5).abs() < 0.05, "{mean}");
+        assert!((0..1000).all(|i| (0.0..=1.0).contains(&random(i, 3))));
+    }
+}

@@ -1,0 +1,100 @@
+//! A triangle mesh before anyone draws or bakes it.
+
+use glam::{Vec2, Vec3};
+
+/// Triangles, counter-clockwise seen from outside, in metres, +Y up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Shape {
+    pub(crate) positions: Vec<Vec3>,
+    /// Unit normals, one per position.
+    pub(crate) normals: Vec<Vec3>,
+    /// Linear RGB, one per position, or empty.
+    pub(crate) colors: Vec<Vec3>,
+    /// Texture coordinates, one per position, or empty.
+    pub(crate) uvs: Vec<Vec2>,
+    /// Three per triangle.
+    pub(crate) indices: Vec<u32>,
+}
+
+impl Shape {
+    /// A shape with smooth normals, coloured by `color(position, normal)`.
+    pub(crate) fn smooth(
+        positions: Vec<Vec3>,
+        indices: Vec<u32>,
+        color: impl Fn(Vec3, Vec3) -> Vec3,
+    ) -> Self {
+        let normals = smooth_normals(&positions, &indices);
+        let vertices = positions.iter().zip(&normals);
+        let colors = vertices.map(|(p, n)| color(*p, *n)).collect();
+        Self {
+            positions,
+            normals,
+            colors,
+            uvs: Vec::new(),
+            indices,
+        }
+    }
+
+    pub(crate) fn triangle_count(&self) -> u64 {
+        self.indices.len() as u64 / 3
+    }
+
+    /// Radius around the Y axis and the origin's height: what a walker must keep clear of.
+    pub(crate) fn reach(&self) -> f32 {
+        let flat = self.positions.iter().map(|p| Vec2::new(p.x, p.z).length());
+        flat.fold(0.0, f32::max)
+    }
+}
+
+/// Normals averaged over the triangles around each vertex, by area.
+fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::ZERO; positions.len()];
+    let (triangles, _) = indices.as_chunks::<3>();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|index| positions[index as usize]);
+        let area_normal = (b - a).cross(c - a);
+        for index in triangle {
+            normals[*index as usize] += area_normal;
+        }
+    }
+    for normal in &mut normals {
+        *normal = normal.normalize_or(Vec3::Y);
+    }
+    normals
+}
+
+#[cfg(test)]
+impl Shape {
+    pub(crate) fn assert_valid(&self) {
+        let count = self.positions.len();
+        assert!(self.positions.iter().all(|p| p.is_finite()));
+        assert_eq!(self.normals.len(), count);
+        assert!(self.normals.iter().all(|n| n.is_normalized()));
+        assert!(self.colors.is_empty() || self.colors.len() == count);
+        assert!(self.uvs.is_empty() || self.uvs.len() == count);
+        assert_eq!(self.indices.len() % 3, 0);
+        assert!(self.indices.iter().all(|&index| (index as usize) < count));
+    }
+
+    /// Directed edges whose opposite does not occur equally often; 0 for a closed surface.
+    pub(crate) fn unmatched_edges(&self) -> usize {
+        let mut balance = std::collections::HashMap::<(u32, u32), i32>::new();
+        let (triangles, _) = self.indices.as_chunks::<3>();
+        for &[a, b, c] in triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                *balance.entry((from.min(to), from.max(to))).or_default() +=
+                    if from < to { 1 } else { -1 };
+            }
+        }
+        balance.values().filter(|balance| **balance != 0).count()
+    }
+
+    pub(crate) fn signed_volume(&self) -> f32 {
+        let (triangles, _) = self.indices.as_chunks::<3>();
+        let six_volumes = triangles.iter().map(|triangle| {
+            let [a, b, c] = triangle.map(|index| self.positions[index as usize].as_dvec3());
+            a.dot(b.cross(c))
+        });
+        (six_volumes.sum::<f64>() / 6.0) as f32
+    }
+}

@@ -1,0 +1,123 @@
+//! The ground: a height field with a level way through hills, and the picture painted on it.
+
+use glam::{Vec2, Vec3};
+
+use super::Shape;
+use crate::noise::{fbm, gradient, lerp, ridges, smoothstep};
+
+/// Side of the square of ground, centred on the origin.
+pub(crate) const SIDE_IN_M: f32 = 260.0;
+/// Squares along a side, of two triangles each.
+const SQUARES: u32 = 620;
+
+/// The avenue runs along Z between these points of the ground plane, and ends in the plaza.
+pub(crate) const AVENUE: [Vec2; 2] = [Vec2::new(0.0, 86.0), Vec2::new(0.0, -20.0)];
+/// Middle of the plaza.
+pub(crate) const PLAZA: Vec2 = Vec2::new(0.0, -20.0);
+/// Radius of the level plaza.
+pub(crate) const PLAZA_RADIUS_IN_M: f32 = 27.0;
+/// Middle of the temple's terrace.
+pub(crate) const TEMPLE: Vec2 = Vec2::new(-46.0, 22.0);
+/// Height of the temple's terrace.
+pub(crate) const TEMPLE_HEIGHT_IN_M: f32 = 5.0;
+
+/// The ground as one open mesh of 768 800 triangles, with texture coordinates from 0 to 1.
+pub(crate) fn terrain() -> Shape {
+    let step = SIDE_IN_M / SQUARES as f32;
+    let vertices = (0..=SQUARES).flat_map(|z| (0..=SQUARES).map(move |x| (x, z)));
+    let positions = vertices.clone().map(|(x, z)| {
+        let p = Vec2::new(x as f32, z as f32) * step - SIDE_IN_M / 2.0;
+        Vec3::new(p.x, height(p), p.y)
+    });
+    let uvs = vertices.map(|(x, z)| Vec2::new(x as f32, z as f32) / SQUARES as f32);
+    let corner = |x: u32, z: u32| z * (SQUARES + 1) + x;
+    let squares = (0..SQUARES).flat_map(|z| (0..SQUARES).map(move |x| (x, z)));
+    let indices = squares.flat_map(|(x, z)| {
+        let [a, b] = [corner(x, z), corner(x + 1, z)];
+        let [c, d] = [corner(x, z + 1), corner(x + 1, z + 1)];
+        [a, c, b, b, c, d]
+    });
+    let mut shape = Shape::smooth(positions.collect(), indices.collect(), |_, _| Vec3::ONE);
+    shape.uvs = uvs.collect();
+    shape.colors.clear();
+    shape
+}
+
+/// Height of the ground above a point of the ground plane, in metres.
+pub(crate) fn height(p: Vec2) -> f32 {
+    let wild = 1.0 - levelled(p);
+    let q = Vec3::new(p.x, 0.0, p.y);
+    let bumps = 0.10 * fbm(q * 0.45, 3, 211) + 0.6 * wild * fbm(q * 0.09, 4, 223);
+    broad_height(p) + lerp(0.25, 1.0, wild) * bumps
+}
+
+/// [`height`] without its bumps: what a walker's eye follows.
+pub(crate) fn broad_height(p: Vec2) -> f32 {
+    let q = Vec3::new(p.x, 0.0, p.y);
+    let away = smoothstep(6.0, 75.0, distance_to_way(p));
+    let hills = 9.0 + 9.0 * gradient(q * 0.021, 201) + 13.0 * (ridges(q * 0.012, 3, 205) - 0.45);
+    let ground = away * hills.max(-1.0) + 0.5 * away * gradient(q * 0.05, 209);
+    let terrace = 1.0 - smoothstep(11.0, 26.0, p.distance(TEMPLE));
+    let rim = smoothstep(95.0, 135.0, p.length()) * 14.0;
+    lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim * away
+}
+
+/// 1 where the ground is paved, 0 in the wild.
+fn levelled(p: Vec2) -> f32 {
+    let way = 1.0 - smoothstep(3.0, 12.0, distance_to_way(p));
+    way.max(1.0 - smoothstep(10.0, 18.0, p.distance(TEMPLE)))
+}
+
+/// Distance from the edge of the avenue or the plaza; negative on the plaza.
+fn distance_to_way(p: Vec2) -> f32 {
+    let [from, to] = AVENUE;
+    let along = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+    let to_avenue = p.distance(from.lerp(to, along)) - 7.0;
+    to_avenue.min(p.distance(PLAZA) - PLAZA_RADIUS_IN_M)
+}
+
+const GRASS: Vec3 = Vec3::new(0.115, 0.135, 0.035);
+const DRY_GRASS: Vec3 = Vec3::new(0.27, 0.215, 0.085);
+const SOIL: Vec3 = Vec3::new(0.22, 0.145, 0.085);
+const CLIFF: Vec3 = Vec3::new(0.20, 0.175, 0.145);
+const PAVING: Vec3 = Vec3::new(0.36, 0.305, 0.225);
+const JOINT: Vec3 = Vec3::new(0.13, 0.115, 0.06);
+
+/// Linear RGB of the ground at a point of the ground plane.
+pub(crate) fn color(p: Vec2) -> Vec3 {
+    let q = Vec3::new(p.x, 0.0, p.y);
+    let patches = fbm(q * 0.11, 4, 301);
+    let tufts = gradient(q * 1.9, 311) + 0.6 * gradient(q * 5.1, 313);
+    let meadow = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
+    let slope = slope(p) + 0.06 * tufts;
+    let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, slope));
+    let wild = earth.lerp(CLIFF * lerp(0.8, 1.2, 0.5 + 0.5 * tufts), smoothstep(0.5, 0.75, slope));
+    let overgrown = smoothstep(-1.5, 2.5, distance_to_paving(p) + 2.2 * patches + 0.5 * tufts);
+    paving(p, tufts).lerp(wild, overgrown)
+}
+
+fn slope(p: Vec2) -> f32 {
+    let step = 0.8;
+    let along = |axis: Vec2| broad_height(p + axis * step) - broad_height(p - axis * step);
+    Vec2::new(along(Vec2::X), along(Vec2::Y)).length() / (2.0 * step)
+}
+
+fn distance_to_paving(p: Vec2) -> f32 {
+    let [from, to] = AVENUE;
+    let aside = (p.x - from.x).abs().max(p.y - from.y).max(to.y - p.y);
+    let plaza = p.distance(PLAZA) - 21.0;
+    let terrace = (p - TEMPLE).abs().max_element() - 8.5;
+    (aside - 3.6).min(plaza).min(terrace)
+}
+
+fn paving(p: Vec2, tufts: f32) -> Vec3 {
+    let row = (p.y / 1.25).floor();
+    let shifted = Vec2::new(p.x / 1.9 + 0.5 * (row.rem_euclid(2.0)), p.y / 1.25);
+    let cell = shifted.floor();
+    let inside = shifted - cell;
+    let to_edge = inside.min(1.0 - inside) * Vec2::new(1.9, 1.25);
+    let worn = 0.03 * tufts;
+    let joint = 1.0 - smoothstep(0.02, 0.11, to_edge.min_element() + worn);
+    let tint = 1.0 + 0.3 * gradient(Vec3::new(cell.x, 0.37, cell.y) * 0.77, 331);
+    (PAVING * tint * (1.0 + 0.08 * tufts)).lerp(JOINT, 0.8 * joint)
+}

@@ -1,16 +1,109 @@
-//! The camera-sampling field: how densely a camera samples every point of space, and in
+//! The camera-sampling field: how densely a camera samples every point of space, and from
 //! which direction.
 //!
 //! Ping-Hsien Lin and Tong-Yee Lee, "Camera-Sampling Field and Its Applications",
-//! IEEE Transactions on Visualization and Computer Graphics, 2004. Equation numbers
+//! IEEE Transactions on Visualization and Computer Graphics, 2004. Equation and section numbers
 //! throughout this crate are theirs.
 //!
+//! A pinhole camera's samples are even on its image. Carried out into the scene they thin out with
+//! distance and gather towards the edges of the view, and the field says by how much:
+//! its length is samples per unit area, its direction points to the camera, and its product with a
+//! surface's normal is how many samples a unit of that surface gets.
+//!
+//! ```
+//! use camera_field::{Intrinsics, coarsest_level, mip_level};
+//! use glam::{Vec2, Vec3};
+//!
+//! let camera = Intrinsics::centered(935.0, Vec2::new(1920.0, 1080.0));
+//! let (center, normal) = (Vec3::new(4.0, 1.0, 20.0), Vec3::NEG_Z);
+//! let mip = mip_level(camera.projection_factor(center, normal), 128.0 * 128.0, 0.0);
+//! let pixels_per_unit = camera.pixel_scale_over_sphere(center, 1.5);
+//! let level = coarsest_level(&[0.0, 0.004, 0.016, 0.064], pixels_per_unit, 1.0);
+//!
+//! assert_eq!(mip.round(), 1.0);
+//! assert_eq!(level, 2);
+//! ```
+//!
 //! # Conventions
-//! - Camera space is right-handed: x right, y down, z = depth along the optical axis.
-//!   [`CAMERA_FROM_VIEW`] comes from a view space with y up that looks down −z.
-//! - Lengths are in scene units, focal lengths in physical pixels; one sample is one pixel.
-//! - `ρ = |P|`, `φ` is the angle off the axis, `θ` the angle around it.
-//! - The field points to the camera. It is zero outside the field of view.
+//! - Camera space is right-handed: x right, y down, z = depth along the optical axis, positive in
+//!   front. [`CAMERA_FROM_VIEW`] comes from a view space with y up that looks down −z, and
+//!   [`Camera::from_projection`] from a projection matrix.
+//! - Lengths are in scene units, focal lengths in physical pixels. One sample is one pixel.
+//! - `ρ = |P|`; `φ` is the angle off the axis, `θ` the angle around it; `C = f_x f_y`.
+//! - The field points to the camera and is zero outside the field of view.
+//! - Everything is `f32` on glam's scalar types; [`double`] has all of it in `f64`.
+//!
+//! # Where to find what
+//! | Paper | Here |
+//! |---|---|
+//! | §2.1 planar field (1–4) | [`PlanarCamera`] |
+//! | §2.2 field (5, 6), spherical (7) | [`Intrinsics`], [`Spherical`], in the world [`PosedCamera`] |
+//! | §3.1 flux (8), Property 1 | [`Intrinsics::flux_through_triangle`], [`Intrinsics::flux_through_patch`], [`Intrinsics::flux_through_disk`] |
+//! | §3.2 divergence (9–11), curl (12) | [`Intrinsics::divergence`], [`Intrinsics::curl`] |
+//! | §3.3 level surface (13), gradient (14) | [`Intrinsics::level_radius`], [`Intrinsics::level_surface_mesh`], [`Intrinsics::gradient`] |
+//! | §3.4 aspect ratio | [`Intrinsics::aspect_ratio`], [`Intrinsics::pattern_aspect_ratio`] |
+//! | §3.5 addition | [`compound_field`], [`compound_density`] |
+//! | §4.1.1 splats (15), Fig. 13 | [`splat_area_px2`], [`SplatKernel`] |
+//! | §4.1.2 texture filter | [`FilterKernel`] |
+//! | §4.1.3 projection factor (16) | [`Intrinsics::projection_factor`] |
+//! | §4.1.4 mip level | [`filter_dimension`], [`mip_level`] |
+//! | §4.1.5, §4.2.2 level of detail | [`LodCriteria`], [`coarsest_level`], bounds as [`SphereBound`] |
+//! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
+//! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
+//!
+//! Ours, not the paper's: oblong pixels, off-centre frusta, orthographic cameras
+//! ([`OrthographicIntrinsics`]), the closed forms of flux and of (17, 18), the bounds over spheres, the
+//! keystone of splats and the convergent point of cameras that are not parallel.
+//!
+//! # Errata of the paper
+//! Each has its test, named in brackets, in `tests/errata.rs`. All other equations hold as printed;
+//! the remaining tests compare each with central differences or counted samples to 85° off axis.
+//!
+//! 1. Appendix iii: the normals of E₁ and E₂ are (z, 0, −x) and (0, z, −y); both signs are printed
+//!    wrong. The sine that follows is right. [`appendix_iii_normals_have_the_wrong_sign`]
+//! 2. (15) gives the splat's *area*, not its size across; the kernel's diameter goes with its root.
+//!    [`equation_15_is_an_area_not_a_diameter`]
+//! 3. §4.1.1 expects the curl to give the asymmetry of a splat. It gives one part, that of a disk across the
+//!    sight ray. The tilt of the disk gives another, which is there on the axis too, where the curl is
+//!    zero. [`curl_alone_does_not_make_the_asymmetry`]
+//! 4. §4.1.1 speaks of shearing the kernel's content. A linear shear keeps the kernel symmetric; it takes a
+//!    second-order term. [`an_affine_shear_is_symmetric`]
+//! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
+//!    [`density_on_the_image_plane_is_one`, in `tests/field.rs`]
+//! 6. (17, 18) are the mean and deviation of flux density, not of flux.
+//!
+//! # What the paper assumes without saying so
+//! 1. Square pixels and an image centred on the axis. Densities hold without both; the aspect ratio
+//!    needs square pixels. [`pattern_aspect_ratio_holds_for_oblong_pixels`, in `tests/field.rs`]
+//! 2. §3.5: all cameras are in front of the surface. Cameras on both sides cancel in the
+//!    sum. [`compound_field_assumes_cameras_on_one_side`]
+//! 3. §3.2: the curl measures variation across the sight rays, not along them.
+//!    [`curl_does_not_see_the_fall_with_distance`]
+//! 4. §3.3: equal strength makes equal projected sizes only for equally inclined surfaces.
+//!    [`equal_strength_does_not_make_equal_projected_size`]
+//! 5. Fig. 13 keeps the area of an infinitely small surfel; a large one covers more.
+//!    [`kept_area_falls_short_for_large_surfels`]
+//! 6. Fig. 13: the orientation of the normal is that across the sight ray. Taken in the
+//!    image, the radial stretch counts twice. [`kernel_orientation_is_that_across_the_sight_ray`]
+//! 7. §4.1.4: the filter is taken as round. At grazing angles that is levels sharper than its longer
+//!    axis needs. [`mip_level_is_the_mean_of_the_filter_axes`]
+//! 8. (17, 18) divide by the *visible* area, and so favour a camera that sees little.
+//!    [`whole_surface_statistics_do_not_reward_seeing_little`, in `tests/applications.rs`]
+//! 9. Fig. 18 does not say which focal length the camera at the average position has, and on a plane across the
+//!    axes nothing else matters: every pinhole samples such a plane evenly.
+//!    [`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`]
+//!
+//! # Guarantees
+//! - No formula allocates: they take and return plain `Copy` values. Only
+//!   [`Intrinsics::level_surface_mesh`], for drawing, returns vectors.
+//! - What level-of-detail selection uses (fields, criteria, bounds) computes with `+ − × ÷ √` and comparisons
+//!   only, so it gives the same bits on every IEEE 754 machine. The crate's `clippy.toml` forbids
+//!   the rest outside of the functions that take angles or return mip levels.
+//! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
+//!
+//! # Out of scope
+//! Visibility: flux and statistics count the triangles that the caller says are visible. Lens
+//! distortion, depth of field and shutters.
 
 mod scalar {
     pub(super) type Real = f32;
@@ -20,10 +113,29 @@ mod scalar {
 mod bounds;
 mod camera;
 pub mod double;
+mod flux;
 mod intrinsics;
+mod ldi;
+mod level_surface;
+mod lod;
 mod orthographic;
+mod planar;
+mod pose;
+mod spherical;
+mod splat;
+mod statistics;
+mod texture;
 
 pub use bounds::{SphereBound, SphereExtent};
 pub use camera::{CAMERA_FROM_VIEW, Camera, ProjectionError};
 pub use intrinsics::Intrinsics;
+pub use ldi::{EquivalentCamera, FieldLine, ParallelCamera, convergent_point, equivalent_camera};
+pub use level_surface::LevelSurfaceMesh;
+pub use lod::{LodCriteria, coarsest_level};
 pub use orthographic::OrthographicIntrinsics;
+pub use planar::PlanarCamera;
+pub use pose::{Pose, PosedCamera, compound_density, compound_field};
+pub use spherical::{Spherical, SphericalBasis};
+pub use splat::{SplatKernel, Surfel, splat_area_px2};
+pub use statistics::{SurfaceSamples, best_placement};
+pub use texture::{FilterKernel, filter_dimension, mip_level};

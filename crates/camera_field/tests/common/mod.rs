@@ -114,3 +114,40 @@ pub fn any_vec3() -> impl Strategy<Value = Vec3> {
     let any = proptest::num::f32::ANY;
     (any, any, any).prop_map(Vec3::from)
 }
+
+/// Derivative of `quantity` along each axis, by central differences of step `step`.
+pub fn central_differences<T>(p: DVec3, step: f64, quantity: impl Fn(DVec3) -> T) -> [T; 3]
+where
+    T: core::ops::Sub<Output = T> + core::ops::Div<f64, Output = T>,
+{
+    DVec3::AXES.map(|axis| (quantity(p + axis * step) - quantity(p - axis * step)) / (2.0 * step))
+}
+
+/// Pixel centres, as sight rays, whose rays meet a surface; the image is searched within `radius_px`
+/// of `middle_px`. Ground truth for every integral of the field.
+pub fn count_samples(
+    camera: &Intrinsics,
+    middle_px: DVec2,
+    radius_px: f64,
+    hits: impl Fn(DVec3) -> bool,
+) -> f64 {
+    let least = (middle_px - radius_px).floor();
+    let steps = (2.0 * radius_px) as u32 + 2;
+    let pixels = (0..steps).flat_map(|row| (0..steps).map(move |column| (column, row)));
+    let sampled = pixels.filter(|&(column, row)| {
+        let pixel = least + DVec2::new(f64::from(column), f64::from(row)) + 0.5;
+        hits((pixel / camera.focal_px).extend(1.0))
+    });
+    sampled.count() as f64
+}
+
+/// Whether a ray from the camera meets a triangle, from either side.
+pub fn ray_meets_triangle(ray: DVec3, [p0, p1, p2]: [DVec3; 3]) -> bool {
+    let sides = [(p0, p1), (p1, p2), (p2, p0)].map(|(a, b)| ray.dot(a.cross(b)));
+    sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0)
+}
+
+/// Two unit vectors that complete `axis` to a right-handed frame.
+pub fn frame(axis: DVec3) -> (DVec3, DVec3) {
+    axis.normalize().any_orthonormal_pair()
+}

@@ -1,0 +1,224 @@
+//! The field itself (eq. 1–7): against counted samples, and its forms against each other.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "tests may use angles and powers; selection does not run here"
+)]
+
+mod common;
+
+use camera_field::double::{
+    Intrinsics, OrthographicIntrinsics, PlanarCamera, Pose, PosedCamera, Spherical,
+    compound_density, compound_field,
+};
+use common::{
+    assert_close, count_samples, off_centre_cameras, points, unit_vectors, wide_camera,
+    wide_cameras,
+};
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+
+const TAU: f64 = core::f64::consts::TAU;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Definition 1: samples counted on a small disk across the sight ray, per area. The disk is
+    /// small enough for the field to be even on it and holds at least 10,000 samples.
+    #[test]
+    fn strength_is_the_number_of_samples_per_area(p in points()) {
+        let radius = 1e-3 * p.z;
+        let area = 0.5 * TAU * radius * radius;
+        let focal_px = (20_000.0 / (wide_camera(DVec2::ONE).strength(p) * area)).sqrt();
+        let camera = wide_camera(DVec2::splat(focal_px));
+        let on_disk = |ray: DVec3| {
+            let hit = ray * (p.length_squared() / ray.dot(p));
+            hit.distance(p) <= radius
+        };
+        let reach_px = camera.pixel_scale(p) * radius * 1.01;
+        let count = count_samples(&camera, camera.project_px(p), reach_px, on_disk);
+        assert_close(count, camera.strength(p) * area, count, 0.02);
+    }
+}
+
+proptest! {
+    /// Eq. 1–4: the samples on a segment of the plane are its projected length.
+    #[test]
+    fn planar_strength_is_the_number_of_samples_per_length(
+        y in 0.1..100.0_f64, slope in -11.0..11.0_f64,
+    ) {
+        let camera = PlanarCamera { focal_px: 1e7, slope_min: -12.0, slope_max: 12.0 };
+        let p = DVec2::new(slope * y, y);
+        let half = p.perp().normalize() * (1e-3 * y);
+        let pixel = |p: DVec2| camera.focal_px * p.x / p.y;
+        let count = (pixel(p + half).floor() - pixel(p - half).floor()).abs();
+        assert_close(count, camera.strength(p) * 2.0 * half.length(), count, 1e-3);
+        // Eq. 4 is eq. 3 with a direction.
+        let strength = camera.focal_px * p.length() / (y * y);
+        assert_close(camera.field(p).dot(-p.normalize()), strength, strength, 1e-12);
+    }
+
+    /// Eq. 2.
+    #[test]
+    fn planar_focal_length_follows_from_resolution_and_field_of_view(
+        resolution_px in 1.0..8000.0_f64, fov in 0.1..2.9_f64,
+    ) {
+        let camera = PlanarCamera::centered(resolution_px, (0.5 * fov).tan());
+        let edge = camera.focal_px * camera.slope_max;
+        assert_close(edge, 0.5 * resolution_px, resolution_px, 1e-12);
+        let on_image = DVec2::new(0.0, camera.focal_px);
+        assert_close(camera.strength(on_image), 1.0, 1.0, 1e-12);
+    }
+
+    /// Eq. 5 from the two planar fields of appendix ii and the angle of appendix iii.
+    #[test]
+    fn strength_is_the_product_of_planar_fields_over_the_sine_between_their_planes(p in points()) {
+        let camera = wide_camera(DVec2::splat(700.0));
+        let (rho, f) = (p.length(), 700.0);
+        let on_e1 = f * rho / (p.z * p.x.hypot(p.z));
+        let on_e2 = f * rho / (p.z * p.y.hypot(p.z));
+        let (n1, n2) = (DVec3::new(p.z, 0.0, -p.x), DVec3::new(0.0, p.z, -p.y));
+        let sine = n1.normalize().cross(n2.normalize()).length();
+        assert_close(camera.strength(p), on_e1 * on_e2 / sine, camera.strength(p), 1e-9);
+    }
+
+    /// Eq. 5, 6 and 7 are one field.
+    #[test]
+    fn cartesian_and_spherical_forms_agree(camera in wide_cameras(), p in points()) {
+        let at = Spherical::from_cartesian(p);
+        let basis = at.basis();
+        let strength = camera.strength(p);
+        assert_close(at.to_cartesian().distance(p), 0.0, p.length(), 1e-12);
+        assert_close((camera.field(p) - basis.u_rho * camera.spherical_field(at)).length(), 0.0, strength, 1e-9);
+        assert_close(camera.field(p).length(), strength, strength, 1e-12);
+        let curl = camera.curl(p);
+        assert_close((curl - basis.u_theta * camera.spherical_curl(at)).length(), 0.0, curl.length() + strength / p.length(), 1e-9);
+        let (along, across) = camera.spherical_gradient(at);
+        let gradient = basis.u_rho * along + basis.u_phi * across;
+        assert_close((gradient - camera.gradient(p)).length(), 0.0, gradient.length(), 1e-9);
+        prop_assert!((basis.u_rho.cross(basis.u_phi) - basis.u_theta).length() < 1e-12);
+    }
+
+    /// The image plane itself: one sample per square pixel towards the camera.
+    #[test]
+    fn density_on_the_image_plane_is_one(slope_x in -11.0..11.0_f64, slope_y in -11.0..11.0_f64) {
+        let camera = wide_camera(DVec2::splat(700.0));
+        let p = DVec3::new(slope_x, slope_y, 1.0) * 700.0;
+        assert_close(camera.projection_factor(p, DVec3::NEG_Z), 1.0, 1.0, 1e-12);
+    }
+
+    #[test]
+    fn everything_is_zero_outside_the_field_of_view(
+        camera in off_centre_cameras(), p in points(), n in unit_vectors(), sign in prop::bool::ANY,
+    ) {
+        let p = if sign { p } else { -p };
+        let seen = {
+            let px = camera.project_px(p);
+            let (low, high) = (camera.slope_min * camera.focal_px, camera.slope_max * camera.focal_px);
+            p.z > 0.0 && px.cmpge(low).all() && px.cmple(high).all()
+        };
+        prop_assert_eq!(camera.contains(p), seen);
+        if !seen {
+            prop_assert_eq!(camera.field(p), DVec3::ZERO);
+            prop_assert_eq!(camera.curl(p), DVec3::ZERO);
+            prop_assert_eq!(camera.gradient(p), DVec3::ZERO);
+            prop_assert_eq!(camera.strength(p), 0.0);
+            prop_assert_eq!(camera.pixel_scale(p), 0.0);
+            prop_assert_eq!(camera.projection_factor(p, n), 0.0);
+            prop_assert_eq!(camera.spherical_field(Spherical::from_cartesian(p)), 0.0);
+        }
+    }
+
+    /// §3.4: where neighbouring pixels' rays meet a plane across the sight ray, they are closer
+    /// together along the radius of the image than across it, by cos φ.
+    #[test]
+    fn aspect_ratio_is_the_ratio_of_sample_distances(p in points()) {
+        let camera = wide_camera(DVec2::splat(1e7));
+        let radial = DVec2::new(p.x, p.y).try_normalize().unwrap_or(DVec2::X);
+        let distance = |step: DVec2| {
+            let pixel = camera.project_px(p) + step;
+            let ray = (pixel / camera.focal_px).extend(1.0);
+            (ray * (p.length_squared() / ray.dot(p))).distance(p)
+        };
+        let ratio = distance(radial) / distance(radial.perp());
+        assert_close(ratio, Intrinsics::aspect_ratio(p), ratio, 1e-4);
+        assert_close(camera.pattern_aspect_ratio(p), ratio, ratio, 1e-4);
+    }
+
+    /// With oblong pixels: the least and greatest distance that the ellipse of one sample spans.
+    #[test]
+    fn pattern_aspect_ratio_holds_for_oblong_pixels(camera in wide_cameras(), p in points()) {
+        let (a, b) = common::frame(p);
+        let (ja, jb) = (camera.displace_px(p, a), camera.displace_px(p, b));
+        let scale = |turn: f64| (ja * turn.cos() + jb * turn.sin()).length();
+        let turns = (0..20_000).map(|i| scale(f64::from(i) / 20_000.0 * TAU));
+        let (least, greatest) = turns.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
+        assert_close(camera.pattern_aspect_ratio(p), least / greatest, least / greatest, 1e-3);
+        // The pixel scale bounds the greatest, and equals it for square pixels.
+        prop_assert!(greatest <= camera.pixel_scale(p) * (1.0 + 1e-12));
+        let square = wide_camera(DVec2::splat(camera.focal_px.x));
+        let ratio = square.strength(p) / Intrinsics::aspect_ratio(p);
+        assert_close(square.pixel_scale(p), ratio.sqrt(), ratio.sqrt(), 1e-12);
+    }
+
+    /// The orthographic field is the limit of a perspective camera that backs away.
+    #[test]
+    fn orthographic_field_is_the_limit_of_a_distant_perspective_camera(
+        x in -4.0..4.0_f64, y in -4.0..4.0_f64, z in -4.0..4.0_f64, n in unit_vectors(),
+    ) {
+        let (away, per_unit) = (1e7, DVec2::new(20.0, 30.0));
+        let near = OrthographicIntrinsics { pixels_per_unit: per_unit, min: DVec2::splat(-5.0), max: DVec2::splat(5.0) };
+        let far = Intrinsics {
+            focal_px: per_unit * away,
+            slope_min: DVec2::splat(-5.0 / away),
+            slope_max: DVec2::splat(5.0 / away),
+        };
+        let p = DVec3::new(x, y, z);
+        let distant = p + DVec3::Z * away;
+        assert_close(far.strength(distant), near.strength(p), 600.0, 1e-5);
+        assert_close(far.projection_factor(distant, n), near.projection_factor(p, n), 600.0, 1e-5);
+        assert_close(far.curl_magnitude(distant), 0.0, 600.0, 1e-5);
+    }
+
+    /// A camera in the world gives the field of its own space, turned into the world.
+    #[test]
+    fn posed_fields_are_turned_with_the_camera(
+        camera in wide_cameras(), p in points(), origin in unit_vectors(), axis in unit_vectors(), n in unit_vectors(),
+    ) {
+        prop_assume!(axis.cross(DVec3::Y).length() > 1e-3);
+        let pose = Pose::looking_at(origin, origin + axis, DVec3::Y);
+        let posed = PosedCamera { intrinsics: camera, pose };
+        prop_assert!((pose.axis() - axis).length() < 1e-12);
+        prop_assert!((pose.world_from_camera.determinant() - 1.0).abs() < 1e-12);
+        prop_assert!(pose.world_from_camera.y_axis.dot(DVec3::Y) < 0.0, "y points down");
+        let p_world = pose.to_world(p);
+        prop_assert!((pose.to_camera(p_world) - p).length() < 1e-12 * (1.0 + p.length()));
+        let expected = pose.world_from_camera * camera.field(p);
+        prop_assert!((posed.field(p_world) - expected).length() <= 1e-9 * expected.length());
+        let curl = pose.world_from_camera * camera.curl(p);
+        prop_assert!((posed.curl(p_world) - curl).length() <= 1e-8 * (curl.length() + expected.length() / p.length()));
+        assert_close(
+            posed.projection_factor(p_world, pose.world_from_camera * n),
+            camera.projection_factor(p, n), expected.length(), 1e-9,
+        );
+    }
+
+    /// §3.5: where all cameras see the surface from its front, the compound field gives the joint density.
+    #[test]
+    fn compound_field_gives_the_joint_density_in_front_of_all_cameras(
+        focal_a in 10.0..100.0_f64, focal_b in 10.0..100.0_f64, apart in 0.0..3.0_f64, n in unit_vectors(),
+    ) {
+        let cameras = [(focal_a, -apart), (focal_b, apart)].map(|(focal_px, x)| PosedCamera {
+            intrinsics: wide_camera(DVec2::splat(focal_px)),
+            pose: Pose::looking_at(DVec3::new(x, 0.0, 0.0), DVec3::new(0.0, 0.0, 9.0), DVec3::Y),
+        });
+        let p = DVec3::new(0.3, 0.2, 8.0);
+        let joint = compound_density(&cameras, p, n);
+        let by_field = compound_field(&cameras, p).dot(n);
+        let all_in_front = cameras.iter().all(|camera| camera.projection_factor(p, n) > 0.0);
+        if all_in_front {
+            assert_close(by_field, joint, joint, 1e-12);
+        } else {
+            prop_assert!(by_field <= joint + 1e-12);
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Numbers under `field_lod/…` in Bevy's diagnostics: sums over all active cameras.
+
+use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
+use bevy::prelude::*;
+
+use crate::LodViewStats;
+
+/// Triangles drawn of meshes with levels of detail.
+pub const TRIANGLES_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_drawn");
+/// Triangles that would have been drawn at full detail.
+pub const TRIANGLES_FULL: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_full");
+/// Drawable units in the visible part of the cuts.
+pub const UNITS_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/units_drawn");
+/// Milliseconds that selection took.
+pub const SELECTION_MS: DiagnosticPath = DiagnosticPath::const_new("field_lod/selection_ms");
+
+pub(crate) fn plugin(app: &mut App) {
+    app.register_diagnostic(Diagnostic::new(TRIANGLES_DRAWN))
+        .register_diagnostic(Diagnostic::new(TRIANGLES_FULL))
+        .register_diagnostic(Diagnostic::new(UNITS_DRAWN))
+        .register_diagnostic(Diagnostic::new(SELECTION_MS).with_suffix("ms"))
+        .add_systems(Last, measure);
+}
+
+fn measure(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &LodViewStats)>) {
+    let active = || cameras.iter().filter(|(camera, _)| camera.is_active);
+    let sum = |value: fn(&LodViewStats) -> f64| active().map(|(_, stats)| value(stats)).sum();
+    diagnostics.add_measurement(&TRIANGLES_DRAWN, || sum(|s| s.triangles_drawn as f64));
+    diagnostics.add_measurement(&TRIANGLES_FULL, || sum(|s| s.triangles_full as f64));
+    diagnostics.add_measurement(&UNITS_DRAWN, || sum(|s| f64::from(s.units_drawn)));
+    diagnostics.add_measurement(&SELECTION_MS, || {
+        sum(|s| s.selection_time.as_secs_f64() * 1e3)
+    });
+}

@@ -1,0 +1,158 @@
+//! The cut: which units of a hierarchy to draw, and how it is chosen.
+
+use fieldlod_hierarchy::{Hierarchy, Unit};
+use glam::Affine3A;
+
+use crate::{InstanceView, View, screen_error_px};
+
+/// What decides how fine a cut is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LodSettings {
+    /// Largest screen-space error, in physical pixels, that a simplification may show
+    /// ([`screen_error_px`]). Smaller is finer; 0 accepts only what cannot be told from the source.
+    pub error_px: f32,
+    /// A group refined in the last cut stays so until its screen-space error falls below this share
+    /// of `error_px`: from 0 (never coarsens again) to 1 (no memory). Keeps a still eye at a
+    /// threshold from flickering.
+    pub hysteresis: f32,
+}
+
+impl Default for LodSettings {
+    /// 1 px, coarsening below 0.8 px.
+    fn default() -> Self {
+        Self {
+            error_px: 1.0,
+            hysteresis: 0.8,
+        }
+    }
+}
+
+impl LodSettings {
+    /// The default at another error in pixels.
+    #[must_use]
+    pub fn with_error_px(error_px: f32) -> Self {
+        Self {
+            error_px,
+            ..Self::default()
+        }
+    }
+}
+
+/// The cut of one instance in one view. Keep it from frame to frame: it is the memory of the
+/// hysteresis, and reusing it allocates nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cut {
+    refined: Vec<bool>,
+    units: Vec<u32>,
+    triangle_count: u64,
+}
+
+impl Cut {
+    /// The units to draw: indices into the hierarchy's `units`, ascending.
+    #[must_use]
+    pub fn units(&self) -> &[u32] {
+        &self.units
+    }
+
+    /// Triangles in the cut.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.triangle_count
+    }
+
+    /// For each group, whether its simplification is too coarse for the view.
+    #[must_use]
+    pub fn refined(&self) -> &[bool] {
+        &self.refined
+    }
+
+    /// Whether `unit` of the hierarchy this cut was selected from is drawn: the cut rule of
+    /// [`Hierarchy`].
+    #[must_use]
+    pub fn draws(&self, unit: &Unit) -> bool {
+        let consumer_refined = self.refined[unit.consumed_by as usize];
+        let producer_refined = unit
+            .producer()
+            .is_some_and(|group| self.refined[group as usize]);
+        consumer_refined && !producer_refined
+    }
+
+    /// Forgets the last cut, as after a teleport.
+    pub fn clear(&mut self) {
+        self.refined.clear();
+        self.units.clear();
+        self.triangle_count = 0;
+    }
+}
+
+/// Selects the cut of one instance, placed by `world_from_local`, in one view.
+///
+/// `cut` brings the last cut of the same instance in the same view, or an empty one, and takes the
+/// new cut. The cut is valid for any input: what is NaN counts as infinite error and is refined.
+pub fn select(
+    hierarchy: &Hierarchy,
+    world_from_local: &Affine3A,
+    view: &View,
+    settings: &LodSettings,
+    cut: &mut Cut,
+) {
+    let instance = InstanceView::new(view, world_from_local);
+    select_with(hierarchy, settings, cut, |group| {
+        screen_error_px(&hierarchy.groups[group], &instance)
+    });
+}
+
+/// Selects a cut by any criterion: `error_px` gives the screen-space error of a group by its index.
+///
+/// This is [`select`] with the field's criterion replaced, for comparing criteria on the same
+/// hierarchy. The cut is valid whatever `error_px` returns.
+pub fn select_with(
+    hierarchy: &Hierarchy,
+    settings: &LodSettings,
+    cut: &mut Cut,
+    error_px: impl Fn(usize) -> f32,
+) {
+    // A cut of another hierarchy has nothing to remember.
+    cut.refined.resize(hierarchy.groups.len(), false);
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        // Closure: finer groups come first, so one pass makes the cut valid.
+        let finer = hierarchy.finer_groups(group);
+        let finer_refined = finer.iter().any(|&finer| cut.refined[finer as usize]);
+        cut.refined[index] = group.is_terminal()
+            || finer_refined
+            || exceeds(error_px(index), settings, cut.refined[index]);
+    }
+    gather_units(hierarchy, cut);
+}
+
+/// Whether an error asks for refinement; NaN does.
+pub(crate) fn exceeds(error_px: f32, settings: &LodSettings, was_refined: bool) -> bool {
+    let threshold_px = if was_refined {
+        settings.error_px * settings.hysteresis
+    } else {
+        settings.error_px
+    };
+    error_px.is_nan() || error_px > threshold_px
+}
+
+fn gather_units(hierarchy: &Hierarchy, cut: &mut Cut) {
+    let Cut { refined, units, .. } = cut;
+    units.clear();
+    let mut triangle_count = 0;
+    for (group, _) in hierarchy
+        .groups
+        .iter()
+        .zip(refined.iter())
+        .filter(|(_, refined)| **refined)
+    {
+        for index in group.units() {
+            let unit = &hierarchy.units[index];
+            let producer = unit.producer();
+            if producer.is_none_or(|producer| !refined[producer as usize]) {
+                units.push(index as u32);
+                triangle_count += u64::from(unit.triangle_count);
+            }
+        }
+    }
+    cut.triangle_count = triangle_count;
+}

@@ -1,0 +1,44 @@
+//! The specification of [`select`](crate::select): the cut rule, straight from its words. Slow,
+//! readable, and what the fast path is tested against.
+
+use fieldlod_hierarchy::Hierarchy;
+
+use crate::LodSettings;
+use crate::cut::exceeds;
+
+/// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
+/// finer group is refined.
+///
+/// `was_refined` tells the last cut's answer for a group, for the hysteresis.
+pub fn is_refined(
+    hierarchy: &Hierarchy,
+    group: usize,
+    settings: &LodSettings,
+    was_refined: &impl Fn(usize) -> bool,
+    error_px: &impl Fn(usize) -> f32,
+) -> bool {
+    let data = &hierarchy.groups[group];
+    data.is_terminal()
+        || exceeds(error_px(group), settings, was_refined(group))
+        || hierarchy
+            .finer_groups(data)
+            .iter()
+            .any(|&finer| is_refined(hierarchy, finer as usize, settings, was_refined, error_px))
+}
+
+/// The units to draw, ascending: a unit is drawn if the group that consumes it is refined and it is
+/// source geometry or the group that produced it is not refined.
+pub fn select(
+    hierarchy: &Hierarchy,
+    settings: &LodSettings,
+    was_refined: &impl Fn(usize) -> bool,
+    error_px: &impl Fn(usize) -> f32,
+) -> Vec<u32> {
+    let refined =
+        |group: u32| is_refined(hierarchy, group as usize, settings, was_refined, error_px);
+    let drawn = |index: &u32| {
+        let unit = &hierarchy.units[*index as usize];
+        refined(unit.consumed_by) && unit.producer().is_none_or(|group| !refined(group))
+    };
+    (0..hierarchy.units.len() as u32).filter(drawn).collect()
+}

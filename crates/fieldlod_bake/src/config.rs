@@ -8,8 +8,8 @@ pub struct BakeConfig {
     /// Most triangles in a cluster, 4 to 256. Larger clusters make larger units: fewer draws, but
     /// more triangles where only a few are wanted.
     pub cluster_triangles: usize,
-    /// How many clusters are simplified together, 2 to 64: a target that a group may exceed by a
-    /// third.
+    /// How many clusters are simplified together, 2 to 1024: a target that a group may exceed by a
+    /// third. Beyond 64, units may need more vertices than their 16-bit indices reach.
     pub group_clusters: usize,
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
     /// below [`stuck_ratio`](Self::stuck_ratio).
@@ -68,7 +68,7 @@ impl BakeConfig {
                 "cluster_triangles",
                 (4..=256).contains(&self.cluster_triangles),
             ),
-            ("group_clusters", (2..=64).contains(&self.group_clusters)),
+            ("group_clusters", (2..=1024).contains(&self.group_clusters)),
             (
                 "stuck_ratio",
                 self.stuck_ratio > 0.0 && self.stuck_ratio <= 1.0,

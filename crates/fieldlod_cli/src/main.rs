@@ -1,2 +1,50 @@
-//! placeholder
-fn main() {}
+//! The `fieldlod` command: bakes level-of-detail hierarchies and looks into them.
+//!
+//! Results go to standard output, as text or with `--json` as one JSON object. Progress and errors
+//! go to standard error; an error is one line that names the file and its fault. The exit code is
+//! 1 for a failure and 2 for a wrong command line.
+
+mod bake;
+mod failure;
+mod inspect;
+mod output;
+mod summary;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+
+/// Automatic, view-dependent level of detail: bake and inspect hierarchies.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Bake(bake::Arguments),
+    Inspect(inspect::Arguments),
+}
+
+impl Command {
+    fn run(&self) -> Result<(), Failure> {
+        match self {
+            Self::Bake(arguments) => bake::run(arguments),
+            Self::Inspect(arguments) => inspect::run(arguments),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    match CommandLine::parse().command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each suite uses its part")]
 
+pub(crate) mod gltf_file;
+
 use std::collections::HashMap;
 
 use fieldlod_hierarchy::Hierarchy;

@@ -1,0 +1,156 @@
+//! Writes small glTF files, right and wrong ones.
+
+use std::path::{Path, PathBuf};
+
+use fieldlod_bake::SourceMesh;
+use glam::{Vec2, Vec3};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+pub(crate) const TRIANGLES: u32 = 4;
+
+/// A glTF file in the making: the JSON and the binary buffer behind it.
+pub(crate) struct GltfFile {
+    pub(crate) json: Value,
+    pub(crate) binary: Vec<u8>,
+    folder: TempDir,
+}
+
+impl GltfFile {
+    /// A file without any mesh.
+    pub(crate) fn empty() -> Self {
+        let json = json!({
+            "asset": { "version": "2.0" },
+            "buffers": [], "bufferViews": [], "accessors": [], "meshes": [], "nodes": [],
+        });
+        Self {
+            json,
+            binary: Vec::new(),
+            folder: TempDir::new().unwrap(),
+        }
+    }
+
+    /// One mesh with the positions, normals, texture coordinates and 32-bit indices of `mesh`.
+    pub(crate) fn of(mesh: &SourceMesh) -> Self {
+        let mut file = Self::empty();
+        file.add_mesh(mesh);
+        file
+    }
+
+    pub(crate) fn add_mesh(&mut self, mesh: &SourceMesh) {
+        let mut attributes = json!({});
+        let positions = mesh.positions.iter().flat_map(Vec3::to_array);
+        let positions = self.add_floats(&positions.collect::<Vec<_>>(), "VEC3");
+        self.json["accessors"][positions]["min"] = json!([0.0, 0.0, 0.0]);
+        self.json["accessors"][positions]["max"] = json!([0.0, 0.0, 0.0]);
+        attributes["POSITION"] = json!(positions);
+        if !mesh.normals.is_empty() {
+            let normals = mesh.normals.iter().flat_map(Vec3::to_array);
+            attributes["NORMAL"] = json!(self.add_floats(&normals.collect::<Vec<_>>(), "VEC3"));
+        }
+        if !mesh.uvs.is_empty() {
+            let uvs = mesh.uvs.iter().flat_map(Vec2::to_array);
+            attributes["TEXCOORD_0"] = json!(self.add_floats(&uvs.collect::<Vec<_>>(), "VEC2"));
+        }
+        let bytes: Vec<u8> = mesh.indices.iter().flat_map(|i| i.to_le_bytes()).collect();
+        let indices = self.add_accessor(&bytes, 5125, "SCALAR", mesh.indices.len());
+        let primitive = json!({ "attributes": attributes, "indices": indices, "mode": TRIANGLES });
+        let mesh = json!({ "name": "part", "primitives": [primitive] });
+        self.list("meshes").push(mesh);
+    }
+
+    pub(crate) fn add_floats(&mut self, floats: &[f32], kind: &str) -> usize {
+        let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let width = match kind {
+            "VEC2" => 2,
+            "VEC3" => 3,
+            _ => 1,
+        };
+        self.add_accessor(&bytes, 5126, kind, floats.len() / width)
+    }
+
+    /// Adds bytes with a view and an accessor of their own.
+    pub(crate) fn add_accessor(
+        &mut self,
+        bytes: &[u8],
+        component: u32,
+        kind: &str,
+        count: usize,
+    ) -> usize {
+        self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        let view =
+            json!({ "buffer": 0, "byteOffset": self.binary.len(), "byteLength": bytes.len() });
+        self.binary.extend(bytes);
+        self.list("bufferViews").push(view);
+        let view = self.list("bufferViews").len() - 1;
+        let accessor = json!({
+            "bufferView": view, "componentType": component, "type": kind, "count": count,
+        });
+        self.list("accessors").push(accessor);
+        self.list("accessors").len() - 1
+    }
+
+    pub(crate) fn list(&mut self, name: &str) -> &mut Vec<Value> {
+        self.json[name].as_array_mut().unwrap()
+    }
+
+    /// The first primitive of the first mesh.
+    pub(crate) fn primitive(&mut self) -> &mut Value {
+        &mut self.json["meshes"][0]["primitives"][0]
+    }
+
+    /// The accessor of an attribute of the first primitive.
+    pub(crate) fn accessor_of(&mut self, attribute: &str) -> &mut Value {
+        let index = self.primitive()["attributes"][attribute].as_u64().unwrap() as usize;
+        &mut self.json["accessors"][index]
+    }
+
+    pub(crate) fn index_accessor(&mut self) -> &mut Value {
+        let index = self.primitive()["indices"].as_u64().unwrap() as usize;
+        &mut self.json["accessors"][index]
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Writes a GLB.
+    pub(crate) fn glb(&mut self) -> PathBuf {
+        let bytes = self.glb_bytes();
+        self.write("mesh.glb", &bytes)
+    }
+
+    pub(crate) fn glb_bytes(&mut self) -> Vec<u8> {
+        if self.json["buffers"].as_array().is_some_and(Vec::is_empty) {
+            self.json["buffers"] = json!([{ "byteLength": self.binary.len() }]);
+        }
+        let mut json = self.json.to_string().into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let mut binary = self.binary.clone();
+        binary.resize(binary.len().next_multiple_of(4), 0);
+        let length = 12 + 8 + json.len() + 8 + binary.len();
+        let mut bytes = b"glTF".to_vec();
+        for number in [2, length as u32, json.len() as u32] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(b"JSON");
+        bytes.extend(json);
+        bytes.extend((binary.len() as u32).to_le_bytes());
+        bytes.extend(b"BIN\0");
+        bytes.extend(binary);
+        bytes
+    }
+
+    /// Writes a `.gltf` whose only buffer is behind `uri`.
+    pub(crate) fn gltf(&mut self, uri: &str) -> PathBuf {
+        self.json["buffers"] = json!([{ "byteLength": self.binary.len(), "uri": uri }]);
+        let text = self.json.to_string();
+        self.write("mesh.gltf", text.as_bytes())
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.folder().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+}

@@ -1,0 +1,242 @@
+//! From glTF bytes to a hierarchy file and back.
+
+mod common;
+
+use std::sync::Mutex;
+
+use common::gltf_file::GltfFile;
+use fieldlod_bake::{
+    BakeConfig, BakeProgress, ImportedPrimitive, SourceMesh, bake_file, bake_mesh, fixtures,
+    import_gltf,
+};
+use fieldlod_hierarchy::BakedFile;
+use glam::{Vec2, Vec3};
+use serde_json::json;
+
+fn import_one(path: &std::path::Path) -> SourceMesh {
+    let mut import = import_gltf(path).unwrap();
+    assert_eq!((import.primitives.len(), import.skipped.len()), (1, 0));
+    import.primitives.remove(0).mesh
+}
+
+#[test]
+fn a_glb_comes_in_bit_for_bit() {
+    for mesh in [fixtures::height_field(9), fixtures::rock(2, 3)] {
+        assert_eq!(import_one(&GltfFile::of(&mesh).glb()), mesh);
+    }
+}
+
+#[test]
+fn external_buffers_and_data_uris_come_in() {
+    let mesh = fixtures::plane(3);
+    let mut file = GltfFile::of(&mesh);
+    file.write("a file.bin", &file.binary);
+    assert_eq!(import_one(&file.gltf("a%20file.bin")), mesh);
+    let text = base64_of(&file.binary);
+    let uri = format!("data:application/octet-stream;base64,{text}");
+    assert_eq!(import_one(&file.gltf(&uri)), mesh);
+}
+
+fn base64_of(bytes: &[u8]) -> String {
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for chunk in bytes.chunks(3) {
+        let byte = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for k in 0..4 {
+            let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
+            text.push(if k <= chunk.len() {
+                char::from(digit)
+            } else {
+                '='
+            });
+        }
+    }
+    text
+}
+
+#[test]
+fn indices_of_every_size_come_in() {
+    let mesh = fixtures::plane(3);
+    for (component, bytes_each) in [(5121, 1), (5123, 2), (5125, 4)] {
+        let mut file = GltfFile::of(&mesh);
+        let bytes = mesh
+            .indices
+            .iter()
+            .flat_map(|i| i.to_le_bytes()[..bytes_each].to_vec());
+        let bytes: Vec<u8> = bytes.collect();
+        let accessor = file.add_accessor(&bytes, component, "SCALAR", mesh.indices.len());
+        file.primitive()["indices"] = json!(accessor);
+        assert_eq!(import_one(&file.glb()), mesh);
+    }
+}
+
+#[test]
+fn missing_indices_count_up() {
+    let mesh = fixtures::flat_shaded(&fixtures::plane(2));
+    let mut file = GltfFile::of(&mesh);
+    file.primitive().as_object_mut().unwrap().remove("indices");
+    assert_eq!(import_one(&file.glb()), mesh);
+}
+
+/// As Bevy does, so that the hashes of both agree.
+#[test]
+fn missing_normals_make_flat_triangles() {
+    let mut mesh = fixtures::height_field(3);
+    mesh.normals.clear();
+    let imported = import_one(&GltfFile::of(&mesh).glb());
+    assert_eq!(imported.indices, (0..54).collect::<Vec<u32>>());
+    for (corner, &vertex) in mesh.indices.iter().enumerate() {
+        assert_eq!(imported.positions[corner], mesh.positions[vertex as usize]);
+        assert_eq!(imported.uvs[corner], mesh.uvs[vertex as usize]);
+    }
+    assert_eq!(imported.normals[0], imported.normals[2]);
+    assert!((imported.normals[0].length() - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn normals_that_bevy_drops_are_dropped() {
+    let mesh = fixtures::plane(2);
+    let mut file = GltfFile::of(&mesh);
+    file.accessor_of("NORMAL")["componentType"] = json!(5120);
+    let imported = import_one(&file.glb());
+    assert_eq!(imported, mesh.without_shared_vertices());
+}
+
+fn quad_with_mode(mode: u32, corners: &[u32]) -> SourceMesh {
+    let mut mesh = fixtures::plane(1);
+    mesh.indices = corners.to_vec();
+    let mut file = GltfFile::of(&mesh);
+    file.primitive()["mode"] = json!(mode);
+    import_one(&file.glb())
+}
+
+#[test]
+fn strips_and_fans_are_unrolled_with_their_winding() {
+    let strip = quad_with_mode(5, &[0, 1, 2, 3]);
+    assert_eq!(strip.indices, [0, 1, 2, 1, 3, 2]);
+    let fan = quad_with_mode(6, &[0, 1, 3, 2]);
+    assert_eq!(fan.indices, [0, 1, 3, 0, 3, 2]);
+    for mesh in [strip, fan] {
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
+        }
+    }
+}
+
+#[test]
+fn interleaved_and_sparse_attributes_come_in() {
+    let mesh = fixtures::plane(2);
+    let mut file = GltfFile::of(&mesh);
+    let floats = mesh.positions.iter().zip(&mesh.normals);
+    let bytes = floats.flat_map(|(p, n)| [p.to_array(), n.to_array()].concat());
+    let bytes: Vec<u8> = bytes.flat_map(f32::to_le_bytes).collect();
+    let accessor = file.add_accessor(&bytes, 5126, "VEC3", mesh.positions.len());
+    let view = file.json["accessors"][accessor]["bufferView"].clone();
+    file.json["bufferViews"][view.as_u64().unwrap() as usize]["byteStride"] = json!(24);
+    file.accessor_of("POSITION")["bufferView"] = view.clone();
+    file.accessor_of("NORMAL")["bufferView"] = view;
+    file.accessor_of("NORMAL")["byteOffset"] = json!(12);
+    assert_eq!(import_one(&file.glb()), mesh);
+
+    let places = file.add_accessor(&[3, 5], 5121, "SCALAR", 2);
+    let values = file.add_floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "VEC3");
+    let places = file.json["accessors"][places]["bufferView"].clone();
+    let values = file.json["accessors"][values]["bufferView"].clone();
+    file.accessor_of("POSITION")["sparse"] = json!({ "count": 2,
+        "indices": { "bufferView": places, "componentType": 5121 },
+        "values": { "bufferView": values } });
+    let imported = import_one(&file.glb());
+    assert_eq!(imported.positions[3], Vec3::new(1.0, 2.0, 3.0));
+    assert_eq!(imported.positions[5], Vec3::new(4.0, 5.0, 6.0));
+    assert_eq!(imported.positions[4], mesh.positions[4]);
+}
+
+#[test]
+fn texture_coordinates_of_every_format_come_in() {
+    let mesh = fixtures::plane(1);
+    for (component, normalized, expected) in [
+        (5121, true, Some(Vec2::new(1.0, 0.2))),
+        (
+            5123,
+            true,
+            Some(Vec2::new(65_535.0 / 65_535.0, 13_107.0 / 65_535.0)),
+        ),
+        (5123, false, None),
+    ] {
+        let pair: &[u8] = if component == 5121 {
+            &[255, 51, 0, 0]
+        } else {
+            &[255, 255, 51, 51]
+        };
+        let mut file = GltfFile::of(&mesh);
+        let accessor = file.add_accessor(&pair.repeat(4), component, "VEC2", 4);
+        let view = file.json["accessors"][accessor]["bufferView"]
+            .as_u64()
+            .unwrap() as usize;
+        file.json["bufferViews"][view]["byteStride"] = json!(4);
+        file.json["accessors"][accessor]["normalized"] = json!(normalized);
+        file.primitive()["attributes"]["TEXCOORD_0"] = json!(accessor);
+        assert_eq!(import_one(&file.glb()).uvs.first().copied(), expected);
+    }
+}
+
+#[test]
+fn several_meshes_bake_in_the_order_of_the_file() {
+    let mut file = GltfFile::empty();
+    let meshes = [
+        fixtures::rock(4, 1),
+        fixtures::plane(40),
+        fixtures::one_triangle(),
+    ];
+    for mesh in &meshes {
+        file.add_mesh(mesh);
+    }
+    let heard: Mutex<Vec<BakeProgress>> = Mutex::default();
+    let listen = |progress| heard.lock().unwrap().push(progress);
+    let outcome = bake_file(&file.glb(), &BakeConfig::default(), &listen).unwrap();
+    assert_eq!(outcome.file.primitives.len(), 3);
+    for (index, mesh) in meshes.iter().take(2).enumerate() {
+        let baked = outcome.file.find(index as u32, 0).unwrap();
+        assert_eq!(baked.name, "part");
+        assert_eq!(baked.hierarchy.source, mesh.source_hash());
+        let alone = bake_mesh(mesh, &BakeConfig::default()).unwrap();
+        assert!(baked.hierarchy == alone);
+    }
+    let heard = heard.into_inner().unwrap();
+    let done = heard.iter().map(|progress| progress.triangles_done).max();
+    assert_eq!(done, Some(heard[0].triangles_total));
+    assert!(
+        heard
+            .iter()
+            .all(|progress| progress.triangles_done <= progress.triangles_total)
+    );
+
+    let bytes = outcome.file.to_bytes();
+    assert!(BakedFile::from_bytes(&bytes).unwrap() == outcome.file);
+}
+
+/// Bakes the models of a folder that a developer names; does nothing elsewhere.
+#[test]
+fn models_of_a_named_folder_bake() {
+    let Some(folder) = std::env::var_os("FIELDLOD_MODELS") else {
+        return;
+    };
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "glb") {
+            for primitive in import_gltf(&path).unwrap().primitives {
+                let ImportedPrimitive { name, mesh, .. } = primitive;
+                let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+                hierarchy.validate().unwrap();
+                println!(
+                    "{}: {name}: {} groups",
+                    path.display(),
+                    hierarchy.groups.len()
+                );
+            }
+        }
+    }
+}

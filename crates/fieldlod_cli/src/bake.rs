@@ -1,0 +1,171 @@
+//! `fieldlod bake`: a glTF file to a `.fieldlod` file.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::output::{bytes_text, print, print_json, thousands, write_whole};
+use crate::summary::PrimitiveSummary;
+
+/// More triangles than this at the coarsest level are worth a word: something kept the simplifier
+/// from going on.
+const STUCK_TRIANGLES: u64 = 512;
+
+/// Bake the static meshes of a glTF file.
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// The .gltf or .glb file.
+    input: PathBuf,
+    /// The .fieldlod file to write [default: beside the input].
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Print a JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    input: String,
+    output: String,
+    seconds: f64,
+    bytes: u64,
+    source_triangles: u64,
+    coarsest_triangles: u64,
+    primitives: Vec<PrimitiveSummary>,
+    skipped: Vec<SkippedReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct SkippedReport {
+    mesh: u32,
+    primitive: u32,
+    name: String,
+    reason: String,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let input = &arguments.input;
+    let beside = || input.with_extension("fieldlod");
+    let output = arguments.output.clone().unwrap_or_else(beside);
+    let started = Instant::now();
+    check_writable(input, &output)?;
+    let outcome = bake_with_progress(input)?;
+    let bytes = outcome.file.to_bytes();
+    write_whole(&output, &bytes)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let report = Report::new(input, &output, &outcome, seconds, bytes.len() as u64);
+    if arguments.json {
+        print_json(&report)
+    } else {
+        print(&report.text())
+    }
+}
+
+fn bake_with_progress(input: &Path) -> Result<BakeOutcome, Failure> {
+    // Draws on standard error, and nothing where that is not a terminal.
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}") {
+        bar.set_style(style);
+    }
+    let show = |progress: BakeProgress| {
+        bar.set_length(progress.triangles_total);
+        bar.set_position(progress.triangles_done);
+    };
+    let outcome = bake_file(input, &BakeConfig::default(), &show);
+    bar.finish_and_clear();
+    outcome.map_err(|error| Failure::new(input, error))
+}
+
+/// Finds out before the work, not after it.
+fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
+    if output.is_dir() {
+        return Err(Failure::new(output, "cannot be written: it is a folder"));
+    }
+    let folder = output.parent().filter(|folder| *folder != Path::new(""));
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Failure::new(output, "cannot be written: no such folder"));
+    }
+    let same = match (fs::canonicalize(input), fs::canonicalize(output)) {
+        (Ok(input), Ok(output)) => input == output,
+        _ => false,
+    };
+    if same {
+        return Err(Failure::new(
+            output,
+            "would overwrite the file it is baked from",
+        ));
+    }
+    Ok(())
+}
+
+impl Report {
+    fn new(input: &Path, output: &Path, outcome: &BakeOutcome, seconds: f64, bytes: u64) -> Self {
+        let primitives = outcome.file.primitives.iter().map(PrimitiveSummary::of);
+        let primitives: Vec<PrimitiveSummary> = primitives.collect();
+        Self {
+            input: input.display().to_string(),
+            output: output.display().to_string(),
+            seconds,
+            bytes,
+            source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
+            coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
+            primitives,
+            skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let units: usize = self.primitives.iter().map(|p| p.units).sum();
+        let levels = self.primitives.iter().map(|p| p.levels.len()).max();
+        let mut text = format!(
+            "{}: {} triangles to {} in {} levels, {} units, {}, {:.2} s",
+            self.output,
+            thousands(self.source_triangles),
+            thousands(self.coarsest_triangles),
+            levels.unwrap_or(0),
+            thousands(units as u64),
+            bytes_text(self.bytes),
+            self.seconds,
+        );
+        for stuck in self
+            .primitives
+            .iter()
+            .filter(|p| p.coarsest_triangles > STUCK_TRIANGLES)
+        {
+            let (title, left) = (stuck.title(), thousands(stuck.coarsest_triangles));
+            let _ = write!(text, "\nstuck: {title}: {left} triangles at its coarsest");
+        }
+        for skipped in &self.skipped {
+            let SkippedReport {
+                mesh,
+                primitive,
+                name,
+                reason,
+            } = skipped;
+            let _ = write!(
+                text,
+                "\nskipped: mesh {mesh} ({name:?}), primitive {primitive}: {reason}"
+            );
+        }
+        text
+    }
+}
+
+impl SkippedReport {
+    fn of(skipped: &Skipped) -> Self {
+        Self {
+            mesh: skipped.mesh_index,
+            primitive: skipped.primitive_index,
+            name: skipped.name.clone(),
+            reason: skipped.reason.to_string(),
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The numbers that both commands tell about a hierarchy.
+
+use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
+use serde::Serialize;
+
+/// One primitive, in numbers.
+#[derive(Debug, Serialize)]
+pub(crate) struct PrimitiveSummary {
+    pub(crate) mesh: u32,
+    pub(crate) primitive: u32,
+    pub(crate) name: String,
+    pub(crate) vertices: usize,
+    pub(crate) source_triangles: u64,
+    /// Triangles of the coarsest cut.
+    pub(crate) coarsest_triangles: u64,
+    pub(crate) groups: usize,
+    pub(crate) units: usize,
+    pub(crate) clusters: usize,
+    pub(crate) levels: Vec<LevelSummary>,
+}
+
+/// The groups of one level, and what they consume.
+#[derive(Debug, Serialize)]
+pub(crate) struct LevelSummary {
+    pub(crate) level: u32,
+    pub(crate) groups: usize,
+    /// Groups with nothing coarser above them.
+    pub(crate) terminal_groups: usize,
+    pub(crate) units: usize,
+    pub(crate) triangles: u64,
+    /// Of the groups that are not terminal.
+    pub(crate) error_in_local: Option<Spread>,
+    pub(crate) radius_in_local: Option<Spread>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Spread {
+    pub(crate) min: f32,
+    pub(crate) median: f32,
+    pub(crate) max: f32,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f32>) -> Option<Self> {
+        let mut values: Vec<f32> = values.collect();
+        values.sort_by(f32::total_cmp);
+        Some(Self {
+            min: *values.first()?,
+            median: values[values.len() / 2],
+            max: *values.last()?,
+        })
+    }
+}
+
+impl PrimitiveSummary {
+    pub(crate) fn of(primitive: &BakedPrimitive) -> Self {
+        let hierarchy = &primitive.hierarchy;
+        let terminal = hierarchy.groups.iter().filter(|group| group.is_terminal());
+        let levels = 0..hierarchy.level_count();
+        Self {
+            mesh: primitive.mesh_index,
+            primitive: primitive.primitive_index,
+            name: primitive.name.clone(),
+            vertices: hierarchy.vertices.positions.len(),
+            source_triangles: hierarchy.source_triangle_count(),
+            coarsest_triangles: terminal.map(|group| triangles_of(hierarchy, group)).sum(),
+            groups: hierarchy.groups.len(),
+            units: hierarchy.units.len(),
+            clusters: hierarchy.clusters.len(),
+            levels: levels
+                .map(|level| LevelSummary::of(hierarchy, level))
+                .collect(),
+        }
+    }
+
+    /// How people call it: by name if it has one.
+    pub(crate) fn title(&self) -> String {
+        let Self {
+            mesh, primitive, ..
+        } = self;
+        if self.name.is_empty() {
+            format!("mesh {mesh}, primitive {primitive}")
+        } else {
+            format!("mesh {mesh} ({:?}), primitive {primitive}", self.name)
+        }
+    }
+}
+
+impl LevelSummary {
+    fn of(hierarchy: &Hierarchy, level: u32) -> Self {
+        let groups = hierarchy.groups.iter().filter(|group| group.level == level);
+        let groups: Vec<&Group> = groups.collect();
+        let simplified = groups.iter().filter(|group| !group.is_terminal());
+        Self {
+            level,
+            groups: groups.len(),
+            terminal_groups: groups.iter().filter(|group| group.is_terminal()).count(),
+            units: groups.iter().map(|group| group.units().len()).sum(),
+            triangles: groups
+                .iter()
+                .map(|group| triangles_of(hierarchy, group))
+                .sum(),
+            error_in_local: Spread::of(simplified.map(|group| group.error_in_local)),
+            radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
+        }
+    }
+}
+
+/// The triangles that `group` consumes.
+fn triangles_of(hierarchy: &Hierarchy, group: &Group) -> u64 {
+    let units = &hierarchy.units[group.units()];
+    units
+        .iter()
+        .map(|unit| u64::from(unit.triangle_count))
+        .sum()
+}

@@ -64,7 +64,10 @@ impl CameraPath {
     /// The pose after this fraction of a round; rounds repeat.
     pub(crate) fn pose(&self, round: f32) -> Pose {
         let length = round.rem_euclid(1.0) * self.length_in_m[SAMPLES];
-        let after = self.length_in_m.partition_point(|&l| l <= length).clamp(1, SAMPLES);
+        let after = self
+            .length_in_m
+            .partition_point(|&l| l <= length)
+            .clamp(1, SAMPLES);
         let [from, to] = [self.length_in_m[after - 1], self.length_in_m[after]];
         let between = (length - from) / (to - from);
         pose_at_parameter(((after - 1) as f32 + between) / SAMPLES as f32)
@@ -123,7 +126,10 @@ mod tests {
         for i in 0..1000 {
             let pose = path.pose(i as f32 / 1000.0);
             let ground = terrain::height(Vec2::new(pose.eye.x, pose.eye.z));
-            assert!(pose.eye.y - ground > 0.8, "{i}: {pose:?}, ground at {ground}");
+            assert!(
+                pose.eye.y - ground > 0.8,
+                "{i}: {pose:?}, ground at {ground}"
+            );
             assert!(pose.eye.distance(pose.target) > 5.0, "{i}");
         }
     }

@@ -50,22 +50,40 @@ pub(crate) fn layout() -> Vec<Placed> {
     scene
 }
 
-/// Spots beside the start of the avenue where models named on the command line stand, in a row,
-/// each facing the path.
+/// Spots beside the start of the avenue where models named on the command line stand, between the
+/// columns, turned towards one who comes through the gate.
 pub(crate) fn guest_spots() -> impl Iterator<Item = Placed> {
     (0..).map(|i| {
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
-        let at = Vec2::new(3.6 * side, 59.0 - 6.0 * (i / 2) as f32);
-        Placed::on_ground(ShapeId::Knot, at, -side * 0.6, 1.0)
+        let at = Vec2::new(4.7 * side, 59.0 - 6.0 * (i / 2) as f32);
+        let ground = Placed::on_ground(ShapeId::Knot, at, -0.7 * side, 1.0);
+        Placed {
+            position: ground.position + Vec3::Y * PLINTH_IN_M.y,
+            ..ground
+        }
     })
 }
 
-/// The height that a model named on the command line is scaled to.
-pub(crate) const GUEST_SIZE_IN_M: f32 = 3.0;
+/// Size of the plinth below each of [`guest_spots`].
+pub(crate) const PLINTH_IN_M: Vec3 = Vec3::new(2.4, 0.7, 2.4);
+
+/// The longest side of a model named on the command line, once it stands there.
+const GUEST_SIZE_IN_M: f32 = 3.0;
+
+/// Scales a model with these bounds to its size in the scene and puts it on its feet at the origin.
+pub(crate) fn fit_guest(min: Vec3, max: Vec3) -> Affine3A {
+    let scale = GUEST_SIZE_IN_M / (max - min).max_element().max(f32::MIN_POSITIVE);
+    let feet = Vec3::new((min.x + max.x) * 0.5, min.y, (min.z + max.z) * 0.5);
+    Affine3A::from_scale(Vec3::splat(scale)) * Affine3A::from_translation(-feet)
+}
 
 fn column(at: Vec2, seed: u32, broken_share: f32) -> Placed {
     let broken = random(seed, 401) < broken_share;
-    let shape = if broken { ShapeId::BrokenColumn } else { ShapeId::Column };
+    let shape = if broken {
+        ShapeId::BrokenColumn
+    } else {
+        ShapeId::Column
+    };
     // Quarter turns keep the square plinths in line.
     let quarter = (random(seed, 402) * 4.0).floor() * FRAC_PI_2;
     Placed::on_ground(shape, at, quarter, 1.0)
@@ -73,7 +91,12 @@ fn column(at: Vec2, seed: u32, broken_share: f32) -> Placed {
 
 /// The gate, the colonnade, and a pair of kings at its end.
 fn avenue() -> Vec<Placed> {
-    let mut placed = vec![Placed::on_ground(ShapeId::Gate, Vec2::new(0.0, 70.0), 0.0, 1.0)];
+    let mut placed = vec![Placed::on_ground(
+        ShapeId::Gate,
+        Vec2::new(0.0, 70.0),
+        0.0,
+        1.0,
+    )];
     for (pair, side) in (0..10).flat_map(|pair| [(pair, -1.0), (pair, 1.0)]) {
         let at = Vec2::new(6.0 * side, 62.0 - 6.0 * pair as f32);
         let seed = pair * 2 + u32::from(side > 0.0);
@@ -81,7 +104,12 @@ fn avenue() -> Vec<Placed> {
     }
     for side in [-1.0, 1.0] {
         let at = Vec2::new(8.2 * side, 3.2);
-        placed.push(Placed::on_ground(ShapeId::SeatedFigure, at, -0.25 * side, 2.1));
+        placed.push(Placed::on_ground(
+            ShapeId::SeatedFigure,
+            at,
+            -0.25 * side,
+            2.1,
+        ));
     }
     placed
 }
@@ -209,9 +237,21 @@ mod tests {
     fn the_scene_has_a_few_hundred_instances_and_ten_million_triangles() {
         let shapes: HashMap<_, _> = crate::shapes::generate_all().into_iter().collect();
         let scene = layout();
-        let triangles: u64 = scene.iter().map(|p| shapes[&p.shape].triangle_count()).sum();
+        let triangles: u64 = scene
+            .iter()
+            .map(|p| shapes[&p.shape].triangle_count())
+            .sum();
         assert!((200..400).contains(&scene.len()), "{}", scene.len());
         assert!(triangles >= 10_000_000, "{triangles}");
+    }
+
+    #[test]
+    fn guests_are_scaled_to_the_same_size_and_stand_on_their_feet() {
+        let (min, max) = (Vec3::new(10.0, 20.0, 30.0), Vec3::new(70.0, 50.0, 60.0));
+        let fit = fit_guest(min, max);
+        let (low, high) = (fit.transform_point3(min), fit.transform_point3(max));
+        assert!((high - low).max_element() - GUEST_SIZE_IN_M < 1e-5);
+        assert!(low.y.abs() < 1e-5 && (low.x + high.x).abs() < 1e-5);
     }
 
     #[test]
@@ -228,7 +268,11 @@ mod tests {
                 let aside = Vec2::new(eye.x, eye.z)
                     .distance(Vec2::new(placed.position.x, placed.position.z));
                 let above = eye.y - placed.position.y;
-                let tallest = if let ShapeId::Rock(_) = placed.shape { 1.5 } else { 7.5 };
+                let tallest = if let ShapeId::Rock(_) = placed.shape {
+                    1.5
+                } else {
+                    7.5
+                };
                 let clear = aside > reach + 0.5 || above > tallest * placed.scale + 0.5;
                 assert!(clear, "{placed:?} at round {}, {eye}", i as f32 / 1000.0);
             }

@@ -38,12 +38,6 @@ impl Shape {
     pub(crate) fn triangle_count(&self) -> u64 {
         self.indices.len() as u64 / 3
     }
-
-    /// Radius around the Y axis and the origin's height: what a walker must keep clear of.
-    pub(crate) fn reach(&self) -> f32 {
-        let flat = self.positions.iter().map(|p| Vec2::new(p.x, p.z).length());
-        flat.fold(0.0, f32::max)
-    }
 }
 
 /// Normals averaged over the triangles around each vertex, by area.
@@ -87,6 +81,12 @@ impl Shape {
             }
         }
         balance.values().filter(|balance| **balance != 0).count()
+    }
+
+    /// Radius around the Y axis: what a walker must keep clear of.
+    pub(crate) fn reach(&self) -> f32 {
+        let flat = self.positions.iter().map(|p| Vec2::new(p.x, p.z).length());
+        flat.fold(0.0, f32::max)
     }
 
     pub(crate) fn signed_volume(&self) -> f32 {

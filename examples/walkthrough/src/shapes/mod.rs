@@ -90,7 +90,10 @@ mod tests {
         for (id, shape) in generate_all() {
             shape.assert_valid();
             let triangles = shape.triangle_count();
-            assert!((40_000..1_500_000).contains(&triangles), "{id:?}: {triangles}");
+            assert!(
+                (40_000..1_500_000).contains(&triangles),
+                "{id:?}: {triangles}"
+            );
             if id != ShapeId::Terrain {
                 assert_eq!(shape.unmatched_edges(), 0, "{id:?}");
                 assert!(shape.signed_volume() > 0.0, "{id:?} is inside out");

@@ -51,7 +51,11 @@ fn radius(direction: Vec3, cuts: &[(Vec3, f32)], seed: u32) -> f32 {
 fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
     let blotch = smoothstep(-0.5, 0.6, fbm(position * 2.5, 4, seed + 31));
     let stone = GRANITE_DARK.lerp(GRANITE, 0.35 + 0.65 * blotch);
-    let growth = smoothstep(0.25, 0.8, normal.y + 0.5 * gradient(position * 4.0, seed + 40));
+    let growth = smoothstep(
+        0.25,
+        0.8,
+        normal.y + 0.5 * gradient(position * 4.0, seed + 40),
+    );
     stone.lerp(LICHEN, 0.7 * growth)
 }
 
@@ -63,11 +67,13 @@ fn icosphere(subdivisions: u32) -> (Vec<Vec3>, Vec<u32>) {
         let mut finer = Vec::with_capacity(triangles.len() * 4);
         for [a, b, c] in triangles {
             let mut middle = |from: u32, to: u32| {
-                *middles.entry((from.min(to), from.max(to))).or_insert_with(|| {
-                    let sum = positions[from as usize] + positions[to as usize];
-                    positions.push(sum.normalize());
-                    positions.len() as u32 - 1
-                })
+                *middles
+                    .entry((from.min(to), from.max(to)))
+                    .or_insert_with(|| {
+                        let sum = positions[from as usize] + positions[to as usize];
+                        positions.push(sum.normalize());
+                        positions.len() as u32 - 1
+                    })
             };
             let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
             finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
@@ -80,7 +86,12 @@ fn icosphere(subdivisions: u32) -> (Vec<Vec3>, Vec<u32>) {
 fn icosahedron() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let golden = (1.0 + 5.0_f32.sqrt()) / 2.0;
     let mut positions = Vec::with_capacity(12);
-    for (long, short) in [(golden, 1.0), (golden, -1.0), (-golden, 1.0), (-golden, -1.0)] {
+    for (long, short) in [
+        (golden, 1.0),
+        (golden, -1.0),
+        (-golden, 1.0),
+        (-golden, -1.0),
+    ] {
         positions.push(Vec3::new(0.0, short, long).normalize());
         positions.push(Vec3::new(short, long, 0.0).normalize());
         positions.push(Vec3::new(long, 0.0, short).normalize());

@@ -41,7 +41,11 @@ fn sample(
         // Half the diagonal is 0.87 of a side; the rest allows for slopes a little above 1.
         let far = middle.abs() > BLOCK as f32;
         for cell in cells(corner, size.min(corner + BLOCK)) {
-            let value = if far { middle } else { distance_in_voxels(cell.as_vec3()) };
+            let value = if far {
+                middle
+            } else {
+                distance_in_voxels(cell.as_vec3())
+            };
             samples[grid.linearize(cell.to_array()) as usize] = value;
         }
     }

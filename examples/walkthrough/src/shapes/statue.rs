@@ -28,10 +28,30 @@ fn king_and_throne(p: Vec3) -> f32 {
 }
 
 fn throne(q: Vec3) -> f32 {
-    let plinth = rounded_box(q, Vec3::new(0.0, 0.08, 0.0), Vec3::new(0.9, 0.37, 1.05), 0.04);
-    let seat = rounded_box(q, Vec3::new(0.0, 0.8, -0.3), Vec3::new(0.56, 0.44, 0.52), 0.05);
-    let back = rounded_box(q, Vec3::new(0.0, 1.3, -0.72), Vec3::new(0.56, 0.75, 0.14), 0.05);
-    let arm_rest = rounded_box(q, Vec3::new(0.6, 1.08, -0.2), Vec3::new(0.09, 0.3, 0.6), 0.05);
+    let plinth = rounded_box(
+        q,
+        Vec3::new(0.0, 0.08, 0.0),
+        Vec3::new(0.9, 0.37, 1.05),
+        0.04,
+    );
+    let seat = rounded_box(
+        q,
+        Vec3::new(0.0, 0.8, -0.3),
+        Vec3::new(0.56, 0.44, 0.52),
+        0.05,
+    );
+    let back = rounded_box(
+        q,
+        Vec3::new(0.0, 1.3, -0.72),
+        Vec3::new(0.56, 0.75, 0.14),
+        0.05,
+    );
+    let arm_rest = rounded_box(
+        q,
+        Vec3::new(0.6, 1.08, -0.2),
+        Vec3::new(0.09, 0.3, 0.6),
+        0.05,
+    );
     plinth.min(smooth_union(seat.min(back), arm_rest, 0.04))
 }
 
@@ -59,7 +79,13 @@ fn head(q: Vec3) -> f32 {
     let neck = limb(q, at(0.0, 2.15, -0.34), at(0.0, 2.42, -0.3), 0.12, 0.10);
     let skull = ellipsoid(q, at(0.0, 2.58, -0.27), at(0.165, 0.235, 0.195));
     let brow = ellipsoid(q, at(0.07, 2.64, -0.10), at(0.08, 0.028, 0.04));
-    let nose = limb(q, at(0.0, 2.62, -0.085), at(0.0, 2.54, -0.045), 0.018, 0.032);
+    let nose = limb(
+        q,
+        at(0.0, 2.62, -0.085),
+        at(0.0, 2.54, -0.045),
+        0.018,
+        0.032,
+    );
     let mouth = ellipsoid(q, at(0.0, 2.465, -0.095), at(0.06, 0.018, 0.035));
     let beard = limb(q, at(0.0, 2.38, -0.12), at(0.0, 2.16, -0.1), 0.06, 0.045);
     let ear = ellipsoid(q, at(0.175, 2.57, -0.24), at(0.03, 0.065, 0.045));
@@ -95,7 +121,11 @@ fn knot_on_pedestal(p: Vec3) -> f32 {
     let pedestal = smooth_union(smooth_union(foot, shaft, 0.12), slab, 0.12);
     // Upright: the knot's axis points along Z.
     let upright = p - Vec3::new(0.0, 2.25, 0.0);
-    smooth_union(pedestal, rope(Vec3::new(upright.x, upright.z, upright.y)), 0.08)
+    smooth_union(
+        pedestal,
+        rope(Vec3::new(upright.x, upright.z, upright.y)),
+        0.08,
+    )
 }
 
 /// The knot that winds three times around the tube while it goes twice around the Y axis.
@@ -128,10 +158,20 @@ fn arch(p: Vec3) -> f32 {
     const SPRING_HEIGHT: f32 = 3.3;
     const OPENING_RADIUS: f32 = 2.15;
     let wall = rounded_box(p, Vec3::new(0.0, 3.2, 0.0), Vec3::new(3.6, 3.7, 0.85), 0.08);
-    let cornice = rounded_box(p, Vec3::new(0.0, 6.2, 0.0), Vec3::new(3.95, 0.22, 1.15), 0.06);
+    let cornice = rounded_box(
+        p,
+        Vec3::new(0.0, 6.2, 0.0),
+        Vec3::new(3.95, 0.22, 1.15),
+        0.06,
+    );
     let attic = rounded_box(p, Vec3::new(0.0, 6.9, 0.0), Vec3::new(3.3, 0.55, 0.8), 0.06);
     let q = Vec3::new(p.x.abs(), p.y, p.z);
-    let base = rounded_box(q, Vec3::new(2.9, 0.1, 0.0), Vec3::new(0.95, 0.55, 1.12), 0.05);
+    let base = rounded_box(
+        q,
+        Vec3::new(2.9, 0.1, 0.0),
+        Vec3::new(0.95, 0.55, 1.12),
+        0.05,
+    );
     let imposts = Vec3::new(2.9, SPRING_HEIGHT, 0.0);
     let impost = rounded_box(q, imposts, Vec3::new(0.86, 0.16, 1.0), 0.05);
     let half_column = limb(
@@ -145,7 +185,11 @@ fn arch(p: Vec3) -> f32 {
     let from_axis = Vec2::new(p.x, (p.y - SPRING_HEIGHT).max(0.0)).length();
     let opening = from_axis - OPENING_RADIUS;
     let rim_in_section = Vec2::new((from_axis - 2.4).abs() - 0.2, q.z.abs() - 0.97);
-    let rim = if p.y > SPRING_HEIGHT { rim_in_section.max_element() } else { f32::MAX };
+    let rim = if p.y > SPRING_HEIGHT {
+        rim_in_section.max_element()
+    } else {
+        f32::MAX
+    };
 
     let trimmed = wall.min(cornice).min(attic).min(rim).max(-opening);
     smooth_union(trimmed.min(base), impost.min(half_column), 0.05).max(-opening)
@@ -159,7 +203,12 @@ fn weather(positions: Vec<Vec3>, indices: &[u32], depth_in_m: f32, per_m: f32) -
         let grain = 0.25 * gradient(*p * per_m * 9.0, 67);
         *p - *normal * depth_in_m * (pits + grain)
     };
-    smooth.positions.iter().zip(&smooth.normals).map(worn).collect()
+    smooth
+        .positions
+        .iter()
+        .zip(&smooth.normals)
+        .map(worn)
+        .collect()
 }
 
 fn weathered_color(p: Vec3, normal: Vec3, stone: Vec3, stain: Vec3) -> Vec3 {

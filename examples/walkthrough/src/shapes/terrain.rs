@@ -83,23 +83,53 @@ const CLIFF: Vec3 = Vec3::new(0.20, 0.175, 0.145);
 const PAVING: Vec3 = Vec3::new(0.36, 0.305, 0.225);
 const JOINT: Vec3 = Vec3::new(0.13, 0.115, 0.06);
 
-/// Linear RGB of the ground at a point of the ground plane.
-pub(crate) fn color(p: Vec2) -> Vec3 {
+/// Linear RGB of the ground at a point of the ground plane with this slope.
+pub(crate) fn color(p: Vec2, slope: f32) -> Vec3 {
     let q = Vec3::new(p.x, 0.0, p.y);
     let patches = fbm(q * 0.11, 4, 301);
     let tufts = gradient(q * 1.9, 311) + 0.6 * gradient(q * 5.1, 313);
     let meadow = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
-    let slope = slope(p) + 0.06 * tufts;
+    let slope = slope + 0.06 * tufts;
     let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, slope));
-    let wild = earth.lerp(CLIFF * lerp(0.8, 1.2, 0.5 + 0.5 * tufts), smoothstep(0.5, 0.75, slope));
-    let overgrown = smoothstep(-1.5, 2.5, distance_to_paving(p) + 2.2 * patches + 0.5 * tufts);
+    let wild = earth.lerp(
+        CLIFF * lerp(0.8, 1.2, 0.5 + 0.5 * tufts),
+        smoothstep(0.5, 0.75, slope),
+    );
+    let overgrown = smoothstep(
+        -1.5,
+        2.5,
+        distance_to_paving(p) + 2.2 * patches + 0.5 * tufts,
+    );
     paving(p, tufts).lerp(wild, overgrown)
 }
 
-fn slope(p: Vec2) -> f32 {
-    let step = 0.8;
-    let along = |axis: Vec2| broad_height(p + axis * step) - broad_height(p - axis * step);
-    Vec2::new(along(Vec2::X), along(Vec2::Y)).length() / (2.0 * step)
+/// The slope of the ground (rise over run) on a grid of 1 m.
+pub(crate) struct Slopes(Vec<f32>);
+
+impl Slopes {
+    pub(crate) fn new() -> Self {
+        let side = SIDE_IN_M as u32 + 1;
+        let corner = |i: u32| Vec2::new((i % side) as f32, (i / side) as f32) - SIDE_IN_M / 2.0;
+        let heights: Vec<_> = (0..side * side).map(|i| broad_height(corner(i))).collect();
+        let at = |x: u32, z: u32| heights[(z.min(side - 1) * side + x.min(side - 1)) as usize];
+        let slope = |i: u32| {
+            let (x, z) = (i % side, i / side);
+            let (left, above) = (x.saturating_sub(1), z.saturating_sub(1));
+            Vec2::new(at(x + 1, z) - at(left, z), at(x, z + 1) - at(x, above)).length() / 2.0
+        };
+        Self((0..side * side).map(slope).collect())
+    }
+
+    /// The slope at a point of the ground plane.
+    pub(crate) fn at(&self, p: Vec2) -> f32 {
+        let side = SIDE_IN_M as usize + 1;
+        let q = (p + SIDE_IN_M / 2.0).clamp(Vec2::ZERO, Vec2::splat(SIDE_IN_M - 0.001));
+        let t = q - q.floor();
+        let corner = q.y as usize * side + q.x as usize;
+        let above = lerp(self.0[corner], self.0[corner + 1], t.x);
+        let below = lerp(self.0[corner + side], self.0[corner + side + 1], t.x);
+        lerp(above, below, t.y)
+    }
 }
 
 fn distance_to_paving(p: Vec2) -> f32 {

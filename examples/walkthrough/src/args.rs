@@ -1,0 +1,136 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+/// Walk through generated ruins, drawn with view-dependent levels of detail.
+#[derive(Clone, Debug, Parser)]
+#[command(version, about)]
+pub(crate) struct Args {
+    /// Models (.glb, .gltf) to join the scene, on plinths along the avenue.
+    #[arg(value_name = "MODEL")]
+    pub(crate) models: Vec<PathBuf>,
+
+    /// Render the camera path to pictures in DIR and print a JSON summary. This also happens
+    /// without a display, in ./walkthrough-out.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) offscreen: Option<PathBuf>,
+
+    /// Draw nothing: select along the camera path and print the JSON summary.
+    #[arg(long, conflicts_with = "offscreen")]
+    pub(crate) headless: bool,
+
+    /// Pictures, or selections, along the camera path.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: u32,
+
+    /// Render only frame N of the path.
+    #[arg(long, value_name = "N")]
+    pub(crate) still: Option<u32>,
+
+    /// Size of the pictures, or of the window, in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(crate) size: Size,
+
+    /// Largest screen-space error, in pixels.
+    #[arg(long, value_name = "PX", default_value_t = 1.0, value_parser = parse_error_px)]
+    pub(crate) error_px: f32,
+
+    /// Split the picture: levels of detail on the left, full detail on the right.
+    #[arg(long)]
+    pub(crate) split: bool,
+
+    /// Paint each level of detail in its own colour.
+    #[arg(long)]
+    pub(crate) levels: bool,
+}
+
+/// A size in physical pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+impl Args {
+    /// Where pictures go; `None` to open a window.
+    pub(crate) fn picture_directory(&self) -> Option<PathBuf> {
+        let without_display = cfg!(target_os = "linux")
+            && ["DISPLAY", "WAYLAND_DISPLAY"]
+                .iter()
+                .all(|name| std::env::var_os(name).is_none_or(|value| value.is_empty()));
+        let default = || without_display.then(|| PathBuf::from("walkthrough-out"));
+        self.offscreen.clone().or_else(default)
+    }
+
+    /// The frames to show, as (number, fraction of a round on the path).
+    pub(crate) fn frames(&self) -> Result<Vec<(u32, f32)>, String> {
+        let frame = |number: u32| (number, number as f32 / self.frames as f32);
+        match self.still {
+            Some(number) if number >= self.frames => Err(format!(
+                "--still {number}: the path has the frames 0 to {}",
+                self.frames - 1
+            )),
+            Some(number) => Ok(vec![frame(number)]),
+            None => Ok((0..self.frames).map(frame).collect()),
+        }
+    }
+}
+
+fn parse_size(text: &str) -> Result<Size, String> {
+    let (width, height) = text
+        .split_once('x')
+        .ok_or("write it as width x height, like 1280x720")?;
+    let side = |text: &str| match text.parse() {
+        Ok(side @ 16..=8192) => Ok(side),
+        _ => Err(format!("{text} is not a number of pixels from 16 to 8192")),
+    };
+    Ok(Size {
+        width: side(width)?,
+        height: side(height)?,
+    })
+}
+
+fn parse_error_px(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(error_px) if (0.0..=1e6).contains(&error_px) => Ok(error_px),
+        _ => Err(format!(
+            "{text} is not a number of pixels from 0 to 1000000"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn rejects_sizes_and_errors_that_make_no_sense() {
+        for size in ["", "12", "1280", "x720", "0x0", "99999x2", "-3x4"] {
+            assert!(parse_size(size).is_err(), "{size}");
+        }
+        for error_px in ["", "NaN", "-1", "inf", "one"] {
+            assert!(parse_error_px(error_px).is_err(), "{error_px}");
+        }
+        let size = Size {
+            width: 640,
+            height: 360,
+        };
+        assert_eq!(parse_size("640x360"), Ok(size));
+    }
+
+    #[test]
+    fn a_still_is_one_frame_of_the_path() {
+        let args = Args::parse_from(["walkthrough", "--still", "6", "--frames", "24"]);
+        assert_eq!(args.frames(), Ok(vec![(6, 0.25)]));
+        let args = Args::parse_from(["walkthrough", "--still", "24"]);
+        assert!(args.frames().is_err());
+    }
+}

@@ -1,0 +1,161 @@
+//! Numbers and labels on the screen.
+
+use bevy::diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin};
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use crate::cameras::{FullDetailCamera, Look, MainCamera};
+use crate::flight::Walk;
+use crate::report::in_short;
+
+const HELP: &str = "WASD QE fly   right mouse look   Shift fast   P path\n\
+                    L levels   F freeze   +/- pixel error   V split   Esc quit";
+
+/// The panel of numbers.
+#[derive(Component)]
+struct Panel;
+
+/// The name of one half of the split screen.
+#[derive(Component)]
+struct Label {
+    view: Entity,
+    title: &'static str,
+}
+
+/// Adds the labels of the split screen.
+pub(crate) fn labels_plugin(app: &mut App) {
+    app.add_systems(Startup, spawn_labels)
+        .add_systems(Update, update_labels);
+}
+
+/// Adds the panel of numbers and key help.
+pub(crate) fn panel_plugin(app: &mut App) {
+    app.add_plugins(FrameTimeDiagnosticsPlugin::default())
+        .add_systems(Startup, spawn_panel)
+        .add_systems(Update, update_panel);
+}
+
+fn text_style(size_px: f32) -> (TextFont, TextColor, TextShadow) {
+    let font = TextFont {
+        font_size: FontSize::Px(size_px),
+        ..default()
+    };
+    (font, TextColor(Color::WHITE), TextShadow::default())
+}
+
+fn spawn_panel(mut commands: Commands, main: Single<Entity, With<MainCamera>>) {
+    commands.spawn((
+        Panel,
+        UiTargetCamera(*main),
+        Text::default(),
+        text_style(15.0),
+        Node {
+            position_type: PositionType::Absolute,
+            top: px(10),
+            left: px(10),
+            padding: UiRect::all(px(8)),
+            ..default()
+        },
+        BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.45)),
+    ));
+}
+
+fn spawn_labels(
+    mut commands: Commands,
+    main: Single<Entity, With<MainCamera>>,
+    twin: Single<Entity, With<FullDetailCamera>>,
+) {
+    for (view, title) in [(*main, "levels of detail"), (*twin, "full detail")] {
+        commands.spawn((
+            Label { view, title },
+            UiTargetCamera(view),
+            Text::default(),
+            text_style(20.0),
+            Node {
+                position_type: PositionType::Absolute,
+                bottom: px(12),
+                left: px(16),
+                ..default()
+            },
+        ));
+    }
+}
+
+fn update_labels(
+    look: Res<Look>,
+    views: Query<&LodViewStats>,
+    labels: Query<(&Label, &mut Text, &mut Visibility)>,
+) {
+    for (label, mut text, mut visibility) in labels {
+        visibility.set_if_neq(if look.split {
+            Visibility::Inherited
+        } else {
+            Visibility::Hidden
+        });
+        let drawn = views
+            .get(label.view)
+            .map_or(0, |stats| stats.triangles_drawn);
+        let line = format!("{}: {} triangles", label.title, in_short(drawn));
+        text.set_if_neq(Text(line));
+    }
+}
+
+fn update_panel(
+    look: Res<Look>,
+    walk: Res<Walk>,
+    debug: Res<LodDebug>,
+    status: Res<LodStatus>,
+    diagnostics: Res<DiagnosticsStore>,
+    stats: Single<&LodViewStats, With<MainCamera>>,
+    mut panel: Single<&mut Text, With<Panel>>,
+) {
+    let frame_ms = diagnostics
+        .get(&FrameTimeDiagnosticsPlugin::FRAME_TIME)
+        .and_then(|diagnostic| diagnostic.smoothed())
+        .unwrap_or(0.0);
+    let share = stats.triangles_drawn as f64 / stats.triangles_full.max(1) as f64;
+    let lines = [
+        format!("frame       {frame_ms:.1} ms"),
+        format!(
+            "triangles   {} of {} ({:.1} %)",
+            in_short(stats.triangles_drawn),
+            in_short(stats.triangles_full),
+            share * 100.0
+        ),
+        format!("units       {}", stats.units_drawn),
+        format!(
+            "selection   {:.2} ms",
+            stats.selection_time.as_secs_f64() * 1e3
+        ),
+        format!("pixel error {:.2}", look.error_px),
+        format!("meshes      {}", status_line(&status)),
+        modes(&walk, &debug),
+        HELP.to_owned(),
+    ];
+    let lines: Vec<_> = lines.into_iter().filter(|line| !line.is_empty()).collect();
+    panel.set_if_neq(Text(lines.join("\n")));
+}
+
+fn status_line(status: &LodStatus) -> String {
+    let mut line = format!("{} ready", status.ready);
+    if status.waiting > 0 {
+        line += &format!(", {} in the making", status.waiting);
+    }
+    if status.plain > 0 {
+        line += &format!(", {} plain", status.plain);
+    }
+    line
+}
+
+fn modes(walk: &Walk, debug: &LodDebug) -> String {
+    let modes = [
+        (!walk.on_path, "free flight"),
+        (debug.color_levels, "level colours"),
+        (debug.freeze, "cut frozen"),
+    ];
+    let on = modes
+        .into_iter()
+        .filter(|(on, _)| *on)
+        .map(|(_, name)| name);
+    on.collect::<Vec<_>>().join(", ")
+}

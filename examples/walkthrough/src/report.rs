@@ -1,0 +1,143 @@
+//! The numbers of a run, printed as JSON.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::args::Args;
+
+/// What one frame took and drew.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FrameNumbers {
+    pub(crate) triangles_drawn: u64,
+    /// Without levels of detail it would have been these.
+    pub(crate) triangles_full: u64,
+    pub(crate) units_drawn: u64,
+    pub(crate) selection_time: Duration,
+    /// The whole frame, on CPU and GPU; `None` if nothing was drawn.
+    pub(crate) frame_time: Option<Duration>,
+}
+
+/// What does not change from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SceneNumbers {
+    pub(crate) adapter: Option<String>,
+    pub(crate) instances: u64,
+    pub(crate) source_triangles: u64,
+    pub(crate) bake_time: Duration,
+}
+
+#[derive(Debug, Serialize)]
+struct Summary {
+    adapter: Option<String>,
+    width_px: u32,
+    height_px: u32,
+    error_px: f32,
+    instances: u64,
+    source_triangles: u64,
+    bake_s: f64,
+    frames: usize,
+    triangles_drawn: Spread,
+    triangles_full: Spread,
+    /// Triangles drawn, as a share of those at full detail, over all frames.
+    drawn_share: f64,
+    units_drawn: Spread,
+    selection_ms: Spread,
+    frame_ms: Option<Spread>,
+}
+
+/// Rounded to a thousandth.
+#[derive(Debug, PartialEq, Serialize)]
+struct Spread {
+    mean: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = values.clone().count().max(1) as f64;
+        let rounded = |value: f64| (value * 1e3).round() / 1e3;
+        Self {
+            mean: rounded(values.clone().sum::<f64>() / count),
+            min: rounded(values.clone().reduce(f64::min).unwrap_or(0.0)),
+            max: rounded(values.reduce(f64::max).unwrap_or(0.0)),
+        }
+    }
+}
+
+/// Prints the summary of a run on stdout.
+pub(crate) fn print(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) {
+    let summary = summarise(args, scene, frames);
+    let json = serde_json::to_string_pretty(&summary).expect("plain numbers and text serialise");
+    println!("{json}");
+}
+
+fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summary {
+    let spread = |value: fn(&FrameNumbers) -> f64| Spread::of(frames.iter().map(value));
+    let triangles_drawn = spread(|f| f.triangles_drawn as f64);
+    let triangles_full = spread(|f| f.triangles_full as f64);
+    let frame_ms = frames.iter().filter_map(|f| f.frame_time).map(milliseconds);
+    let drawn_share = triangles_drawn.mean / triangles_full.mean.max(1.0);
+    Summary {
+        adapter: scene.adapter.clone(),
+        width_px: args.size.width,
+        height_px: args.size.height,
+        error_px: args.error_px,
+        instances: scene.instances,
+        source_triangles: scene.source_triangles,
+        bake_s: (scene.bake_time.as_secs_f64() * 1e3).round() / 1e3,
+        frames: frames.len(),
+        triangles_drawn,
+        triangles_full,
+        drawn_share: (drawn_share * 1e5).round() / 1e5,
+        units_drawn: spread(|f| f.units_drawn as f64),
+        selection_ms: spread(|f| milliseconds(f.selection_time)),
+        frame_ms: (frame_ms.clone().count() > 0).then(|| Spread::of(frame_ms)),
+    }
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// A count of triangles to read at a glance: `1.23 M`, `45.6 k`, `789`.
+pub(crate) fn in_short(count: u64) -> String {
+    match count {
+        1_000_000.. => format!("{:.2} M", count as f64 / 1e6),
+        10_000.. => format!("{:.1} k", count as f64 / 1e3),
+        _ => count.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[test]
+    fn the_summary_averages_the_frames() {
+        let frame = |drawn| FrameNumbers {
+            triangles_drawn: drawn,
+            triangles_full: 1000,
+            ..FrameNumbers::default()
+        };
+        let args = Args::parse_from(["walkthrough"]);
+        let summary = summarise(&args, &SceneNumbers::default(), &[frame(100), frame(300)]);
+        let spread = Spread {
+            mean: 200.0,
+            min: 100.0,
+            max: 300.0,
+        };
+        assert_eq!(summary.triangles_drawn, spread);
+        assert!((summary.drawn_share - 0.2).abs() < 1e-9);
+        assert_eq!(summary.frame_ms, None);
+    }
+
+    #[test]
+    fn counts_read_at_a_glance() {
+        assert_eq!(in_short(789), "789");
+        assert_eq!(in_short(45_600), "45.6 k");
+        assert_eq!(in_short(1_234_567), "1.23 M");
+    }
+}

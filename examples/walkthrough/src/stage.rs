@@ -1,0 +1,157 @@
+//! The scene as Bevy entities.
+
+use std::collections::HashMap;
+use std::time::Instant;
+
+use bevy::app::PluginGroupBuilder;
+use bevy::asset::{RenderAssetUsages, UnapprovedPathMode};
+use bevy::log::LogPlugin;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use crate::args::Args;
+use crate::cameras::{self, Look};
+use crate::guests::{self, Guests};
+use crate::scene::{self, Placed};
+use crate::shapes::{self, Shape, ShapeId};
+use crate::{ground, sky};
+
+/// What is generated before the app starts.
+#[derive(Resource)]
+struct Ingredients {
+    shapes: Vec<(ShapeId, Shape)>,
+    ground: Image,
+}
+
+/// The size of the scene without guests.
+#[derive(Resource, Clone, Copy, Debug)]
+pub(crate) struct SceneSize {
+    pub(crate) instances: u64,
+    pub(crate) source_triangles: u64,
+}
+
+/// Bevy's plugins as every rendering mode needs them; the caller adds its window.
+pub(crate) fn default_plugins() -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(AssetPlugin {
+            // Models on the command line may lie anywhere.
+            unapproved_path_mode: UnapprovedPathMode::Allow,
+            ..default()
+        })
+        .set(LogPlugin {
+            // Failed models are reported by `guests`, with one line each.
+            filter: "warn,bevy_fieldlod=info,bevy_asset=off,bevy_render::renderer=error,\
+                     wgpu_hal=error"
+                .into(),
+            ..default()
+        })
+}
+
+/// Generates the scene and adds all that shows it.
+pub(crate) fn set(app: &mut App, args: &Args) {
+    let start = Instant::now();
+    let (shapes, ground) = std::thread::scope(|scope| {
+        let ground = scope.spawn(ground::paint);
+        let shapes = shapes::generate_all();
+        (
+            shapes,
+            ground.join().expect("the ground is painted without panics"),
+        )
+    });
+    let seconds = start.elapsed().as_secs_f32();
+    eprintln!("walkthrough: scene generated in {seconds:.1} s");
+    app.insert_resource(Ingredients { shapes, ground })
+        .insert_resource(Look {
+            error_px: args.error_px,
+            split: args.split,
+        })
+        .insert_resource(Guests::new(&args.models))
+        .add_plugins((FieldLodPlugin, sky::plugin, cameras::plugin, guests::plugin))
+        .insert_resource(LodDebug {
+            color_levels: args.levels,
+            ..default()
+        })
+        .add_systems(Startup, build);
+}
+
+fn build(world: &mut World) {
+    let Some(ingredients) = world.remove_resource::<Ingredients>() else {
+        return;
+    };
+    let ground = world
+        .resource_mut::<Assets<Image>>()
+        .add(ingredients.ground);
+    let mut kinds = HashMap::new();
+    for (id, shape) in ingredients.shapes {
+        let triangles = shape.triangle_count();
+        let (mesh, mean_color) = mesh(shape);
+        let material = material(id, mean_color, &ground);
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let material = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(material);
+        kinds.insert(id, (mesh, material, triangles));
+    }
+    let mut size = SceneSize {
+        instances: 0,
+        source_triangles: 0,
+    };
+    for placed in scene::layout() {
+        let (mesh, material, triangles) = &kinds[&placed.shape];
+        size.instances += 1;
+        size.source_triangles += triangles;
+        world.spawn((
+            Name::new(placed.shape.name()),
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            transform(&placed),
+            AutoLod::default(),
+        ));
+    }
+    world.insert_resource(size);
+}
+
+pub(crate) fn transform(placed: &Placed) -> Transform {
+    Transform {
+        translation: placed.position,
+        rotation: placed.rotation,
+        scale: Vec3::splat(placed.scale),
+    }
+}
+
+/// The mesh, with vertex colours relative to their mean, and that mean.
+fn mesh(shape: Shape) -> (Mesh, Vec3) {
+    let count = shape.colors.len().max(1) as f32;
+    let mean = match shape.colors.iter().sum::<Vec3>() / count {
+        Vec3::ZERO => Vec3::ONE,
+        mean => mean,
+    };
+    let relative = |color: &Vec3| (*color / mean).extend(1.0).to_array();
+    let colors: Vec<_> = shape.colors.iter().map(relative).collect();
+    let mut mesh = Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, shape.positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, shape.normals)
+    .with_inserted_indices(Indices::U32(shape.indices));
+    if !colors.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colors);
+    }
+    if !shape.uvs.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, shape.uvs);
+    }
+    (mesh, mean)
+}
+
+fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMaterial {
+    let is_ground = id == ShapeId::Terrain;
+    StandardMaterial {
+        base_color: Color::linear_rgb(mean_color.x, mean_color.y, mean_color.z),
+        base_color_texture: is_ground.then(|| ground.clone()),
+        perceptual_roughness: 0.92,
+        reflectance: 0.25,
+        ..default()
+    }
+}

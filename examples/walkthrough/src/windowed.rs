@@ -1,0 +1,61 @@
+//! The window: path or free flight, with keys and numbers.
+
+use std::f32::consts::SQRT_2;
+
+use bevy::app::AppExit;
+use bevy::prelude::*;
+use bevy::window::{PresentMode, WindowResolution};
+use bevy_fieldlod::prelude::*;
+
+use crate::args::Args;
+use crate::cameras::{CameraTarget, Look};
+use crate::{flight, hud, stage};
+
+/// Opens the window and runs until it is closed.
+pub(crate) fn run(args: &Args) -> Result<(), String> {
+    let window = Window {
+        title: "fieldlod walkthrough".into(),
+        resolution: WindowResolution::new(args.size.width, args.size.height),
+        present_mode: PresentMode::AutoVsync,
+        ..default()
+    };
+    let mut app = App::new();
+    app.add_plugins(stage::default_plugins().set(WindowPlugin {
+        primary_window: Some(window),
+        ..default()
+    }))
+    .insert_resource(CameraTarget::default());
+    stage::set(&mut app, args);
+    app.add_plugins((flight::plugin, hud::labels_plugin, hud::panel_plugin))
+        .add_systems(Update, switch);
+    match app.run() {
+        AppExit::Success => Ok(()),
+        AppExit::Error(code) => Err(format!("the window ended with code {code}")),
+    }
+}
+
+/// The keys that change what is seen.
+fn switch(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut look: ResMut<Look>,
+    mut debug: ResMut<LodDebug>,
+    mut exit: MessageWriter<AppExit>,
+) {
+    for key in keys.get_just_pressed() {
+        match key {
+            KeyCode::KeyL => debug.color_levels = !debug.color_levels,
+            KeyCode::KeyF => debug.freeze = !debug.freeze,
+            KeyCode::KeyV => look.split = !look.split,
+            KeyCode::Equal | KeyCode::NumpadAdd => {
+                look.error_px = (look.error_px * SQRT_2).min(1e3)
+            }
+            KeyCode::Minus | KeyCode::NumpadSubtract => {
+                look.error_px = (look.error_px / SQRT_2).max(1e-2);
+            }
+            KeyCode::Escape => {
+                exit.write(AppExit::Success);
+            }
+            _ => {}
+        }
+    }
+}

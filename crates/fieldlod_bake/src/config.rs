@@ -27,7 +27,7 @@ pub struct BakeConfig {
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,
     /// Whether a stuck group may be merged on a grid, without regard to its topology. It coarsens
-    /// foliage and debris further, but opens holes in closed surfaces.
+    /// debris further, but moves borders and opens edges away from them.
     pub sloppy_fallback: bool,
 }
 

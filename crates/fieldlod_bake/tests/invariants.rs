@@ -39,6 +39,7 @@ fn cuts_of(hierarchy: &Hierarchy, seed: u64) -> Vec<Vec<[u32; 3]>> {
     cuts
 }
 
+/// Every edge of a cut is matched by its opposite, as in the closed source.
 fn assert_closed(mesh: &SourceMesh, hierarchy: &Hierarchy, seed: u64) {
     let weld = weld(&mesh.positions);
     for (index, triangles) in cuts_of(hierarchy, seed).iter().enumerate() {
@@ -106,6 +107,64 @@ fn open_meshes_open_only_at_their_borders() {
         for config in [BakeConfig::default(), many_groups()] {
             println!("{name}");
             assert_borders_stay(&mesh, &bake(&mesh, &config), 5);
+        }
+    }
+}
+
+/// A piece of surface drawn twice or not at all would show in the volume.
+#[test]
+fn every_cut_covers_the_surface_once() {
+    let mesh = fixtures::rock(5, 1);
+    let (source, _) = mesh.indices.as_chunks::<3>();
+    let hierarchy = bake(&mesh, &many_groups());
+    assert!(
+        hierarchy.level_count() > 6,
+        "too few levels to test anything"
+    );
+    for triangles in cuts_of(&hierarchy, 11) {
+        let share = volume(&mesh, &triangles) / volume(&mesh, source);
+        assert!(
+            (0.9..1.02).contains(&share),
+            "{} triangles: {share}",
+            triangles.len()
+        );
+    }
+}
+
+fn volume(mesh: &SourceMesh, triangles: &[[u32; 3]]) -> f32 {
+    let corners = triangles
+        .iter()
+        .map(|t| t.map(|v| mesh.positions[v as usize]));
+    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
+#[test]
+fn the_coarsest_cut_is_small() {
+    for mesh in [
+        fixtures::rock(6, 1),
+        fixtures::torus_knot(400, 40),
+        fixtures::height_field(200),
+    ] {
+        let hierarchy = bake(&mesh, &BakeConfig::default());
+        let triangles = cut(&hierarchy, |_| false).len();
+        assert!(
+            (1..=256).contains(&triangles),
+            "{triangles} triangles are left"
+        );
+    }
+}
+
+#[test]
+fn texture_seams_are_not_torn() {
+    let mesh = fixtures::torus_knot(200, 24);
+    let hierarchy = bake(&mesh, &many_groups());
+    for triangles in cuts_of(&hierarchy, 13) {
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|v| mesh.uvs[v as usize]);
+            // Torn, a triangle would run from one end of the texture (v = 0) to the other (v = 1).
+            let low = a.y.min(b.y).min(c.y);
+            let high = a.y.max(b.y).max(c.y);
+            assert!(high - low < 0.95, "a triangle spans v from {low} to {high}");
         }
     }
 }

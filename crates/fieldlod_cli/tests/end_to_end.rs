@@ -1,0 +1,250 @@
+//! The program as its users run it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+fn fieldlod(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A flat grid of `2 · cells²` triangles as a GLB.
+fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
+    let side = cells + 1;
+    let corners = (0..side * side).map(|i| [(i / side) as f32, 0.0, (i % side) as f32]);
+    let positions: Vec<u8> = corners.flatten().flat_map(f32::to_le_bytes).collect();
+    let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
+    let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
+    let indices: Vec<u8> = triangles.flat_map(u32::to_le_bytes).collect();
+    let normals: Vec<u8> = [0.0f32, 1.0, 0.0]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    let normals = normals.repeat((side * side) as usize);
+    let (p, n, i) = (positions.len(), normals.len(), indices.len());
+    let count = side * side;
+    let json = json!({
+        "asset": { "version": "2.0" },
+        "buffers": [{ "byteLength": p + n + i }],
+        "bufferViews": [
+            { "buffer": 0, "byteOffset": 0, "byteLength": p },
+            { "buffer": 0, "byteOffset": p, "byteLength": n },
+            { "buffer": 0, "byteOffset": p + n, "byteLength": i },
+        ],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count,
+              "min": [0, 0, 0], "max": [cells, 0, cells] },
+            { "bufferView": 1, "componentType": 5126, "type": "VEC3", "count": count },
+            { "bufferView": 2, "componentType": 5125, "type": "SCALAR", "count": i / 4 },
+        ],
+        "meshes": [{ "name": "grid", "primitives": [
+            { "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2 },
+            { "attributes": { "POSITION": 0, "NORMAL": 1 }, "mode": 0 },
+        ] }],
+    });
+    let path = folder.join("grid.glb");
+    fs::write(&path, glb(&json, &[positions, normals, indices].concat())).unwrap();
+    path
+}
+
+fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let length = 12 + 8 + json.len() + 8 + binary.len();
+    let mut bytes = b"glTF".to_vec();
+    bytes.extend(
+        [2, length as u32, json.len() as u32]
+            .iter()
+            .flat_map(|n| n.to_le_bytes()),
+    );
+    bytes.extend(b"JSON");
+    bytes.extend(json);
+    bytes.extend((binary.len() as u32).to_le_bytes());
+    bytes.extend(b"BIN\0");
+    bytes.extend(binary);
+    bytes
+}
+
+#[test]
+fn bakes_and_inspects() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 64);
+    let output = folder.path().join("grid.fieldlod");
+
+    let bake = fieldlod(&["bake", text(&input), "-o", text(&output)]);
+    assert!(bake.status.success(), "{bake:?}");
+    let said = String::from_utf8(bake.stdout).unwrap();
+    assert!(said.contains("8,192 triangles to "), "{said}");
+    assert!(
+        said.contains("skipped: mesh 0 (\"grid\"), primitive 1"),
+        "{said}"
+    );
+    assert!(
+        bake.stderr.is_empty(),
+        "progress where there is no terminal"
+    );
+
+    let inspect = fieldlod(&["inspect", text(&output)]);
+    assert!(inspect.status.success());
+    let said = String::from_utf8(inspect.stdout).unwrap();
+    assert!(
+        said.contains("mesh 0 (\"grid\"), primitive 0: 8,192 triangles"),
+        "{said}"
+    );
+
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 2, "a temporary file was left");
+}
+
+#[test]
+fn json_is_one_object_on_standard_output() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 64);
+    let bake = fieldlod(&["bake", "--json", text(&input)]);
+    let report: Value = serde_json::from_slice(&bake.stdout).unwrap();
+    assert_eq!(report["source_triangles"], 8_192);
+    assert_eq!(
+        report["skipped"][0]["reason"],
+        "it is made of points or lines"
+    );
+    let output = input.with_extension("fieldlod");
+    assert_eq!(report["bytes"], fs::metadata(&output).unwrap().len());
+
+    let inspect = fieldlod(&["inspect", text(&output), "--json"]);
+    let inspected: Value = serde_json::from_slice(&inspect.stdout).unwrap();
+    assert_eq!(inspected["primitives"], report["primitives"]);
+    let levels = inspected["primitives"][0]["levels"].as_array().unwrap();
+    assert_eq!(levels[0]["triangles"], 8_192);
+    assert!(levels[0]["error_in_local"]["max"].is_number());
+}
+
+/// Runs a command that must fail with one line that names the file and holds `fault`.
+fn assert_fails(arguments: &[&str], file: &Path, fault: &str) {
+    let output = fieldlod(arguments);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(output.stdout.is_empty(), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(
+        said.starts_with(&format!("error: {}: ", file.display())),
+        "{said}"
+    );
+    assert!(said.contains(fault), "{said}");
+}
+
+#[test]
+fn rejects_bad_input_files_in_one_line() {
+    let folder = TempDir::new().unwrap();
+    let whole = fs::read(grid_glb(folder.path(), 4)).unwrap();
+    let mut nan = whole.clone();
+    let position = nan.len() - 4 * 4 * 6 * 4 - 25 * 24;
+    nan[position..position + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let mut index = whole.clone();
+    let last = index.len() - 4;
+    index[last..].copy_from_slice(&25u32.to_le_bytes());
+    for (name, bytes, fault) in [
+        ("empty.glb", &b""[..], "the file is empty"),
+        ("text.glb", b"hello", "not a glTF file"),
+        (
+            "cut.glb",
+            &whole[..whole.len() - 7],
+            "truncated: the file ends after",
+        ),
+        (
+            "json.gltf",
+            b"{\"asset\":{\"version\":\"2.0\"}}",
+            "it has no meshes",
+        ),
+        ("bad.gltf", b"{\"asset\":", "not valid glTF: "),
+        (
+            "nan.glb",
+            &nan,
+            "mesh 0 (\"grid\"), primitive 0: vertex 0 lies at [NaN, 0, 0]",
+        ),
+        (
+            "index.glb",
+            &index,
+            "index 95 is 25, but there are only 25 vertices",
+        ),
+    ] {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        assert_fails(&["bake", text(&path)], &path, fault);
+        assert!(!path.with_extension("fieldlod").exists());
+    }
+    let missing = folder.path().join("missing.glb");
+    assert_fails(&["bake", text(&missing)], &missing, "cannot be read: ");
+    assert_fails(
+        &["bake", text(folder.path())],
+        folder.path(),
+        "cannot be read: ",
+    );
+}
+
+#[test]
+fn rejects_bad_fieldlod_files_in_one_line() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 8);
+    let path = folder.path().join("grid.fieldlod");
+    assert!(fieldlod(&["bake", text(&input)]).status.success());
+    let whole = fs::read(&path).unwrap();
+    let mut stale = whole.clone();
+    stale[8] = 0;
+    let mut corrupt = whole.clone();
+    corrupt[100] ^= 1;
+    let cut = &whole[..whole.len() / 2];
+    for (bytes, fault) in [
+        (&b""[..], "not a .fieldlod file"),
+        (
+            &stale,
+            "format version 0, but this program reads version 1: bake again",
+        ),
+        (&corrupt, "corrupt: the checksum does not fit"),
+        (cut, "truncated: the file ends after"),
+    ] {
+        fs::write(&path, bytes).unwrap();
+        assert_fails(&["inspect", text(&path)], &path, fault);
+    }
+    assert_fails(
+        &["inspect", text(folder.path())],
+        folder.path(),
+        "cannot be read: ",
+    );
+}
+
+#[test]
+fn rejects_outputs_that_cannot_be_written() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 4);
+    let before = fs::read(&input).unwrap();
+    for (output, fault) in [
+        (folder.path().to_owned(), "it is a folder"),
+        (folder.path().join("none/a.fieldlod"), "no such folder"),
+        (input.clone(), "would overwrite the file it is baked from"),
+    ] {
+        assert_fails(&["bake", text(&input), "-o", text(&output)], &output, fault);
+    }
+    assert_eq!(fs::read(&input).unwrap(), before);
+}
+
+#[test]
+fn wrong_command_lines_exit_with_2() {
+    for arguments in [
+        &["bake"][..],
+        &["bake", "a.glb", "--nope"],
+        &["frobnicate"],
+        &[],
+    ] {
+        assert_eq!(fieldlod(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}

@@ -7,6 +7,7 @@ use fieldlod_bake::{
     AccessorFault, BakeConfig, BakeOutcome, BufferFault, ImportError, MeshError, SkipReason,
     bake_file, fixtures, import_gltf,
 };
+use proptest::prelude::*;
 use serde_json::json;
 
 fn bake(path: &std::path::Path) -> Result<BakeOutcome, ImportError> {
@@ -353,4 +354,30 @@ fn skips_a_primitive_without_triangles() {
     let mut file = square();
     file.index_accessor()["count"] = json!(0);
     assert_eq!(skip_reason_of(&file.glb()), SkipReason::NoTriangles);
+}
+
+/// A change of a file: at a share of its length, either any byte or one that keeps numbers numbers.
+fn change() -> impl Strategy<Value = (u16, u8)> {
+    (
+        any::<u16>(),
+        prop_oneof![any::<u8>(), b'0'..=b'9', b'0'..=b'9'],
+    )
+}
+
+proptest! {
+    /// An answer, whatever the bytes, and never a panic.
+    #[test]
+    fn survives_any_change(changes in prop::collection::vec(change(), 1..4)) {
+        let mut file = square();
+        let mut bytes = file.glb_bytes();
+        for (place, value) in changes {
+            let place = usize::from(place) * bytes.len() / (usize::from(u16::MAX) + 1);
+            bytes[place] = value;
+        }
+        if let Ok(outcome) = bake(&file.write("changed.glb", &bytes)) {
+            for primitive in outcome.file.primitives {
+                primitive.hierarchy.validate().unwrap();
+            }
+        }
+    }
 }

@@ -63,6 +63,13 @@ pub enum InvalidHierarchy {
     /// A group that is not terminal must produce something, or its surface would vanish.
     #[error("group {group} is not terminal but produces no unit")]
     ProducesNothing { group: usize },
+    /// Levels count simplifications.
+    #[error("group {group} stands at level {level}, but its finer groups put it at {expected}")]
+    BadLevel {
+        group: usize,
+        level: u32,
+        expected: u32,
+    },
     /// Errors are lengths and never shrink from finer to coarser.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
@@ -143,7 +150,21 @@ impl Hierarchy {
             .clusters
             .iter()
             .map(|c| (c.first_triangle, c.triangle_count));
-        check_tiling("triangles", "cluster", triangles, triangle_count)
+        check_tiling("triangles", "cluster", triangles, triangle_count)?;
+        self.check_clusters_of_units()
+    }
+
+    /// Both tile the same triangles, so equal counts are equal ranges.
+    fn check_clusters_of_units(&self) -> Result<(), E> {
+        for (index, unit) in self.units.iter().enumerate() {
+            let clusters = &self.clusters[unit.clusters()];
+            let triangles = clusters.iter().map(|c| u64::from(c.triangle_count));
+            if triangles.sum::<u64>() != u64::from(unit.triangle_count) {
+                let (what, owner) = ("clusters", "unit");
+                return Err(E::BrokenRange { what, owner, index });
+            }
+        }
+        Ok(())
     }
 
     fn check_references(&self) -> Result<(), E> {
@@ -188,6 +209,7 @@ impl Hierarchy {
             }
             self.check_units_of(index)?;
             self.check_finer_of(index)?;
+            self.check_level_of(index)?;
         }
         for (unit, producer) in self.units.iter().map(|u| u.produced_by).enumerate() {
             if producer == NO_GROUP {
@@ -240,6 +262,22 @@ impl Hierarchy {
         }
     }
 
+    fn check_level_of(&self, group: usize) -> Result<(), E> {
+        let level = self.groups[group].level;
+        let finer = self.finer_groups(&self.groups[group]).iter();
+        // Finer groups come before and were checked, so that this cannot overflow.
+        let above = finer.map(|&finer| self.groups[finer as usize].level + 1);
+        let expected = above.max().unwrap_or(0);
+        if level == expected {
+            return Ok(());
+        }
+        Err(E::BadLevel {
+            group,
+            level,
+            expected,
+        })
+    }
+
     fn check_errors(&self) -> Result<(), E> {
         for (index, group) in self.groups.iter().enumerate() {
             let error = group.error_in_local;
@@ -268,22 +306,45 @@ impl Hierarchy {
         for (index, cluster) in self.clusters.iter().enumerate() {
             check_sphere("cluster", index, &cluster.bounds)?;
         }
-        for (index, unit) in self.units.iter().enumerate() {
-            let mut consumers = vec![unit.consumed_by];
-            consumers.extend(unit.producer());
-            for &vertex in self.vertices_of(unit) {
-                let position = self.vertices.positions[vertex as usize];
-                if !unit.aabb.contains(position) {
-                    let owner = "unit";
+        for index in 0..self.units.len() {
+            self.check_bounds_of_unit(index)?;
+            self.check_bounds_of_clusters(index)?;
+        }
+        Ok(())
+    }
+
+    fn check_bounds_of_unit(&self, index: usize) -> Result<(), E> {
+        let unit = &self.units[index];
+        let groups = [Some(unit.consumed_by), unit.producer()];
+        for &vertex in self.vertices_of(unit) {
+            let position = self.vertices.positions[vertex as usize];
+            if !unit.aabb.contains(position) {
+                let owner = "unit";
+                return Err(E::LooseTriangles { owner, index });
+            }
+            for group in groups.into_iter().flatten() {
+                let index = group as usize;
+                if !self.groups[index].bounds.contains(position) {
+                    let owner = "group";
                     return Err(E::LooseTriangles { owner, index });
                 }
-                for &group in &consumers {
-                    let index = group as usize;
-                    if !self.groups[index].bounds.contains(position) {
-                        let owner = "group";
-                        return Err(E::LooseTriangles { owner, index });
-                    }
-                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_bounds_of_clusters(&self, unit: usize) -> Result<(), E> {
+        let unit = &self.units[unit];
+        let mut triangles = self.source_triangles_of(unit);
+        for index in unit.clusters() {
+            let cluster = &self.clusters[index];
+            let corners = triangles.by_ref().take(cluster.triangle_count as usize);
+            let mut positions = corners
+                .flatten()
+                .map(|v| self.vertices.positions[v as usize]);
+            if !positions.all(|position| cluster.bounds.contains(position)) {
+                let owner = "cluster";
+                return Err(E::LooseTriangles { owner, index });
             }
         }
         Ok(())

@@ -1,0 +1,320 @@
+//! One test for each invariant of a hierarchy: broken, it is named.
+
+use fieldlod_hierarchy::InvalidHierarchy as Fault;
+use fieldlod_hierarchy::{Hierarchy, NO_GROUP, fixtures};
+use glam::{Vec2, Vec3};
+
+fn fault_after(change: impl FnOnce(&mut Hierarchy)) -> Fault {
+    let mut hierarchy = fixtures::two_level_strip();
+    hierarchy.validate().unwrap();
+    change(&mut hierarchy);
+    hierarchy.validate().unwrap_err()
+}
+
+macro_rules! assert_rejects {
+    ($change:expr, $pattern:pat) => {
+        let fault = fault_after($change);
+        assert!(matches!(fault, $pattern), "{fault:?}");
+    };
+}
+
+#[test]
+fn accepts_a_hierarchy_of_nothing() {
+    Hierarchy::default().validate().unwrap();
+    assert_eq!(Hierarchy::default().level_count(), 0);
+    assert!(Hierarchy::default().aabb().is_none());
+}
+
+#[test]
+fn rejects_attributes_for_some_vertices_only() {
+    assert_rejects!(
+        |h| h.vertices.normals.truncate(5),
+        Fault::AttributeCount { count: 5, .. }
+    );
+    assert_rejects!(
+        |h| h.vertices.uvs.push(Vec2::ZERO),
+        Fault::AttributeCount { count: 1, .. }
+    );
+}
+
+#[test]
+fn rejects_positions_that_are_not_finite() {
+    assert_rejects!(
+        |h| h.vertices.positions[2].z = f32::NAN,
+        Fault::PositionNotFinite { vertex: 2 }
+    );
+}
+
+#[test]
+fn rejects_broken_ranges() {
+    assert_rejects!(
+        |h| h.groups[1].first_unit = 0,
+        Fault::BrokenRange { what: "units", .. }
+    );
+    assert_rejects!(
+        |h| h.groups[0].unit_count = 9,
+        Fault::BrokenRange { what: "units", .. }
+    );
+    assert_rejects!(
+        |h| h.groups[1].finer_count = 0,
+        Fault::BrokenRange {
+            what: "finer groups",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.units[1].first_vertex = 5,
+        Fault::BrokenRange {
+            what: "vertices",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.units[1].vertex_count = u32::MAX,
+        Fault::BrokenRange {
+            what: "vertices",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.units[0].triangle_count = 3,
+        Fault::BrokenRange {
+            what: "triangles",
+            owner: "unit",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.indices.truncate(17),
+        Fault::BrokenRange {
+            what: "triangles",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.units[0].cluster_count = 2,
+        Fault::BrokenRange {
+            what: "clusters",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.clusters[1].triangle_count = 1,
+        Fault::BrokenRange {
+            owner: "cluster",
+            ..
+        }
+    );
+}
+
+#[test]
+fn rejects_levels_that_do_not_count_simplifications() {
+    for level in [0, 2, u32::MAX] {
+        assert_rejects!(
+            |h| h.groups[1].level = level,
+            Fault::BadLevel {
+                group: 1,
+                expected: 1,
+                ..
+            }
+        );
+    }
+    assert_rejects!(
+        |h| h.groups[0].level = 1,
+        Fault::BadLevel {
+            group: 0,
+            expected: 0,
+            ..
+        }
+    );
+}
+
+/// A cluster that reaches from one unit into the next, although the clusters tile the triangles.
+#[test]
+fn rejects_clusters_across_units() {
+    assert_rejects!(
+        |h| {
+            h.clusters[0].triangle_count = 5;
+            h.clusters[1].first_triangle = 5;
+            h.clusters[1].triangle_count = 1;
+        },
+        Fault::BrokenRange {
+            what: "clusters",
+            owner: "unit",
+            ..
+        }
+    );
+}
+
+#[test]
+fn rejects_references_to_nothing() {
+    assert_rejects!(
+        |h| h.units[0].consumed_by = 2,
+        Fault::DanglingReference { what: "group", .. }
+    );
+    assert_rejects!(
+        |h| h.units[1].produced_by = 2,
+        Fault::DanglingReference { what: "group", .. }
+    );
+    assert_rejects!(
+        |h| h.unit_vertices[0] = 6,
+        Fault::DanglingReference { what: "vertex", .. }
+    );
+    assert_rejects!(
+        |h| h.indices[0] = 6,
+        Fault::DanglingReference { what: "vertex", .. }
+    );
+    assert_rejects!(
+        |h| h.finer[0] = 2,
+        Fault::DanglingReference {
+            owner: "finer link",
+            ..
+        }
+    );
+}
+
+#[test]
+fn rejects_groups_out_of_order() {
+    assert_rejects!(
+        |h| h.finer[0] = 1,
+        Fault::FinerNotBefore { group: 1, finer: 1 }
+    );
+}
+
+#[test]
+fn rejects_finer_groups_that_produced_nothing_here() {
+    assert_rejects!(
+        |h| h.units[1].produced_by = NO_GROUP,
+        Fault::FinerMismatch { group: 1 }
+    );
+}
+
+#[test]
+fn rejects_groups_and_units_of_nothing() {
+    assert_rejects!(
+        |h| {
+            h.groups[1].unit_count = 2;
+            h.groups[0].unit_count = 0;
+            h.groups[1].first_unit = 0;
+        },
+        Fault::EmptyGroup { group: 0 }
+    );
+    assert_rejects!(
+        |h| {
+            h.units[1].triangle_count = 0;
+            h.units[0].triangle_count = 6;
+            h.units[1].first_triangle = 6;
+            h.units[1].first_cluster = 2;
+            h.units[0].cluster_count = 2;
+            h.units[1].cluster_count = 0;
+            h.indices[12..].fill(0);
+        },
+        Fault::EmptyUnit { unit: 1 }
+    );
+}
+
+#[test]
+fn rejects_units_of_another_group() {
+    assert_rejects!(
+        |h| h.units[0].consumed_by = 1,
+        Fault::WrongConsumer {
+            unit: 0,
+            group: 0,
+            named: 1
+        }
+    );
+}
+
+#[test]
+fn rejects_a_terminal_group_that_produces() {
+    assert_rejects!(
+        |h| h.groups[0].error_in_local = f32::INFINITY,
+        Fault::ProducedByTerminal { unit: 1, group: 0 }
+    );
+}
+
+#[test]
+fn rejects_a_group_whose_surface_vanishes() {
+    assert_rejects!(
+        |h| h.groups[1].error_in_local = 1.0,
+        Fault::ProducesNothing { group: 1 }
+    );
+}
+
+#[test]
+fn rejects_errors_that_are_no_lengths_or_shrink() {
+    for error in [f32::NAN, -1.0] {
+        assert_rejects!(
+            |h| h.groups[0].error_in_local = error,
+            Fault::BadError { group: 0, .. }
+        );
+    }
+}
+
+#[test]
+fn rejects_impossible_mean_normals() {
+    for normal in [Vec3::splat(1.0), Vec3::splat(f32::NAN)] {
+        assert_rejects!(
+            |h| h.groups[1].mean_normal = normal,
+            Fault::BadMeanNormal { group: 1 }
+        );
+    }
+}
+
+#[test]
+fn rejects_impossible_bounds() {
+    for radius in [-1.0, f32::NAN, f32::INFINITY] {
+        assert_rejects!(
+            |h| h.groups[0].bounds.radius = radius,
+            Fault::BadBounds { owner: "group", .. }
+        );
+        assert_rejects!(
+            |h| h.clusters[1].bounds.radius = radius,
+            Fault::BadBounds {
+                owner: "cluster",
+                ..
+            }
+        );
+    }
+    assert_rejects!(
+        |h| h.groups[0].bounds.center.x = f32::NAN,
+        Fault::BadBounds { .. }
+    );
+}
+
+#[test]
+fn rejects_bounds_that_leave_triangles_out() {
+    assert_rejects!(
+        |h| h.units[1].aabb.max.x = 0.5,
+        Fault::LooseTriangles {
+            owner: "unit",
+            index: 1
+        }
+    );
+    assert_rejects!(
+        |h| h.groups[1].bounds.radius *= 0.9,
+        Fault::LooseTriangles {
+            owner: "group",
+            index: 1
+        }
+    );
+    assert_rejects!(
+        |h| h.groups[0].bounds.radius *= 0.9,
+        Fault::LooseTriangles {
+            owner: "group",
+            index: 0
+        }
+    );
+}
+
+/// The bounds of a cluster cull it: too small, and triangles would vanish.
+#[test]
+fn rejects_cluster_bounds_that_leave_triangles_out() {
+    assert_rejects!(
+        |h| h.clusters[0].bounds.radius *= 0.5,
+        Fault::LooseTriangles {
+            owner: "cluster",
+            ..
+        }
+    );
+}

@@ -205,8 +205,7 @@ pub(crate) fn follow_mesh_changes(
     mut commands: Commands,
     mut events: MessageReader<AssetEvent<Mesh>>,
     mut library: ResMut<LodLibrary>,
-    objects: Query<(Entity, &Mesh3d), Or<(With<LodObject>, With<LodPlain>)>>,
-    mut mesh_entities: Query<&mut Mesh3d, Without<LodUnit>>,
+    mut objects: Query<(Entity, &mut Mesh3d), Or<(With<LodObject>, With<LodPlain>)>>,
 ) {
     for event in events.read() {
         let (id, changed) = match event {
@@ -217,12 +216,10 @@ pub(crate) fn follow_mesh_changes(
         if !library.forget(id) || !changed {
             continue;
         }
-        for (entity, _) in objects.iter().filter(|(_, mesh)| mesh.id() == id) {
+        for (entity, mut mesh) in objects.iter_mut().filter(|(_, mesh)| mesh.id() == id) {
             commands.entity(entity).remove::<(LodObject, LodPlain)>();
             // `find_objects` looks at changed meshes.
-            if let Ok(mut mesh) = mesh_entities.get_mut(entity) {
-                mesh.set_changed();
-            }
+            mesh.set_changed();
         }
     }
 }

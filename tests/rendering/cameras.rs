@@ -1,0 +1,131 @@
+//! Each camera draws its own cut, and its shadows with it.
+
+use bevy::color::palettes::css;
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster};
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use image::RgbaImage;
+
+use crate::picture::{count, difference};
+use crate::stage::{Eye, Stage, bevy_mesh};
+
+const FINE_PX: f32 = 0.5;
+const COARSE_PX: f32 = 200.0;
+
+/// A boulder over a plane, under a low sun.
+fn add_scene(stage: &mut Stage, casts_shadow: bool) {
+    let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 7)));
+    let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(20.0))));
+    let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
+    let sand = stage.add(StandardMaterial::from(Color::srgb(0.8, 0.8, 0.7)));
+    let boulder = stage.spawn((
+        Mesh3d(boulder),
+        MeshMaterial3d(stone),
+        Transform::from_xyz(0.0, 1.5, 0.0),
+        AutoLod::default(),
+    ));
+    if !casts_shadow {
+        stage
+            .app
+            .world_mut()
+            .entity_mut(boulder)
+            .insert(NotShadowCaster);
+    }
+    stage.spawn((Mesh3d(ground), MeshMaterial3d(sand)));
+    stage.spawn((
+        DirectionalLight {
+            illuminance: 5_000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        CascadeShadowConfigBuilder {
+            maximum_distance: 20.0,
+            ..default()
+        }
+        .build(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+    ));
+}
+
+fn add_eye(stage: &mut Stage, error_px: f32) -> Eye {
+    let pose = Transform::from_xyz(-1.5, 4.0, 6.0).looking_at(Vec3::new(-1.0, 0.7, 0.0), Vec3::Y);
+    stage.add_eye(pose, css::SKY_BLUE.into(), LodView::with_error_px(error_px))
+}
+
+fn alone(error_px: f32, casts_shadow: bool) -> Option<RgbaImage> {
+    let mut stage = Stage::new()?;
+    add_scene(&mut stage, casts_shadow);
+    let eye = add_eye(&mut stage, error_px);
+    stage.settle();
+    let [picture] = stage.shoot([&eye]);
+    Some(picture)
+}
+
+#[test]
+fn two_cameras_draw_different_cuts_of_one_object_in_one_frame_shadows_included() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    add_scene(&mut stage, true);
+    let fine_eye = add_eye(&mut stage, FINE_PX);
+    let coarse_eye = add_eye(&mut stage, COARSE_PX);
+    stage.settle();
+    let [fine, coarse] = stage.shoot([&fine_eye, &coarse_eye]);
+    let [fine_stats, coarse_stats] = [&fine_eye, &coarse_eye].map(|eye| stage.stats(eye));
+    assert!(
+        fine_stats.triangles_drawn > 8 * coarse_stats.triangles_drawn,
+        "{fine_stats:?} {coarse_stats:?}"
+    );
+
+    // Side by side, each draws just what it draws alone: object and shadow.
+    let (Some(fine_alone), Some(coarse_alone)) = (alone(FINE_PX, true), alone(COARSE_PX, true))
+    else {
+        return;
+    };
+    assert_eq!(count(&difference(&fine, &fine_alone)), 0);
+    assert_eq!(count(&difference(&coarse, &coarse_alone)), 0);
+
+    // Where only the shadow is, the two cuts show too.
+    let Some(without_shadow) = alone(FINE_PX, false) else {
+        return;
+    };
+    let shadow = difference(&fine, &without_shadow);
+    assert!(count(&shadow) > 500, "the scene shows no shadow");
+    let Some(coarse_without_shadow) = alone(COARSE_PX, false) else {
+        return;
+    };
+    let coarse_shadow = difference(&coarse, &coarse_without_shadow);
+    let object = difference(&without_shadow, &coarse_without_shadow);
+    let shadow_moved = shadow
+        .iter()
+        .zip(&coarse_shadow)
+        .zip(&object)
+        .filter(|((fine, coarse), on_object)| fine != coarse && !**on_object)
+        .count();
+    assert!(
+        shadow_moved > 30,
+        "shadows differ in {shadow_moved} pixels only"
+    );
+}
+
+#[test]
+fn full_detail_draws_the_source_mesh() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    add_scene(&mut stage, true);
+    let eye = add_eye(&mut stage, COARSE_PX);
+    stage
+        .app
+        .world_mut()
+        .entity_mut(eye.entity)
+        .insert(LodView {
+            full_detail: true,
+            ..default()
+        });
+    stage.settle();
+    let stats = stage.stats(&eye);
+    assert_eq!(stats.triangles_drawn, 20 * 4u64.pow(5));
+    assert_eq!(stats.triangles_drawn, stats.triangles_full);
+    assert_eq!(stats.units_drawn, 0);
+}

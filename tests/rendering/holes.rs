@@ -1,0 +1,89 @@
+//! A closed mesh stays closed, in pixels.
+
+use bevy::light::GlobalAmbientLight;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use crate::picture::{count, difference, enclosed};
+use crate::stage::{Stage, bevy_mesh};
+
+const BACKGROUND: Color = Color::srgb(1.0, 0.0, 1.0);
+
+/// Directions spread evenly over the sphere (a Fibonacci lattice).
+fn directions(count: u16) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| {
+        let height = 1.0 - 2.0 * (f32::from(i) + 0.5) / f32::from(count);
+        let angle = f32::from(i) * 2.399_963;
+        let radius = (1.0 - height * height).sqrt();
+        Vec3::new(radius * angle.cos(), height, radius * angle.sin())
+    })
+}
+
+#[test]
+fn no_background_shows_through_a_closed_mesh() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    // Star-shaped, so that any background inside its outline is a hole.
+    let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 3)));
+    let white = stage.add(StandardMaterial {
+        unlit: true,
+        ..Color::WHITE.into()
+    });
+    stage.app.insert_resource(GlobalAmbientLight::NONE);
+    stage.spawn((Mesh3d(boulder), MeshMaterial3d(white), AutoLod::default()));
+    let eye = stage.add_eye(Transform::default(), BACKGROUND, LodView::default());
+    let empty = image::Rgba([255, 0, 255, 255]);
+    let mut triangle_counts = Vec::new();
+    stage.settle();
+    for (index, direction) in directions(20).enumerate() {
+        let distance = [2.2, 3.5, 6.0, 12.0][index % 4];
+        let pose =
+            Transform::from_translation(direction * distance).looking_at(Vec3::ZERO, Vec3::Y);
+        for error_px in [0.0, 0.5, 2.0, 8.0, 40.0] {
+            let bundle = (pose, LodView::with_error_px(error_px));
+            stage.app.world_mut().entity_mut(eye.entity).insert(bundle);
+            let [picture] = stage.shoot([&eye]);
+            let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
+            assert!(covered > 100, "nothing is drawn from {direction}");
+            let holes = enclosed(&picture, empty);
+            assert_eq!(
+                holes, 0,
+                "holes from {direction} at {distance} and {error_px} px"
+            );
+            triangle_counts.push(stage.stats(&eye).triangles_drawn);
+        }
+    }
+    triangle_counts.sort_unstable();
+    triangle_counts.dedup();
+    assert!(
+        triangle_counts.len() > 20,
+        "the views hardly differ in their cuts"
+    );
+}
+
+#[test]
+fn a_missing_unit_would_be_noticed() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    let mut boulder = fieldlod_tests::rock(5, 3);
+    // One triangle in twenty gone: what the check above must find.
+    boulder.indices = boulder
+        .indices
+        .chunks(60)
+        .flat_map(|chunk| chunk[3..].to_vec())
+        .collect();
+    let boulder = stage.add(bevy_mesh(&boulder));
+    let white = stage.add(StandardMaterial {
+        unlit: true,
+        ..Color::WHITE.into()
+    });
+    stage.spawn((Mesh3d(boulder), MeshMaterial3d(white)));
+    let pose = Transform::from_xyz(0.0, 0.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y);
+    let eye = stage.add_eye(pose, BACKGROUND, LodView::default());
+    stage.settle();
+    let [picture] = stage.shoot([&eye]);
+    assert!(enclosed(&picture, image::Rgba([255, 0, 255, 255])) > 20);
+    assert_eq!(count(&difference(&picture, &picture)), 0);
+}

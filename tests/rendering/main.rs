@@ -1,0 +1,10 @@
+//! What a player sees: pictures drawn by Bevy's renderer, on whatever Vulkan adapter there is.
+//!
+//! Without an adapter these tests are skipped with a loud line, unless `FIELDLOD_REQUIRE_ADAPTER`
+//! is set (as in continuous integration), which makes that a failure.
+
+mod cameras;
+mod holes;
+mod picture;
+mod stage;
+mod swap;

@@ -1,0 +1,65 @@
+//! The exchange of the source mesh for its units is not seen.
+
+use bevy::color::palettes::css;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use image::RgbaImage;
+
+use crate::picture::{count, difference};
+use crate::stage::{Stage, bevy_mesh};
+
+#[test]
+fn no_frame_blinks_when_the_units_take_over() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 5)));
+    let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
+    stage.spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+    ));
+    let pose = Transform::from_xyz(0.0, 0.5, 4.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let view = LodView::with_error_px(0.5);
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
+    let object = stage.spawn((Mesh3d(boulder), MeshMaterial3d(stone)));
+    stage.settle();
+    let [before] = stage.shoot([&eye]);
+
+    stage
+        .app
+        .world_mut()
+        .entity_mut(object)
+        .insert(AutoLod::default());
+    let mut frames = Vec::new();
+    let mut frames_after = 0;
+    while frames_after < 4 {
+        frames.extend(stage.request(&[&eye]));
+        stage.app.update();
+        let status = stage.app.world().resource::<LodStatus>();
+        frames_after += usize::from(status.ready == 1);
+    }
+    let stats = stage.stats(&eye);
+    assert!(stats.units_drawn > 0, "the units never took over");
+    assert!(stats.triangles_drawn < stats.triangles_full, "{stats:?}");
+    let frames: Vec<RgbaImage> = frames.iter().map(|frame| stage.wait(frame)).collect();
+    let [after] = stage.shoot([&eye]);
+    assert!(
+        count(&difference(&before, &after)) > 0,
+        "one cannot tell the two apart"
+    );
+    let kinds: Vec<(bool, bool)> = frames
+        .iter()
+        .map(|frame| [&before, &after].map(|one| count(&difference(one, frame)) == 0))
+        .map(|[is_before, is_after]| (is_before, is_after))
+        .collect();
+    let exactly_one = |&(is_before, is_after): &(bool, bool)| is_before != is_after;
+    assert!(
+        kinds.iter().all(exactly_one),
+        "a frame is neither the source nor the cut: {kinds:?}"
+    );
+    assert!(
+        kinds.is_sorted_by_key(|(is_before, _)| !is_before),
+        "{kinds:?}"
+    );
+}

@@ -1,0 +1,60 @@
+//! The fast selection equals its specification, bit for bit.
+
+use fieldlod_select::{
+    Cut, InstanceView, LodSettings, naive, screen_error_px, select, select_with,
+};
+use proptest::prelude::*;
+
+use crate::scenes::{any_placement, any_view, hierarchies};
+
+/// Any number at all.
+fn any_error() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => 0.0f32..2.0,
+        1 => Just(f32::NAN),
+        1 => Just(f32::INFINITY),
+        1 => Just(f32::NEG_INFINITY),
+        1 => any::<f32>(),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn with_any_criterion(
+        which in 0usize..4,
+        errors in prop::collection::vec(any_error(), 64),
+        next_errors in prop::collection::vec(any_error(), 64),
+        error_px in prop_oneof![Just(0.0f32), 0.01f32..10.0],
+        hysteresis in 0.0f32..=1.0,
+    ) {
+        let hierarchy = &hierarchies()[which];
+        let settings = LodSettings { error_px, hysteresis };
+        let mut cut = Cut::default();
+        let first = |group: usize| errors[group % errors.len()];
+        select_with(hierarchy, &settings, &mut cut, first);
+        let expected = naive::select(hierarchy, &settings, &|_| false, &first);
+        prop_assert_eq!(cut.units(), &expected);
+
+        let before = cut.refined().to_vec();
+        let second = |group: usize| next_errors[group % next_errors.len()];
+        select_with(hierarchy, &settings, &mut cut, second);
+        let expected = naive::select(hierarchy, &settings, &|group| before[group], &second);
+        prop_assert_eq!(cut.units(), &expected);
+    }
+
+    #[test]
+    fn in_any_view(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.05f32..20.0) {
+        let hierarchy = &hierarchies()[which];
+        let settings = LodSettings::with_error_px(error_px);
+        let mut cut = Cut::default();
+        select(hierarchy, &placement, &view, &settings, &mut cut);
+        let instance = InstanceView::new(&view, &placement);
+        let criterion = |group: usize| screen_error_px(&hierarchy.groups[group], &instance);
+        let expected = naive::select(hierarchy, &settings, &|_| false, &criterion);
+        prop_assert_eq!(cut.units(), &expected);
+        let triangles = expected.iter().map(|&unit| u64::from(hierarchy.units[unit as usize].triangle_count));
+        prop_assert_eq!(cut.triangle_count(), triangles.sum::<u64>());
+    }
+}

@@ -1,0 +1,139 @@
+//! Particular views and what a user expects of them.
+
+use fieldlod_select::{Cut, LodSettings, View, select};
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+
+use crate::scenes::{camera, hierarchies, view};
+
+fn triangles(view: &View, placement: &Affine3A, error_px: f32) -> u64 {
+    let mut cut = Cut::default();
+    select(
+        &hierarchies()[0],
+        placement,
+        view,
+        &LodSettings::with_error_px(error_px),
+        &mut cut,
+    );
+    cut.triangle_count()
+}
+
+fn triangles_from(view: &View) -> u64 {
+    triangles(view, &Affine3A::IDENTITY, 1.0)
+}
+
+fn coarsest() -> u64 {
+    triangles(
+        &view(1.0, Vec3::Z * 1e6, Vec3::ZERO),
+        &Affine3A::IDENTITY,
+        1.0,
+    )
+}
+
+#[test]
+fn farther_is_coarser() {
+    let counts: Vec<u64> = [1.5, 3.0, 6.0, 12.0, 50.0, 1000.0]
+        .iter()
+        .map(|&distance| triangles_from(&view(1.0, Vec3::Z * distance, Vec3::ZERO)))
+        .collect();
+    assert!(counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
+    assert!(counts[0] > 10 * counts[5], "{counts:?}");
+}
+
+#[test]
+fn zooming_in_refines() {
+    let wide = triangles_from(&view(1.2, Vec3::Z * 20.0, Vec3::ZERO));
+    let narrow = triangles_from(&view(0.1, Vec3::Z * 20.0, Vec3::ZERO));
+    assert!(narrow > 3 * wide, "{narrow} {wide}");
+}
+
+#[test]
+fn a_larger_instance_is_finer() {
+    let view = view(1.0, Vec3::Z * 20.0, Vec3::ZERO);
+    let small = triangles(&view, &Affine3A::IDENTITY, 1.0);
+    let large = triangles(&view, &Affine3A::from_scale(Vec3::splat(6.0)), 1.0);
+    assert!(large > 3 * small, "{large} {small}");
+}
+
+#[test]
+fn what_lies_behind_or_beside_the_camera_is_coarsest() {
+    let eye = Vec3::Z * 3.0;
+    for target in [Vec3::Z * 9.0, eye + Vec3::X, eye + Vec3::Y - Vec3::Z * 0.1] {
+        let away = View::new(camera(0.6), &look(eye, target));
+        assert_eq!(triangles_from(&away), coarsest(), "{target}");
+    }
+}
+
+#[test]
+fn from_inside_the_surface_around_the_camera_is_full_detail() {
+    let inside = View::new(camera(1.0), &look(Vec3::new(0.0, 0.0, 0.9), Vec3::Z * 2.0));
+    assert!(triangles_from(&inside) > 2 * coarsest());
+}
+
+#[test]
+fn turning_the_object_with_the_camera_changes_nothing_far_from_the_origin_either() {
+    let turn = Affine3A::from_quat(Quat::from_rotation_y(1.0));
+    let straight = triangles_from(&view(1.0, Vec3::Z * 5.0, Vec3::ZERO));
+    let eye = turn.transform_point3(Vec3::Z * 5.0);
+    assert_eq!(triangles(&view(1.0, eye, Vec3::ZERO), &turn, 1.0), straight);
+    let shift = Vec3::new(1e5, 0.0, -2e5);
+    let moved = triangles(
+        &view(1.0, eye + shift, shift),
+        &(Affine3A::from_translation(shift) * turn),
+        1.0,
+    );
+    let change = moved.abs_diff(straight);
+    assert!(change * 20 <= straight, "{moved} {straight}");
+}
+
+#[test]
+fn orthographic_views_do_not_see_distance() {
+    let projection = Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 1000.0, 0.0);
+    let ortho =
+        camera_field::Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap();
+    let at =
+        |distance: f32| triangles_from(&View::new(ortho, &look(Vec3::Z * distance, Vec3::ZERO)));
+    assert_eq!(at(3.0), at(900.0));
+    assert!(at(3.0) > coarsest());
+}
+
+#[test]
+fn a_pose_of_nan_draws_full_detail() {
+    let nowhere = View::new(
+        camera(1.0),
+        &Affine3A::from_translation(Vec3::splat(f32::NAN)),
+    );
+    let source = hierarchies()[0].source_triangle_count();
+    assert_eq!(triangles_from(&nowhere), source);
+}
+
+/// How often the cut of a camera that shakes by 0.2 % around `distance` changes in 60 frames.
+fn flips(distance: f32, hysteresis: f32) -> usize {
+    let hierarchy = &hierarchies()[0];
+    let settings = LodSettings {
+        hysteresis,
+        ..LodSettings::default()
+    };
+    let mut cut = Cut::default();
+    let mut last: Option<Cut> = None;
+    let mut flips = 0;
+    for frame in 0..60 {
+        let shake = if frame % 2 == 0 { 1.0 } else { 1.002 };
+        let view = view(1.0, Vec3::Z * (distance * shake), Vec3::ZERO);
+        select(hierarchy, &Affine3A::IDENTITY, &view, &settings, &mut cut);
+        flips += usize::from(frame > 1 && last.as_ref() != Some(&cut));
+        last = Some(cut.clone());
+    }
+    flips
+}
+
+#[test]
+fn hysteresis_holds_a_cut_against_a_shaking_camera() {
+    let distances: Vec<f32> = (10..200u8).map(|step| f32::from(step) * 0.2).collect();
+    let flips_of = |hysteresis| distances.iter().map(|&d| flips(d, hysteresis)).sum::<usize>();
+    assert!(flips_of(1.0) > 0, "no distance is at a threshold");
+    assert_eq!(flips_of(0.8), 0);
+}
+
+fn look(eye: Vec3, target: Vec3) -> Affine3A {
+    Affine3A::from_mat4(Mat4::look_at_rh(eye, target, Vec3::new(0.1, 1.0, 0.0)).inverse())
+}

@@ -4,7 +4,7 @@ use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
 
 use crate::assemble::{assemble, finish_group};
-use crate::simplify::simplify_to_groups;
+use crate::watertight::simplify_watertight;
 use crate::{BakeConfig, MeshError, SourceMesh};
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
@@ -27,7 +27,7 @@ pub(crate) fn bake_mesh_with_progress(
 ) -> Result<Hierarchy, MeshError> {
     config.validate()?;
     mesh.validate()?;
-    let groups = simplify_to_groups(mesh, config, on_triangles);
+    let groups = simplify_watertight(mesh, config, on_triangles);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
     let hierarchy = assemble(mesh, &groups, &finished);

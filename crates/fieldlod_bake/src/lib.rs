@@ -29,15 +29,17 @@
 //! quantized positions: they are reported as [`Skipped`] or refused by name.
 
 mod assemble;
-mod attributes;
+
 mod bake;
 mod bounds;
 mod config;
 mod file;
 pub mod fixtures;
 mod import;
+mod input;
 mod mesh;
 mod simplify;
+mod watertight;
 
 pub use bake::bake_mesh;
 pub use config::BakeConfig;

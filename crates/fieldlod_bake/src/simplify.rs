@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use fieldlod_hierarchy::NO_GROUP;
-use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, VertexDataAdapter};
+use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh};
 
-use crate::attributes::SimplifierInput;
+use crate::input::SimplifierInput;
 use crate::{BakeConfig, SourceMesh};
 
 /// A group as the simplifier emits it: what it consumes and how far it strays.
@@ -14,6 +14,19 @@ pub(crate) struct RawGroup {
     /// Never less than that of a finer group; infinite for a terminal group.
     pub(crate) error_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
+}
+
+impl RawGroup {
+    /// Whether it could not be simplified, so that nothing coarser stands for it.
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.error_in_local == f32::INFINITY
+    }
+
+    /// The vertices of its triangles, each as often as triangles use it.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        let clusters = self.units.iter().flat_map(|unit| &unit.clusters);
+        clusters.flatten().copied()
+    }
 }
 
 /// The clusters of one group that share the group that produced them.
@@ -29,20 +42,17 @@ pub(crate) struct RawUnit {
 /// checked on the other side.
 pub(crate) fn simplify_to_groups(
     mesh: &SourceMesh,
+    input: &SimplifierInput,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Vec<RawGroup> {
-    let input = SimplifierInput::of(mesh, config);
-    let positions = bytes_of(&input.positions);
-    let Ok(vertices) = VertexDataAdapter::new(positions, size_of::<[f32; 3]>(), 0) else {
-        unreachable!("three floats per vertex are a whole number of strides");
-    };
+    let vertices = input.vertices();
     let clod_mesh = ClodMesh {
         indices: &mesh.indices,
         vertices: &vertices,
         vertex_attributes: &input.attributes,
         vertex_attributes_stride: input.attribute_stride(),
-        vertex_lock: None,
+        vertex_lock: Some(&input.locks),
         attribute_weights: &input.weights,
         attribute_protect_mask: input.protect_mask,
     };
@@ -107,8 +117,4 @@ fn monotone_error(
     producers
         .map(|unit| finer[unit.produced_by as usize].error_in_local)
         .fold(own.max(0.0), f32::max)
-}
-
-fn bytes_of(positions: &[[f32; 3]]) -> &[u8] {
-    meshopt::typed_to_bytes(positions)
 }

@@ -5,8 +5,9 @@ mod common;
 use std::collections::HashSet;
 
 use common::{cut, error_criterion, open_edges, random_criterion, weld};
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
+use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
 use proptest::prelude::*;
 
 /// Small clusters, so that small meshes have many groups and levels.
@@ -87,7 +88,11 @@ fn closed_meshes() -> Vec<(&'static str, SourceMesh)> {
 #[test]
 fn closed_meshes_stay_closed_in_every_cut() {
     for (name, mesh) in closed_meshes() {
-        for config in [BakeConfig::default(), many_groups()] {
+        for config in [
+            BakeConfig::default(),
+            BakeConfig::fine_grained(),
+            many_groups(),
+        ] {
             println!("{name}");
             let weld = weld(&mesh.positions);
             let (source, _) = mesh.indices.as_chunks::<3>();
@@ -97,6 +102,25 @@ fn closed_meshes_stay_closed_in_every_cut() {
     }
 }
 
+/// Here a group is stuck while its neighbours are not; they must not pull away from it.
+#[test]
+fn stuck_groups_stay_joined_to_their_neighbours() {
+    let mesh = fixtures::rock(4, 610);
+    let config = BakeConfig {
+        cluster_triangles: 16,
+        group_clusters: 4,
+        ..BakeConfig::default()
+    };
+    let hierarchy = bake(&mesh, &config);
+    let coarsest = hierarchy.level_count() - 1;
+    let stuck = hierarchy
+        .groups
+        .iter()
+        .filter(|g| g.is_terminal() && g.level < coarsest);
+    assert!(stuck.count() > 0, "nothing is stuck, so nothing is tested");
+    assert_closed(&mesh, &hierarchy, 610);
+}
+
 #[test]
 fn open_meshes_open_only_at_their_borders() {
     for (name, mesh) in [
@@ -104,7 +128,11 @@ fn open_meshes_open_only_at_their_borders() {
         ("height field", fixtures::height_field(64)),
         ("islands", fixtures::islands(2_000)),
     ] {
-        for config in [BakeConfig::default(), many_groups()] {
+        for config in [
+            BakeConfig::default(),
+            BakeConfig::fine_grained(),
+            many_groups(),
+        ] {
             println!("{name}");
             assert_borders_stay(&mesh, &bake(&mesh, &config), 5);
         }
@@ -260,9 +288,24 @@ proptest! {
     #[test]
     fn any_soup_bakes(coordinates in prop::collection::vec(-8i8..8, 9..900)) {
         let (points, _) = coordinates.as_chunks::<3>();
-        let points: Vec<glam::Vec3> = points.iter().map(|p| glam::Vec3::from_array(p.map(f32::from))).collect();
+        let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(f32::from))).collect();
         let corners = points.len() as u32 / 3 * 3;
         let mesh = SourceMesh { positions: points, indices: (0..corners).collect(), ..SourceMesh::default() };
         bake(&mesh, &BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() });
+    }
+
+    /// From denormal to enormous, refused or baked.
+    #[test]
+    fn any_coordinates_are_survived(bits in prop::collection::vec(any::<u32>(), 9..400), largest in -126i32..62) {
+        let usable = |bits: &u32| (f32::from_bits(*bits) % 2.0f32.powi(largest)).clamp(-1e18, 1e18);
+        let (points, _) = bits.as_chunks::<3>();
+        let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(|b| usable(&b)))).collect();
+        let corners = points.len() as u32 / 3 * 3;
+        let mesh = SourceMesh { positions: points, indices: (0..corners).collect(), ..SourceMesh::default() };
+        let config = BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() };
+        match bake_mesh(&mesh, &config) {
+            Ok(hierarchy) => prop_assert_eq!(hierarchy.validate(), Ok(())),
+            Err(fault) => prop_assert!(matches!(fault, MeshError::BadPosition { .. }), "{}", fault),
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! squares keep their precision whatever the units of the mesh.
 
 use glam::{DVec2, Vec2, Vec3};
+use meshopt::{SimplifyVertex, VertexDataAdapter};
 
 use crate::{BakeConfig, SourceMesh};
 
@@ -17,6 +18,10 @@ pub(crate) struct SimplifierInput {
     pub(crate) weights: Vec<f32>,
     /// Bit k is set if a discontinuity of attribute k is a seam to keep.
     pub(crate) protect_mask: u32,
+    /// For each vertex, the first vertex at the same position.
+    pub(crate) same_position: Vec<u32>,
+    /// For each vertex, whether it must stay at all levels.
+    pub(crate) locks: Vec<SimplifyVertex>,
 }
 
 impl SimplifierInput {
@@ -36,12 +41,42 @@ impl SimplifierInput {
             _ => 0,
         };
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
-        Self {
+        let mut input = Self {
             positions: mesh.positions.iter().map(scaled).collect(),
             local_from_scaled,
             attributes: interleave(mesh.positions.len(), &normals, &uvs),
             weights,
             protect_mask,
+            same_position: Vec::new(),
+            locks: vec![SimplifyVertex::empty(); mesh.positions.len()],
+        };
+        input.same_position = meshopt::generate_position_remap(&input.vertices());
+        input
+    }
+
+    /// The positions as the simplifier takes them.
+    pub(crate) fn vertices(&self) -> VertexDataAdapter<'_> {
+        let bytes = meshopt::typed_to_bytes(&self.positions);
+        match VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) {
+            Ok(vertices) => vertices,
+            Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
+        }
+    }
+
+    pub(crate) fn is_locked(&self, vertex: u32) -> bool {
+        self.locks[vertex as usize] == SimplifyVertex::Lock
+    }
+
+    /// Locks all vertices at the positions of `vertices`.
+    pub(crate) fn lock_positions(&mut self, vertices: &[u32]) {
+        let mut is_locked = vec![false; self.positions.len()];
+        for &vertex in vertices {
+            is_locked[self.same_position[vertex as usize] as usize] = true;
+        }
+        for (lock, &first) in self.locks.iter_mut().zip(&self.same_position) {
+            if is_locked[first as usize] {
+                *lock = SimplifyVertex::Lock;
+            }
         }
     }
 

@@ -129,7 +129,12 @@ fn flips(distance: f32, hysteresis: f32) -> usize {
 #[test]
 fn hysteresis_holds_a_cut_against_a_shaking_camera() {
     let distances: Vec<f32> = (10..200u8).map(|step| f32::from(step) * 0.2).collect();
-    let flips_of = |hysteresis| distances.iter().map(|&d| flips(d, hysteresis)).sum::<usize>();
+    let flips_of = |hysteresis| {
+        distances
+            .iter()
+            .map(|&d| flips(d, hysteresis))
+            .sum::<usize>()
+    };
     assert!(flips_of(1.0) > 0, "no distance is at a threshold");
     assert_eq!(flips_of(0.8), 0);
 }

@@ -12,7 +12,7 @@ use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
 use crate::library::{Answer, LodLibrary, LodMesh, asset_name, request};
-use crate::{AutoLod, BakedLods, LodStatus};
+use crate::{AutoLod, BakedLods, LodDebug, LodStatus};
 
 /// A mesh entity that waits for its hierarchy.
 #[derive(Component)]
@@ -224,14 +224,18 @@ pub(crate) fn follow_mesh_changes(
     }
 }
 
-/// Units wear the material of their object.
+/// Units wear the material of their object, unless they show their level.
 pub(crate) fn follow_material_changes(
+    debug: Res<LodDebug>,
     objects: Query<
         (&LodObject, &MeshMaterial3d<StandardMaterial>),
         (Changed<MeshMaterial3d<StandardMaterial>>, Without<LodUnit>),
     >,
     mut units: Query<&mut MeshMaterial3d<StandardMaterial>, With<LodUnit>>,
 ) {
+    if debug.color_levels {
+        return;
+    }
     for (object, material) in &objects {
         for &unit in &object.units {
             if let Ok(mut unit_material) = units.get_mut(unit) {

@@ -1,0 +1,143 @@
+//! An app without window and renderer, and what it logs.
+
+use std::fmt::{Debug, Write};
+use std::path::Path;
+use std::sync::{Mutex, Once};
+use std::time::{Duration, Instant};
+
+use bevy::asset::RenderAssetUsages;
+use bevy::log::LogPlugin;
+use bevy::log::tracing::field::{Field, Visit};
+use bevy::log::tracing::{Event, Level, Subscriber};
+use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
+use bevy::log::tracing_subscriber::util::SubscriberInitExt;
+use bevy::log::tracing_subscriber::{Layer, registry};
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::settings::WgpuSettings;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_fieldlod::prelude::*;
+use fieldlod_bake::SourceMesh;
+
+/// An app with the plugin that reads assets from `folder`.
+pub(crate) fn app(folder: &Path) -> App {
+    listen();
+    let mut app = App::new();
+    let plugins = DefaultPlugins
+        .build()
+        .disable::<WinitPlugin>()
+        .disable::<LogPlugin>()
+        .set(AssetPlugin {
+            file_path: folder.display().to_string(),
+            ..default()
+        })
+        .set(WindowPlugin {
+            primary_window: None,
+            exit_condition: ExitCondition::DontExit,
+            ..default()
+        })
+        .set(RenderPlugin {
+            render_creation: WgpuSettings {
+                backends: None,
+                ..default()
+            }
+            .into(),
+            ..default()
+        });
+    app.add_plugins((plugins, FieldLodPlugin));
+    app.finish();
+    app.cleanup();
+    app
+}
+
+/// Runs frames until `done`.
+pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App) -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !done(app) {
+        assert!(Instant::now() < deadline, "never: {what}");
+        app.update();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+pub(crate) fn status(app: &App) -> LodStatus {
+    *app.world().resource::<LodStatus>()
+}
+
+/// Spawns a mesh under the plugin's care.
+pub(crate) fn spawn_object(app: &mut App, mesh: Mesh) -> Entity {
+    let world = app.world_mut();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial::default());
+    world
+        .spawn((Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default()))
+        .id()
+}
+
+/// A camera at `distance` from the origin; it needs a target for its viewport.
+pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
+    use bevy::render::render_resource::TextureFormat;
+    let world = app.world_mut();
+    let image = Image::new_target_texture(1280, 720, TextureFormat::Rgba8UnormSrgb, None);
+    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let pose = Transform::from_xyz(0.0, 0.0, distance).looking_at(Vec3::ZERO, Vec3::Y);
+    let target = bevy::camera::RenderTarget::Image(image.into());
+    world.spawn((Camera3d::default(), target, pose)).id()
+}
+
+/// A fixture as a Bevy mesh.
+pub(crate) fn bevy_mesh(source: &SourceMesh) -> Mesh {
+    let to_arrays = |values: &[glam::Vec3]| values.iter().map(|v| v.to_array()).collect::<Vec<_>>();
+    let mut mesh = Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, to_arrays(&source.positions))
+    .with_inserted_indices(Indices::U32(source.indices.clone()));
+    if !source.normals.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals));
+    }
+    mesh
+}
+
+/// Whether a line at `level` was logged that holds all of `words`.
+pub(crate) fn logged(level: Level, words: &[&str]) -> bool {
+    let lines = LINES.lock().unwrap();
+    lines
+        .iter()
+        .any(|(at, line)| *at == level && words.iter().all(|word| line.contains(word)))
+}
+
+static LINES: Mutex<Vec<(Level, String)>> = Mutex::new(Vec::new());
+
+fn listen() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| registry().with(Listener).init());
+}
+
+struct Listener;
+
+impl<S: Subscriber> Layer<S> for Listener {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        if *event.metadata().level() <= Level::INFO {
+            let mut line = Line(String::new());
+            event.record(&mut line);
+            LINES
+                .lock()
+                .unwrap()
+                .push((*event.metadata().level(), line.0));
+        }
+    }
+}
+
+struct Line(String);
+
+impl Visit for Line {
+    fn record_debug(&mut self, _: &Field, value: &dyn Debug) {
+        write!(self.0, "{value:?} ").unwrap();
+    }
+}

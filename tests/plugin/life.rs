@@ -1,0 +1,169 @@
+//! Objects come, change and go.
+
+use std::any::TypeId;
+use std::path::Path;
+
+use bevy::camera::visibility::VisibleEntities;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{app, bevy_mesh, run_until, spawn_camera, spawn_object, status};
+
+fn ready(app: &mut App, count: u32) {
+    run_until(app, "objects are ready", |app| status(app).ready == count);
+    app.update();
+}
+
+fn stats(app: &App, camera: Entity) -> LodViewStats {
+    *app.world().get::<LodViewStats>(camera).unwrap()
+}
+
+fn entity_count(app: &mut App) -> usize {
+    app.world_mut().query::<&Mesh3d>().iter(app.world()).len()
+}
+
+#[test]
+fn a_mesh_is_drawn_in_full_until_its_hierarchy_is_ready() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 30.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    let visible = |app: &App| {
+        let visible = app.world().get::<VisibleEntities>(camera).unwrap();
+        visible.get(TypeId::of::<Mesh3d>()).to_vec()
+    };
+    let mut frames_in_full = 0;
+    run_until(&mut app, "the cut takes over", |app| {
+        app.update();
+        let in_full = visible(app) == [object];
+        frames_in_full += usize::from(in_full);
+        // In every frame, either the source or the cut is in the list.
+        assert_eq!(in_full, status(app).ready == 0);
+        !in_full
+    });
+    assert!(frames_in_full > 0);
+    let stats = stats(&app, camera);
+    assert_eq!(stats.triangles_full, 81_920);
+    assert!(
+        stats.triangles_drawn * 4 < stats.triangles_full,
+        "{stats:?}"
+    );
+    assert_eq!(visible(&app).len(), stats.units_drawn as usize);
+}
+
+#[test]
+fn instances_share_one_hierarchy() {
+    let mut app = app(Path::new("."));
+    let first = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    let meshes = app.world().resource::<Assets<Mesh>>().len();
+    let (mesh, material) = {
+        let entity = app.world().entity(first);
+        let material = entity.get::<MeshMaterial3d<StandardMaterial>>().unwrap();
+        (entity.get::<Mesh3d>().unwrap().clone(), material.clone())
+    };
+    for _ in 0..10 {
+        app.world_mut()
+            .spawn((mesh.clone(), material.clone(), AutoLod::default()));
+    }
+    ready(&mut app, 11);
+    assert_eq!(app.world().resource::<Assets<Mesh>>().len(), meshes);
+}
+
+#[test]
+fn despawning_leaves_nothing_behind() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 30.0);
+    let before = entity_count(&mut app);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    assert!(entity_count(&mut app) > before + 10);
+    app.world_mut().entity_mut(object).despawn();
+    app.update();
+    app.update();
+    assert_eq!(entity_count(&mut app), before);
+    assert_eq!(stats(&app, camera).triangles_full, 0);
+    assert_eq!(status(&app), LodStatus::default());
+}
+
+#[test]
+fn an_exchanged_mesh_gets_its_own_hierarchy() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 30.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    let other = bevy_mesh(&fieldlod_tests::rock(4, 2));
+    let other = app.world_mut().resource_mut::<Assets<Mesh>>().add(other);
+    app.world_mut().entity_mut(object).insert(Mesh3d(other));
+    app.update();
+    ready(&mut app, 1);
+    assert_eq!(stats(&app, camera).triangles_full, 20 * 4u64.pow(4));
+}
+
+#[test]
+fn a_changed_mesh_asset_is_baked_anew() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 30.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    let id = app.world().get::<Mesh3d>(object).unwrap().id();
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    meshes
+        .insert(id, bevy_mesh(&fieldlod_tests::rock(4, 1)))
+        .unwrap();
+    run_until(&mut app, "the change arrives", |app| status(app).ready == 0);
+    ready(&mut app, 1);
+    assert_eq!(stats(&app, camera).triangles_full, 20 * 4u64.pow(4));
+}
+
+#[test]
+fn a_frozen_cut_stays_while_the_camera_moves() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 60.0);
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    let far = stats(&app, camera).triangles_drawn;
+    app.world_mut().resource_mut::<LodDebug>().freeze = true;
+    app.world_mut()
+        .get_mut::<Transform>(camera)
+        .unwrap()
+        .translation
+        .z = 6.0;
+    app.update();
+    assert_eq!(stats(&app, camera).triangles_drawn, far);
+    app.world_mut().resource_mut::<LodDebug>().freeze = false;
+    app.update();
+    assert!(stats(&app, camera).triangles_drawn > 2 * far);
+}
+
+#[test]
+fn level_colours_and_a_new_material_reach_the_units() {
+    let mut app = app(Path::new("."));
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    let materials = |app: &App| {
+        let units = app.world().get::<Children>(object).unwrap().iter();
+        let material = |unit| app.world().get::<MeshMaterial3d<StandardMaterial>>(unit);
+        let mut ids: Vec<_> = units.map(|unit| material(unit).unwrap().id()).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    };
+    let own = materials(&app);
+    assert_eq!(own.len(), 1);
+    app.world_mut().resource_mut::<LodDebug>().color_levels = true;
+    app.update();
+    assert!(materials(&app).len() > 3 && !materials(&app).contains(&own[0]));
+    let mut assets = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    let red = assets.add(StandardMaterial::from(Color::srgb(1.0, 0.0, 0.0)));
+    app.world_mut()
+        .entity_mut(object)
+        .insert(MeshMaterial3d(red.clone()));
+    app.update();
+    assert!(
+        materials(&app).len() > 3,
+        "a new material must not paint over the levels"
+    );
+    app.world_mut().resource_mut::<LodDebug>().color_levels = false;
+    app.update();
+    assert_eq!(materials(&app), [red.id()]);
+}

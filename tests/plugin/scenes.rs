@@ -91,7 +91,10 @@ fn rejects_a_corrupt_fieldlod_file() {
     run_until(&mut app, "both meshes are given up", |app| {
         status(app).plain == 2
     });
-    assert!(logged(Level::ERROR, &["corrupt.fieldlod", "checksum"]));
+    // The asset server logs from another thread.
+    run_until(&mut app, "the log names file and fault", |_| {
+        logged(Level::ERROR, &["corrupt.fieldlod", "checksum"])
+    });
 }
 
 #[test]
@@ -103,5 +106,7 @@ fn rejects_a_missing_fieldlod_file() {
     run_until(&mut app, "both meshes are given up", |app| {
         status(app).plain == 2
     });
-    assert!(logged(Level::ERROR, &["missing.fieldlod"]));
+    run_until(&mut app, "the log names the file", |_| {
+        logged(Level::ERROR, &["missing.fieldlod"])
+    });
 }

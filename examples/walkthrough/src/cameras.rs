@@ -43,9 +43,14 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
+/// A place below the ground with a view further down: where a camera waits without drawing.
+pub(crate) fn seeing_nothing() -> Transform {
+    Transform::from_xyz(0.0, -500.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::X)
+}
+
 fn spawn(mut commands: Commands, mut images: ResMut<Assets<Image>>, target: Res<CameraTarget>) {
     let skylight = EnvironmentMapLight {
-        intensity: 1000.0,
+        intensity: 650.0,
         ..EnvironmentMapLight::hemispherical_gradient(
             &mut images,
             Color::linear_rgb(0.55, 0.75, 1.1),
@@ -88,10 +93,11 @@ fn camera(
             color: horizon,
             directional_light_color: Color::linear_rgba(1.0, 0.7, 0.4, 0.35),
             directional_light_exponent: 12.0,
-            falloff: FogFalloff::ExponentialSquared { density: 0.0042 },
+            falloff: FogFalloff::ExponentialSquared { density: 0.0034 },
         },
         skylight.clone(),
         LodView::default(),
+        seeing_nothing(),
     ));
     let camera = camera.id();
     if let Some(target) = &target.0 {

@@ -5,9 +5,9 @@ use bevy::image::{Image, ImageAddressMode, ImageFilterMode, ImageSampler, ImageS
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use glam::{Vec2, Vec3};
 
-use crate::shapes::terrain::{self, SIDE_IN_M};
+use crate::shapes::terrain;
 
-/// Texels along a side: one for every 13 cm.
+/// Texels along a side: one for every 3 cm across the avenue, for every 20 cm in the hills.
 const SIDE_IN_TEXELS: usize = 2048;
 
 /// Paints the ground, on all cores.
@@ -24,7 +24,7 @@ pub(crate) fn paint() -> Image {
                 for (index, texel) in rows.iter_mut().enumerate() {
                     let row = first_row + index / SIDE_IN_TEXELS;
                     let at = Vec2::new((index % SIDE_IN_TEXELS) as f32, row as f32) + 0.5;
-                    let p = (at / SIDE_IN_TEXELS as f32 - 0.5) * SIDE_IN_M;
+                    let p = terrain::point_at(at / SIDE_IN_TEXELS as f32);
                     *texel = terrain::color(p, slopes.at(p));
                 }
             });

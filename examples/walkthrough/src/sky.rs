@@ -7,16 +7,17 @@ use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShad
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 
-use crate::noise::smoothstep;
+use crate::noise::{fbm, smoothstep};
 
 /// Towards the sun: over the left shoulder of one who walks up the avenue.
 const TO_SUN: Vec3 = Vec3::new(-0.66, 0.46, 0.42);
-const SUN_IN_LUX: f32 = 15_000.0;
+const SUN_IN_LUX: f32 = 9_500.0;
 
 /// Linear RGB at the horizon: also the colour of distant haze.
-pub(crate) const HORIZON: Vec3 = Vec3::new(0.72, 0.66, 0.58);
-const ZENITH: Vec3 = Vec3::new(0.10, 0.24, 0.52);
-const GLOW: Vec3 = Vec3::new(1.1, 0.75, 0.40);
+pub(crate) const HORIZON: Vec3 = Vec3::new(0.50, 0.50, 0.50);
+const ZENITH: Vec3 = Vec3::new(0.055, 0.15, 0.38);
+const GLOW: Vec3 = Vec3::new(0.55, 0.42, 0.26);
+const CLOUD: Vec3 = Vec3::new(0.80, 0.76, 0.72);
 
 /// Adds the light of the scene.
 pub(crate) fn plugin(app: &mut App) {
@@ -62,8 +63,8 @@ fn spawn(
 /// The sky as a large sphere around the scene, coloured at its vertices.
 fn dome() -> Mesh {
     const RADIUS_IN_M: f32 = 900.0;
-    const RINGS: u32 = 48;
-    const SECTORS: u32 = 96;
+    const RINGS: u32 = 140;
+    const SECTORS: u32 = 280;
     let direction = |ring: u32, sector: u32| {
         let (polar_sin, polar_cos) = (PI * ring as f32 / RINGS as f32).sin_cos();
         let (sin, cos) = (TAU * sector as f32 / SECTORS as f32).sin_cos();
@@ -94,8 +95,11 @@ fn dome() -> Mesh {
 
 fn color(direction: Vec3) -> Vec3 {
     let above = direction.y.max(0.0);
-    let sky = HORIZON.lerp(ZENITH, 1.0 - (1.0 - above).powi(4));
+    let sky = HORIZON.lerp(ZENITH, 1.0 - (1.0 - above).powi(5));
     let toward_sun = direction.dot(TO_SUN.normalize()).max(0.0);
-    let glow = 0.25 * toward_sun.powi(6) + 0.6 * smoothstep(0.97, 1.0, toward_sun);
-    sky + GLOW * glow
+    let glow = 0.35 * toward_sun.powi(5) + 0.6 * toward_sun.powi(60);
+    let overhead = Vec3::new(direction.x, 0.0, direction.z) / (above + 0.16);
+    let cover = smoothstep(0.02, 0.75, fbm(overhead * Vec3::new(0.9, 1.0, 1.5), 5, 601));
+    let clouds = 0.75 * cover * smoothstep(0.03, 0.22, direction.y);
+    (sky + GLOW * glow).lerp(CLOUD + GLOW * glow * 0.5, clouds)
 }

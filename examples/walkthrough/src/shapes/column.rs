@@ -15,8 +15,8 @@ const FLUTE_DEPTH_IN_M: f32 = 0.055;
 /// Height of one drum of the shaft.
 const DRUM_IN_M: f32 = 0.93;
 
-const MARBLE: Vec3 = Vec3::new(0.60, 0.53, 0.42);
-const STAIN: Vec3 = Vec3::new(0.27, 0.22, 0.16);
+const MARBLE: Vec3 = Vec3::new(0.47, 0.41, 0.32);
+const STAIN: Vec3 = Vec3::new(0.20, 0.16, 0.115);
 
 /// One corner of the profile.
 #[derive(Clone, Copy, Debug)]

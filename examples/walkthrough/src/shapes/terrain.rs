@@ -29,7 +29,9 @@ pub(crate) fn terrain() -> Shape {
         let p = Vec2::new(x as f32, z as f32) * step - SIDE_IN_M / 2.0;
         Vec3::new(p.x, height(p), p.y)
     });
-    let uvs = vertices.map(|(x, z)| Vec2::new(x as f32, z as f32) / SQUARES as f32);
+    let ground_points =
+        vertices.map(|(x, z)| Vec2::new(x as f32, z as f32) * step - SIDE_IN_M / 2.0);
+    let uvs = ground_points.map(uv_at);
     let corner = |x: u32, z: u32| z * (SQUARES + 1) + x;
     let squares = (0..SQUARES).flat_map(|z| (0..SQUARES).map(move |x| (x, z)));
     let indices = squares.flat_map(|(x, z)| {
@@ -41,6 +43,28 @@ pub(crate) fn terrain() -> Shape {
     shape.uvs = uvs.collect();
     shape.colors.clear();
     shape
+}
+
+/// How much finer than on average the picture of the ground is in the middle, across and along the
+/// avenue: there one walks on it.
+const MIDDLE_SHARE: Vec2 = Vec2::new(0.26, 0.55);
+
+/// The point of the ground plane that a texture coordinate shows.
+pub(crate) fn point_at(uv: Vec2) -> Vec2 {
+    let s = uv * 2.0 - 1.0;
+    s * (MIDDLE_SHARE + (1.0 - MIDDLE_SHARE) * s * s) * (SIDE_IN_M / 2.0)
+}
+
+/// The texture coordinate that shows a point of the ground plane.
+fn uv_at(p: Vec2) -> Vec2 {
+    let wanted = p / (SIDE_IN_M / 2.0);
+    let mut s = wanted;
+    // Newton's method; the cubic rises everywhere.
+    for _ in 0..12 {
+        let value = s * (MIDDLE_SHARE + (1.0 - MIDDLE_SHARE) * s * s);
+        s -= (value - wanted) / (MIDDLE_SHARE + 3.0 * (1.0 - MIDDLE_SHARE) * s * s);
+    }
+    (s + 1.0) * 0.5
 }
 
 /// Height of the ground above a point of the ground plane, in metres.
@@ -150,4 +174,17 @@ fn paving(p: Vec2, tufts: f32) -> Vec3 {
     let joint = 1.0 - smoothstep(0.02, 0.11, to_edge.min_element() + worn);
     let tint = 1.0 + 0.3 * gradient(Vec3::new(cell.x, 0.37, cell.y) * 0.77, 331);
     (PAVING * tint * (1.0 + 0.08 * tufts)).lerp(JOINT, 0.8 * joint)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_picture_of_the_ground_lies_where_it_is_painted() {
+        for (x, z) in [(-130.0, 130.0), (0.0, 0.0), (3.0, -77.0), (-99.0, 12.0)] {
+            let p = Vec2::new(x, z);
+            assert!(point_at(uv_at(p)).distance(p) < 1e-2, "{p}");
+        }
+    }
 }

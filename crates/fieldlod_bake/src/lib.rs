@@ -22,7 +22,9 @@
 //!
 //! # Simplifications
 //! The error of a group is what meshoptimizer reports: a weighted mean of squared distances mixed
-//! with attribute differences, neither a bound nor tight.
+//! with attribute differences, neither a bound nor tight. A piece that would vanish when simplified
+//! (two triangles back to back, say) is kept as its first triangle, and so is seen from one side
+//! only; apart from that, every cut of a closed mesh is closed.
 //!
 //! # Out of scope
 //! Skinned and morphed meshes, points and lines, compressed geometry (Draco, meshopt) and

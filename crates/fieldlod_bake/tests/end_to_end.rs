@@ -114,7 +114,7 @@ fn quad_with_mode(mode: u32, corners: &[u32]) -> SourceMesh {
 #[test]
 fn strips_and_fans_are_unrolled_with_their_winding() {
     let strip = quad_with_mode(5, &[0, 1, 2, 3]);
-    assert_eq!(strip.indices, [0, 1, 2, 1, 3, 2]);
+    assert_eq!(strip.indices, [0, 1, 2, 2, 1, 3]);
     let fan = quad_with_mode(6, &[0, 1, 3, 2]);
     assert_eq!(fan.indices, [0, 1, 3, 0, 3, 2]);
     for mesh in [strip, fan] {

@@ -252,7 +252,7 @@ fn degenerate_meshes_bake() {
         ("one triangle", fixtures::one_triangle()),
         ("coincident points", fixtures::coincident_points(1_000)),
         ("fan", fixtures::non_manifold_fan(3_000)),
-        ("islands", fixtures::islands(10_000)),
+        ("islands", fixtures::islands(100_000)),
         ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
         (
             "no vertices shared",
@@ -283,6 +283,13 @@ proptest! {
     fn any_knot_stays_closed(along in 3u32..160, around in 3u32..32, seed in 0u64..1000) {
         let mesh = fixtures::torus_knot(along, around);
         assert_closed(&mesh, &bake(&mesh, &many_groups()), seed);
+    }
+
+    #[test]
+    fn any_field_opens_only_at_its_border(cells in 8u32..80, cluster in 16usize..128, group in 4usize..24) {
+        let config = BakeConfig { cluster_triangles: cluster, group_clusters: group, ..BakeConfig::default() };
+        let mesh = fixtures::height_field(cells);
+        assert_borders_stay(&mesh, &bake(&mesh, &config), u64::from(cells));
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod bake;
 mod failure;
 mod inspect;
 mod output;
+mod paper;
 mod summary;
 
 use std::process::ExitCode;
@@ -28,6 +29,7 @@ struct CommandLine {
 enum Command {
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
+    Paper(paper::PaperArgs),
 }
 
 impl Command {
@@ -35,6 +37,7 @@ impl Command {
         match self {
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
+            Self::Paper(arguments) => paper::run(arguments),
         }
     }
 }

@@ -70,8 +70,8 @@ fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
     match mode {
         Mode::TriangleStrip => {
             let turned = |(index, corners): (usize, &[u32])| {
-                let (second, third) = if index % 2 == 0 { (1, 2) } else { (2, 1) };
-                [corners[0], corners[second], corners[third]]
+                let (first, second) = if index % 2 == 0 { (0, 1) } else { (1, 0) };
+                [corners[first], corners[second], corners[2]]
             };
             corners.windows(3).enumerate().flat_map(turned).collect()
         }

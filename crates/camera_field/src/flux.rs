@@ -38,7 +38,8 @@ impl Intrinsics {
     /// The same for a triangle known to be in front of the camera; not clipped to the view.
     #[inline]
     pub fn flux_through_triangle_in_view(&self, [p0, p1, p2]: [Vec3; 3]) -> Real {
-        let determinant = p0.dot(p1.cross(p2));
+        // det(P₀, P₁, P₂) by the edges: for a small triangle far away its columns nearly cancel.
+        let determinant = p0.dot((p1 - p0).cross(p2 - p0));
         // A plane through the camera is seen edge-on, even where z is zero.
         if determinant == 0.0 {
             return 0.0;

@@ -56,42 +56,42 @@
 //! keystone of splats and the convergent point of cameras that are not parallel.
 //!
 //! # Errata of the paper
-//! Each has its test, named in brackets, in `tests/errata.rs`. All other equations hold as printed;
+//! Each has its test, named in brackets, in `tests/errata.rs` where no other file is named. All other equations hold as printed;
 //! the remaining tests compare each with central differences or counted samples to 85° off axis.
 //!
 //! 1. Appendix iii: the normals of E₁ and E₂ are (z, 0, −x) and (0, z, −y); both signs are printed
-//!    wrong. The sine that follows is right. [`appendix_iii_normals_have_the_wrong_sign`]
+//!    wrong. The sine that follows is right. (`appendix_iii_normals_have_the_wrong_sign`)
 //! 2. (15) gives the splat's *area*, not its size across; the kernel's diameter goes with its root.
-//!    [`equation_15_is_an_area_not_a_diameter`]
+//!    (`equation_15_is_an_area_not_a_diameter`)
 //! 3. §4.1.1 expects the curl to give the asymmetry of a splat. It gives one part, that of a disk across the
 //!    sight ray. The tilt of the disk gives another, which is there on the axis too, where the curl is
-//!    zero. [`curl_alone_does_not_make_the_asymmetry`]
+//!    zero. (`curl_alone_does_not_make_the_asymmetry`)
 //! 4. §4.1.1 speaks of shearing the kernel's content. A linear shear keeps the kernel symmetric; it takes a
-//!    second-order term. [`an_affine_shear_is_symmetric`]
+//!    second-order term. (`an_affine_shear_is_symmetric`)
 //! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
-//!    [`density_on_the_image_plane_is_one`, in `tests/field.rs`]
+//!    (`density_on_the_image_plane_is_one`, in `tests/field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
 //!
 //! # What the paper assumes without saying so
 //! 1. Square pixels and an image centred on the axis. Densities hold without both; the aspect ratio
-//!    needs square pixels. [`pattern_aspect_ratio_holds_for_oblong_pixels`, in `tests/field.rs`]
+//!    needs square pixels. (`pattern_aspect_ratio_holds_for_oblong_pixels`, in `tests/field.rs`)
 //! 2. §3.5: all cameras are in front of the surface. Cameras on both sides cancel in the
-//!    sum. [`compound_field_assumes_cameras_on_one_side`]
+//!    sum. (`compound_field_assumes_cameras_on_one_side`)
 //! 3. §3.2: the curl measures variation across the sight rays, not along them.
-//!    [`curl_does_not_see_the_fall_with_distance`]
+//!    (`curl_does_not_see_the_fall_with_distance`)
 //! 4. §3.3: equal strength makes equal projected sizes only for equally inclined surfaces.
-//!    [`equal_strength_does_not_make_equal_projected_size`]
+//!    (`equal_strength_does_not_make_equal_projected_size`)
 //! 5. Fig. 13 keeps the area of an infinitely small surfel; a large one covers more.
-//!    [`kept_area_falls_short_for_large_surfels`]
+//!    (`kept_area_falls_short_for_large_surfels`)
 //! 6. Fig. 13: the orientation of the normal is that across the sight ray. Taken in the
-//!    image, the radial stretch counts twice. [`kernel_orientation_is_that_across_the_sight_ray`]
+//!    image, the radial stretch counts twice. (`kernel_orientation_is_that_across_the_sight_ray`)
 //! 7. §4.1.4: the filter is taken as round. At grazing angles that is levels sharper than its longer
-//!    axis needs. [`mip_level_is_the_mean_of_the_filter_axes`]
+//!    axis needs. (`mip_level_is_the_mean_of_the_filter_axes`)
 //! 8. (17, 18) divide by the *visible* area, and so favour a camera that sees little.
-//!    [`whole_surface_statistics_do_not_reward_seeing_little`, in `tests/applications.rs`]
+//!    (`whole_surface_statistics_do_not_reward_seeing_little`, in `tests/applications.rs`)
 //! 9. Fig. 18 does not say which focal length the camera at the average position has, and on a plane across the
 //!    axes nothing else matters: every pinhole samples such a plane evenly.
-//!    [`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`]
+//!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
 //!
 //! # Guarantees
 //! - No formula allocates: they take and return plain `Copy` values. Only

@@ -151,6 +151,16 @@ impl SplatKernel {
         Vec2::new(offset.perp_dot(b), a.perp_dot(offset)) / a.perp_dot(b)
     }
 
+    /// The inverse of [`SplatKernel::map_sheared`], on its branch through the centre. `None` for
+    /// pixels beyond the fold of the second-order map, which is outside of the splat while the
+    /// keystone is shorter than 1/2.
+    #[inline]
+    pub fn unmap_sheared(&self, pixel: Vec2) -> Option<Vec2> {
+        let e = self.unmap_affine(pixel);
+        let discriminant = 1.0 - 4.0 * self.keystone.dot(e);
+        (discriminant >= 0.0).then(|| e * (2.0 / (1.0 + discriminant.sqrt())))
+    }
+
     /// The exact image as an ellipse: its true centre, and two half axes that span it (conjugate,
     /// not perpendicular). The centre is not the projection of the disk's centre.
     pub fn ellipse(&self) -> (Vec2, [Vec2; 2]) {

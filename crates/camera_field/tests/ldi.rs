@@ -95,9 +95,9 @@ proptest! {
         prop_assert!(found.distance(expected) <= 1e-6 * (1.0 + expected.length()));
     }
 
-    /// For cameras that are not parallel no point near it has a smaller sum of squares.
+    /// For cameras that are not parallel no point near it has a smaller sum of squared moments.
     #[test]
-    fn convergent_point_is_the_nearest_point_to_all_lines(
+    fn convergent_point_has_the_least_squared_moments(
         toe_in in -0.6..0.6_f64, apart in 0.5..3.0_f64, direction in unit_vectors(),
     ) {
         let cameras = [(-apart, toe_in), (apart, -toe_in)].map(|(x, turn)| PosedCamera {
@@ -111,7 +111,7 @@ proptest! {
             DVec3::new((t * 1.7).sin() * 2.0, (t * 2.3).cos() * 2.0, 6.0 + (t * 0.9).sin() * 2.0)
         });
         let lines: Vec<_> = points.filter_map(|p| FieldLine::through(&cameras, p)).collect();
-        let sum = |q: DVec3| lines.iter().map(|line| line.distance(q).powi(2)).sum::<f64>();
+        let sum = |q: DVec3| lines.iter().map(|line| (line.strength * line.distance(q)).powi(2)).sum::<f64>();
         let found = convergent_point(lines.iter().copied()).unwrap();
         for step in [1e-3, 1e-2, 1.0] {
             prop_assert!(sum(found) <= sum(found + direction * step));

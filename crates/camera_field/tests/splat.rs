@@ -110,6 +110,16 @@ proptest! {
         assert_close(keystone.length(), surfel.radius / surfel.center.length() * tan_phi, 1.0, 1e-9);
     }
 
+    #[test]
+    fn sheared_kernel_can_be_inverted(camera in wide_cameras(), surfel in surfels(0.5)) {
+        let kernel = SplatKernel::new(&camera, &surfel);
+        prop_assume!(kernel.keystone.length() < 0.49);
+        for e in unit_circle() {
+            let found = kernel.unmap_sheared(kernel.map_sheared(e)).unwrap();
+            prop_assert!(found.distance(e) <= 1e-6, "{found} {e}");
+        }
+    }
+
     /// The paper's kernel is off by the first order of the keystone, the sheared one by the second.
     #[test]
     fn sheared_kernel_is_accurate_to_second_order(camera in wide_cameras(), surfel in surfels(0.3)) {

@@ -44,10 +44,7 @@ pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
         return f32::INFINITY;
     }
     let sphere = instance.sphere_in_camera(&group.bounds);
-    let Some(strength) = strength_over(&instance.camera, &sphere) else {
-        return 0.0;
-    };
-    let SphereBound::Bounded(strength) = strength else {
+    let SphereBound::Bounded(strength) = strength_over(&instance.camera, &sphere) else {
         return f32::INFINITY;
     };
     let mean_normal = instance.mean_normal_in_camera(group.mean_normal);
@@ -57,17 +54,13 @@ pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
     error * (strength * weight).sqrt()
 }
 
-/// Upper bound of the field's strength over a sphere in camera space; `None` outside the field of
+/// Upper bound of the field's strength over a sphere in camera space, zero outside the field of
 /// view.
-fn strength_over(camera: &Camera, sphere: &Sphere) -> Option<SphereBound> {
+fn strength_over(camera: &Camera, sphere: &Sphere) -> SphereBound {
     let Sphere { center, radius } = *sphere;
     match camera {
-        Camera::Perspective(intrinsics) => intrinsics
-            .touches_sphere(center, radius)
-            .then(|| intrinsics.strength_over_sphere(center, radius)),
-        Camera::Orthographic(intrinsics) => intrinsics
-            .touches_sphere(center, radius)
-            .then(|| intrinsics.strength_over_sphere(center, radius)),
+        Camera::Perspective(intrinsics) => intrinsics.strength_over_sphere(center, radius),
+        Camera::Orthographic(intrinsics) => intrinsics.strength_over_sphere(center, radius),
     }
 }
 

@@ -30,7 +30,8 @@ proptest! {
         hysteresis in 0.0f32..=1.0,
     ) {
         let hierarchy = &hierarchies()[which];
-        let settings = LodSettings { error_px, hysteresis };
+        let mut settings = LodSettings::with_error_px(error_px);
+        settings.hysteresis = hysteresis;
         let mut cut = Cut::default();
         let first = |group: usize| errors[group % errors.len()];
         select_with(hierarchy, &settings, &mut cut, first);

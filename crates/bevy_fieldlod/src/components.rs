@@ -62,10 +62,9 @@ impl LodView {
     }
 
     pub(crate) fn settings(&self) -> LodSettings {
-        LodSettings {
-            error_px: self.error_px,
-            hysteresis: self.hysteresis,
-        }
+        let mut settings = LodSettings::with_error_px(self.error_px);
+        settings.hysteresis = self.hysteresis;
+        settings
     }
 }
 

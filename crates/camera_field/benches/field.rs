@@ -2,13 +2,17 @@
 //!
 //! Every quantity is checked against the `f64` build of the same formula before it is timed. A pass
 //! runs over many points, and the harness reports the time of one point.
+#![expect(
+    clippy::disallowed_types,
+    reason = "the points are made before anything is timed"
+)]
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use camera_field::{
-    FilterKernel, Intrinsics, PlanarCamera, SplatKernel, SurfaceSamples, Surfel, double, mip_level,
-    splat_area_px2,
+    FilterKernel, Intrinsics, ParallelCamera, PlanarCamera, Spherical, SplatKernel, SurfaceSamples,
+    Surfel, double, equivalent_camera, mip_level, splat_area_px2,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -22,6 +26,8 @@ fn points(camera: &Intrinsics) -> Vec<(Vec3, Vec3)> {
     (0..POINTS)
         .map(|index| {
             let across = Vec2::new(share(index, 0.618_034), share(index, 0.754_877));
+            // Not quite to the edge: a rounded point there may be outside.
+            let across = across * 0.998 + 0.001;
             let slope = camera.slope_min + across * (camera.slope_max - camera.slope_min);
             let p = slope.extend(1.0) * (2.0 + 48.0 * share(index, 0.569_84));
             let tilt = Vec3::new(share(index, 0.31), share(index, 0.57), 0.0) - 0.5;
@@ -117,6 +123,55 @@ fn point_quantities(criterion: &mut Criterion) {
         "planar field (4)",
         |c, p, _| planar(c).field(Vec2::new(p.x, p.z)).y,
         |c, p, _| -c.focal_px.x / p.z,
+    );
+}
+
+fn spherical_forms(criterion: &mut Criterion) {
+    time(
+        criterion,
+        "spherical field (7), with conversion",
+        |c, p, _| c.spherical_field(Spherical::from_cartesian(p)),
+        |c, p, _| c.spherical_field(double::Spherical::from_cartesian(p)),
+    );
+    time(
+        criterion,
+        "level radius (13)",
+        |c, p, _| c.level_radius(50.0, Intrinsics::aspect_ratio(p)),
+        |c, p, _| c.level_radius(50.0, double::Intrinsics::aspect_ratio(p)),
+    );
+    time(
+        criterion,
+        "pattern aspect ratio",
+        |c, p, _| c.pattern_aspect_ratio(p),
+        |c, p, _| c.pattern_aspect_ratio(p),
+    );
+}
+
+/// Two parallel cameras, one of them at a tenth of the way to the point.
+fn layered_depth_images(criterion: &mut Criterion) {
+    time(
+        criterion,
+        "equivalent camera of two (21, App. v)",
+        |c, p, _| {
+            let pair =
+                [(Vec3::ZERO, 50.0), (p * 0.1, 40.0)].map(|(origin, depth)| ParallelCamera {
+                    origin,
+                    focal_px: c.focal_px.x,
+                    depth,
+                });
+            equivalent_camera(&pair).map_or(0.0, |camera| camera.focal_px + camera.origin.x)
+        },
+        |c, p, _| {
+            let pair =
+                [(DVec3::ZERO, 50.0), (p * f64::from(0.1_f32), 40.0)].map(|(origin, depth)| {
+                    double::ParallelCamera {
+                        origin,
+                        focal_px: c.focal_px.x,
+                        depth,
+                    }
+                });
+            double::equivalent_camera(&pair).map_or(0.0, |camera| camera.focal_px + camera.origin.x)
+        },
     );
 }
 
@@ -255,6 +310,8 @@ fn sphere_bounds(criterion: &mut Criterion) {
 criterion_group!(
     benches,
     point_quantities,
+    spherical_forms,
+    layered_depth_images,
     integrals,
     applications,
     sphere_bounds

@@ -8,6 +8,10 @@ use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec2, Vec3};
 
 /// A surface of equal strength as triangles, for drawing.
+#[expect(
+    clippy::disallowed_types,
+    reason = "a mesh for drawing is the one thing here that allocates"
+)]
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelSurfaceMesh {
     /// Points in camera space, row by row.

@@ -93,9 +93,21 @@
 //!    axes nothing else matters: every pinhole samples such a plane evenly.
 //!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
 //!
+//! # Measured
+//! The command `fieldlod paper` draws the paper's figures from this crate and prints their numbers; the tests of
+//! `fieldlod_lab` hold these:
+//!
+//! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For
+//!   a disk of 0.15 of its distance, across the sight ray and 60° off axis, 33 % of the area
+//!   differs; with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is exact.
+//! - Its claim that the convergent point merges fewer samples than the average position (Fig. 18)
+//!   holds in at least nine of ten pairs of parallel cameras, whichever way its missing focal length is
+//!   read.
+//! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
+//!
 //! # Guarantees
-//! - No formula allocates: they take and return plain `Copy` values. Only
-//!   [`Intrinsics::level_surface_mesh`], for drawing, returns vectors.
+//! - No formula allocates: they take and return plain `Copy` values, and the crate's `clippy.toml`
+//!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
 //! - What level-of-detail selection uses (fields, criteria, bounds) computes with `+ − × ÷ √` and comparisons
 //!   only, so it gives the same bits on every IEEE 754 machine. The crate's `clippy.toml` forbids
 //!   the rest outside of the functions that take angles or return mip levels.

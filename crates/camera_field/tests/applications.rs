@@ -1,7 +1,8 @@
 //! Texture filters and mip levels (§4.1.2, §4.1.4), statistics (§4.2.1), criteria (§4.1.5).
 #![expect(
     clippy::disallowed_methods,
-    reason = "tests may use angles and powers; selection does not run here"
+    clippy::disallowed_types,
+    reason = "tests may use angles, powers and vectors; selection does not run here"
 )]
 
 mod common;
@@ -146,6 +147,11 @@ fn the_best_placement_is_near_and_frontal() {
     ];
     assert_eq!(best_placement(&placements), Some(1));
     assert_eq!(best_placement(&[]), None);
+    assert_eq!(
+        best_placement(&[placements[1]; 3]),
+        Some(0),
+        "the first of equals"
+    );
     // A flat square across the axis is sampled evenly: f²/z² everywhere.
     assert_close(
         placements[1].mean(),

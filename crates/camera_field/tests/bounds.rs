@@ -147,6 +147,14 @@ fn nan_infinite_and_negative_inputs_are_unbounded() {
 }
 
 #[test]
+fn nan_touches_every_view() {
+    let camera = camera();
+    assert!(camera.touches_sphere(Vec3::splat(f32::NAN), 1.0));
+    assert!(camera.touches_sphere(Vec3::Z, f32::NAN));
+    assert!(!camera.contains(Vec3::splat(f32::NAN)));
+}
+
+#[test]
 fn spheres_outside_the_view_have_bound_zero() {
     for center in [
         Vec3::NEG_Z * 5.0,

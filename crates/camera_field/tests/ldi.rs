@@ -1,7 +1,8 @@
 //! The camera of a layered depth image (eq. 19–21, appendices iv and v).
 #![expect(
     clippy::disallowed_methods,
-    reason = "tests may use angles and powers; selection does not run here"
+    clippy::disallowed_types,
+    reason = "tests may use angles, powers and vectors; selection does not run here"
 )]
 
 mod common;

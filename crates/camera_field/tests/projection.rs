@@ -103,6 +103,13 @@ fn perspective() -> Mat4 {
 }
 
 #[test]
+fn camera_from_view_is_its_own_inverse() {
+    assert_eq!(CAMERA_FROM_VIEW * CAMERA_FROM_VIEW, glam::DMat3::IDENTITY);
+    assert_eq!(CAMERA_FROM_VIEW * DVec3::NEG_Z, DVec3::Z, "forward");
+    assert_eq!(CAMERA_FROM_VIEW * DVec3::Y, DVec3::NEG_Y, "up");
+}
+
+#[test]
 fn depth_rows_are_not_read() {
     let viewport = Vec2::new(300.0, 200.0);
     let mut odd = perspective();

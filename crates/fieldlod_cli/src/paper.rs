@@ -4,7 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use fieldlod_lab::paper::{Comparison, DifferenceAtAngle, Figure18, PaperNumbers, draw_figures};
+use fieldlod_lab::paper::{
+    Comparison, DifferenceAtAngle, Figure18, PaperError, PaperNumbers, draw_figures,
+};
 
 use crate::failure::Failure;
 use crate::output::{print, print_json, write_whole};
@@ -22,7 +24,7 @@ pub(crate) struct PaperArgs {
 
 pub(crate) fn run(arguments: &PaperArgs) -> Result<(), Failure> {
     let folder = &arguments.out;
-    let numbers = draw_figures(folder).map_err(|error| Failure::new(folder, error))?;
+    let numbers = draw_figures(folder).map_err(|error| failure(&error))?;
     let path = folder.join("numbers.json");
     let json = serde_json::to_vec_pretty(&numbers).map_err(|error| Failure::new(&path, error))?;
     write_whole(&path, &json)?;
@@ -30,6 +32,17 @@ pub(crate) fn run(arguments: &PaperArgs) -> Result<(), Failure> {
         print_json(&numbers)
     } else {
         print(&summary(&numbers))
+    }
+}
+
+fn failure(error: &PaperError) -> Failure {
+    match error {
+        PaperError::Folder { path, source } => {
+            Failure::new(path, format!("cannot be made: {source}"))
+        }
+        PaperError::Picture { path, source } => {
+            Failure::new(path, format!("cannot be written: {source}"))
+        }
     }
 }
 

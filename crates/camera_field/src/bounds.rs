@@ -21,7 +21,8 @@
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec3};
 
-/// Rounding errors of a few operations, relative: subtracted from lower bounds so that they stay below.
+/// Rounding errors of a few operations, relative: subtracted from lower bounds so that they stay
+/// below.
 const ROUNDING: Real = 8.0 * Real::EPSILON;
 
 /// An upper bound of a non-negative quantity over a sphere.
@@ -30,8 +31,8 @@ pub enum SphereBound {
     /// Nowhere greater than this finite value, which is never negative. Zero when the sphere
     /// is outside the field of view.
     Bounded(Real),
-    /// No finite bound: the sphere touches the camera plane inside the view, that is, it
-    /// holds the centre of projection; or its numbers are not usable (NaN, infinite, negative radius).
+    /// No finite bound: the sphere touches the camera plane inside the view, that is, it holds the
+    /// centre of projection; or its numbers are not usable (NaN, infinite, negative radius).
     Unbounded,
 }
 

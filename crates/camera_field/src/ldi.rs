@@ -95,9 +95,9 @@ impl FieldLine {
 /// q = argmin Σ |c(p) × (q − p)|²
 /// ```
 ///
-/// that is, the point nearest to all lines, each weighted by the square of its strength. This is our answer for
-/// cameras that are not parallel. It equals (21) where the cameras are parallel and the
-/// points lie in a plane across their axes. `None` if the lines are all parallel.
+/// that is, the point nearest to all lines, each weighted by the square of its strength. This is
+/// our answer for cameras that are not parallel. It equals (21) where the cameras are parallel and
+/// the points lie in a plane across their axes. `None` if the lines are all parallel.
 ///
 /// Distances without the weight are the more obvious choice; they measured worse (`fieldlod paper`,
 /// figure 18: the weight was chosen on its first ten pairs and confirmed on its further pairs).

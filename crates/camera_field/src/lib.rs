@@ -52,22 +52,23 @@
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!
 //! Ours, not the paper's: oblong pixels, off-centre frusta, orthographic cameras
-//! ([`OrthographicIntrinsics`]), the closed forms of flux and of (17, 18), the bounds over spheres, the
-//! keystone of splats and the convergent point of cameras that are not parallel.
+//! ([`OrthographicIntrinsics`]), the closed forms of flux and of (17, 18), the bounds over spheres,
+//! the keystone of splats and the convergent point of cameras that are not parallel.
 //!
 //! # Errata of the paper
-//! Each has its test, named in brackets, in `tests/errata.rs` where no other file is named. All other equations hold as printed;
-//! the remaining tests compare each with central differences or counted samples to 85° off axis.
+//! Each has its test, named in brackets, in `tests/errata.rs` where no other file is named. All
+//! other equations hold as printed; the remaining tests compare each with central differences or
+//! counted samples to 85° off axis.
 //!
 //! 1. Appendix iii: the normals of E₁ and E₂ are (z, 0, −x) and (0, z, −y); both signs are printed
 //!    wrong. The sine that follows is right. (`appendix_iii_normals_have_the_wrong_sign`)
 //! 2. (15) gives the splat's *area*, not its size across; the kernel's diameter goes with its root.
 //!    (`equation_15_is_an_area_not_a_diameter`)
-//! 3. §4.1.1 expects the curl to give the asymmetry of a splat. It gives one part, that of a disk across the
-//!    sight ray. The tilt of the disk gives another, which is there on the axis too, where the curl is
-//!    zero. (`curl_alone_does_not_make_the_asymmetry`)
-//! 4. §4.1.1 speaks of shearing the kernel's content. A linear shear keeps the kernel symmetric; it takes a
-//!    second-order term. (`an_affine_shear_is_symmetric`)
+//! 3. §4.1.1 expects the curl to give the asymmetry of a splat. It gives one part, that of a disk
+//!    across the sight ray. The tilt of the disk gives another, which is there on the axis too,
+//!    where the curl is zero. (`curl_alone_does_not_make_the_asymmetry`)
+//! 4. §4.1.1 speaks of shearing the kernel's content. A linear shear keeps the kernel symmetric; it
+//!    takes a second-order term. (`an_affine_shear_is_symmetric`)
 //! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
 //!    (`density_on_the_image_plane_is_one`, in `tests/field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
@@ -85,32 +86,33 @@
 //!    (`kept_area_falls_short_for_large_surfels`)
 //! 6. Fig. 13: the orientation of the normal is that across the sight ray. Taken in the
 //!    image, the radial stretch counts twice. (`kernel_orientation_is_that_across_the_sight_ray`)
-//! 7. §4.1.4: the filter is taken as round. At grazing angles that is levels sharper than its longer
-//!    axis needs. (`mip_level_is_the_mean_of_the_filter_axes`)
+//! 7. §4.1.4: the filter is taken as round. At grazing angles that is levels sharper than its
+//!    longer axis needs. (`mip_level_is_the_mean_of_the_filter_axes`)
 //! 8. (17, 18) divide by the *visible* area, and so favour a camera that sees little.
 //!    (`whole_surface_statistics_do_not_reward_seeing_little`, in `tests/applications.rs`)
-//! 9. Fig. 18 does not say which focal length the camera at the average position has, and on a plane across the
-//!    axes nothing else matters: every pinhole samples such a plane evenly.
+//! 9. Fig. 18 does not say which focal length the camera at the average position has, and on a
+//!    plane across the axes nothing else matters: every pinhole samples such a plane evenly.
 //!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
 //!
 //! # Measured
-//! The command `fieldlod paper` draws the paper's figures from this crate and prints their numbers; the tests of
-//! `fieldlod_lab` hold these:
+//! The command `fieldlod paper` draws the paper's figures from this crate and prints their numbers;
+//! the tests of `fieldlod_lab` hold these:
 //!
-//! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For
-//!   a disk of 0.15 of its distance, across the sight ray and 60° off axis, 33 % of the area
-//!   differs; with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is exact.
+//! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For a
+//!   disk of 0.15 of its distance, across the sight ray and 60° off axis, 33 % of the area differs;
+//!   with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is
+//!   exact.
 //! - Its claim that the convergent point merges fewer samples than the average position (Fig. 18)
-//!   holds in at least nine of ten pairs of parallel cameras, whichever way its missing focal length is
-//!   read.
+//!   holds in at least nine of ten pairs of parallel cameras, whichever way its missing focal
+//!   length is read.
 //! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
 //!
 //! # Guarantees
 //! - No formula allocates: they take and return plain `Copy` values, and the crate's `clippy.toml`
 //!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
-//! - What level-of-detail selection uses (fields, criteria, bounds) computes with `+ − × ÷ √` and comparisons
-//!   only, so it gives the same bits on every IEEE 754 machine. The crate's `clippy.toml` forbids
-//!   the rest outside of the functions that take angles or return mip levels.
+//! - What level-of-detail selection uses (fields, criteria, bounds) computes with `+ − × ÷ √` and
+//!   comparisons only, so it gives the same bits on every IEEE 754 machine. The crate's
+//!   `clippy.toml` forbids the rest outside of the functions that take angles or return mip levels.
 //! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
 //!
 //! # Out of scope

@@ -37,8 +37,8 @@ impl Intrinsics {
 
 /// The coarsest level whose error stays within `max_error_px` pixels; 0, the finest, if none does.
 ///
-/// `errors` are the geometric errors of the levels in scene units, finest first. `pixel_scale` is a bound
-/// over the object, such as [`Intrinsics::pixel_scale_over_sphere`].
+/// `errors` are the geometric errors of the levels in scene units, finest first. `pixel_scale` is a
+/// bound over the object, such as [`Intrinsics::pixel_scale_over_sphere`].
 pub fn coarsest_level(errors: &[Real], pixel_scale: SphereBound, max_error_px: Real) -> usize {
     let SphereBound::Bounded(scale) = pixel_scale else {
         return 0;

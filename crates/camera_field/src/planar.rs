@@ -9,7 +9,8 @@
 
 use super::scalar::{Real, Vec2};
 
-/// A camera in the plane: samples per unit length, where [`crate::Intrinsics`] has samples per unit area.
+/// A camera in the plane: samples per unit length, where [`crate::Intrinsics`] has samples per unit
+/// area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarCamera {
     /// Focal length in pixels; the constant of eq. 2.

@@ -13,9 +13,9 @@
 //! - The paper's kernel is `A e`: an ellipse around the projected centre. Its three steps
 //!   (foreshortening by the normal, radial stretch `1/cos φ`, area `c·n`) multiply to `A`;
 //!   [`SplatKernel::paper`] takes these steps.
-//! - Its authors leave the asymmetry of the true kernel as future work, and expect it from the curl.
-//!   It is the keystone. An affine shear cannot give it, as an affine image of a disk is symmetric;
-//!   it takes the second-order term, `A e (1 − g·e)`: [`SplatKernel::map_sheared`].
+//! - Its authors leave the asymmetry of the true kernel as future work, and expect it from the
+//!   curl. It is the keystone. An affine shear cannot give it, as an affine image of a disk is
+//!   symmetric; it takes the second-order term, `A e (1 − g·e)`: [`SplatKernel::map_sheared`].
 //! - The curl gives one of its two parts:
 //!
 //! ```text

@@ -1,8 +1,8 @@
 //! Texture filtering and mip levels (§4.1.2, §4.1.4): the inverse of splatting.
 //!
-//! A splat is the image of a sample's piece of surface; a texture filter is the piece of
-//! surface, in texels, under one pixel. Its area is `texels per unit area / (c·n)`, and the root of that
-//! is the filter's dimension for a mip level:
+//! A splat is the image of a sample's piece of surface; a texture filter is the piece of surface,
+//! in texels, under one pixel. Its area is `texels per unit area / (c·n)`, and the root of that is
+//! the filter's dimension for a mip level:
 //!
 //! ```text
 //! level = log₂ √(texels per unit area / (c·n)) + bias

@@ -44,7 +44,9 @@ proptest! {
 
     /// A filter is the inverse of a splat.
     #[test]
-    fn filter_kernel_is_the_inverse_of_the_splat(camera in wide_cameras(), p in points(), normal in unit_vectors()) {
+    fn filter_kernel_is_the_inverse_of_the_splat(
+        camera in wide_cameras(), p in points(), normal in unit_vectors(),
+    ) {
         let (a, b) = common::frame(normal);
         prop_assume!(normal.dot(p.normalize()).abs() > 0.02);
         let kernel = FilterKernel::new(&camera, p, a, b).unwrap();

@@ -55,7 +55,8 @@ proptest! {
     /// strength is at most 12 % above the truth, that of the pixel scale 6 %.
     #[test]
     fn sphere_bounds_are_tight(
-        rho in 0.1..100.0_f64, off_axis_deg in 0.0..75.0_f64, around in 0.0..6.0_f64, share in 0.0..0.1_f64,
+        rho in 0.1..100.0_f64, off_axis_deg in 0.0..75.0_f64, around in 0.0..6.0_f64,
+        share in 0.0..0.1_f64,
     ) {
         let camera = single(&common::wide_camera(glam::DVec2::splat(1000.0)));
         let center = common::from_spherical(rho, off_axis_deg.to_radians(), around);
@@ -65,6 +66,51 @@ proptest! {
         let scale = greatest(ball_points(center, radius), |p| camera.pixel_scale(p));
         prop_assert!(camera.strength_over_sphere(c, r).or_infinity() <= 1.12 * strength);
         prop_assert!(camera.pixel_scale_over_sphere(c, r).or_infinity() <= 1.06 * scale);
+    }
+
+    /// Any sphere that holds a visible point touches the view, and its bounds hold there.
+    #[test]
+    fn spheres_that_reach_into_the_view_touch_it(
+        camera in off_centre_cameras(), across in prop::array::uniform2(0.0..1.0_f64),
+        depth in 0.1..50.0_f64, direction in unit_vectors(), share in 0.0..3.0_f64,
+    ) {
+        let range = camera.slope_max - camera.slope_min;
+        let slope = camera.slope_min + range * glam::DVec2::from(across);
+        let p = slope.extend(1.0) * depth;
+        let radius = share * depth;
+        let center = (p + direction * (radius * (1.0 - 1e-5))).as_vec3();
+        let (camera, radius) = (single(&camera), (radius + 1e-6 * p.length()) as f32);
+        prop_assert!(camera.touches_sphere(center, radius));
+        let bound = camera.strength_over_sphere(center, radius).or_infinity();
+        prop_assert!(camera.strength(p.as_vec3()) <= bound * (1.0 + 1e-5));
+    }
+
+    /// Spheres farther than their radius beyond a side of the frustum do not touch it, those nearer
+    /// do, where the side is the only one near.
+    #[test]
+    fn spheres_beside_the_view_do_not_touch_it(
+        camera in off_centre_cameras(), depth in 0.1..50.0_f64, share in 0.001..2.0_f64,
+        side in 0..4_usize,
+    ) {
+        let (min, max) = (camera.slope_min, camera.slope_max);
+        let edge = [min.x, max.x, min.y, max.y][side];
+        let outwards = if side % 2 == 0 { -1.0 } else { 1.0 };
+        let middle = (min + max) * 0.5;
+        let turn = |across: f64, along: f64, z: f64| match side {
+            0 | 1 => DVec3::new(across, along, z),
+            _ => DVec3::new(along, across, z),
+        };
+        let along = if side < 2 { middle.y } else { middle.x };
+        let on_edge = turn(edge, along, 1.0) * depth;
+        let normal = turn(outwards, 0.0, -outwards * edge).normalize();
+        let radius = share * depth;
+        let camera = single(&camera);
+        let touches = |distance: f64| {
+            let center = on_edge + normal * distance;
+            camera.touches_sphere(center.as_vec3(), radius as f32)
+        };
+        prop_assert!(!touches(radius * 1.001 + 1e-5 * on_edge.length()));
+        prop_assert!(touches(radius * 0.999 - 1e-5 * on_edge.length()));
     }
 
     /// A sphere of radius zero gives the value at its centre, to 2e-5.

@@ -60,8 +60,8 @@ fn equation_15_is_an_area_not_a_diameter() {
     );
 }
 
-/// The "area kept" of Fig. 13 is that of an infinitely small surfel. A disk of half its depth, 60° off
-/// axis, has an image 1.37 times as large.
+/// The "area kept" of Fig. 13 is that of an infinitely small surfel. A disk of half its depth, 60°
+/// off axis, has an image 1.37 times as large.
 #[test]
 fn kept_area_falls_short_for_large_surfels() {
     let center = from_spherical(2.0, 60.0_f64.to_radians(), 0.3);
@@ -79,9 +79,9 @@ fn kept_area_falls_short_for_large_surfels() {
     );
 }
 
-/// The thin axis of the kernel must be taken across the sight ray, *before* the radial stretch. Taken along the
-/// projected normal in the image it is turned too far: 60° off axis the worst case gives an ellipse
-/// whose axes differ from the true ones by more than a third.
+/// The thin axis of the kernel must be taken across the sight ray, *before* the radial stretch.
+/// Taken along the projected normal in the image it is turned too far: 60° off axis the worst case
+/// gives an ellipse whose axes differ from the true ones by more than a third.
 #[test]
 fn kernel_orientation_is_that_across_the_sight_ray() {
     let center = from_spherical(2.0, 60.0_f64.to_radians(), 0.0);
@@ -134,7 +134,8 @@ fn curl_alone_does_not_make_the_asymmetry() {
     assert_close(keystone, 0.5 * 0.5_f64.sqrt() / 2.0, 1.0, 1e-12);
 }
 
-/// A linear shear of a disk is an ellipse around the same centre: it moves no sample off the centre.
+/// A linear shear of a disk is an ellipse around the same centre: it moves no sample off the
+/// centre.
 #[test]
 fn an_affine_shear_is_symmetric() {
     let kernel = SplatKernel {
@@ -149,8 +150,8 @@ fn an_affine_shear_is_symmetric() {
     assert!((kernel.map_exact(DVec2::X) + kernel.map_exact(DVec2::NEG_X)).length() > 1.0);
 }
 
-/// §3.2 proposes the curl as the measure of variation. It measures it across the sight rays only: on
-/// the axis it is zero while the strength falls by 2/ρ per unit.
+/// §3.2 proposes the curl as the measure of variation. It measures it across the sight rays only:
+/// on the axis it is zero while the strength falls by 2/ρ per unit.
 #[test]
 fn curl_does_not_see_the_fall_with_distance() {
     let p = DVec3::Z * 5.0;
@@ -159,8 +160,8 @@ fn curl_does_not_see_the_fall_with_distance() {
     assert_close(relative, 2.0 / 5.0, 1.0, 1e-12);
 }
 
-/// §3.5: with cameras on both sides of a surface the sum of fields is neither the joint density nor the
-/// direction of its maximum; two cameras face to face cancel out.
+/// §3.5: with cameras on both sides of a surface the sum of fields is neither the joint density nor
+/// the direction of its maximum; two cameras face to face cancel out.
 #[test]
 fn compound_field_assumes_cameras_on_one_side() {
     let cameras = [DVec3::NEG_Z, DVec3::Z].map(|origin| PosedCamera {
@@ -190,8 +191,8 @@ fn equal_strength_does_not_make_equal_projected_size() {
     assert_close(sizes[1] / sizes[0], 1.0_f64.cos(), 1.0, 1e-9);
 }
 
-/// §4.1.4 takes the geometric mean of the filter's axes. On a floor seen at 5° the longer axis covers
-/// 3.4 times as many texels as the level assumes: 1.8 levels.
+/// §4.1.4 takes the geometric mean of the filter's axes. On a floor seen at 5° the longer axis
+/// covers 3.4 times as many texels as the level assumes: 1.8 levels.
 #[test]
 fn mip_level_is_the_mean_of_the_filter_axes() {
     let grazing = 5.0_f64.to_radians();
@@ -208,9 +209,9 @@ fn mip_level_is_the_mean_of_the_filter_axes() {
     assert_close(ratio.log2(), 1.76, 1.0, 0.01);
 }
 
-/// Fig. 18: the density of a camera on a plane across its axis is f²/z² everywhere, whichever point it is
-/// moved to. The convergent point can gain on other positions only where the scene is not such a plane, or by its
-/// focal length.
+/// Fig. 18: the density of a camera on a plane across its axis is f²/z² everywhere, whichever point
+/// it is moved to. The convergent point can gain on other positions only where the scene is not
+/// such a plane, or by its focal length.
 #[test]
 fn a_plane_across_the_axis_is_sampled_evenly_from_anywhere() {
     for x in [-9.0, 0.0, 7.0] {

@@ -88,10 +88,13 @@ proptest! {
         let basis = at.basis();
         let strength = camera.strength(p);
         assert_close(at.to_cartesian().distance(p), 0.0, p.length(), 1e-12);
-        assert_close((camera.field(p) - basis.u_rho * camera.spherical_field(at)).length(), 0.0, strength, 1e-9);
+        let field = basis.u_rho * camera.spherical_field(at);
+        assert_close((camera.field(p) - field).length(), 0.0, strength, 1e-9);
         assert_close(camera.field(p).length(), strength, strength, 1e-12);
         let curl = camera.curl(p);
-        assert_close((curl - basis.u_theta * camera.spherical_curl(at)).length(), 0.0, curl.length() + strength / p.length(), 1e-9);
+        let curl_scale = curl.length() + strength / p.length();
+        let spherical_curl = basis.u_theta * camera.spherical_curl(at);
+        assert_close((curl - spherical_curl).length(), 0.0, curl_scale, 1e-9);
         let (along, across) = camera.spherical_gradient(at);
         let gradient = basis.u_rho * along + basis.u_phi * across;
         assert_close((gradient - camera.gradient(p)).length(), 0.0, gradient.length(), 1e-9);
@@ -151,7 +154,8 @@ proptest! {
         let (ja, jb) = (camera.displace_px(p, a), camera.displace_px(p, b));
         let scale = |turn: f64| (ja * turn.cos() + jb * turn.sin()).length();
         let turns = (0..20_000).map(|i| scale(f64::from(i) / 20_000.0 * TAU));
-        let (least, greatest) = turns.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
+        let (least, greatest) =
+            turns.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
         assert_close(camera.pattern_aspect_ratio(p), least / greatest, least / greatest, 1e-3);
         // The pixel scale bounds the greatest, and equals it for square pixels.
         prop_assert!(greatest <= camera.pixel_scale(p) * (1.0 + 1e-12));
@@ -166,7 +170,11 @@ proptest! {
         x in -4.0..4.0_f64, y in -4.0..4.0_f64, z in -4.0..4.0_f64, n in unit_vectors(),
     ) {
         let (away, per_unit) = (1e7, DVec2::new(20.0, 30.0));
-        let near = OrthographicIntrinsics { pixels_per_unit: per_unit, min: DVec2::splat(-5.0), max: DVec2::splat(5.0) };
+        let near = OrthographicIntrinsics {
+            pixels_per_unit: per_unit,
+            min: DVec2::splat(-5.0),
+            max: DVec2::splat(5.0),
+        };
         let far = Intrinsics {
             focal_px: per_unit * away,
             slope_min: DVec2::splat(-5.0 / away),
@@ -182,7 +190,8 @@ proptest! {
     /// A camera in the world gives the field of its own space, turned into the world.
     #[test]
     fn posed_fields_are_turned_with_the_camera(
-        camera in wide_cameras(), p in points(), origin in unit_vectors(), axis in unit_vectors(), n in unit_vectors(),
+        camera in wide_cameras(), p in points(), origin in unit_vectors(), axis in unit_vectors(),
+        n in unit_vectors(),
     ) {
         prop_assume!(axis.cross(DVec3::Y).length() > 1e-3);
         let pose = Pose::looking_at(origin, origin + axis, DVec3::Y);
@@ -195,17 +204,20 @@ proptest! {
         let expected = pose.world_from_camera * camera.field(p);
         prop_assert!((posed.field(p_world) - expected).length() <= 1e-9 * expected.length());
         let curl = pose.world_from_camera * camera.curl(p);
-        prop_assert!((posed.curl(p_world) - curl).length() <= 1e-8 * (curl.length() + expected.length() / p.length()));
+        let curl_scale = curl.length() + expected.length() / p.length();
+        prop_assert!((posed.curl(p_world) - curl).length() <= 1e-8 * curl_scale);
         assert_close(
             posed.projection_factor(p_world, pose.world_from_camera * n),
             camera.projection_factor(p, n), expected.length(), 1e-9,
         );
     }
 
-    /// §3.5: where all cameras see the surface from its front, the compound field gives the joint density.
+    /// §3.5: where all cameras see the surface from its front, the compound field gives the joint
+    /// density.
     #[test]
     fn compound_field_gives_the_joint_density_in_front_of_all_cameras(
-        focal_a in 10.0..100.0_f64, focal_b in 10.0..100.0_f64, apart in 0.0..3.0_f64, n in unit_vectors(),
+        focal_a in 10.0..100.0_f64, focal_b in 10.0..100.0_f64, apart in 0.0..3.0_f64,
+        n in unit_vectors(),
     ) {
         let cameras = [(focal_a, -apart), (focal_b, apart)].map(|(focal_px, x)| PosedCamera {
             intrinsics: wide_camera(DVec2::splat(focal_px)),

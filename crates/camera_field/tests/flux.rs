@@ -36,8 +36,8 @@ fn camera_for(triangle: [DVec3; 3], samples: f64) -> Intrinsics {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Property 1 against ground truth. Jarník: the lattice points in a closed curve differ from its
-    /// area by less than its length.
+    /// Property 1 against ground truth. Jarník: the lattice points in a closed curve differ from
+    /// its area by less than its length.
     #[test]
     fn flux_through_a_triangle_is_its_number_of_samples(
         p in points(), normal in unit_vectors(), turn in 0.0..6.0_f64, size in 0.01..0.8_f64,
@@ -49,7 +49,8 @@ proptest! {
         let corners = triangle.map(|p| camera.project_px(p));
         let reach_px = corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max) + 2.0;
         prop_assume!(reach_px < 3000.0);
-        let count = count_samples(&camera, corners[0], reach_px, |ray| ray_meets_triangle(ray, triangle));
+        let hits = |ray: DVec3| ray_meets_triangle(ray, triangle);
+        let count = count_samples(&camera, corners[0], reach_px, hits);
         let flux = camera.flux_through_triangle_in_view(triangle);
         prop_assert!((flux.abs() - count).abs() < perimeter_px(&camera, triangle));
         prop_assert_eq!(flux > 0.0, normal.dot(p) < 0.0, "positive when it faces the camera");
@@ -107,7 +108,8 @@ proptest! {
     /// Clipped flux adds up over the pieces of a triangle and never exceeds the image.
     #[test]
     fn clipped_flux_is_additive_and_at_most_the_image(
-        camera in off_centre_cameras(), corners in prop::array::uniform3(prop::array::uniform3(-9.0..9.0_f64)),
+        camera in off_centre_cameras(),
+        corners in prop::array::uniform3(prop::array::uniform3(-9.0..9.0_f64)),
     ) {
         let [a, b, c] = corners.map(DVec3::from);
         let middle = (a + b + c) / 3.0;
@@ -119,8 +121,8 @@ proptest! {
         assert_close(sum, whole, image, 1e-6);
     }
 
-    /// Eq. 11: patches that span the same solid angle have the same flux, here a piece of a sphere around
-    /// the camera and the flat patch of the image.
+    /// Eq. 11: patches that span the same solid angle have the same flux, here a piece of a sphere
+    /// around the camera and the flat patch of the image.
     #[test]
     fn flux_through_patches_of_one_solid_angle_is_equal(
         camera in off_centre_cameras(), rho in 0.1..50.0_f64,

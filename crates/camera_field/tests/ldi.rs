@@ -112,7 +112,8 @@ proptest! {
             DVec3::new((t * 1.7).sin() * 2.0, (t * 2.3).cos() * 2.0, 6.0 + (t * 0.9).sin() * 2.0)
         });
         let lines: Vec<_> = points.filter_map(|p| FieldLine::through(&cameras, p)).collect();
-        let sum = |q: DVec3| lines.iter().map(|line| (line.strength * line.distance(q)).powi(2)).sum::<f64>();
+        let moment = |line: &FieldLine, q: DVec3| line.strength * line.distance(q);
+        let sum = |q: DVec3| lines.iter().map(|line| moment(line, q).powi(2)).sum::<f64>();
         let found = convergent_point(lines.iter().copied()).unwrap();
         for step in [1e-3, 1e-2, 1.0] {
             prop_assert!(sum(found) <= sum(found + direction * step));

@@ -27,7 +27,8 @@ fn expect_perspective(clip_from_view: &DMat4) -> Intrinsics {
 }
 
 proptest! {
-    /// Finite, infinite and reversed depth give the same camera, and it projects as the matrix does.
+    /// Finite, infinite and reversed depth give the same camera, and it projects as the matrix
+    /// does.
     #[test]
     fn perspective_matches_its_matrix_for_every_depth_convention(
         fov in 0.2..2.8_f64, p in common::points(),

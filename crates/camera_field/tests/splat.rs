@@ -56,7 +56,9 @@ proptest! {
     /// The three steps of Fig. 13, taken in the plane across the sight ray, multiply to the
     /// derivative of the projection.
     #[test]
-    fn paper_kernel_is_the_affine_image_of_the_disk(camera in wide_cameras(), surfel in surfels(0.5)) {
+    fn paper_kernel_is_the_affine_image_of_the_disk(
+        camera in wide_cameras(), surfel in surfels(0.5),
+    ) {
         let exact = shape(&SplatKernel::new(&camera, &surfel));
         let paper = shape(&SplatKernel::paper(&camera, &surfel));
         let scale = exact.col(0).length() + exact.col(1).length();
@@ -77,7 +79,9 @@ proptest! {
     }
 
     #[test]
-    fn exact_image_is_an_ellipse_around_a_shifted_centre(camera in wide_cameras(), surfel in surfels(0.9)) {
+    fn exact_image_is_an_ellipse_around_a_shifted_centre(
+        camera in wide_cameras(), surfel in surfels(0.9),
+    ) {
         let kernel = SplatKernel::new(&camera, &surfel);
         let (center, [a, b]) = kernel.ellipse();
         for e in unit_circle() {
@@ -91,7 +95,9 @@ proptest! {
 
     /// The identity of the module's page: a third of curl over strength, and a distance term.
     #[test]
-    fn keystone_is_the_curl_term_and_the_distance_term(camera in wide_cameras(), surfel in surfels(0.9)) {
+    fn keystone_is_the_curl_term_and_the_distance_term(
+        camera in wide_cameras(), surfel in surfels(0.9),
+    ) {
         let keystone = SplatKernel::new(&camera, &surfel).keystone;
         let sight = surfel.center.normalize();
         let (a, b) = surfel.axes();
@@ -102,7 +108,9 @@ proptest! {
 
     /// Across the sight ray the curl gives all of it.
     #[test]
-    fn curl_gives_the_whole_keystone_across_the_sight_ray(camera in wide_cameras(), surfel in surfels(0.9)) {
+    fn curl_gives_the_whole_keystone_across_the_sight_ray(
+        camera in wide_cameras(), surfel in surfels(0.9),
+    ) {
         let across = Surfel { normal: -surfel.center.normalize(), ..surfel };
         let keystone = SplatKernel::new(&camera, &across).keystone;
         prop_assert!(across.keystone_from_curl(&camera).distance(keystone) <= 1e-9);
@@ -122,7 +130,9 @@ proptest! {
 
     /// The paper's kernel is off by the first order of the keystone, the sheared one by the second.
     #[test]
-    fn sheared_kernel_is_accurate_to_second_order(camera in wide_cameras(), surfel in surfels(0.3)) {
+    fn sheared_kernel_is_accurate_to_second_order(
+        camera in wide_cameras(), surfel in surfels(0.3),
+    ) {
         let kernel = SplatKernel::new(&camera, &surfel);
         let g = kernel.keystone.length();
         for e in unit_circle() {

@@ -123,8 +123,8 @@ where
     DVec3::AXES.map(|axis| (quantity(p + axis * step) - quantity(p - axis * step)) / (2.0 * step))
 }
 
-/// Pixel centres, as sight rays, whose rays meet a surface; the image is searched within `radius_px`
-/// of `middle_px`. Ground truth for every integral of the field.
+/// Pixel centres, as sight rays, whose rays meet a surface; the image is searched within
+/// `radius_px` of `middle_px`. Ground truth for every integral of the field.
 pub fn count_samples(
     camera: &Intrinsics,
     middle_px: DVec2,

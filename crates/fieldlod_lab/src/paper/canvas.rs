@@ -207,7 +207,8 @@ impl Canvas {
         self.polygon(&rect.corners(), color);
     }
 
-    /// Sets every pixel of a rectangle by its position, given as pixel centre from the rectangle's corner.
+    /// Sets every pixel of a rectangle by its position, given as pixel centre from the rectangle's
+    /// corner.
     pub(super) fn shade(&mut self, rect: Rect, mut color_at: impl FnMut(DVec2) -> Color) {
         let (x0, y0) = (rect.min.x as u32, rect.min.y as u32);
         for row in 0..rect.size.y as u32 {

@@ -74,8 +74,8 @@ fn extent(points: &[DVec2], coordinate: impl Fn(&DVec2) -> f64) -> f64 {
     values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
 }
 
-/// Outline of a round pixel of the image at `φ`, projected from the camera onto the plane across the
-/// sight ray through the pixel's centre; x along the image's radius. The radius is in units of
+/// Outline of a round pixel of the image at `φ`, projected from the camera onto the plane across
+/// the sight ray through the pixel's centre; x along the image's radius. The radius is in units of
 /// the focal length, and so is the result.
 fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
     let center = DVec3::new(phi.tan(), 0.0, 1.0);

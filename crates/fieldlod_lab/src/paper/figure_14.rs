@@ -1,7 +1,7 @@
 //! Figure 14: splat kernels of large, off-centre disks: exact, the paper's and ours (§4.1.1).
 //!
-//! The paper shows three kernels and calls the difference not apparent. Here it is an area, over the
-//! angle off the axis, for three ways a disk can lie.
+//! The paper shows three kernels and calls the difference not apparent. Here it is an area, over
+//! the angle off the axis, for three ways a disk can lie.
 
 use core::f64::consts::TAU;
 use std::path::Path;
@@ -64,8 +64,8 @@ pub(super) fn draw(path: &Path) -> Result<Figure14, PaperError> {
     Ok(numbers)
 }
 
-/// A disk at distance 1, turned from the sight ray within the plane of the axis. Positive turns face away
-/// from the axis.
+/// A disk at distance 1, turned from the sight ray within the plane of the axis. Positive turns
+/// face away from the axis.
 fn surfel(off_axis_deg: f64, turn_deg: f64, radius: f64) -> Surfel {
     let (phi, turn) = (off_axis_deg.to_radians(), turn_deg.to_radians());
     let center = polar(1.0, phi);
@@ -129,7 +129,8 @@ fn draw_kernels(canvas: &mut Canvas) {
         panel(3).draw_kernel(canvas, KernelKind::Sheared);
         panel(4).draw_difference(canvas, KernelKind::Sheared);
     }
-    let text = "rings: equal distances on the disk; dot: its centre. green: exact only, red: kernel only, gray: both";
+    let text =
+        "rings: equal distances on the disk; dot: its centre. green: exact only, red: kernel only";
     canvas.text(DVec2::new(660.0, 660.0), Align::Center, text, Color::INK);
 }
 

@@ -1,8 +1,8 @@
 //! Figure 18: layered depth images made at the convergent point and at the average position.
 //!
-//! The paper compares one number of samples for each of ten pairs of parallel cameras in two scenes, and does
-//! not say which focal length the camera at the average position has. We count for both
-//! sensible answers, and also for pairs that are not parallel, which the paper leaves open.
+//! The paper compares one number of samples for each of ten pairs of parallel cameras in two
+//! scenes, and does not say which focal length the camera at the average position has. We count for
+//! both sensible answers, and also for pairs that are not parallel, which the paper leaves open.
 
 use std::path::Path;
 

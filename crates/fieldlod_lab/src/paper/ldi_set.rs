@@ -1,7 +1,8 @@
 //! One pair of reference cameras, and how many of their samples merge in a layered depth image.
 //!
 //! Both references sample the scene. Samples inside both frusta are projected into one camera; of
-//! those that fall into one of its pixels at nearly the same depth, all but one are merged away (§4.2.3).
+//! those that fall into one of its pixels at nearly the same depth, all but one are merged away
+//! (§4.2.3).
 
 use camera_field::double::{
     FieldLine, Intrinsics, ParallelCamera, Pose, PosedCamera, compound_field, convergent_point,
@@ -15,8 +16,8 @@ use super::scene::Scene;
 
 /// Samples closer than this share of their depth are taken for one piece of surface.
 const SAME_DEPTH: f64 = 0.02;
-/// The pixel grid is shifted so often and the counts averaged: otherwise chance alignment of the grids
-/// decides.
+/// The pixel grid is shifted so often and the counts averaged: otherwise chance alignment of the
+/// grids decides.
 const GRID_SHIFTS: u32 = 8;
 
 /// How many samples merge, by the position of the camera of the layered depth image.
@@ -26,8 +27,8 @@ pub struct LdiCounts {
     pub convergent_point: f64,
     /// Merged at the average position, with the convergent camera's focal length.
     pub average_same_focal: f64,
-    /// Merged at the average position, with the focal length that gives the same density on the plane
-    /// at the mean depth.
+    /// Merged at the average position, with the focal length that gives the same density on the
+    /// plane at the mean depth.
     pub average_same_density: f64,
 }
 
@@ -112,8 +113,8 @@ fn parallel_case(references: &[PosedCamera; 2], plane_depths: [f64; 2]) -> (DVec
     (camera.origin, camera.focal_px)
 }
 
-/// The least-squares convergent point, and the focal length that gives the mean density of the compound
-/// field towards the axis.
+/// The least-squares convergent point, and the focal length that gives the mean density of the
+/// compound field towards the axis.
 fn general_case(
     references: &[PosedCamera; 2],
     points: &[DVec3],
@@ -232,7 +233,8 @@ fn merged_on_grid(projected: &[DVec3], shift: DVec2) -> usize {
 mod tests {
     use super::*;
 
-    /// A camera that resamples its own image merges nothing; at half the focal length it merges three of four.
+    /// A camera that resamples its own image merges nothing; at half the focal length it merges
+    /// three of four.
     #[test]
     fn a_camera_keeps_its_own_samples() {
         let pose = Pose::looking_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y);

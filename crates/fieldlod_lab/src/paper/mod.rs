@@ -71,8 +71,8 @@ pub struct PaperNumbers {
     pub figure_18: Figure18,
 }
 
-/// Draws `figure_09.png` to `figure_18.png` into a folder, which is made if it is missing, and returns
-/// their numbers.
+/// Draws `figure_09.png` to `figure_18.png` into a folder, which is made if it is missing, and
+/// returns their numbers.
 ///
 /// # Errors
 /// [`PaperError`] if the folder or a picture cannot be written.

@@ -92,8 +92,8 @@ fn area(triangle: &[Vertex; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// Points spread evenly over the surface, one in each of `count` strata of equal area, and the area of
-/// a stratum.
+/// Points spread evenly over the surface, one in each of `count` strata of equal area, and the area
+/// of a stratum.
 pub(super) fn sample_surface(
     triangles: &[[Vertex; 3]],
     count: u32,

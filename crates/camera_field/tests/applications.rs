@@ -90,6 +90,36 @@ proptest! {
         assert_close(samples.deviation(), variance.sqrt(), mean, 1e-2);
     }
 
+    /// Eq. 17 and 18 against rays: each sample stands for one square pixel of flux, so the samples'
+    /// number is `∫ c·da`, and the sum of their densities `∫ (c·n)² da`.
+    #[test]
+    fn mean_and_deviation_match_the_samples_of_rays(
+        p in points(), normal in unit_vectors(), size in 0.02..0.4_f64,
+    ) {
+        let normal = if normal.dot(p) > 0.0 { -normal } else { normal };
+        prop_assume!(-normal.dot(p.normalize()) > 0.1);
+        let (a, b) = common::frame(normal);
+        let triangle = [p, p + a * (size * p.z), p + b * (size * p.z)];
+        let unit = wide_camera(DVec2::ONE).flux_through_triangle_in_view(triangle);
+        let camera = wide_camera(DVec2::splat((10_000.0 / unit).sqrt()));
+        let corners = triangle.map(|corner| camera.project_px(corner));
+        let reach_px = corners[1].distance(corners[0]).max(corners[2].distance(corners[0])) + 2.0;
+        prop_assume!(reach_px < 1500.0 && triangle.iter().all(|&corner| camera.contains(corner)));
+        let densities = core::cell::Cell::new(0.0);
+        let count = common::count_samples(&camera, corners[0], reach_px, |ray| {
+            let hit = ray * (p.dot(normal) / ray.dot(normal));
+            let hits = common::ray_meets_triangle(ray, triangle);
+            if hits {
+                densities.set(densities.get() + camera.projection_factor(hit, normal));
+            }
+            hits
+        });
+        let mut samples = SurfaceSamples::default();
+        samples.add_triangle(&camera, triangle);
+        assert_close(samples.flux_px2, count, count, 0.05);
+        assert_close(samples.squared_density, densities.get(), densities.get(), 0.05);
+    }
+
     /// Only what faces the camera and lies in the view counts.
     #[test]
     fn statistics_skip_what_the_camera_does_not_see(p in points()) {

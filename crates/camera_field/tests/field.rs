@@ -233,4 +233,18 @@ proptest! {
             prop_assert!(by_field <= joint + 1e-12);
         }
     }
+
+    /// The `f32` build of each formula is within 2e-5 of the `f64` one.
+    #[test]
+    fn single_precision_is_close(camera in wide_cameras(), p in points(), n in unit_vectors()) {
+        let (single, p32, n32) = (common::single(&camera), p.as_vec3(), n.as_vec3());
+        let (p, n) = (p32.as_dvec3(), n32.as_dvec3());
+        let strength = camera.strength(p);
+        let scale = strength / p.z;
+        assert_close(single.strength(p32).into(), strength, strength, 2e-5);
+        assert_close(single.projection_factor(p32, n32).into(), camera.projection_factor(p, n), strength, 2e-5);
+        assert_close(single.pixel_scale(p32).into(), camera.pixel_scale(p), camera.pixel_scale(p), 2e-5);
+        assert_close(single.curl(p32).as_dvec3().distance(camera.curl(p)), 0.0, scale, 2e-5);
+        assert_close(single.gradient(p32).as_dvec3().distance(camera.gradient(p)), 0.0, scale, 2e-5);
+    }
 }

@@ -1,7 +1,8 @@
 //! Integrals of the field (eq. 8–11) against counted samples, and against each other.
 #![expect(
     clippy::disallowed_methods,
-    reason = "tests may use angles and powers; selection does not run here"
+    clippy::disallowed_types,
+    reason = "tests may use angles, powers and vectors; selection does not run here"
 )]
 
 mod common;
@@ -76,6 +77,37 @@ proptest! {
         let longest_outline = 2.0 * (120.0 + 96.0);
         let flux = camera.flux_through_triangle(triangle);
         prop_assert!((flux.abs() - count).abs() < longest_outline, "{flux} {count}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// A curved patch against counted samples: the cap of a sphere that the camera sees. The
+    /// outline is the sphere's, so every ray that meets the sphere counts once.
+    #[test]
+    fn flux_through_a_curved_patch_is_its_number_of_samples(p in points(), share in 0.05..0.8_f64) {
+        let radius = share * p.z;
+        let unit = wide_camera(DVec2::ONE);
+        let focal_px = (4000.0 / unit.flux_through_disk(p, -p.normalize(), radius)).sqrt();
+        let camera = wide_camera(DVec2::splat(focal_px));
+        let (a, b) = common::frame(-p);
+        let widest = (radius / p.length()).acos();
+        let cap = |u: f64, v: f64| {
+            let local = from_spherical(radius, u * widest, v * core::f64::consts::TAU);
+            p + a * local.x + b * local.y - p.normalize() * local.z
+        };
+        let rim: Vec<DVec2> = (0..64).map(|i| camera.project_px(cap(1.0, f64::from(i) / 64.0))).collect();
+        let middle = rim.iter().sum::<DVec2>() / 64.0;
+        let reach_px = rim.iter().map(|px| px.distance(middle)).fold(0.0, f64::max) * 1.05 + 1.0;
+        let in_view = rim.iter().all(|px| (*px / focal_px).abs().max_element() < 12.0);
+        prop_assume!(in_view && reach_px < 1500.0);
+        let count = count_samples(&camera, middle, reach_px, |ray| {
+            ray.dot(p) > 0.0 && ray.cross(p).length() <= radius * ray.length()
+        });
+        let outline: f64 = (0..64).map(|i| rim[i].distance(rim[(i + 1) % 64])).sum();
+        let flux = camera.flux_through_patch(64, cap);
+        prop_assert!((flux - count).abs() < outline, "{} {}", flux, count);
     }
 }
 

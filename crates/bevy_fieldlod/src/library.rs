@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
-use bevy::math::Vec3;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, poll_once};
@@ -33,7 +32,7 @@ impl LodMesh {
     /// The box of a unit, as Bevy's culling wants it.
     pub(crate) fn aabb_of(&self, unit: usize) -> Aabb {
         let aabb = self.hierarchy.units[unit].aabb;
-        Aabb::from_min_max(Vec3::from(aabb.min), Vec3::from(aabb.max))
+        Aabb::from_min_max(aabb.min, aabb.max)
     }
 }
 

@@ -2,6 +2,8 @@
 
 use bevy::input::mouse::AccumulatedMouseMotion;
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
+use bevy_fieldlod::prelude::*;
 
 use crate::cameras::MainCamera;
 use crate::path::{CameraPath, DURATION_IN_S, Pose};
@@ -25,7 +27,22 @@ pub(crate) fn plugin(app: &mut App) {
         round: 0.0,
         path: CameraPath::new(),
     })
-    .add_systems(Update, (leave_or_join, walk, fly).chain());
+    .add_systems(
+        Update,
+        (leave_or_join, walk, fly).chain().run_if(worth_drawing),
+    );
+}
+
+/// A software renderer takes minutes for the source meshes: there, the camera stays where it sees
+/// nothing until the first levels of detail are ready.
+fn worth_drawing(
+    adapter: Res<RenderAdapterInfo>,
+    status: Res<LodStatus>,
+    mut since_before: Local<bool>,
+) -> bool {
+    let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
+    *since_before |= !is_software || status.waiting == 0 && status.ready > 0;
+    *since_before
 }
 
 /// The camera's transform at a pose.

@@ -46,8 +46,10 @@ fn image(mut texels: Vec<Vec3>) -> Image {
         texels = halve(&texels, side);
         side /= 2;
     }
-    let mut image = Image::default();
-    image.data = Some(data);
+    let mut image = Image {
+        data: Some(data),
+        ..default()
+    };
     image.texture_descriptor.size = Extent3d {
         width: SIDE_IN_TEXELS as u32,
         height: SIDE_IN_TEXELS as u32,

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use bevy::asset::LoadState;
+use bevy::asset::{AssetLoadError, LoadState};
 use bevy::camera::primitives::MeshAabb;
+use bevy::mesh::Indices;
 use bevy::prelude::*;
 use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::prelude::*;
@@ -94,15 +95,24 @@ fn report_failed(
     for (seat, awaited) in &awaited {
         if let LoadState::Failed(fault) = assets.load_state(&awaited.file) {
             guests.awaited -= 1;
-            report(&awaited.model, &fault.to_string());
+            report(&awaited.model, &cause(&fault));
             commands.entity(seat).despawn();
         }
     }
 }
 
+/// What went wrong, without Bevy's repetition of the file's name.
+fn cause(fault: &AssetLoadError) -> String {
+    match fault {
+        AssetLoadError::AssetLoaderError(fault) => fault.error().to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// One line: further ones would be a backtrace.
 fn report(model: &Path, fault: &str) {
-    let one_line = fault.split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("walkthrough: {}: {one_line}", model.display());
+    let first_line = fault.lines().next().unwrap_or("unknown fault");
+    eprintln!("walkthrough: {}: {first_line}", model.display());
 }
 
 /// Scales a model to its spot once its meshes are known, and puts a plinth below it.
@@ -186,6 +196,6 @@ impl Bounds {
 fn triangle_count(mesh: &Mesh) -> u64 {
     let corners = mesh
         .indices()
-        .map_or(mesh.count_vertices(), |indices| indices.len());
+        .map_or(mesh.count_vertices(), Indices::len);
     corners as u64 / 3
 }

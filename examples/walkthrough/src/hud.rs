@@ -1,6 +1,6 @@
 //! Numbers and labels on the screen.
 
-use bevy::diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin};
+use bevy::diagnostic::{Diagnostic, DiagnosticsStore, FrameTimeDiagnosticsPlugin};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
@@ -111,24 +111,24 @@ fn update_panel(
 ) {
     let frame_ms = diagnostics
         .get(&FrameTimeDiagnosticsPlugin::FRAME_TIME)
-        .and_then(|diagnostic| diagnostic.smoothed())
+        .and_then(Diagnostic::smoothed)
         .unwrap_or(0.0);
     let share = stats.triangles_drawn as f64 / stats.triangles_full.max(1) as f64;
     let lines = [
-        format!("frame       {frame_ms:.1} ms"),
+        format!("frame        {frame_ms:.1} ms"),
         format!(
-            "triangles   {} of {} ({:.1} %)",
+            "triangles    {} of {} ({:.1} %)",
             in_short(stats.triangles_drawn),
             in_short(stats.triangles_full),
             share * 100.0
         ),
-        format!("units       {}", stats.units_drawn),
+        format!("units        {}", stats.units_drawn),
         format!(
-            "selection   {:.2} ms",
+            "selection    {:.2} ms",
             stats.selection_time.as_secs_f64() * 1e3
         ),
-        format!("pixel error {:.2}", look.error_px),
-        format!("meshes      {}", status_line(&status)),
+        format!("pixel error  {:.2}", look.error_px),
+        format!("meshes       {}", status_line(&status)),
         modes(&walk, &debug),
         HELP.to_owned(),
     ];

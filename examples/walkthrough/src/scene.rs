@@ -231,11 +231,10 @@ fn rock(seed: u32) -> Option<Placed> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashMap;
 
     #[test]
     fn the_scene_has_a_few_hundred_instances_and_ten_million_triangles() {
-        let shapes: HashMap<_, _> = crate::shapes::generate_all().into_iter().collect();
+        let shapes = crate::shapes::generated();
         let scene = layout();
         let triangles: u64 = scene
             .iter()
@@ -256,7 +255,7 @@ mod tests {
 
     #[test]
     fn the_camera_path_touches_nothing() {
-        let shapes: HashMap<_, _> = crate::shapes::generate_all().into_iter().collect();
+        let shapes = crate::shapes::generated();
         let path = CameraPath::new();
         for placed in layout() {
             if matches!(placed.shape, ShapeId::Terrain | ShapeId::Gate) {

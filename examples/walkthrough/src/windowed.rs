@@ -47,7 +47,7 @@ fn switch(
             KeyCode::KeyF => debug.freeze = !debug.freeze,
             KeyCode::KeyV => look.split = !look.split,
             KeyCode::Equal | KeyCode::NumpadAdd => {
-                look.error_px = (look.error_px * SQRT_2).min(1e3)
+                look.error_px = (look.error_px * SQRT_2).min(1e3);
             }
             KeyCode::Minus | KeyCode::NumpadSubtract => {
                 look.error_px = (look.error_px / SQRT_2).max(1e-2);

@@ -81,13 +81,21 @@ pub(crate) fn generate_all() -> Vec<(ShapeId, Shape)> {
     })
 }
 
+/// All shapes, made once for all tests.
+#[cfg(test)]
+pub(crate) fn generated() -> &'static std::collections::HashMap<ShapeId, Shape> {
+    static SHAPES: std::sync::OnceLock<std::collections::HashMap<ShapeId, Shape>> =
+        std::sync::OnceLock::new();
+    SHAPES.get_or_init(|| generate_all().into_iter().collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn all_shapes_are_valid_and_all_but_the_terrain_are_closed() {
-        for (id, shape) in generate_all() {
+        for (&id, shape) in generated() {
             shape.assert_valid();
             let triangles = shape.triangle_count();
             assert!(
@@ -104,7 +112,7 @@ mod tests {
     #[test]
     fn shapes_are_deterministic() {
         for id in [ShapeId::Rock(1), ShapeId::Knot] {
-            assert!(id.generate() == id.generate());
+            assert!(id.generate() == generated()[&id]);
         }
     }
 }

@@ -48,7 +48,7 @@ fn image(mut texels: Vec<Vec3>) -> Image {
     }
     let mut image = Image {
         data: Some(data),
-        ..default()
+        ..Image::default()
     };
     image.texture_descriptor.size = Extent3d {
         width: SIDE_IN_TEXELS as u32,

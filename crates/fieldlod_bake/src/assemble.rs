@@ -162,6 +162,7 @@ fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGrou
     hierarchy.groups.push(Group {
         bounds: finished.bounds,
         error_in_local: raw.error_in_local,
+        deviation_in_local: raw.deviation_in_local,
         mean_normal: finished.mean_normal,
         level: raw.level,
         first_finer,

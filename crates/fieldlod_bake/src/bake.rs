@@ -4,6 +4,8 @@ use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
 
 use crate::assemble::{assemble, finish_group};
+use crate::deviation::measure_deviations;
+use crate::input::SimplifierInput;
 use crate::watertight::simplify_watertight;
 use crate::{BakeConfig, MeshError, SourceMesh};
 
@@ -27,7 +29,9 @@ pub(crate) fn bake_mesh_with_progress(
 ) -> Result<Hierarchy, MeshError> {
     config.validate()?;
     mesh.validate()?;
-    let groups = simplify_watertight(mesh, config, on_triangles);
+    let mut input = SimplifierInput::of(mesh, config);
+    let mut groups = simplify_watertight(mesh, &mut input, config, on_triangles);
+    measure_deviations(&mesh.indices, &input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
     let hierarchy = assemble(mesh, &groups, &finished);

@@ -35,11 +35,14 @@ mod assemble;
 mod bake;
 mod bounds;
 mod config;
+mod deviation;
 mod file;
 pub mod fixtures;
 mod import;
 mod input;
 mod mesh;
+mod nearest;
+mod patch;
 mod simplify;
 mod watertight;
 

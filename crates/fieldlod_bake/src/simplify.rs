@@ -13,6 +13,8 @@ pub(crate) struct RawGroup {
     pub(crate) level: u32,
     /// Never less than that of a finer group; infinite for a terminal group.
     pub(crate) error_in_local: f32,
+    /// Filled in when all groups are known; see [`measure_deviations`](crate::deviation).
+    pub(crate) deviation_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
 }
 
@@ -34,6 +36,12 @@ pub(crate) struct RawUnit {
     pub(crate) produced_by: u32,
     /// One triangle list per cluster, as indices of source vertices.
     pub(crate) clusters: Vec<Vec<u32>>,
+}
+
+impl RawUnit {
+    pub(crate) fn is_source(&self) -> bool {
+        self.produced_by == NO_GROUP
+    }
 }
 
 /// Clusters and simplifies `mesh` level by level. Groups come finer before coarser.
@@ -64,6 +72,7 @@ pub(crate) fn simplify_to_groups(
         groups.push(RawGroup {
             level: group.depth as u32,
             error_in_local: monotone_error(&group, &units, &groups, input.local_from_scaled),
+            deviation_in_local: 0.0,
             units,
         });
         index as i32

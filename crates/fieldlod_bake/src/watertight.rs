@@ -16,14 +16,14 @@ const MAX_BUILDS: usize = 8;
 /// The groups of `mesh`, finer before coarser, in which every cut is as closed as the source.
 pub(crate) fn simplify_watertight(
     mesh: &SourceMesh,
+    input: &mut SimplifierInput,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Vec<RawGroup> {
-    let mut input = SimplifierInput::of(mesh, config);
     let mut builds = 1;
     loop {
-        let mut groups = simplify_to_groups(mesh, &input, config, on_triangles);
-        let Some(torn) = Torn::find(&groups, &input) else {
+        let mut groups = simplify_to_groups(mesh, input, config, on_triangles);
+        let Some(torn) = Torn::find(&groups, input) else {
             return groups;
         };
         if builds == MAX_BUILDS {

@@ -6,8 +6,8 @@ use crate::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, SourceHash, Sphere, Unit,
 
 /// A flat strip of four triangles in the plane z = 0 that simplifies to two.
 ///
-/// Two groups: group 0 consumes the source unit 0 (4 triangles) with an error of 0.1, group 1 is
-/// terminal and consumes unit 1 (2 triangles), which group 0 produced.
+/// Two groups: group 0 consumes the source unit 0 (4 triangles) with an error and a deviation of
+/// 0.1, group 1 is terminal and consumes unit 1 (2 triangles), which group 0 produced.
 #[must_use]
 pub fn two_level_strip() -> Hierarchy {
     let positions: Vec<Vec3> = (0..6u8)
@@ -21,6 +21,7 @@ pub fn two_level_strip() -> Hierarchy {
     let group = |level, error_in_local, first_finer, finer_count| Group {
         bounds,
         error_in_local,
+        deviation_in_local: error_in_local,
         mean_normal: Vec3::Z,
         level,
         first_finer,

@@ -64,6 +64,10 @@ pub struct Group {
     /// simplifier reports it; never less than that of any finer group. Infinite for a terminal
     /// group.
     pub error_in_local: f32,
+    /// How far the simplified surface lies from the *source* surface under the group and the other
+    /// way round, whichever is more, in local units: measured, at the places where they are
+    /// furthest apart. Never less than that of any finer group. Infinite for a terminal group.
+    pub deviation_in_local: f32,
     /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
     /// piece, near 0 for a closed one.
     pub mean_normal: Vec3,

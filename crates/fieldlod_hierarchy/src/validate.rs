@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::{Hierarchy, NO_GROUP};
+use crate::{Group, Hierarchy, NO_GROUP};
 
 /// The first broken invariant that was found.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -73,6 +73,13 @@ pub enum InvalidHierarchy {
     /// Errors are lengths and never shrink from finer to coarser.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
+    /// Deviations are lengths, never shrink from finer to coarser, and are infinite exactly where
+    /// the error is.
+    #[error(
+        "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
+         infinite where the error is not or the other way round"
+    )]
+    BadDeviation { group: usize, deviation: f32 },
     /// Bounds are finite and not negative.
     #[error("the bounds of {owner} {index} are not finite or negative")]
     BadBounds { owner: &'static str, index: usize },
@@ -279,24 +286,35 @@ impl Hierarchy {
     }
 
     fn check_errors(&self) -> Result<(), E> {
-        for (index, group) in self.groups.iter().enumerate() {
-            let error = group.error_in_local;
-            let finer = self.finer_groups(group).iter();
-            let floor = finer
-                .map(|&finer| self.groups[finer as usize].error_in_local)
-                .fold(0.0, f32::max);
-            if error.is_nan() || error < floor {
-                return Err(E::BadError {
-                    group: index,
-                    error,
-                });
+        for group in 0..self.groups.len() {
+            let error = self.groups[group].error_in_local;
+            if error.is_nan() || error < self.largest_below(group, |finer| finer.error_in_local) {
+                return Err(E::BadError { group, error });
             }
-            let length = group.mean_normal.length();
+            self.check_deviation_of(group)?;
+            let length = self.groups[group].mean_normal.length();
             if length.is_nan() || length > 1.0 + 1e-4 {
-                return Err(E::BadMeanNormal { group: index });
+                return Err(E::BadMeanNormal { group });
             }
         }
         Ok(())
+    }
+
+    fn check_deviation_of(&self, group: usize) -> Result<(), E> {
+        let deviation = self.groups[group].deviation_in_local;
+        let floor = self.largest_below(group, |finer| finer.deviation_in_local);
+        let ends = deviation == f32::INFINITY;
+        if deviation.is_nan() || deviation < floor || ends != self.groups[group].is_terminal() {
+            return Err(E::BadDeviation { group, deviation });
+        }
+        Ok(())
+    }
+
+    /// The largest `length` of the finer groups of `group`; 0 without any.
+    fn largest_below(&self, group: usize, length: impl Fn(&Group) -> f32) -> f32 {
+        let finer = self.finer_groups(&self.groups[group]).iter();
+        let lengths = finer.map(|&finer| length(&self.groups[finer as usize]));
+        lengths.fold(0.0, f32::max)
     }
 
     fn check_bounds(&self) -> Result<(), E> {

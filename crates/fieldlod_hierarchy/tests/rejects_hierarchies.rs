@@ -252,6 +252,20 @@ fn rejects_errors_that_are_no_lengths_or_shrink() {
 }
 
 #[test]
+fn rejects_deviations_that_are_no_lengths_or_end_early() {
+    for deviation in [f32::NAN, -1.0, f32::INFINITY] {
+        assert_rejects!(
+            |h| h.groups[0].deviation_in_local = deviation,
+            Fault::BadDeviation { group: 0, .. }
+        );
+    }
+    assert_rejects!(
+        |h| h.groups[1].deviation_in_local = 1.0,
+        Fault::BadDeviation { group: 1, .. }
+    );
+}
+
+#[test]
 fn rejects_impossible_mean_normals() {
     for normal in [Vec3::splat(1.0), Vec3::splat(f32::NAN)] {
         assert_rejects!(

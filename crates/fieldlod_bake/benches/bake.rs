@@ -1,0 +1,80 @@
+//! How a whole bake, measuring included, compares with clusterlod alone on the same mesh.
+//!
+//! `cargo bench -p fieldlod_bake` for generated meshes; with the folder of some glTF files in
+//! `FIELDLOD_MODELS`, for the largest primitive of each as well. Triangles per second of the
+//! process's own time on one thread, and of elapsed time on two.
+
+use std::path::Path;
+use std::time::Instant;
+
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures, import_gltf};
+
+const RUNS: usize = 3;
+
+fn main() {
+    let config = BakeConfig::default();
+    println!(
+        "{:<24} {:>9}  {:>7} {:>7} {:>6}  {:>7} {:>6}",
+        "mesh", "triangles", "bare", "1 core", "ratio", "2 cores", "ratio"
+    );
+    for (name, mesh) in meshes() {
+        report(&name, &mesh, &config);
+    }
+}
+
+fn meshes() -> Vec<(String, SourceMesh)> {
+    let mut meshes = vec![
+        ("rock".into(), fixtures::rock(7, 1)),
+        ("torus knot".into(), fixtures::torus_knot(2_000, 50)),
+        ("height field".into(), fixtures::height_field(400)),
+    ];
+    if let Some(folder) = std::env::var_os("FIELDLOD_MODELS") {
+        meshes.extend(models(Path::new(&folder)));
+    }
+    meshes
+}
+
+/// The largest primitive of each glTF file in `folder`.
+fn models(folder: &Path) -> Vec<(String, SourceMesh)> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    let largest = |path: &Path| {
+        let primitives = import_gltf(path).ok()?.primitives;
+        let largest = primitives
+            .into_iter()
+            .max_by_key(|p| p.mesh.triangle_count())?;
+        let name = path.file_stem()?.to_string_lossy().into_owned();
+        Some((name, largest.mesh))
+    };
+    paths.iter().filter_map(|path| largest(path)).collect()
+}
+
+fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
+    let hierarchy = bake_mesh(mesh, config).expect("the mesh is sound");
+    assert_eq!(hierarchy.validate(), Ok(()));
+    let triangles = mesh.triangle_count() as f64 * 1e-6;
+    let bare = triangles / shortest(1, || drop(bare_clusterlod(mesh, config)));
+    let one = triangles / shortest(1, || drop(bake_mesh(mesh, config)));
+    let two = triangles / shortest(2, || drop(bake_mesh(mesh, config)));
+    println!(
+        "{name:<24} {:>9}  {bare:>7.3} {one:>7.3} {:>6.2}  {two:>7.3} {:>6.2}",
+        mesh.triangle_count(),
+        one / bare,
+        two / bare,
+    );
+}
+
+/// Seconds of the quickest of some runs.
+fn shortest(threads: usize, run: impl Fn() + Sync) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.expect("threads can be started");
+    let time = |_| {
+        let started = Instant::now();
+        pool.install(&run);
+        started.elapsed().as_secs_f64()
+    };
+    (0..RUNS).map(time).fold(f64::INFINITY, f64::min)
+}

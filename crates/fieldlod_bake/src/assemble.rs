@@ -130,6 +130,7 @@ pub(crate) fn assemble(
             positions: mesh.positions.clone(),
             normals: mesh.normals.iter().map(finite_normal).collect(),
             uvs: mesh.uvs.iter().map(finite_uv).collect(),
+            ..Vertices::default()
         },
         ..Hierarchy::default()
     };

@@ -48,10 +48,11 @@ pub fn bake_file(
         let share = tracker.share_of(primitive);
         let hierarchy = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
         share.finish();
-        let hierarchy = hierarchy.map_err(|fault| ImportError::Mesh {
+        let mut hierarchy = hierarchy.map_err(|fault| ImportError::Mesh {
             place: primitive.place(),
             fault,
         })?;
+        primitive.extra.give_to(&mut hierarchy.vertices);
         let ImportedPrimitive {
             mesh_index,
             primitive_index,

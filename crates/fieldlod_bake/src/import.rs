@@ -5,7 +5,13 @@
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;
-//! - normals and texture coordinates in formats that Bevy drops are dropped.
+//! - attributes in formats that Bevy drops are dropped.
+//!
+//! Quantized positions (`KHR_mesh_quantization`) are no mesh to Bevy 0.19, so that there is nothing
+//! to agree with: they become floating-point numbers as the extension says, still in the mesh's own
+//! quantized units, which the node's transform undoes; and so do the attributes beside them. Buffer
+//! views packed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, which Bevy 0.19 does not
+//! read either, are unpacked. Draco-compressed geometry is refused by name.
 //!
 //! Strips and fans are unrolled to lists, wound as the glTF specification says. Nothing in a file
 //! is trusted: every range is checked before it is read, and no file makes this panic.
@@ -13,6 +19,8 @@
 mod accessor;
 mod buffers;
 mod document;
+mod format;
+mod meshopt_views;
 mod primitive;
 
 use std::path::Path;
@@ -21,8 +29,10 @@ use thiserror::Error;
 
 pub use accessor::AccessorFault;
 pub use buffers::BufferFault;
+pub use meshopt_views::PackedViewFault;
 
-use crate::{MeshError, SourceMesh};
+use crate::{ExtraAttributes, MeshError, SourceMesh};
+use buffers::Buffers;
 use document::MeshIndices;
 
 /// What a file holds for a bake.
@@ -45,6 +55,8 @@ pub struct ImportedPrimitive {
     pub name: String,
     /// Its triangles. Not yet checked: see [`SourceMesh::validate`].
     pub mesh: SourceMesh,
+    /// The attributes of its vertices that simplification does not look at.
+    pub extra: ExtraAttributes,
 }
 
 /// A primitive that is drawn, but without levels of detail.
@@ -73,9 +85,9 @@ pub enum SkipReason {
     /// Points or lines.
     #[error("it is made of points or lines")]
     NotTriangles,
-    /// Positions are not 32-bit floating-point numbers.
-    #[error("its positions are quantized")]
-    QuantizedPositions,
+    /// Positions are neither 32-bit floating-point numbers nor what `KHR_mesh_quantization` allows.
+    #[error("its positions are in a format that glTF does not know")]
+    PositionFormat,
     /// Triangles, but none of them.
     #[error("it has no triangles")]
     NoTriangles,
@@ -117,6 +129,9 @@ pub enum ImportError {
     /// A buffer's bytes cannot be had.
     #[error("buffer {buffer}: {fault}")]
     Buffer { buffer: usize, fault: BufferFault },
+    /// A buffer view cannot be unpacked.
+    #[error("buffer view {view}: {fault}")]
+    PackedView { view: usize, fault: PackedViewFault },
     /// An accessor points outside its buffer or has an unusable type.
     #[error("{place}: {attribute}: {fault}")]
     Accessor {
@@ -190,7 +205,7 @@ impl Skipped {
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     let (document, blob) = document::read(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let buffers = buffers::load(&document, blob.as_deref(), folder)?;
+    let buffers = Buffers::load(&document, blob.as_deref(), folder)?;
     let skinned = MeshIndices::on_skinned_nodes(&document);
     let mut import = Import::default();
     for mesh in document.meshes() {
@@ -203,8 +218,8 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
             match primitive::skip_reason(&primitive, skinned.contains(mesh.index())) {
                 Some(reason) => import.skip(place, reason),
                 None => {
-                    let mesh = primitive::read(&primitive, &buffers, &place)?;
-                    import.take(place, mesh);
+                    let (mesh, extra) = primitive::read(&primitive, &buffers, &place)?;
+                    import.take(place, mesh, extra);
                 }
             }
         }
@@ -213,7 +228,7 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
 }
 
 impl Import {
-    fn take(&mut self, place: PrimitivePlace, mesh: SourceMesh) {
+    fn take(&mut self, place: PrimitivePlace, mesh: SourceMesh, extra: ExtraAttributes) {
         if mesh.indices.is_empty() {
             return self.skip(place, SkipReason::NoTriangles);
         }
@@ -222,6 +237,7 @@ impl Import {
             primitive_index: place.primitive_index,
             name: place.name,
             mesh,
+            extra,
         });
     }
 

@@ -27,10 +27,11 @@
 //! only; apart from that, every cut of a closed mesh is closed.
 //!
 //! # Out of scope
-//! Skinned and morphed meshes, points and lines, compressed geometry (Draco, meshopt) and
-//! quantized positions: they are reported as [`Skipped`] or refused by name.
+//! Skinned and morphed meshes, points and lines: they are reported as [`Skipped`]. Geometry
+//! compressed with Draco: it is refused by name.
 
 mod assemble;
+mod attributes;
 
 mod bake;
 mod bounds;
@@ -46,11 +47,12 @@ mod patch;
 mod simplify;
 mod watertight;
 
+pub use attributes::ExtraAttributes;
 pub use bake::bake_mesh;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, BakeProgress, bake_file};
 pub use import::{
-    AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PrimitivePlace, SkipReason,
-    Skipped, import_gltf,
+    AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PackedViewFault,
+    PrimitivePlace, SkipReason, Skipped, import_gltf,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};

@@ -17,7 +17,7 @@ const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const HEADER_BYTES: usize = 32;
 
 /// The version that this crate writes, and the only one that it reads.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 // The arrays are written as they lie in memory.
 const _: () = assert!(cfg!(target_endian = "little"));
@@ -183,6 +183,9 @@ fn write_primitive(bytes: &mut Vec<u8>, primitive: &BakedPrimitive) {
     write_array(bytes, &hierarchy.vertices.positions);
     write_array(bytes, &hierarchy.vertices.normals);
     write_array(bytes, &hierarchy.vertices.uvs);
+    write_array(bytes, &hierarchy.vertices.tangents);
+    write_array(bytes, &hierarchy.vertices.uvs_1);
+    write_array(bytes, &hierarchy.vertices.colors);
     write_array(bytes, &hierarchy.groups);
     write_array(bytes, &hierarchy.finer);
     write_array(bytes, &hierarchy.units);
@@ -202,6 +205,9 @@ fn read_primitive(reader: &mut Reader<'_>, index: usize) -> Result<BakedPrimitiv
             positions: reader.array("the positions")?,
             normals: reader.array("the normals")?,
             uvs: reader.array("the texture coordinates")?,
+            tangents: reader.array("the tangents")?,
+            uvs_1: reader.array("the second texture coordinates")?,
+            colors: reader.array("the colors")?,
         },
         groups: reader.array("the groups")?,
         finer: reader.array("the finer groups")?,

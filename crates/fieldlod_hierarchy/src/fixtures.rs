@@ -50,8 +50,8 @@ pub fn two_level_strip() -> Hierarchy {
         source,
         vertices: Vertices {
             normals: vec![Vec3::Z; positions.len()],
-            uvs: Vec::new(),
             positions,
+            ..Vertices::default()
         },
         groups: vec![group(0, 0.1, 0, 0), group(1, f32::INFINITY, 0, 1)],
         finer: vec![0],

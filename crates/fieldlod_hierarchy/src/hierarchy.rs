@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::{Aabb, SourceHash, Sphere};
 
@@ -52,6 +52,13 @@ pub struct Vertices {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one per position, or empty.
     pub uvs: Vec<Vec2>,
+    /// Unit tangents, and in `w` the handedness of the bitangent (1 or -1), one per position, or
+    /// empty.
+    pub tangents: Vec<Vec4>,
+    /// The second set of texture coordinates, one per position, or empty.
+    pub uvs_1: Vec<Vec2>,
+    /// Colours, linear red, green, blue and alpha, one per position, or empty.
+    pub colors: Vec<Vec4>,
 }
 
 /// Clusters that are simplified together: one decision of a cut.

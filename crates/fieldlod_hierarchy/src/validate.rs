@@ -112,6 +112,9 @@ impl Hierarchy {
         let counts = [
             ("normals", self.vertices.normals.len()),
             ("uvs", self.vertices.uvs.len()),
+            ("tangents", self.vertices.tangents.len()),
+            ("second uvs", self.vertices.uvs_1.len()),
+            ("colors", self.vertices.colors.len()),
         ];
         for (attribute, count) in counts {
             if count != 0 && count != vertices {

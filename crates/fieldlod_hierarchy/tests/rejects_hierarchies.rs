@@ -2,7 +2,7 @@
 
 use fieldlod_hierarchy::InvalidHierarchy as Fault;
 use fieldlod_hierarchy::{Hierarchy, NO_GROUP, fixtures};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 fn fault_after(change: impl FnOnce(&mut Hierarchy)) -> Fault {
     let mut hierarchy = fixtures::two_level_strip();
@@ -33,6 +33,18 @@ fn rejects_attributes_for_some_vertices_only() {
     );
     assert_rejects!(
         |h| h.vertices.uvs.push(Vec2::ZERO),
+        Fault::AttributeCount { count: 1, .. }
+    );
+    assert_rejects!(
+        |h| h.vertices.tangents.push(Vec4::X),
+        Fault::AttributeCount { count: 1, .. }
+    );
+    assert_rejects!(
+        |h| h.vertices.uvs_1.push(Vec2::ZERO),
+        Fault::AttributeCount { count: 1, .. }
+    );
+    assert_rejects!(
+        |h| h.vertices.colors.push(Vec4::ONE),
         Fault::AttributeCount { count: 1, .. }
     );
 }

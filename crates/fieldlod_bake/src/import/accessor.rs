@@ -5,6 +5,9 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, buffer::View};
 use thiserror::Error;
 
+use super::buffers::Buffers;
+use super::format::{Component, little_endian};
+
 /// Why an accessor cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
@@ -37,50 +40,34 @@ const MAX_ELEMENTS: usize = u32::MAX as usize / 2;
 // Elements that are zero without taking room in the file: a few bytes must not claim gigabytes.
 const MAX_ZEROS: usize = 1 << 24;
 
-/// Whether `accessor` holds `dimensions` of plain 32-bit floating-point numbers.
-pub(super) fn is_float(accessor: &Accessor<'_>, dimensions: Dimensions) -> bool {
-    accessor.data_type() == DataType::F32
-        && accessor.dimensions() == dimensions
-        && !accessor.normalized()
-}
-
-/// Reads vectors of `N` 32-bit floating-point numbers.
-pub(super) fn read_floats<const N: usize>(
+/// Reads vectors of `N` numbers. Components that the accessor lacks are those of `blank`.
+///
+/// # Panics
+/// If the accessor has more than `N` components, or is a matrix.
+pub(super) fn read_vectors<const N: usize>(
     accessor: &Accessor<'_>,
-    buffers: &[Vec<u8>],
+    buffers: &Buffers,
+    blank: [f32; N],
 ) -> Result<Vec<[f32; N]>, AccessorFault> {
-    let decode = |bytes: &[u8]| {
-        std::array::from_fn(|k| f32::from_bits(little_endian(&bytes[k * 4..k * 4 + 4])))
+    let components = accessor.dimensions().multiplicity();
+    assert!(components <= N, "the format was checked");
+    let (component, bytes) = (Component::of(accessor), accessor.data_type().size());
+    let decode = |element: &[u8]| {
+        let mut vector = blank;
+        for (number, bytes) in vector.iter_mut().zip(element.chunks_exact(bytes)) {
+            *number = component.number(bytes);
+        }
+        vector
     };
-    read_elements(accessor, buffers, [0.0; N], &decode)
-}
-
-/// Reads texture coordinates: floating-point, or bytes and shorts that stand for 0 to 1. `None`
-/// for other formats.
-pub(super) fn read_uvs(
-    accessor: &Accessor<'_>,
-    buffers: &[Vec<u8>],
-) -> Result<Option<Vec<[f32; 2]>>, AccessorFault> {
-    if is_float(accessor, Dimensions::Vec2) {
-        return read_floats(accessor, buffers).map(Some);
-    }
-    let (bytes, largest) = match (accessor.data_type(), accessor.dimensions()) {
-        (DataType::U8, Dimensions::Vec2) => (1, 255.0),
-        (DataType::U16, Dimensions::Vec2) => (2, 65_535.0),
-        _ => return Ok(None),
-    };
-    if !accessor.normalized() {
-        return Ok(None);
-    }
-    let share = |bytes: &[u8]| little_endian(bytes) as f32 / largest;
-    let decode = |element: &[u8]| [share(&element[..bytes]), share(&element[bytes..bytes * 2])];
-    read_elements(accessor, buffers, [0.0; 2], &decode).map(Some)
+    let mut zero = blank;
+    zero[..components].fill(0.0);
+    read_elements(accessor, buffers, zero, &decode)
 }
 
 /// Reads indices of 8, 16 or 32 bits.
 pub(super) fn read_indices(
     accessor: &Accessor<'_>,
-    buffers: &[Vec<u8>],
+    buffers: &Buffers,
 ) -> Result<Vec<u32>, AccessorFault> {
     let unsigned = matches!(
         accessor.data_type(),
@@ -93,17 +80,9 @@ pub(super) fn read_indices(
     read_elements(accessor, buffers, 0, &little_endian)
 }
 
-/// The number in up to four bytes.
-fn little_endian(bytes: &[u8]) -> u32 {
-    bytes
-        .iter()
-        .rev()
-        .fold(0, |value, &byte| value << 8 | u32::from(byte))
-}
-
 fn read_elements<T: Copy>(
     accessor: &Accessor<'_>,
-    buffers: &[Vec<u8>],
+    buffers: &Buffers,
     zero: T,
     decode: &dyn Fn(&[u8]) -> T,
 ) -> Result<Vec<T>, AccessorFault> {
@@ -140,7 +119,7 @@ fn replace_sparse<T>(
     values: &mut [T],
     sparse: &Sparse<'_>,
     range: Range,
-    buffers: &[Vec<u8>],
+    buffers: &Buffers,
     decode: &dyn Fn(&[u8]) -> T,
 ) -> Result<(), AccessorFault> {
     let (places, replaced) = (sparse.indices(), sparse.values());
@@ -179,7 +158,7 @@ impl Range {
         self,
         view: &View<'_>,
         offset_in_view: usize,
-        buffers: &'a [Vec<u8>],
+        buffers: &'a Buffers,
     ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, AccessorFault> {
         let Self {
             accessor,
@@ -212,11 +191,9 @@ impl Range {
         view: &View<'_>,
         offset_in_view: usize,
         stride: usize,
-        buffers: &'a [Vec<u8>],
+        buffers: &'a Buffers,
     ) -> Option<&'a [u8]> {
-        let buffer = buffers.get(view.buffer().index())?;
-        let view_end = view.offset().checked_add(view.length())?;
-        let view_bytes = buffer.get(view.offset()..view_end)?;
+        let view_bytes = buffers.view(view)?;
         let length = match self.count.checked_sub(1) {
             Some(before_last) => before_last.checked_mul(stride)?.checked_add(self.element)?,
             None => 0,

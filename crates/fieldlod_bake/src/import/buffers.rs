@@ -1,15 +1,16 @@
 //! The bytes behind a document's buffers.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::Document;
-use gltf::buffer::Source;
+use gltf::buffer::{Source, View};
 use percent_encoding::percent_decode_str;
 use thiserror::Error;
 
-use super::ImportError;
+use super::{ImportError, meshopt_views};
 
 /// Why the bytes of a buffer cannot be had.
 #[derive(Debug, Error)]
@@ -36,19 +37,68 @@ pub enum BufferFault {
     Truncated { needed: u64, available: u64 },
 }
 
-/// Loads every buffer, in the order of the document.
-pub(super) fn load(
+/// The bytes behind buffer views.
+pub(super) struct Buffers {
+    buffers: Vec<Vec<u8>>,
+    /// By view: those that were packed.
+    unpacked: HashMap<usize, Vec<u8>>,
+}
+
+impl Buffers {
+    /// Loads every buffer and unpacks every packed view.
+    pub(super) fn load(
+        document: &Document,
+        blob: Option<&[u8]>,
+        folder: &Path,
+    ) -> Result<Self, ImportError> {
+        let load = |buffer: gltf::Buffer<'_>| {
+            load_one(&buffer, blob, folder).map_err(|fault| ImportError::Buffer {
+                buffer: buffer.index(),
+                fault,
+            })
+        };
+        let buffers: Vec<Vec<u8>> = document.buffers().map(load).collect::<Result<_, _>>()?;
+        let unpacked = unpack_views(document, &buffers)?;
+        Ok(Self { buffers, unpacked })
+    }
+
+    /// The bytes of `view`; `None` if they are not all there.
+    pub(super) fn view(&self, view: &View<'_>) -> Option<&[u8]> {
+        if let Some(bytes) = self.unpacked.get(&view.index()) {
+            return Some(bytes);
+        }
+        let buffer = self.buffers.get(view.buffer().index())?;
+        buffer.get(view.offset()..view.offset().checked_add(view.length())?)
+    }
+}
+
+fn unpack_views(
     document: &Document,
-    blob: Option<&[u8]>,
-    folder: &Path,
-) -> Result<Vec<Vec<u8>>, ImportError> {
-    let load = |buffer: gltf::Buffer<'_>| {
-        load_one(&buffer, blob, folder).map_err(|fault| ImportError::Buffer {
-            buffer: buffer.index(),
+    buffers: &[Vec<u8>],
+) -> Result<HashMap<usize, Vec<u8>>, ImportError> {
+    let mut left = meshopt_views::allowance(buffers);
+    let mut unpacked = HashMap::new();
+    for view in document.views() {
+        let Some(object) = meshopt_views::object_of(&view) else {
+            continue;
+        };
+        let bytes = meshopt_views::unpack(object, buffers, left);
+        let bytes = bytes.map_err(|fault| ImportError::PackedView {
+            view: view.index(),
             fault,
-        })
-    };
-    document.buffers().map(load).collect()
+        })?;
+        left -= bytes.len();
+        unpacked.insert(view.index(), bytes);
+    }
+    Ok(unpacked)
+}
+
+/// Whether `buffer` only stands in for readers that cannot unpack, and has no bytes.
+fn is_stand_in(buffer: &gltf::Buffer<'_>) -> bool {
+    let objects = meshopt_views::EXTENSIONS.iter();
+    let mut objects = objects.filter_map(|name| buffer.extension_value(name));
+    let fallback = objects.any(|object| object.get("fallback") == Some(&true.into()));
+    fallback && matches!(buffer.source(), Source::Bin)
 }
 
 fn load_one(
@@ -56,6 +106,9 @@ fn load_one(
     blob: Option<&[u8]>,
     folder: &Path,
 ) -> Result<Vec<u8>, BufferFault> {
+    if is_stand_in(buffer) {
+        return Ok(Vec::new());
+    }
     let bytes = match buffer.source() {
         Source::Bin => blob.ok_or(BufferFault::NoBinaryChunk)?.to_vec(),
         Source::Uri(uri) => match uri.strip_prefix("data:") {

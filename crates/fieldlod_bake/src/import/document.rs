@@ -6,7 +6,7 @@ use std::path::Path;
 use gltf::json::validation::Checked;
 use gltf::{Document, Semantic};
 
-use super::ImportError;
+use super::{ImportError, meshopt_views};
 
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
@@ -116,8 +116,11 @@ fn parse(json: &[u8]) -> Result<Document, ImportError> {
     })
 }
 
-/// Extensions that change nothing about vertices and triangles.
+/// Extensions that change nothing about vertices and triangles, or that are read.
 fn is_harmless(extension: &str) -> bool {
+    if extension == "KHR_mesh_quantization" || meshopt_views::EXTENSIONS.contains(&extension) {
+        return true;
+    }
     let harmless = [
         "KHR_materials_",
         "KHR_texture_",

@@ -1,68 +1,118 @@
 //! One primitive: its attributes and its triangles.
 
-use glam::{Vec2, Vec3};
-use gltf::accessor::Dimensions;
+use glam::{Vec2, Vec3, Vec4};
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic};
 
-use super::accessor::{AccessorFault, is_float, read_floats, read_indices, read_uvs};
+use super::accessor::{AccessorFault, read_indices, read_vectors};
+use super::buffers::Buffers;
+use super::format::{Attribute, Formats};
 use super::{ImportError, PrimitivePlace, SkipReason};
-use crate::{MeshError, SourceMesh};
+use crate::{ExtraAttributes, MeshError, SourceMesh};
 
 /// Why `primitive` gets no levels of detail, if so.
 pub(super) fn skip_reason(primitive: &Primitive<'_>, skinned: bool) -> Option<SkipReason> {
     let triangles = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
-    let positions = primitive.get(&Semantic::Positions);
     if !triangles.contains(&primitive.mode()) {
         Some(SkipReason::NotTriangles)
     } else if skinned {
         Some(SkipReason::Skinned)
     } else if primitive.morph_targets().len() > 0 {
         Some(SkipReason::Morphed)
-    } else if !positions.is_some_and(|accessor| is_float(&accessor, Dimensions::Vec3)) {
-        Some(SkipReason::QuantizedPositions)
+    } else if formats_of(primitive).is_none() {
+        Some(SkipReason::PositionFormat)
     } else {
         None
     }
 }
 
+fn formats_of(primitive: &Primitive<'_>) -> Option<Formats> {
+    let positions = primitive.get(&Semantic::Positions)?;
+    Formats::of_positions(&positions)
+}
+
 /// Reads a primitive that is not to be skipped.
 pub(super) fn read(
     primitive: &Primitive<'_>,
-    buffers: &[Vec<u8>],
+    buffers: &Buffers,
     place: &PrimitivePlace,
-) -> Result<SourceMesh, ImportError> {
-    let at = |attribute| {
-        let place = place.clone();
-        move |fault: AccessorFault| ImportError::Accessor {
-            place,
+) -> Result<(SourceMesh, ExtraAttributes), ImportError> {
+    let reader = Reader {
+        primitive,
+        buffers,
+        place,
+        formats: formats_of(primitive).unwrap_or(Formats::AsBevy),
+    };
+    let mesh = reader.mesh()?;
+    let extra = reader.extra()?;
+    let faulty = |fault| ImportError::Mesh {
+        place: place.clone(),
+        fault,
+    };
+    extra.check_counts(mesh.positions.len()).map_err(faulty)?;
+    with_normals(mesh, extra, primitive.mode()).map_err(faulty)
+}
+
+struct Reader<'a> {
+    primitive: &'a Primitive<'a>,
+    buffers: &'a Buffers,
+    place: &'a PrimitivePlace,
+    formats: Formats,
+}
+
+impl Reader<'_> {
+    fn mesh(&self) -> Result<SourceMesh, ImportError> {
+        use Attribute::{Normal, Position, Uv};
+        let positions = self.vectors(&Semantic::Positions, Position, "positions")?;
+        let normals = self.vectors(&Semantic::Normals, Normal, "normals")?;
+        let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates")?;
+        let corners = match self.primitive.indices() {
+            Some(accessor) => read_indices(&accessor, self.buffers)
+                .map_err(|fault| self.fault("indices", fault))?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        Ok(SourceMesh {
+            positions: positions.into_iter().map(Vec3::from_array).collect(),
+            normals: normals.into_iter().map(Vec3::from_array).collect(),
+            uvs: uvs.into_iter().map(Vec2::from_array).collect(),
+            indices: triangle_list(self.primitive.mode(), corners),
+        })
+    }
+
+    fn extra(&self) -> Result<ExtraAttributes, ImportError> {
+        use Attribute::{Color, Tangent, Uv};
+        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents")?;
+        let uvs_1 = self.vectors(&Semantic::TexCoords(1), Uv, "second texture coordinates")?;
+        let colors = self.vectors(&Semantic::Colors(0), Color, "colors")?;
+        Ok(ExtraAttributes {
+            tangents: tangents.into_iter().map(Vec4::from_array).collect(),
+            uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
+            colors: colors.into_iter().map(Vec4::from_array).collect(),
+        })
+    }
+
+    /// The vectors of an attribute; none if it is missing or in a format that is not read. What
+    /// has only three of four components gets a 1: an opaque colour.
+    fn vectors<const N: usize>(
+        &self,
+        semantic: &Semantic,
+        attribute: Attribute,
+        name: &'static str,
+    ) -> Result<Vec<[f32; N]>, ImportError> {
+        let accessor = self.primitive.get(semantic);
+        let usable = accessor.filter(|accessor| self.formats.allow(attribute, accessor));
+        usable.map_or(Ok(Vec::new()), |accessor| {
+            read_vectors(&accessor, self.buffers, [1.0; N]).map_err(|fault| self.fault(name, fault))
+        })
+    }
+
+    fn fault(&self, attribute: &'static str, fault: AccessorFault) -> ImportError {
+        ImportError::Accessor {
+            place: self.place.clone(),
             attribute,
             fault,
         }
-    };
-    let mut mesh = SourceMesh::default();
-    if let Some(accessor) = primitive.get(&Semantic::Positions) {
-        let positions = read_floats(&accessor, buffers).map_err(at("positions"))?;
-        mesh.positions = positions.into_iter().map(Vec3::from_array).collect();
     }
-    let normals = primitive.get(&Semantic::Normals);
-    if let Some(accessor) = normals.filter(|normals| is_float(normals, Dimensions::Vec3)) {
-        let normals = read_floats(&accessor, buffers).map_err(at("normals"))?;
-        mesh.normals = normals.into_iter().map(Vec3::from_array).collect();
-    }
-    if let Some(accessor) = primitive.get(&Semantic::TexCoords(0)) {
-        let uvs = read_uvs(&accessor, buffers).map_err(at("texture coordinates"))?;
-        mesh.uvs = uvs.into_iter().flatten().map(Vec2::from_array).collect();
-    }
-    let corners = match primitive.indices() {
-        Some(accessor) => read_indices(&accessor, buffers).map_err(at("indices"))?,
-        None => (0..mesh.positions.len() as u32).collect(),
-    };
-    mesh.indices = triangle_list(primitive.mode(), corners);
-    with_normals(mesh, primitive.mode()).map_err(|fault| ImportError::Mesh {
-        place: place.clone(),
-        fault,
-    })
 }
 
 /// Unrolls strips and fans. Of a strip, every second triangle is turned round.
@@ -85,10 +135,15 @@ fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
 }
 
 /// Does what Bevy does to triangle lists without normals. Strips and fans stay without.
-fn with_normals(mesh: SourceMesh, mode: Mode) -> Result<SourceMesh, MeshError> {
+fn with_normals(
+    mesh: SourceMesh,
+    extra: ExtraAttributes,
+    mode: Mode,
+) -> Result<(SourceMesh, ExtraAttributes), MeshError> {
     if mesh.indices.is_empty() || !mesh.normals.is_empty() || mode != Mode::Triangles {
-        return Ok(mesh);
+        return Ok((mesh, extra));
     }
     mesh.validate()?;
-    Ok(mesh.without_shared_vertices())
+    let extra = extra.without_shared_vertices(&mesh.indices);
+    Ok((mesh.without_shared_vertices(), extra))
 }

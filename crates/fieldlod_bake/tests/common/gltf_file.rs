@@ -64,6 +64,7 @@ impl GltfFile {
         let width = match kind {
             "VEC2" => 2,
             "VEC3" => 3,
+            "VEC4" => 4,
             _ => 1,
         };
         self.add_accessor(&bytes, 5126, kind, floats.len() / width)

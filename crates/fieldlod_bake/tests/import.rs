@@ -1,0 +1,264 @@
+//! Attributes beyond those that simplification looks at, and the geometry extensions of glTF.
+
+mod common;
+
+use common::gltf_file::GltfFile;
+use fieldlod_bake::{
+    BakeConfig, ImportError, ImportedPrimitive, PackedViewFault, SourceMesh, bake_file, fixtures,
+    import_gltf,
+};
+use glam::{Vec2, Vec3, Vec4};
+use serde_json::{Value, json};
+
+const BYTE: u32 = 5120;
+const UNSIGNED_BYTE: u32 = 5121;
+const SHORT: u32 = 5122;
+
+fn import_one(path: &std::path::Path) -> ImportedPrimitive {
+    let mut import = import_gltf(path).unwrap();
+    assert_eq!((import.primitives.len(), import.skipped.len()), (1, 0));
+    import.primitives.remove(0)
+}
+
+/// A square of 9 vertices with a tangent, second texture coordinates and a colour each.
+fn dressed_square() -> (SourceMesh, GltfFile) {
+    let mesh = fixtures::plane(2);
+    let mut file = GltfFile::of(&mesh);
+    let numbers = |width: usize| (0..9 * width).map(|i| i as f32).collect::<Vec<_>>();
+    let tangents = file.add_floats(&numbers(4), "VEC4");
+    let uvs_1 = file.add_floats(&numbers(2), "VEC2");
+    let colors: Vec<u8> = (0..9).flat_map(|i| [i * 17, 0, 255, 0]).collect();
+    let colors = file.add_accessor(&colors, UNSIGNED_BYTE, "VEC3", 9);
+    let view = file.json["accessors"][colors]["bufferView"]
+        .as_u64()
+        .unwrap() as usize;
+    file.json["bufferViews"][view]["byteStride"] = json!(4);
+    file.json["accessors"][colors]["normalized"] = json!(true);
+    let attributes = &mut file.primitive()["attributes"];
+    attributes["TANGENT"] = json!(tangents);
+    attributes["TEXCOORD_1"] = json!(uvs_1);
+    attributes["COLOR_0"] = json!(colors);
+    (mesh, file)
+}
+
+#[test]
+fn every_attribute_that_bevy_draws_comes_in_and_is_kept() {
+    let (mesh, mut file) = dressed_square();
+    let path = file.glb();
+    let imported = import_one(&path);
+    assert_eq!(imported.mesh, mesh);
+    assert_eq!(
+        imported.extra.tangents[8],
+        Vec4::new(32.0, 33.0, 34.0, 35.0)
+    );
+    assert_eq!(imported.extra.uvs_1[8], Vec2::new(16.0, 17.0));
+    assert_eq!(imported.extra.colors[3], Vec4::new(0.2, 0.0, 1.0, 1.0));
+    let outcome = bake_file(&path, &BakeConfig::default(), &|_| ()).unwrap();
+    let vertices = &outcome.file.primitives[0].hierarchy.vertices;
+    assert_eq!(vertices.tangents, imported.extra.tangents);
+    assert_eq!(vertices.uvs_1, imported.extra.uvs_1);
+    assert_eq!(vertices.colors, imported.extra.colors);
+}
+
+/// Where the vertices are taken apart for flat normals, all their attributes go with them.
+#[test]
+fn attributes_follow_vertices_that_are_taken_apart() {
+    let (mesh, mut file) = dressed_square();
+    let attributes = file.primitive()["attributes"].as_object_mut().unwrap();
+    attributes.remove("NORMAL");
+    let imported = import_one(&file.glb());
+    assert_eq!(imported.mesh.positions.len(), mesh.indices.len());
+    for (corner, &vertex) in mesh.indices.iter().enumerate() {
+        let first = vertex as f32;
+        assert_eq!(imported.extra.tangents[corner].x, first * 4.0);
+        assert_eq!(imported.extra.uvs_1[corner].x, first * 2.0);
+        assert_eq!(imported.extra.colors[corner].x, (first * 17.0) / 255.0);
+    }
+}
+
+#[test]
+fn rejects_attributes_for_some_vertices_only() {
+    for name in ["TANGENT", "TEXCOORD_1", "COLOR_0"] {
+        let (_, mut file) = dressed_square();
+        file.accessor_of(name)["count"] = json!(8);
+        let error = import_gltf(&file.glb()).unwrap_err();
+        assert!(matches!(error, ImportError::Mesh { .. }), "{name}: {error}");
+    }
+}
+
+#[test]
+fn quantized_attributes_come_in() {
+    let mesh = fixtures::plane(2);
+    let mut file = GltfFile::of(&mesh);
+    file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+    let shorts = |v: &Vec3| v.to_array().map(|x| (x * 1000.0) as i16);
+    let bytes = mesh
+        .positions
+        .iter()
+        .flat_map(|v| [&shorts(v)[..], &[0]].concat());
+    let bytes: Vec<u8> = bytes.flat_map(i16::to_le_bytes).collect();
+    let positions = add_strided(&mut file, &bytes, SHORT, 8, false);
+    let normals = add_strided(&mut file, &[0u8, 127, 0, 0].repeat(9), BYTE, 4, true);
+    file.json["accessors"][positions]["min"] = json!([0, 0, 0]);
+    file.json["accessors"][positions]["max"] = json!([0, 0, 0]);
+    let attributes = &mut file.primitive()["attributes"];
+    (attributes["POSITION"], attributes["NORMAL"]) = (json!(positions), json!(normals));
+    let imported = import_one(&file.glb()).mesh;
+    for (imported, position) in imported.positions.iter().zip(&mesh.positions) {
+        assert_eq!(imported.to_array(), shorts(position).map(f32::from));
+    }
+    assert_eq!(imported.normals, vec![Vec3::Y; 9]);
+    assert_eq!(imported.indices, mesh.indices);
+
+    file.json["accessors"][positions]["normalized"] = json!(true);
+    let imported = import_one(&file.glb()).mesh;
+    let expected = shorts(&mesh.positions[5]).map(|x| f32::from(x) / 32_767.0);
+    assert_eq!(imported.positions[5].to_array(), expected);
+}
+
+fn add_strided(file: &mut GltfFile, bytes: &[u8], kind: u32, stride: usize, share: bool) -> usize {
+    let accessor = file.add_accessor(bytes, kind, "VEC3", bytes.len() / stride);
+    let view = file.json["accessors"][accessor]["bufferView"]
+        .as_u64()
+        .unwrap() as usize;
+    file.json["bufferViews"][view]["byteStride"] = json!(stride);
+    file.json["accessors"][accessor]["normalized"] = json!(share);
+    accessor
+}
+
+/// A mesh is baked in its own space, wherever and however often nodes place it.
+#[test]
+fn node_transforms_are_not_applied() {
+    let mesh = fixtures::rock(2, 3);
+    let mut file = GltfFile::of(&mesh);
+    file.json["nodes"] = json!([
+        { "mesh": 0, "scale": [-1, 2, 3], "translation": [4, 5, 6] },
+        { "mesh": 0, "scale": [0, 0, 0] },
+    ]);
+    assert_eq!(import_one(&file.glb()).mesh, mesh);
+}
+
+/// Packs a view: its bytes move behind the extension, and the view itself into a buffer that is
+/// not there.
+fn pack(file: &mut GltfFile, view: usize, extension: &str, packed: &[u8], mut object: Value) {
+    object["buffer"] = json!(0);
+    object["byteOffset"] = json!(file.binary.len());
+    object["byteLength"] = json!(packed.len());
+    file.binary.extend(packed);
+    let view = &mut file.json["bufferViews"][view];
+    view["buffer"] = json!(1);
+    view["extensions"] = json!({ extension: object });
+}
+
+fn packed_square(extension: &str) -> (SourceMesh, GltfFile) {
+    let mut mesh = fixtures::plane(40);
+    mesh.uvs.clear();
+    let mut file = GltfFile::of(&mesh);
+    let (bytes, count) = (file.binary.clone(), mesh.positions.len());
+    file.binary.clear();
+    for view in 0..2 {
+        let floats: Vec<[u32; 3]> = bytes[view * count * 12..][..count * 12]
+            .as_chunks::<4>()
+            .0
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|words| words.map(u32::from_le_bytes))
+            .collect();
+        let packed = meshopt::encode_vertex_buffer(&floats).unwrap();
+        let object = json!({ "byteStride": 12, "count": count, "mode": "ATTRIBUTES" });
+        file.json["bufferViews"][view]["byteStride"] = json!(12);
+        pack(&mut file, view, extension, &packed, object);
+    }
+    let packed = meshopt::encode_index_buffer(&mesh.indices, count).unwrap();
+    let object = json!({ "byteStride": 4, "count": mesh.indices.len(), "mode": "TRIANGLES" });
+    pack(&mut file, 2, extension, &packed, object);
+    let stand_in =
+        json!({ "byteLength": 1 << 20, "extensions": { extension: { "fallback": true } } });
+    file.json["buffers"] = json!([{ "byteLength": file.binary.len() }, stand_in]);
+    file.json["extensionsRequired"] = json!([extension]);
+    (mesh, file)
+}
+
+#[test]
+fn views_packed_by_meshopt_come_in() {
+    for extension in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
+        let (mut mesh, mut file) = packed_square(extension);
+        let mut imported = import_one(&file.glb()).mesh;
+        // The codec may begin a triangle at another corner.
+        for mesh in [&mut mesh, &mut imported] {
+            let (triangles, _) = mesh.indices.as_chunks_mut::<3>();
+            for triangle in triangles {
+                let first = (0..3).min_by_key(|&k| triangle[k]).unwrap();
+                triangle.rotate_left(first);
+            }
+        }
+        assert_eq!(imported, mesh);
+    }
+}
+
+/// Octahedral normals, exponents and index sequences.
+#[test]
+fn filtered_views_come_in() {
+    let (mesh, mut file) = packed_square("EXT_meshopt_compression");
+    let count = mesh.positions.len();
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+    let words = meshopt::encode_filter_exp(&positions, 15, meshopt::EncodeExpMode::Separate);
+    let packed = meshopt::encode_vertex_buffer(&words).unwrap();
+    let object = json!({ "byteStride": 12, "count": count, "mode": "ATTRIBUTES",
+        "filter": "EXPONENTIAL" });
+    pack(&mut file, 0, "EXT_meshopt_compression", &packed, object);
+    let packed = meshopt::encode_index_sequence(&mesh.indices, count).unwrap();
+    let object = json!({ "byteStride": 4, "count": mesh.indices.len(), "mode": "INDICES" });
+    pack(&mut file, 2, "EXT_meshopt_compression", &packed, object);
+    file.json["buffers"][0]["byteLength"] = json!(file.binary.len());
+    let imported = import_one(&file.glb()).mesh;
+    assert_eq!(imported.indices, mesh.indices);
+    for (imported, position) in imported.positions.iter().zip(&mesh.positions) {
+        assert!(imported.distance(*position) < 0.01, "{imported} {position}");
+    }
+}
+
+#[test]
+fn rejects_packed_views_that_do_not_unpack() {
+    let fault_of = |change: &dyn Fn(&mut Value)| {
+        let (_, mut file) = packed_square("EXT_meshopt_compression");
+        change(&mut file.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]);
+        let error = import_gltf(&file.glb()).unwrap_err();
+        assert!(!error.to_string().contains('\n'));
+        let ImportError::PackedView { view: 0, fault } = error else {
+            panic!("{error}")
+        };
+        fault
+    };
+    let cases: [(&str, Value, &str); 9] = [
+        ("mode", json!("SQUARE"), "mode"),
+        ("mode", json!("TRIANGLES"), "byteStride"),
+        ("filter", json!("BLUR"), "filter"),
+        ("filter", json!("OCTAHEDRAL"), "filter"),
+        ("byteStride", json!(0), "byteStride"),
+        ("byteStride", json!(260), "byteStride"),
+        ("byteStride", json!(-4), "byteStride"),
+        ("count", json!(u64::MAX), "count"),
+        ("count", json!(1u64 << 40), "count"),
+    ];
+    for (property, value, named) in cases {
+        let fault = fault_of(&|object| object[property] = value.clone());
+        assert_eq!(fault, PackedViewFault::Property { property: named });
+    }
+    for (property, value) in [
+        ("buffer", 7u64),
+        ("byteOffset", u64::MAX),
+        ("byteLength", 1 << 40),
+    ] {
+        let fault = fault_of(&|object| object[property] = json!(value));
+        assert!(
+            matches!(fault, PackedViewFault::OutOfBounds { .. }),
+            "{fault}"
+        );
+    }
+    assert_eq!(
+        fault_of(&|object| object["byteLength"] = json!(3)),
+        PackedViewFault::Corrupt
+    );
+}

@@ -89,6 +89,7 @@ pub(crate) fn refuse_unsupported(
         ),
         Added<LodWaiting>,
     >,
+    mut told: Local<HashSet<AssetId<Mesh>>>,
     assets: Res<AssetServer>,
 ) {
     for (entity, mesh, skinned, morphed, standard) in &waiting {
@@ -98,8 +99,11 @@ pub(crate) fn refuse_unsupported(
             (_, _, false) => "its material is not a StandardMaterial",
             _ => continue,
         };
-        let name = asset_name(&assets, mesh.id().untyped());
-        info!("{name} is drawn as it is: {reason}");
+        // Its other instances, and a scene that is spawned again, need no second line.
+        if told.insert(mesh.id()) {
+            let name = asset_name(&assets, mesh.id().untyped());
+            info!("{name} is drawn as it is: {reason}");
+        }
         commands
             .entity(entity)
             .remove::<LodWaiting>()

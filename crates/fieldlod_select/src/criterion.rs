@@ -20,71 +20,183 @@
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.
 
-use camera_field::{Camera, SphereBound};
+use camera_field::{Camera, Intrinsics, SphereBound, SphereExtent};
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::Vec3;
 
-use crate::InstanceView;
+use crate::{InstanceView, LodSettings, Promise};
 
-const SILHOUETTE_WEIGHT: f32 = 0.1;
-const FLATNESS_FLOOR: f32 = 0.005;
+pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1;
+pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
+/// Rounding of the widest aspect ratio, added so that the promise is not relaxed by it.
+pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
 
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
-/// [`LodSettings::error_px`].
+/// [`LodSettings::error_px`] by default.
 ///
 /// Zero outside the field of view; infinite for a terminal group and where the group's sphere
 /// reaches the camera plane inside the field of view. Never negative; NaN only for input that holds
 /// NaN.
 ///
 /// [`select`]: crate::select
-/// [`LodSettings::error_px`]: crate::LodSettings::error_px
 #[must_use]
 pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
+    promised_error_px(group, instance, &LodSettings::default())
+}
+
+/// The most that a point of `group`'s surface moves on screen by its simplification, in pixels:
+/// what [`Promise::Guaranteed`] compares with [`LodSettings::error_px`].
+///
+/// ```text
+/// E = d · √(c / cos φ)       at most, over the sphere
+/// ```
+/// with `d` the deviation of the two surfaces, times what the instance stretches lengths across the
+/// sight rays of the sphere. Zero, infinite and NaN as in [`screen_error_px`].
+#[must_use]
+pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
+    promised_error_px(group, instance, &LodSettings::guaranteed(1.0))
+}
+
+/// The error of `group` in pixels by the promise that `settings` make: a refined group has more than
+/// [`LodSettings::error_px`].
+///
+/// [`Promise::Both`] gives the greater of the quality error and the displacement times
+/// `error_px / cap_px`. Zero, infinite and NaN as in [`screen_error_px`].
+#[must_use]
+pub fn promised_error_px(group: &Group, instance: &InstanceView, settings: &LodSettings) -> f32 {
     if group.is_terminal() {
         return f32::INFINITY;
     }
-    let sphere = instance.sphere_in_camera(&group.bounds);
-    let SphereBound::Bounded(strength) = strength_over(&instance.camera, &sphere) else {
-        return f32::INFINITY;
-    };
-    let mean_normal = instance.mean_normal_in_camera(group.mean_normal);
-    let to_camera = direction_to_camera(&instance.camera, sphere.center);
-    let weight = picture_weight(mean_normal, to_camera);
-    let error = group.error_in_local * instance.camera_per_local;
-    error * (strength * weight).sqrt()
-}
-
-/// Upper bound of the field's strength over a sphere in camera space, zero outside the field of
-/// view.
-fn strength_over(camera: &Camera, sphere: &Sphere) -> SphereBound {
-    let Sphere { center, radius } = *sphere;
-    match camera {
-        Camera::Perspective(intrinsics) => intrinsics.strength_over_sphere(center, radius),
-        Camera::Orthographic(intrinsics) => intrinsics.strength_over_sphere(center, radius),
+    let seen = SeenGroup::new(group, instance);
+    match settings.promise {
+        Promise::Quality => seen.quality_px(settings),
+        Promise::Guaranteed => seen.displacement_px(settings),
+        Promise::Both { cap_px } => larger(
+            seen.quality_px(settings),
+            seen.displacement_px(settings) * (settings.error_px / cap_px),
+        ),
     }
 }
 
-fn direction_to_camera(camera: &Camera, point_in_camera: Vec3) -> Vec3 {
-    match camera {
-        Camera::Perspective(_) => {
-            let distance = point_in_camera.length();
-            if distance > 0.0 {
-                point_in_camera * (-1.0 / distance)
-            } else {
-                Vec3::ZERO
-            }
+/// The larger of two numbers; NaN if either is.
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
+/// A group in camera space.
+struct SeenGroup<'a> {
+    group: &'a Group,
+    instance: &'a InstanceView,
+    sphere: Sphere,
+    distance: f32,
+}
+
+impl<'a> SeenGroup<'a> {
+    fn new(group: &'a Group, instance: &'a InstanceView) -> Self {
+        let sphere = instance.sphere_in_camera(&group.bounds);
+        Self {
+            group,
+            instance,
+            sphere,
+            distance: sphere.center.length(),
         }
-        Camera::Orthographic(_) => Vec3::NEG_Z,
+    }
+
+    /// `e √(c (V + 0.1 p))`.
+    fn quality_px(&self, settings: &LodSettings) -> f32 {
+        let SphereBound::Bounded(strength) = self.strength(settings.max_curl) else {
+            return f32::INFINITY;
+        };
+        let mean_normal = self.group.mean_normal;
+        let facing = self
+            .instance
+            .facing(mean_normal, self.sphere.center, self.distance);
+        let weight = picture_weight(facing, normal_variance(mean_normal));
+        let error = self.group.error_in_local * self.stretch();
+        error * (strength * weight).sqrt() * self.relaxation(settings.min_aspect_ratio)
+    }
+
+    /// `d √(c / cos φ)`.
+    fn displacement_px(&self, settings: &LodSettings) -> f32 {
+        let Sphere { center, radius } = self.sphere;
+        let SphereBound::Bounded(scale) =
+            self.instance.camera.pixel_scale_over_sphere(center, radius)
+        else {
+            return f32::INFINITY;
+        };
+        let deviation = self.group.deviation_in_local * self.stretch();
+        deviation * scale * self.relaxation(settings.min_aspect_ratio)
+    }
+
+    fn stretch(&self) -> f32 {
+        self.instance.stretch_seen(&self.sphere, self.distance)
+    }
+
+    /// The field's strength for the whole group: its bound over the sphere, zero outside the field
+    /// of view, or one sample where the field is flat enough.
+    fn strength(&self, max_curl: f32) -> SphereBound {
+        let Sphere { center, radius } = self.sphere;
+        let Camera::Perspective(camera) = &self.instance.camera else {
+            return self.instance.camera.strength_over_sphere(center, radius);
+        };
+        let extent = camera.sphere_extent(center, radius);
+        if matches!(extent, SphereExtent::Visible { .. }) && self.is_flat(max_curl) {
+            let strength = camera.constant_px2() * self.distance / (center.z * center.z * center.z);
+            SphereBound::Bounded(strength)
+        } else {
+            camera.strength_over_extent(extent)
+        }
+    }
+
+    /// `κ < max_curl`, without dividing by depth.
+    fn is_flat(&self, max_curl: f32) -> bool {
+        let Sphere { center, radius } = self.sphere;
+        let z_squared = center.z * center.z;
+        let off_axis_squared = center.x * center.x + center.y * center.y;
+        let change = radius * radius * (4.0 * z_squared + 9.0 * off_axis_squared);
+        let allowed = max_curl * max_curl * (self.distance * self.distance) * z_squared;
+        center.z > 0.0 && change < allowed
+    }
+
+    /// The factor of [`LodSettings::min_aspect_ratio`].
+    fn relaxation(&self, min_aspect_ratio: f32) -> f32 {
+        match &self.instance.camera {
+            Camera::Perspective(camera) if min_aspect_ratio > 0.0 => {
+                let aspect = widest_aspect_ratio(camera, &self.sphere, self.distance);
+                if aspect < min_aspect_ratio {
+                    aspect / min_aspect_ratio
+                } else {
+                    1.0
+                }
+            }
+            _ => 1.0,
+        }
     }
 }
 
-/// `V + 0.1 p` of the module's formula.
-fn picture_weight(mean_normal: Vec3, to_camera: Vec3) -> f32 {
-    let facing = mean_normal.dot(to_camera);
-    // Rounding may leave |m| a hair above 1.
-    let variance = (1.0 - mean_normal.length_squared()).max(0.0) * 0.25;
-    let visible_share = 0.5 * (facing + (facing * facing + variance).sqrt());
-    let u = facing * facing / (2.0 * variance + FLATNESS_FLOOR);
+/// The greatest aspect ratio `cos φ` in the visible part of a sphere that does not hold the camera:
+/// `cos(φ − δ)`, or 1 where the sphere meets the axis; at least that of the widest corner.
+fn widest_aspect_ratio(camera: &Intrinsics, sphere: &Sphere, distance: f32) -> f32 {
+    let Sphere { center, radius } = *sphere;
+    let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+    if off_axis <= radius {
+        return 1.0;
+    }
+    let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
+    let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
+    (cosine + ASPECT_ROUNDING).max(1.0 / camera.max_secant())
+}
+
+/// `v` of the module's formula. Rounding may leave |m| a hair above 1.
+pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
+    (1.0 - mean_normal.length_squared()).max(0.0) * 0.25
+}
+
+/// `V + 0.1 p` of the module's formula, for `μ` and `v`.
+pub(crate) fn picture_weight(facing: f32, variance: f32) -> f32 {
+    let facing_squared = facing * facing;
+    let visible_share = 0.5 * (facing + (facing_squared + variance).sqrt());
+    let u = facing_squared / (2.0 * variance + FLATNESS_FLOOR);
     let silhouette = 1.0 / (1.0 + u + 0.5 * u * u);
     visible_share.max(0.0) + SILHOUETTE_WEIGHT * silhouette
 }
@@ -92,6 +204,10 @@ fn picture_weight(mean_normal: Vec3, to_camera: Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn picture_weight(mean_normal: Vec3, to_camera: Vec3) -> f32 {
+        super::picture_weight(mean_normal.dot(to_camera), normal_variance(mean_normal))
+    }
 
     #[test]
     fn a_flat_group_facing_the_camera_counts_in_full() {

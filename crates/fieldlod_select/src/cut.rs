@@ -3,40 +3,7 @@
 use fieldlod_hierarchy::{Hierarchy, Unit};
 use glam::Affine3A;
 
-use crate::{InstanceView, View, screen_error_px};
-
-/// What decides how fine a cut is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LodSettings {
-    /// Largest screen-space error, in physical pixels, that a simplification may show
-    /// ([`screen_error_px`]). Smaller is finer; 0 accepts only what cannot be told from the source.
-    pub error_px: f32,
-    /// A group refined in the last cut stays so until its screen-space error falls below this share
-    /// of `error_px`: from 0 (never coarsens again) to 1 (no memory). Keeps a still eye at a
-    /// threshold from flickering.
-    pub hysteresis: f32,
-}
-
-impl Default for LodSettings {
-    /// 1 px, coarsening below 0.8 px.
-    fn default() -> Self {
-        Self {
-            error_px: 1.0,
-            hysteresis: 0.8,
-        }
-    }
-}
-
-impl LodSettings {
-    /// The default at another error in pixels.
-    #[must_use]
-    pub fn with_error_px(error_px: f32) -> Self {
-        Self {
-            error_px,
-            ..Self::default()
-        }
-    }
-}
+use crate::{InstanceView, LodSettings, View, promised_error_px};
 
 /// The cut of one instance in one view. Keep it from frame to frame: it is the memory of the
 /// hysteresis, and reusing it allocates nothing.
@@ -96,9 +63,10 @@ pub fn select(
     settings: &LodSettings,
     cut: &mut Cut,
 ) {
-    let instance = InstanceView::new(view, world_from_local);
+    let view = view.widened(settings.offscreen_margin);
+    let instance = InstanceView::new(&view, world_from_local);
     select_with(hierarchy, settings, cut, |group| {
-        screen_error_px(&hierarchy.groups[group], &instance)
+        promised_error_px(&hierarchy.groups[group], &instance, settings)
     });
 }
 
@@ -112,6 +80,7 @@ pub fn select_with(
     cut: &mut Cut,
     error_px: impl Fn(usize) -> f32,
 ) {
+    let thresholds = settings.thresholds(1.0);
     // A cut of another hierarchy has nothing to remember.
     cut.refined.resize(hierarchy.groups.len(), false);
     for (index, group) in hierarchy.groups.iter().enumerate() {
@@ -120,19 +89,9 @@ pub fn select_with(
         let finer_refined = finer.iter().any(|&finer| cut.refined[finer as usize]);
         cut.refined[index] = group.is_terminal()
             || finer_refined
-            || exceeds(error_px(index), settings, cut.refined[index]);
+            || thresholds.exceeded_by(error_px(index), cut.refined[index]);
     }
     gather_units(hierarchy, cut);
-}
-
-/// Whether an error asks for refinement; NaN does.
-pub(crate) fn exceeds(error_px: f32, settings: &LodSettings, was_refined: bool) -> bool {
-    let threshold_px = if was_refined {
-        settings.error_px * settings.hysteresis
-    } else {
-        settings.error_px
-    };
-    error_px.is_nan() || error_px > threshold_px
 }
 
 fn gather_units(hierarchy: &Hierarchy, cut: &mut Cut) {

@@ -38,8 +38,11 @@
 mod criterion;
 mod cut;
 pub mod naive;
+mod settings;
+mod stretch;
 mod view;
 
-pub use criterion::screen_error_px;
-pub use cut::{Cut, LodSettings, select, select_with};
+pub use criterion::{promised_error_px, screen_displacement_px, screen_error_px};
+pub use cut::{Cut, select, select_with};
+pub use settings::{LodSettings, Promise};
 pub use view::{InstanceView, View};

@@ -4,7 +4,6 @@
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::LodSettings;
-use crate::cut::exceeds;
 
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.
@@ -19,7 +18,9 @@ pub fn is_refined(
 ) -> bool {
     let data = &hierarchy.groups[group];
     data.is_terminal()
-        || exceeds(error_px(group), settings, was_refined(group))
+        || settings
+            .thresholds(1.0)
+            .exceeded_by(error_px(group), was_refined(group))
         || hierarchy
             .finer_groups(data)
             .iter()

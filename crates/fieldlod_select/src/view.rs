@@ -1,8 +1,10 @@
 //! From local space to camera space: what one instance looks like to one view.
 
-use camera_field::{CAMERA_FROM_VIEW, Camera};
+use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics, OrthographicIntrinsics};
 use fieldlod_hierarchy::Sphere;
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, Mat3, Vec2, Vec3};
+
+use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 
 /// A camera with its place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,8 +12,8 @@ pub struct View {
     camera: Camera,
     /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
     /// the origin.
-    camera_from_world: Mat3,
-    eye_in_world: Vec3,
+    pub(crate) camera_from_world: Mat3,
+    pub(crate) eye_in_world: Vec3,
 }
 
 impl View {
@@ -31,6 +33,31 @@ impl View {
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
+
+    /// The same view of a wider image: `margin` of its width and height more on each side, at the
+    /// same pixels per unit.
+    #[must_use]
+    pub fn widened(&self, margin: f32) -> Self {
+        let outward = |min: Vec2, max: Vec2| {
+            let border = (max - min) * margin;
+            (min - border, max + border)
+        };
+        let camera = match self.camera {
+            Camera::Perspective(camera) => {
+                let (slope_min, slope_max) = outward(camera.slope_min, camera.slope_max);
+                Camera::Perspective(Intrinsics {
+                    slope_min,
+                    slope_max,
+                    ..camera
+                })
+            }
+            Camera::Orthographic(camera) => {
+                let (min, max) = outward(camera.min, camera.max);
+                Camera::Orthographic(OrthographicIntrinsics { min, max, ..camera })
+            }
+        };
+        Self { camera, ..*self }
+    }
 }
 
 /// One instance as one view sees it: the map from local to camera space, taken apart once so that
@@ -38,12 +65,16 @@ impl View {
 #[derive(Clone, Copy, Debug)]
 pub struct InstanceView {
     pub(crate) camera: Camera,
-    camera_from_local: Mat3,
-    origin_in_camera: Vec3,
-    /// Takes normals along; its length is of no meaning.
-    normal_in_camera_from_local: Mat3,
+    pub(crate) camera_from_local: Mat3,
+    pub(crate) origin_in_camera: Vec3,
+    /// Takes normals along. Keeps lengths if the instance is a similarity; else the length is of no
+    /// meaning.
+    pub(crate) normal_in_camera_from_local: Mat3,
     /// The most that any local length grows, in camera units (= world units) per local unit.
     pub(crate) camera_per_local: f32,
+    /// What the instance does to lengths across a sight ray; `None` for a similarity, which stretches
+    /// all alike.
+    pub(crate) seen_stretch: Option<SeenStretch>,
 }
 
 impl InstanceView {
@@ -52,12 +83,23 @@ impl InstanceView {
     pub fn new(view: &View, world_from_local: &Affine3A) -> Self {
         let camera_from_local = view.camera_from_world * Mat3::from(world_from_local.matrix3);
         let origin_from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
+        let camera_per_local = largest_stretch(&camera_from_local);
+        let normal_map = normal_map(&camera_from_local);
+        let (normal_in_camera_from_local, seen_stretch) = if is_similarity(&camera_from_local) {
+            (
+                normal_map * (1.0 / (camera_per_local * camera_per_local)),
+                None,
+            )
+        } else {
+            (normal_map, Some(SeenStretch::new(&camera_from_local)))
+        };
         Self {
             camera: view.camera,
             camera_from_local,
             origin_in_camera: view.camera_from_world * origin_from_eye,
-            normal_in_camera_from_local: normal_map(&camera_from_local),
-            camera_per_local: largest_stretch(&camera_from_local),
+            normal_in_camera_from_local,
+            camera_per_local,
+            seen_stretch,
         }
     }
 
@@ -70,16 +112,41 @@ impl InstanceView {
         }
     }
 
-    /// The mean normal in camera space; its length, a measure of flatness, is kept.
-    pub(crate) fn mean_normal_in_camera(&self, mean_normal: Vec3) -> Vec3 {
-        let length_in_local = mean_normal.length();
+    /// `m·s` for a group's mean normal at `center_in_camera`, which is `distance` from the camera.
+    pub(crate) fn facing(&self, mean_normal: Vec3, center_in_camera: Vec3, distance: f32) -> f32 {
         let turned = self.normal_in_camera_from_local * mean_normal;
+        let (along, distance) = match self.camera {
+            Camera::Perspective(_) => (center_in_camera, distance),
+            Camera::Orthographic(_) => (Vec3::Z, 1.0),
+        };
+        let away = turned.dot(along);
+        if self.seen_stretch.is_none() {
+            return -away / distance;
+        }
         let length = turned.length();
         if length > 0.0 {
-            turned * (length_in_local / length)
+            -away * mean_normal.length() / (length * distance)
         } else {
-            Vec3::ZERO
+            0.0
         }
+    }
+
+    /// The most that a displacement of a point of the sphere grows across its sight ray, in camera
+    /// units per local unit: at the centre's ray exactly, and by `sin δ = r/ρ` more of the greatest
+    /// stretch for the other rays.
+    pub(crate) fn stretch_seen(&self, sphere_in_camera: &Sphere, distance: f32) -> f32 {
+        let Some(stretch) = &self.seen_stretch else {
+            return self.camera_per_local;
+        };
+        let most = self.camera_per_local;
+        let seen = match self.camera {
+            Camera::Perspective(_) => {
+                let along = sphere_in_camera.center * (1.0 / distance);
+                stretch.across(along) + most * (sphere_in_camera.radius / distance)
+            }
+            Camera::Orthographic(_) => stretch.across(Vec3::Z),
+        };
+        if seen < most { seen } else { most }
     }
 }
 
@@ -95,43 +162,9 @@ fn normal_map(m: &Mat3) -> Mat3 {
     }
 }
 
-/// An upper bound of the largest singular value: by Gershgorin's circles on `MᵀM` and on `MMᵀ`,
-/// which have the squared singular values as eigenvalues. Exact, up to rounding, for a rotation
-/// after (`MᵀM` diagonal) or before (`MMᵀ` diagonal) a scale along the axes; an overestimate for
-/// shears.
-fn largest_stretch(m: &Mat3) -> f32 {
-    let transposed = m.transpose();
-    let widest_circle = |gram: Mat3| {
-        let rows = gram.x_axis.abs() + gram.y_axis.abs() + gram.z_axis.abs();
-        rows.x.max(rows.y).max(rows.z)
-    };
-    let squared = widest_circle(transposed * *m).min(widest_circle(*m * transposed));
-    squared.sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Quat;
-
-    #[test]
-    fn largest_stretch_is_exact_for_a_rotated_scale_and_a_scaled_rotation() {
-        let rotation = Mat3::from_quat(Quat::from_xyzw(0.1, -0.5, 0.7, 0.5).normalize());
-        let scale = Mat3::from_diagonal(Vec3::new(0.5, -3.0, 2.0));
-        for m in [rotation * scale, scale * rotation, rotation * scale * -1.0] {
-            assert!((largest_stretch(&m) - 3.0).abs() < 1e-5, "{m}");
-        }
-    }
-
-    #[test]
-    fn largest_stretch_never_underestimates_a_shear() {
-        let shear = Mat3::from_cols(Vec3::X, Vec3::new(2.0, 1.0, 0.0), Vec3::new(0.5, 0.3, 1.0));
-        let bound = largest_stretch(&shear);
-        for direction in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.4, 0.9, 0.1)] {
-            let direction = direction.normalize();
-            assert!((shear * direction).length() <= bound);
-        }
-    }
 
     #[test]
     fn mirrored_instances_keep_their_normals_outward() {

@@ -1,0 +1,136 @@
+//! Hierarchies and views for the suites of this crate.
+#![allow(dead_code, reason = "each suite uses its part")]
+
+pub(crate) mod synthetic;
+
+use std::sync::OnceLock;
+
+use camera_field::Camera;
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{LodSettings, Promise, View};
+use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
+use proptest::prelude::*;
+
+/// Closed and open, baked and synthetic.
+pub(crate) fn hierarchies() -> &'static [Hierarchy] {
+    static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
+    BAKED.get_or_init(|| {
+        let config = BakeConfig {
+            cluster_triangles: 64,
+            group_clusters: 6,
+            ..BakeConfig::default()
+        };
+        let bake = |mesh| bake_mesh(&mesh, &config).unwrap();
+        vec![
+            bake(fixtures::rock(5, 1)),
+            bake(fixtures::height_field(64)),
+            bake(fixtures::islands(200)),
+            synthetic::ball(4, 0.002),
+        ]
+    })
+}
+
+pub(crate) fn perspective(fov_y: f32) -> Camera {
+    let projection = Mat4::perspective_infinite_reverse_rh(fov_y, 16.0 / 9.0, 0.01);
+    Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
+}
+
+/// Off-centre, as one tile of a wall or one eye of a headset.
+pub(crate) fn off_centre() -> Camera {
+    let projection = Mat4::frustum_rh(-0.02, 0.12, -0.08, 0.03, 0.1, 100.0);
+    Camera::from_projection(&projection, Vec2::new(900.0, 700.0)).unwrap()
+}
+
+pub(crate) fn orthographic() -> Camera {
+    let projection = Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 1000.0, 0.0);
+    Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap()
+}
+
+pub(crate) fn look(camera: Camera, eye: Vec3, target: Vec3) -> View {
+    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::new(0.1, 1.0, 0.05)).inverse();
+    View::new(camera, &Affine3A::from_mat4(world_from_view))
+}
+
+/// From 0.1° to 170°, off-centre and orthographic.
+pub(crate) fn any_camera() -> impl Strategy<Value = Camera> {
+    prop_oneof![
+        6 => (0.05f32..2.4).prop_map(perspective),
+        1 => Just(perspective(170.0f32.to_radians())),
+        1 => Just(perspective(0.1f32.to_radians())),
+        1 => Just(off_centre()),
+        1 => Just(orthographic()),
+    ]
+}
+
+pub(crate) fn vector() -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3(-1.0f32..1.0).prop_map(Vec3::from)
+}
+
+/// Views from anywhere, inside the object and turned away from it included.
+pub(crate) fn any_view() -> impl Strategy<Value = View> {
+    let distance = prop_oneof![0.0f32..2.0, 2.0f32..50.0, 50.0f32..5000.0];
+    (any_camera(), vector(), distance, vector()).prop_map(
+        |(camera, direction, distance, target)| {
+            let eye = (direction + Vec3::new(0.01, 0.02, 0.03)) * distance;
+            look(camera, eye, target + eye * 1e-3 + Vec3::X * 1e-3)
+        },
+    )
+}
+
+/// Rotated, scaled evenly or not, mirrored, sheared, flattened.
+pub(crate) fn any_placement() -> impl Strategy<Value = Affine3A> {
+    let turn = || {
+        prop::array::uniform4(-1.0f32..1.0)
+            .prop_map(|q| (Quat::from_array(q) + Quat::IDENTITY * 1.5).normalize())
+    };
+    let even = (0.01f32..10.0).prop_map(Vec3::splat);
+    let uneven = prop::array::uniform3(prop_oneof![-3.0f32..-0.1, 0.1f32..3.0, Just(0.0f32)]);
+    let scale = prop_oneof![3 => even, 3 => uneven.prop_map(Vec3::from)];
+    (turn(), scale, turn(), vector()).prop_map(|(after, scale, before, shift)| {
+        let linear = Mat3::from_quat(after) * Mat3::from_diagonal(scale) * Mat3::from_quat(before);
+        Affine3A::from_mat3_translation(linear, shift * 2.0)
+    })
+}
+
+/// Every promise, with and without each relaxation.
+pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
+    let promise = prop_oneof![
+        Just(Promise::Quality),
+        Just(Promise::Guaranteed),
+        (0.1f32..10.0).prop_map(|cap_px| Promise::Both { cap_px }),
+    ];
+    let ratio = || prop_oneof![2 => Just(0.0f32), 1 => 0.0f32..0.9];
+    let error_px = prop_oneof![1 => Just(0.0f32), 9 => 0.05f32..20.0];
+    (
+        promise,
+        ratio(),
+        ratio(),
+        ratio(),
+        error_px,
+        0.0f32..=1.0,
+        0.3f32..1.5,
+    )
+        .prop_map(
+            |(
+                promise,
+                min_aspect_ratio,
+                max_curl,
+                offscreen_margin,
+                error_px,
+                hysteresis,
+                resolution_scale,
+            )| {
+                LodSettings {
+                    error_px,
+                    hysteresis,
+                    promise,
+                    min_aspect_ratio,
+                    max_curl,
+                    resolution_scale,
+                    offscreen_margin,
+                    triangle_budget: None,
+                }
+            },
+        )
+}

@@ -1,0 +1,116 @@
+//! What each setting does.
+
+mod common;
+
+use common::{any_camera, any_placement, any_view, hierarchies, look, perspective};
+use fieldlod_hierarchy::Group;
+use fieldlod_select::{
+    Cut, InstanceView, LodSettings, Promise, promised_error_px, screen_displacement_px,
+    screen_error_px, select,
+};
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+
+fn cut_of(which: usize, view: &fieldlod_select::View, settings: &LodSettings) -> Cut {
+    let mut cut = Cut::default();
+    select(
+        &hierarchies()[which],
+        &Affine3A::IDENTITY,
+        view,
+        settings,
+        &mut cut,
+    );
+    cut
+}
+
+proptest! {
+    #[test]
+    fn both_promises_refine_what_either_does(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
+        let instance = InstanceView::new(&view, &placement);
+        let both = LodSettings::capped(error_px, cap_px);
+        for group in &hierarchies()[which].groups {
+            let either = screen_error_px(group, &instance) > error_px * 1.0001
+                || screen_displacement_px(group, &instance) > cap_px * 1.0001;
+            prop_assert!(!either || promised_error_px(group, &instance, &both) > error_px);
+        }
+    }
+
+    #[test]
+    fn no_error_is_negative_or_nan(which in 0usize..4, view in any_view(), placement in any_placement()) {
+        let instance = InstanceView::new(&view, &placement);
+        for group in &hierarchies()[which].groups {
+            prop_assert!(screen_error_px(group, &instance) >= 0.0);
+            prop_assert!(screen_displacement_px(group, &instance) >= 0.0);
+        }
+    }
+
+    #[test]
+    fn one_sample_differs_from_the_bound_by_no_more_than_the_change_of_density(which in 0usize..4, view in any_view(), max_curl in 0.01f32..0.3) {
+        let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
+        let sampled = LodSettings { max_curl, ..LodSettings::default() };
+        for group in &hierarchies()[which].groups {
+            let (bound, sample) = (screen_error_px(group, &instance), promised_error_px(group, &instance, &sampled));
+            prop_assert!(sample <= bound * 1.0001);
+            // To first order √(1 + κ); spheres that graze a wide corner add a little.
+            prop_assert!(bound == f32::INFINITY || sample * (1.0 + 2.0 * max_curl) >= bound, "{} {}", sample, bound);
+        }
+    }
+
+    #[test]
+    fn the_aspect_ratio_relaxes_by_its_factor_and_no_more(which in 0usize..4, view in any_view(), min_aspect_ratio in 0.1f32..1.0) {
+        let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
+        let settings = LodSettings { min_aspect_ratio, ..LodSettings::guaranteed(1.0) };
+        for group in &hierarchies()[which].groups {
+            let (full, relaxed) = (screen_displacement_px(group, &instance), promised_error_px(group, &instance, &settings));
+            prop_assert!(relaxed <= full);
+            let center = instance.sphere_in_camera(&group.bounds).center;
+            let aspect = view.camera().aspect_ratio(center);
+            // What stands at the centre is relaxed by its own factor at most.
+            prop_assert!(full == f32::INFINITY || !view.camera().contains(center) || relaxed * 1.001 >= full * (aspect / min_aspect_ratio).min(1.0));
+        }
+    }
+
+    #[test]
+    fn a_margin_and_more_pixels_never_draw_less(which in 0usize..4, view in any_view(), margin in 0.0f32..1.0, resolution_scale in 0.1f32..1.0) {
+        let plain = cut_of(which, &view, &LodSettings::default()).triangle_count();
+        let wider = LodSettings { offscreen_margin: margin, ..LodSettings::default() };
+        prop_assert!(cut_of(which, &view, &wider).triangle_count() >= plain);
+        let upscaled = LodSettings { resolution_scale, ..LodSettings::default() };
+        prop_assert!(cut_of(which, &view, &upscaled).triangle_count() <= plain);
+    }
+
+    #[test]
+    fn every_camera_has_a_coarsest_far_away(camera in any_camera(), promise in prop_oneof![Just(Promise::Quality), Just(Promise::Guaranteed)]) {
+        let settings = LodSettings { promise, ..LodSettings::default() };
+        let away = look(camera, Vec3::Z * 1e9, Vec3::Z * 2e9);
+        let count = cut_of(3, &away, &settings).triangle_count();
+        prop_assert!(count <= cut_of(3, &look(camera, Vec3::Z * 3.0, Vec3::ZERO), &settings).triangle_count());
+    }
+}
+
+#[test]
+fn a_needle_seen_end_on_shows_its_width_not_its_length() {
+    let needle = Affine3A::from_scale(Vec3::new(0.01, 0.01, 10.0));
+    let group = Group {
+        mean_normal: Vec3::ZERO,
+        ..hierarchies()[3].groups[5]
+    };
+    let center = needle.transform_point3(group.bounds.center);
+    let error = |eye: Vec3| {
+        let view = look(perspective(1.0), center + eye, center);
+        screen_displacement_px(&group, &InstanceView::new(&view, &needle))
+    };
+    let (end_on, sideways) = (error(Vec3::Z * 1000.0), error(Vec3::X * 1000.0));
+    assert!(end_on < sideways / 100.0, "{end_on} {sideways}");
+}
+
+#[test]
+fn presets_differ_as_their_names_say() {
+    let view = look(perspective(1.0), Vec3::Z * 4.0, Vec3::ZERO);
+    let triangles = |settings| cut_of(0, &view, &settings).triangle_count();
+    let quality = triangles(LodSettings::default());
+    let guaranteed = triangles(LodSettings::guaranteed(1.0));
+    assert!(guaranteed > quality);
+    assert_eq!(triangles(LodSettings::capped(1.0, 1.0)), guaranteed);
+    assert_eq!(triangles(LodSettings::capped(1.0, 1e9)), quality);
+}

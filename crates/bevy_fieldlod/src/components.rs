@@ -35,17 +35,22 @@ pub struct LodView {
     pub error_px: f32,
     /// A piece that was refined stays so until its error falls below this share of `error_px`.
     pub hysteresis: f32,
+    /// Margin around the image that is selected as if it were seen, as a share of the image's size
+    /// on each side: what stands there may cast its shadow into the image, or come into it with a
+    /// fast turn. Further out everything is at its coarsest.
+    pub offscreen_margin: f32,
     /// Draws the source meshes in this view instead of a cut: for comparison.
     pub full_detail: bool,
 }
 
 impl Default for LodView {
-    /// 1 px, coarsening below 0.8 px.
+    /// 1 px, coarsening below 0.8 px, with a margin of half the image on each side.
     fn default() -> Self {
         let settings = LodSettings::default();
         Self {
             error_px: settings.error_px,
             hysteresis: settings.hysteresis,
+            offscreen_margin: 0.5,
             full_detail: false,
         }
     }
@@ -64,6 +69,7 @@ impl LodView {
     pub(crate) fn settings(&self) -> LodSettings {
         let mut settings = LodSettings::with_error_px(self.error_px);
         settings.hysteresis = self.hysteresis;
+        settings.offscreen_margin = self.offscreen_margin;
         settings
     }
 }

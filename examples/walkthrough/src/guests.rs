@@ -194,8 +194,6 @@ impl Bounds {
 }
 
 fn triangle_count(mesh: &Mesh) -> u64 {
-    let corners = mesh
-        .indices()
-        .map_or(mesh.count_vertices(), Indices::len);
+    let corners = mesh.indices().map_or(mesh.count_vertices(), Indices::len);
     corners as u64 / 3
 }

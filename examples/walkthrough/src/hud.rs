@@ -40,7 +40,11 @@ fn text_style(size_px: f32) -> (TextFont, TextColor, TextShadow) {
         font_size: FontSize::Px(size_px),
         ..default()
     };
-    (font, TextColor(Color::WHITE), TextShadow::default())
+    let shadow = TextShadow {
+        offset: Vec2::splat(1.5),
+        ..default()
+    };
+    (font, TextColor(Color::WHITE), shadow)
 }
 
 fn spawn_panel(mut commands: Commands, main: Single<Entity, With<MainCamera>>) {

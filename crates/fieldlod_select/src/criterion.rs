@@ -140,11 +140,16 @@ impl<'a> SeenGroup<'a> {
             return self.instance.camera.strength_over_sphere(center, radius);
         };
         let extent = camera.sphere_extent(center, radius);
-        if matches!(extent, SphereExtent::Visible { .. }) && self.is_flat(max_curl) {
-            let strength = camera.constant_px2() * self.distance / (center.z * center.z * center.z);
-            SphereBound::Bounded(strength)
+        let bound = camera.strength_over_extent(extent);
+        if !(matches!(extent, SphereExtent::Visible { .. }) && self.is_flat(max_curl)) {
+            return bound;
+        }
+        let sample = camera.constant_px2() * self.distance / (center.z * center.z * center.z);
+        // The centre may lie beyond the edge of the image.
+        if sample < bound.or_infinity() {
+            SphereBound::Bounded(sample)
         } else {
-            camera.strength_over_extent(extent)
+            bound
         }
     }
 

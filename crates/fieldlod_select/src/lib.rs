@@ -37,12 +37,17 @@
 
 mod criterion;
 mod cut;
+mod decide;
+mod kernel;
 pub mod naive;
 mod settings;
 mod stretch;
+mod table;
 mod view;
 
 pub use criterion::{promised_error_px, screen_displacement_px, screen_error_px};
 pub use cut::{Cut, select, select_with};
+pub use decide::refine;
 pub use settings::{LodSettings, Promise};
+pub use table::GroupTable;
 pub use view::{InstanceView, View};

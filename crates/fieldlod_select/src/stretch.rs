@@ -37,7 +37,6 @@ pub(crate) fn largest_stretch(m: &Mat3) -> f32 {
 
 /// A lower bound of the smallest singular value, by `|det| ≤ σ_min σ_max²`; loose for maps that
 /// flatten, exact for similarities.
-#[cfg_attr(not(test), expect(dead_code, reason = "for the scene"))]
 pub(crate) fn least_stretch(m: &Mat3, largest: f32) -> f32 {
     let determinant = m.x_axis.dot(m.y_axis.cross(m.z_axis)).abs();
     (determinant / (largest * largest)).min(largest)

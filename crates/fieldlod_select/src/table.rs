@@ -1,0 +1,263 @@
+//! A hierarchy laid out for selection: structures of arrays, eight groups to a register.
+
+use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
+use glam::Vec3;
+use wide::f32x8;
+
+use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance};
+
+/// Groups in a register.
+pub(crate) const LANES: usize = 8;
+/// Groups in a chunk: the bits of one word.
+pub(crate) const CHUNK: usize = 64;
+
+/// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
+///
+/// The conservative test reads [`GroupTable::BYTES_TESTED`] a group, and one [`Chunk`] for 64 groups
+/// before; the full criterion reads [`GroupTable::BYTES_FULL`].
+#[derive(Clone, Debug)]
+pub struct GroupTable {
+    pub(crate) group_count: usize,
+    pub(crate) x: Vec<f32x8>,
+    pub(crate) y: Vec<f32x8>,
+    pub(crate) z: Vec<f32x8>,
+    pub(crate) radius: Vec<f32x8>,
+    /// `e √W` with the greatest weight W that any direction gives: only for the conservative test.
+    pub(crate) error_weighed: Vec<f32x8>,
+    pub(crate) error: Vec<f32x8>,
+    pub(crate) deviation: Vec<f32x8>,
+    pub(crate) normal: [Vec<f32x8>; 3],
+    pub(crate) normal_length: Vec<f32x8>,
+    pub(crate) normal_variance: Vec<f32x8>,
+    pub(crate) chunks: Vec<Chunk>,
+    /// One bit for each group, set if it is terminal.
+    pub(crate) terminal: Vec<u64>,
+    pub(crate) whole: Chunk,
+    /// Groups that consume what a group produces, group by group.
+    coarser: Vec<u32>,
+    first_coarser: Vec<u32>,
+    first_unit: Vec<u32>,
+    units: Vec<TableUnit>,
+    /// The cut in which terminal groups alone are refined.
+    pub(crate) coarsest_units: Vec<u32>,
+    pub(crate) coarsest_triangle_count: u64,
+}
+
+/// Bounds of 64 groups: a sphere around their spheres and the largest errors of those that are not
+/// terminal. NaN counts as infinite.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Chunk {
+    pub(crate) bounds: Sphere,
+    pub(crate) error_weighed: f32,
+    pub(crate) deviation: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct TableUnit {
+    produced_by: u32,
+    triangle_count: u32,
+}
+
+impl GroupTable {
+    /// Bytes of a group that the conservative test reads for the quality promise.
+    pub const BYTES_TESTED: usize = 5 * size_of::<f32>();
+    /// Bytes of a group that the full criterion reads for the quality promise.
+    pub const BYTES_FULL: usize = 10 * size_of::<f32>();
+
+    /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
+    #[must_use]
+    pub fn new(hierarchy: &Hierarchy) -> Self {
+        let groups = &hierarchy.groups;
+        let lanes = |value: &dyn Fn(&Group) -> f32| -> Vec<f32x8> {
+            let padded = groups.len().next_multiple_of(CHUNK);
+            let at = |index: usize| groups.get(index).map_or(0.0, value);
+            (0..padded / LANES)
+                .map(|block| f32x8::from(std::array::from_fn(|lane| at(block * LANES + lane))))
+                .collect()
+        };
+        let (first_coarser, coarser) = coarser_links(hierarchy);
+        let table = Self {
+            group_count: groups.len(),
+            x: lanes(&|g| g.bounds.center.x),
+            y: lanes(&|g| g.bounds.center.y),
+            z: lanes(&|g| g.bounds.center.z),
+            radius: lanes(&|g| g.bounds.radius),
+            error_weighed: lanes(&error_weighed),
+            error: lanes(&|g| of_simplified(g, g.error_in_local)),
+            deviation: lanes(&|g| of_simplified(g, g.deviation_in_local)),
+            normal: [
+                lanes(&|g| g.mean_normal.x),
+                lanes(&|g| g.mean_normal.y),
+                lanes(&|g| g.mean_normal.z),
+            ],
+            normal_length: lanes(&|g| g.mean_normal.length()),
+            normal_variance: lanes(&|g| normal_variance(g.mean_normal)),
+            chunks: groups.chunks(CHUNK).map(Chunk::around).collect(),
+            terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
+            whole: Chunk::around(groups),
+            coarser,
+            first_coarser,
+            first_unit: groups.iter().map(|g| g.first_unit).collect(),
+            units: table_units(hierarchy),
+            coarsest_units: Vec::new(),
+            coarsest_triangle_count: 0,
+        };
+        table.with_coarsest()
+    }
+
+    fn with_coarsest(mut self) -> Self {
+        let mut refined = self.terminal.clone();
+        self.close(&mut refined);
+        let mut units = Vec::new();
+        self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
+        self.coarsest_units = units;
+        self
+    }
+
+    /// How many groups.
+    #[must_use]
+    pub fn group_count(&self) -> usize {
+        self.group_count
+    }
+
+    /// Makes the cut valid: whatever has a refined finer group becomes refined. Finer groups come
+    /// first, so one pass over the set bits does it, reading also those that it sets.
+    pub(crate) fn close(&self, refined: &mut [u64]) {
+        for word in 0..refined.len() {
+            let mut done = 0u64;
+            while refined[word] & !done != 0 {
+                let bit = (refined[word] & !done).trailing_zeros();
+                // Bits below are done: coarser groups have greater indices.
+                done |= u64::MAX >> (63 - bit);
+                for &coarser in self.coarser_of(word * CHUNK + bit as usize) {
+                    refined[coarser as usize / CHUNK] |= 1 << (coarser as usize % CHUNK);
+                }
+            }
+        }
+    }
+
+    pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {
+        &self.coarser[self.first_coarser[group] as usize..self.first_coarser[group + 1] as usize]
+    }
+
+    /// The units of a valid cut, ascending, appended to `units`; returns their triangles.
+    pub(crate) fn gather_units(&self, refined: &[u64], units: &mut Vec<u32>) -> u64 {
+        let mut triangle_count = 0;
+        for group in set_bits(refined) {
+            for index in self.units_of(group) {
+                let unit = self.units[index];
+                if !is_set(refined, unit.produced_by) {
+                    units.push(index as u32);
+                    triangle_count += u64::from(unit.triangle_count);
+                }
+            }
+        }
+        triangle_count
+    }
+
+    #[expect(dead_code, reason = "for the scene")]
+    /// Triangles of the units that `group` consumes, each with its producer, if any.
+    pub(crate) fn consumed_by(&self, group: usize) -> impl Iterator<Item = (Option<u32>, u32)> {
+        self.units[self.units_of(group)].iter().map(|unit| {
+            let is_source = unit.produced_by == fieldlod_hierarchy::NO_GROUP;
+            (
+                (!is_source).then_some(unit.produced_by),
+                unit.triangle_count,
+            )
+        })
+    }
+
+    fn units_of(&self, group: usize) -> std::ops::Range<usize> {
+        let end = self
+            .first_unit
+            .get(group + 1)
+            .map_or(self.units.len(), |&first| first as usize);
+        self.first_unit[group] as usize..end
+    }
+}
+
+/// The indices of the bits that are set, ascending.
+pub(crate) fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    words.iter().enumerate().flat_map(|(index, &word)| {
+        let mut rest = word;
+        std::iter::from_fn(move || {
+            let bit = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
+            rest &= rest - 1;
+            Some(index * CHUNK + bit)
+        })
+    })
+}
+
+/// Whether a bit is set; no bit beyond the end is.
+fn is_set(words: &[u64], bit: u32) -> bool {
+    let word = words.get(bit as usize / CHUNK);
+    word.is_some_and(|word| word >> (bit as usize % CHUNK) & 1 == 1)
+}
+
+/// Terminal groups are told by their bit; as numbers they ask for nothing.
+fn of_simplified(group: &Group, value: f32) -> f32 {
+    if group.is_terminal() { 0.0 } else { value }
+}
+
+fn error_weighed(group: &Group) -> f32 {
+    let facing = group.mean_normal.length();
+    let variance = normal_variance(group.mean_normal);
+    let visible_share = 0.5 * (facing + (facing * facing + variance).sqrt());
+    let weight = visible_share + SILHOUETTE_WEIGHT;
+    of_simplified(group, group.error_in_local) * weight.sqrt()
+}
+
+fn terminal_bits(groups: &[Group]) -> u64 {
+    let bit = |(index, group): (usize, &Group)| u64::from(group.is_terminal()) << index;
+    groups.iter().enumerate().map(bit).sum()
+}
+
+impl Chunk {
+    fn around(groups: &[Group]) -> Self {
+        let largest = |value: &dyn Fn(&Group) -> f32| {
+            let or_infinity = |x: f32| if x.is_nan() { f32::INFINITY } else { x };
+            groups
+                .iter()
+                .map(|g| or_infinity(value(g)))
+                .fold(0.0, f32::max)
+        };
+        let corners = groups.iter().flat_map(|group| {
+            let Sphere { center, radius } = group.bounds;
+            [center - Vec3::splat(radius), center + Vec3::splat(radius)]
+        });
+        let center = Sphere::around(corners).center;
+        Self {
+            bounds: Sphere {
+                center,
+                radius: largest(&|g| g.bounds.center.distance(center) + g.bounds.radius) * 1.0001,
+            },
+            error_weighed: largest(&error_weighed),
+            deviation: largest(&|g| of_simplified(g, g.deviation_in_local)),
+        }
+    }
+}
+
+fn table_units(hierarchy: &Hierarchy) -> Vec<TableUnit> {
+    let of = |unit: &fieldlod_hierarchy::Unit| TableUnit {
+        produced_by: unit.produced_by,
+        triangle_count: unit.triangle_count,
+    };
+    hierarchy.units.iter().map(of).collect()
+}
+
+/// The inverse of [`Hierarchy::finer_groups`], as one list with the start of each group's part.
+fn coarser_links(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<u32>) {
+    let mut links: Vec<(u32, u32)> = Vec::new();
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        let finer = hierarchy.finer_groups(group).iter();
+        links.extend(finer.map(|&finer| (finer, index as u32)));
+    }
+    links.sort_unstable();
+    links.dedup();
+    let first = |group: usize| links.partition_point(|&(finer, _)| (finer as usize) < group) as u32;
+    let firsts = (0..=hierarchy.groups.len()).map(first).collect();
+    (
+        firsts,
+        links.into_iter().map(|(_, coarser)| coarser).collect(),
+    )
+}

@@ -34,7 +34,7 @@ fn covers_once(hierarchy: &Hierarchy, cut: &Cut) -> bool {
                 },
             )
             .collect();
-        if covered.iter().any(|c| c.is_none()) || covered.windows(2).any(|pair| pair[0] != pair[1])
+        if covered.iter().any(Option::is_none) || covered.windows(2).any(|pair| pair[0] != pair[1])
         {
             return false;
         }

@@ -5,15 +5,16 @@
 //! surfaces lie one above the other, both are flat between these places, so that nothing between
 //! them is further.
 //!
-//! Simplified to source: the simplified triangles are sampled at the middles of their edges and
-//! faces (their corners are source vertices), and ever closer around samples that lie further away
-//! than all before.
+//! Simplified to source: at the same crossings, at the middles of all edges, and in rows on edges
+//! and faces, about two vertices of the source apart: closer where a triangle may span a gap.
+//! From a sample that is further than all before, the search climbs to where it is furthest.
+//! (Corners of simplified triangles are source vertices.)
 //!
 //! The source triangles under a group are followed from level to level: each belongs to the group
 //! that consumes the simplified triangle it is nearest to. Towards the source, distances are to
 //! the whole source.
 
-use glam::{Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use crate::input::SimplifierInput;
@@ -26,8 +27,15 @@ use crate::simplify::RawGroup;
 const PROBE_STRIDE: usize = 16;
 /// Simplified triangles that are sampled together.
 const FACES_PER_TASK: usize = 256;
-/// How often a simplified triangle is halved around a sample that is further away than all before.
-const MAX_HALVINGS: u32 = 3;
+/// Samples on a simplified triangle per source vertex above as much area.
+const SAMPLES_PER_VERTEX: f32 = 0.5;
+/// A simplified triangle with less than this share of the source vertices that its area would
+/// have on average may span a gap.
+const GAP_SHARE: f32 = 0.5;
+/// Most rows of samples on one simplified triangle.
+const MAX_ROWS: f32 = 24.0;
+/// Where a climb to the furthest place of a triangle ends: with steps of this share of the first.
+const SMALLEST_STEP: f32 = 0.03;
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;
 /// What is added for places between the samples.
@@ -152,11 +160,21 @@ impl Ruler<'_> {
             corners.map(move |corners| (consumer, *corners))
         });
         let triangles: Vec<(u32, [u32; 3])> = triangles.collect();
-        let faces = triangles
+        let welded = |corners: &[u32; 3]| corners.map(|v| self.input.same_position[v as usize]);
+        let welded: Vec<[u32; 3]> = triangles
             .iter()
-            .map(|(_, corners)| corners.map(|v| self.position(v)));
-        let faces: Vec<[Vec3A; 3]> = faces.collect();
-        let simplified = TriangleTree::of(faces.iter().map(|face| face.map(Vec3::from)));
+            .map(|(_, corners)| welded(corners))
+            .collect();
+        let edges = EdgeSet::of(welded.iter());
+        let faces = welded.iter().map(|&[a, b, c]| {
+            let once = |from: u32, to: u32| from < to || !edges.contains(to, from);
+            Face {
+                corners: [a, b, c].map(|v| self.position(v)),
+                sides: u8::from(once(a, b)) | u8::from(once(b, c)) << 1 | u8::from(once(c, a)) << 2,
+            }
+        });
+        let faces: Vec<Face> = faces.collect();
+        let simplified = TriangleTree::of(faces.iter().map(|face| face.corners.map(Vec3::from)));
         let floor = ROUNDING * ROUNDING;
         let probed = self.probe(&patches, &simplified).max(floor);
         let several = units().any(|(consumer, _)| consumer != output[0].0);
@@ -183,17 +201,26 @@ impl Ruler<'_> {
             } else {
                 vec![(output[0].0, patch)]
             };
-            (walk.furthest, parts)
+            Followed {
+                furthest: walk.furthest,
+                parts,
+                under: nearest.iter().map(|hit| simplified.id(hit.slot)).collect(),
+            }
         });
-        let followed: Vec<(f32, Vec<(u32, Patch)>)> = followed.collect();
+        let followed: Vec<Followed> = followed.collect();
         let furthest = followed
             .iter()
-            .map(|&(furthest, _)| furthest)
+            .map(|followed| followed.furthest)
             .fold(probed, f32::max);
-        let onward = followed.into_iter().flat_map(|(_, parts)| parts).collect();
+        let rows = rows_of(&faces, &followed);
+        let onward = followed
+            .into_iter()
+            .flat_map(|followed| followed.parts)
+            .collect();
         let sampled = faces
             .par_chunks(FACES_PER_TASK)
-            .map(|faces| self.furthest_face(faces, furthest));
+            .zip(rows.par_chunks(FACES_PER_TASK))
+            .map(|(faces, rows)| self.furthest_face(faces, rows, furthest));
         let furthest = sampled.reduce(|| furthest, f32::max);
         Measured {
             deviation: furthest.sqrt() * SAMPLING_MARGIN,
@@ -216,17 +243,100 @@ impl Ruler<'_> {
     }
 
     /// The largest squared distance of some simplified triangles from the source, or `furthest`.
-    fn furthest_face(&self, faces: &[[Vec3A; 3]], furthest: f32) -> f32 {
+    fn furthest_face(&self, faces: &[Face], rows: &[u32], furthest: f32) -> f32 {
         let mut walk = FaceWalk {
             source: &self.source,
             furthest,
             guess: 0,
         };
-        for &face in faces {
-            walk.sample(face, 0);
+        for (face, &rows) in faces.iter().zip(rows) {
+            walk.sample(face, rows);
         }
         walk.furthest
     }
+}
+
+/// A simplified triangle.
+struct Face {
+    corners: [Vec3A; 3],
+    /// Bit k is set if the edge from corner k to the next is sampled with this triangle and not
+    /// with its neighbour.
+    sides: u8,
+}
+
+/// The directed edges of some triangles.
+struct EdgeSet(Vec<u64>);
+
+impl EdgeSet {
+    fn of<'a>(triangles: impl Iterator<Item = &'a [u32; 3]> + Clone) -> Self {
+        let edges = triangles.clone().count() * 3;
+        let mut set = Self(vec![u64::MAX; (edges * 2).next_power_of_two()]);
+        for &[a, b, c] in triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let slot = set.slot_of(from, to);
+                set.0[slot] = key(from, to);
+            }
+        }
+        set
+    }
+
+    fn contains(&self, from: u32, to: u32) -> bool {
+        self.0[self.slot_of(from, to)] != u64::MAX
+    }
+
+    fn slot_of(&self, from: u32, to: u32) -> usize {
+        let key = key(from, to);
+        let mut slot =
+            (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & (self.0.len() - 1);
+        while self.0[slot] != u64::MAX && self.0[slot] != key {
+            slot = (slot + 1) & (self.0.len() - 1);
+        }
+        slot
+    }
+}
+
+fn key(from: u32, to: u32) -> u64 {
+    u64::from(from) << 32 | u64::from(to)
+}
+
+/// What came of a patch.
+struct Followed {
+    furthest: f32,
+    parts: Vec<(u32, Patch)>,
+    /// For each vertex, the simplified triangle that it is near to.
+    under: Vec<u32>,
+}
+
+/// How finely each simplified triangle is sampled: about as finely as the source has vertices
+/// there, and twice as finely where there are fewer source vertices than elsewhere, since it may
+/// span a gap.
+fn rows_of(faces: &[Face], followed: &[Followed]) -> Vec<u32> {
+    let mut above = vec![0u32; faces.len()];
+    for &face in followed.iter().flat_map(|followed| &followed.under) {
+        above[face as usize] += 1;
+    }
+    let areas: Vec<f32> = faces
+        .iter()
+        .map(
+            |Face {
+                 corners: [a, b, c], ..
+             }| (*b - *a).cross(*c - *a).length(),
+        )
+        .collect();
+    let total: f32 = areas.iter().sum();
+    let vertices: u32 = above.iter().sum();
+    let rows = areas.iter().zip(above).map(|(area, above)| {
+        let expected = (area / total.max(f32::MIN_POSITIVE)) * vertices as f32;
+        let gap = if (above as f32) < expected * GAP_SHARE {
+            2.0
+        } else {
+            1.0
+        };
+        ((expected * SAMPLES_PER_VERTEX).sqrt() * gap)
+            .ceil()
+            .clamp(1.0, MAX_ROWS) as u32
+    });
+    rows.collect()
 }
 
 fn majority([a, b, c]: [u32; 3]) -> u32 {
@@ -276,10 +386,19 @@ impl PatchWalk<'_> {
         }
     }
 
+    /// Where the edges of both surfaces cross, one above the other, each may be furthest from the
+    /// other.
     fn crossing(&mut self, [from, to]: [Vec3A; 2], slot: u32) {
-        let triangle = self.simplified.triangle(slot);
-        if let Some(share) = triangle.exit(from, to) {
-            self.distance(from.lerp(to, share), slot);
+        let crossing = self.simplified.triangle(slot).crossing(from, to);
+        let Some([above, below]) = crossing else {
+            return;
+        };
+        if above.distance_squared(below) <= self.furthest {
+            return;
+        }
+        self.distance(above, slot);
+        if let Some(hit) = self.ruler.source.nearest(below, self.furthest, 0) {
+            self.furthest = self.furthest.max(hit.distance_squared);
         }
     }
 }
@@ -304,16 +423,68 @@ impl FaceWalk<'_> {
         exceeds
     }
 
-    fn sample(&mut self, [a, b, c]: [Vec3A; 3], halvings: u32) {
-        let [ab, bc, ca] = [a.midpoint(b), b.midpoint(c), c.midpoint(a)];
-        let mut exceeds = false;
-        for point in [ab, bc, ca, (a + b + c) / 3.0] {
-            exceeds |= self.exceeds(point);
+    /// Samples the sides that count and the inside of a triangle, in `rows` rows.
+    fn sample(&mut self, face: &Face, rows: u32) {
+        let step = 1.0 / rows as f32;
+        // An odd number, so that the middle is among them: there, edges stray furthest as a rule.
+        let parts = rows | 1;
+        for part in 0..parts {
+            let along = (part as f32 + 0.5) / parts as f32;
+            for side in 0..3 {
+                if face.sides & 1 << side != 0 {
+                    let place = [(along, 0.0), (1.0 - along, along), (0.0, 1.0 - along)][side];
+                    self.sample_at(face, Vec2::from(place), step);
+                }
+            }
         }
-        if exceeds && halvings < MAX_HALVINGS {
-            for quarter in [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]] {
-                self.sample(quarter, halvings + 1);
+        for row in 0..rows {
+            for column in 0..rows - row {
+                let corner = Vec2::new(column as f32, row as f32);
+                self.sample_at(face, (corner + 1.0 / 3.0) * step, step);
+                if column + row + 1 < rows {
+                    self.sample_at(face, (corner + 2.0 / 3.0) * step, step);
+                }
             }
         }
     }
+
+    /// Samples one place, and if it is further than all before, climbs from there to where it is
+    /// furthest. Places are shares of the edges from the first corner.
+    fn sample_at(&mut self, face: &Face, mut place: Vec2, mut step: f32) {
+        if !self.exceeds(face.point(place)) {
+            return;
+        }
+        let smallest = step * SMALLEST_STEP;
+        while step > smallest {
+            let directions = [
+                (1.0, 0.0),
+                (0.0, 1.0),
+                (-1.0, 1.0),
+                (-1.0, 0.0),
+                (0.0, -1.0),
+                (1.0, -1.0),
+            ];
+            let further = directions.into_iter().find_map(|direction| {
+                let place = within(place + Vec2::from(direction) * step);
+                self.exceeds(face.point(place)).then_some(place)
+            });
+            match further {
+                Some(further) => place = further,
+                None => step *= 0.5,
+            }
+        }
+    }
+}
+
+impl Face {
+    fn point(&self, place: Vec2) -> Vec3A {
+        let [a, b, c] = self.corners;
+        a + (b - a) * place.x + (c - a) * place.y
+    }
+}
+
+/// The place nearest to `place`, more or less, that lies in the triangle.
+fn within(place: Vec2) -> Vec2 {
+    let place = place.max(Vec2::ZERO);
+    place / (place.x + place.y).max(1.0)
 }

@@ -87,7 +87,7 @@ impl SimplifierInput {
 }
 
 /// A power of two that brings all coordinates to at most 2.
-fn power_of_two_above(positions: &[Vec3]) -> f32 {
+pub(crate) fn power_of_two_above(positions: &[Vec3]) -> f32 {
     let largest = positions
         .iter()
         .map(|p| p.abs().max_element())

@@ -45,6 +45,7 @@ mod mesh;
 mod nearest;
 mod patch;
 mod simplify;
+mod verify;
 mod watertight;
 
 pub use attributes::ExtraAttributes;
@@ -56,3 +57,6 @@ pub use import::{
     PrimitivePlace, SkipReason, Skipped, import_gltf,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+#[doc(hidden)]
+pub use simplify::bare_clusterlod;
+pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -168,7 +168,7 @@ pub(crate) struct Triangle {
 }
 
 impl Triangle {
-    fn new([a, b, c]: [Vec3; 3]) -> Self {
+    pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Self {
         let (a, b, c) = (Vec3A::from(a), Vec3A::from(b), Vec3A::from(c));
         Self {
             a,
@@ -233,15 +233,16 @@ impl Triangle {
             .min(cp.length_squared())
     }
 
-    /// Where the way from `from` to `to` leaves the prism that stands on this triangle, as a share
-    /// of the way; `None` if it starts outside or ends inside.
-    pub(crate) fn exit(&self, from: Vec3A, to: Vec3A) -> Option<f32> {
+    /// Where the way from `from` to `to` leaves the prism that stands on this triangle, and the
+    /// point of the triangle's edge below (or above); `None` if it starts outside or ends inside.
+    pub(crate) fn crossing(&self, from: Vec3A, to: Vec3A) -> Option<[Vec3A; 2]> {
         let normal = self.ab.cross(self.ac);
         let corners = self.corners();
         let mut exit: Option<f32> = None;
         for i in 0..3 {
             let inward = normal.cross(corners[(i + 1) % 3] - corners[i]);
-            let (before, after) = (inward.dot(from - corners[i]), inward.dot(to - corners[i]));
+            let before = inward.dot(from - corners[i]);
+            let after = inward.dot(to - corners[i]);
             if before < 0.0 {
                 return None;
             }
@@ -250,11 +251,57 @@ impl Triangle {
                 exit = Some(exit.map_or(share, |exit| exit.min(share)));
             }
         }
-        exit
+        let above = from.lerp(to, exit?);
+        let height = normal * share(normal.dot(above - self.a), normal.length_squared());
+        Some([above, above - height])
     }
 }
 
 /// `part / whole`, and 0 of nothing.
 fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against all triangles one by one.
+    #[test]
+    fn finds_what_a_plain_search_finds() {
+        let mesh = crate::fixtures::rock(3, 5);
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let corners = |triangle: &[u32; 3]| triangle.map(|v| mesh.positions[v as usize]);
+        let tree = TriangleTree::of(triangles.iter().map(corners));
+        for point in &mesh.positions {
+            for scale in [0.3, 0.9, 1.0, 1.02, 3.0] {
+                let point = Vec3A::from(*point * scale);
+                let each = tree.triangles.iter().map(|t| t.distance_squared(point));
+                let expected = each.fold(f32::INFINITY, f32::min);
+                let found = tree.nearest(point, 0.0, 7).unwrap();
+                assert_eq!(found.distance_squared, expected);
+                let near = tree.nearest(point, expected * 2.0, 7).unwrap();
+                assert!(near.distance_squared <= expected * 2.0);
+            }
+        }
+    }
+
+    #[test]
+    fn needles_and_points_are_as_far_as_their_corners() {
+        for corners in [
+            [Vec3::ONE; 3],
+            [Vec3::ZERO, Vec3::X, Vec3::X * 0.5],
+            [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-8, 0.0)],
+        ] {
+            let tree = TriangleTree::of([corners].into_iter());
+            let above = Vec3A::from(corners[0]) + Vec3A::Z;
+            let distance = tree.nearest(above, 0.0, 0).unwrap().distance_squared;
+            assert!((distance - 1.0).abs() < 1e-5, "{corners:?}: {distance}");
+        }
+        assert!(
+            TriangleTree::of(std::iter::empty())
+                .nearest(Vec3A::ZERO, 0.0, 0)
+                .is_none()
+        );
+    }
 }

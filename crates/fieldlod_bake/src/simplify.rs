@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use fieldlod_hierarchy::NO_GROUP;
-use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh};
+use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, VertexDataAdapter};
 
 use crate::input::SimplifierInput;
 use crate::{BakeConfig, SourceMesh};
@@ -55,15 +55,7 @@ pub(crate) fn simplify_to_groups(
     on_triangles: &dyn Fn(usize),
 ) -> Vec<RawGroup> {
     let vertices = input.vertices();
-    let clod_mesh = ClodMesh {
-        indices: &mesh.indices,
-        vertices: &vertices,
-        vertex_attributes: &input.attributes,
-        vertex_attributes_stride: input.attribute_stride(),
-        vertex_lock: Some(&input.locks),
-        attribute_weights: &input.weights,
-        attribute_protect_mask: input.protect_mask,
-    };
+    let clod_mesh = clod_mesh(mesh, input, &vertices);
     let mut groups: Vec<RawGroup> = Vec::new();
     meshopt::clod_build(clod_config(config), &clod_mesh, |group, clusters| {
         let index = groups.len();
@@ -78,6 +70,41 @@ pub(crate) fn simplify_to_groups(
         index as i32
     });
     groups
+}
+
+/// How many triangles clusterlod makes of `mesh` on its own, with the configuration that a bake
+/// gives it: what a bake's speed is compared with. `mesh` must be valid.
+#[doc(hidden)]
+pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
+    let input = SimplifierInput::of(mesh, config);
+    let vertices = input.vertices();
+    let clod_mesh = clod_mesh(mesh, &input, &vertices);
+    let mut triangles = 0;
+    let config = ClodConfig {
+        optimize_clusters: true,
+        ..clod_config(config)
+    };
+    meshopt::clod_build(config, &clod_mesh, |_, clusters| {
+        triangles += clusters.iter().map(|c| c.indices.len() / 3).sum::<usize>();
+        0
+    });
+    triangles
+}
+
+fn clod_mesh<'a>(
+    mesh: &'a SourceMesh,
+    input: &'a SimplifierInput,
+    vertices: &'a VertexDataAdapter<'a>,
+) -> ClodMesh<'a> {
+    ClodMesh {
+        indices: &mesh.indices,
+        vertices,
+        vertex_attributes: &input.attributes,
+        vertex_attributes_stride: input.attribute_stride(),
+        vertex_lock: Some(&input.locks),
+        attribute_weights: &input.weights,
+        attribute_protect_mask: input.protect_mask,
+    }
 }
 
 fn clod_config(config: &BakeConfig) -> ClodConfig {

@@ -1,0 +1,157 @@
+//! Holds a hierarchy against the mesh it was baked from, without trusting the bake.
+
+mod cuts;
+mod samples;
+
+use fieldlod_hierarchy::{Hierarchy, InvalidHierarchy};
+use thiserror::Error;
+
+use crate::{MeshError, SourceMesh};
+
+/// How much is checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VerifySettings {
+    /// How many random cuts are checked for holes, overlaps and flipped triangles.
+    pub cuts: u32,
+    /// Points per source triangle and level, and four times as many per simplified triangle: ten
+    /// times as many as the bake measures at. At random, but the same each time.
+    pub samples_per_triangle: u32,
+    /// Most points per level and direction; large meshes get fewer per triangle.
+    pub most_samples: u32,
+    /// By which share a distance may exceed the deviation that the hierarchy states.
+    pub tolerance: f32,
+    /// Most area of a cut, as a share of the whole, that may face against the source.
+    pub flipped_area: f32,
+}
+
+impl Default for VerifySettings {
+    fn default() -> Self {
+        Self {
+            cuts: 200,
+            samples_per_triangle: 10,
+            most_samples: 2_000_000,
+            tolerance: 0.05,
+            flipped_area: 0.01,
+        }
+    }
+}
+
+/// What was found of a hierarchy that passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verified {
+    /// Points at which distances were measured.
+    pub samples: u64,
+    /// The largest distance from the source to a cut, as a share of the deviation stated there.
+    pub source_to_simplified: f32,
+    /// The largest distance from a simplified triangle to the source, as a share of the deviation
+    /// stated there.
+    pub simplified_to_source: f32,
+    /// How many cuts were checked.
+    pub cuts: u32,
+    /// The largest share of a cut's area that faces against the source.
+    pub flipped_area: f32,
+}
+
+/// What is wrong with a hierarchy.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the fields are named by each variant's message"
+)]
+pub enum VerifyError {
+    /// The mesh itself.
+    #[error("the source cannot be baked: {0}")]
+    Mesh(#[from] MeshError),
+    /// An invariant that needs no source to check.
+    #[error("{0}")]
+    Invalid(#[from] InvalidHierarchy),
+    /// Baked from something else.
+    #[error("it was baked from another mesh")]
+    OtherSource,
+    /// The finest cut should be the source.
+    #[error("the finest cut has {found} triangles that are not those of the source")]
+    FinestCut { found: usize },
+    /// A point of the source further from a cut than it says.
+    #[error(
+        "at level {level} a point of the source lies {share:.3} times as far from the cut as the \
+         deviation stated"
+    )]
+    SourceTooFar { level: u32, share: f32 },
+    /// A point of a simplified surface further from the source than it says.
+    #[error("group {group}'s surface lies {share:.3} times as far from the source as it states")]
+    SimplifiedTooFar { group: usize, share: f32 },
+    /// An edge that the source does not have open.
+    #[error("cut {cut} of {triangles} triangles has {edges} open edges that the source has not")]
+    Hole {
+        cut: u32,
+        triangles: usize,
+        edges: usize,
+    },
+    /// Triangles that face the wrong way.
+    #[error("{share:.4} of the area of cut {cut} ({triangles} triangles) faces against the source")]
+    Flipped {
+        cut: u32,
+        triangles: usize,
+        share: f32,
+    },
+}
+
+/// Checks that `hierarchy` is what a bake of `mesh` should give: every invariant, the deviations
+/// by samples of its own, and random cuts.
+///
+/// # Errors
+/// The first thing found wrong.
+pub fn verify(
+    mesh: &SourceMesh,
+    hierarchy: &Hierarchy,
+    settings: &VerifySettings,
+) -> Result<Verified, VerifyError> {
+    mesh.validate()?;
+    hierarchy.validate()?;
+    if hierarchy.source != mesh.source_hash() {
+        return Err(VerifyError::OtherSource);
+    }
+    let mut verified = Verified::default();
+    samples::check(mesh, hierarchy, settings, &mut verified)?;
+    cuts::check(mesh, hierarchy, settings, &mut verified)?;
+    Ok(verified)
+}
+
+/// The triangles of the cut that refines the groups for which `criterion` holds, each with the
+/// group that produced it.
+fn cut(hierarchy: &Hierarchy, criterion: impl Fn(usize) -> bool) -> Vec<(Option<u32>, [u32; 3])> {
+    let mut refined: Vec<bool> = Vec::with_capacity(hierarchy.groups.len());
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        let finer = hierarchy.finer_groups(group).iter();
+        let finer_refined = finer.copied().any(|finer| refined[finer as usize]);
+        refined.push(group.is_terminal() || finer_refined || criterion(index));
+    }
+    let drawn = hierarchy.units.iter().filter(|unit| {
+        let producer_refined = unit.producer().is_some_and(|group| refined[group as usize]);
+        refined[unit.consumed_by as usize] && !producer_refined
+    });
+    let triangles = drawn.flat_map(|unit| {
+        let triangles = hierarchy.source_triangles_of(unit);
+        triangles.map(|triangle| (unit.producer(), triangle))
+    });
+    triangles.collect()
+}
+
+/// Repeatable numbers (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^ (bits >> 31)
+    }
+
+    /// At least 0, below 1.
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u32 << 24) as f32
+    }
+}

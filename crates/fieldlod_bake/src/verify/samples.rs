@@ -1,0 +1,189 @@
+//! Deviations by independent random samples.
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+
+use super::{Random, Verified, VerifyError, VerifySettings, cut};
+use crate::SourceMesh;
+use crate::nearest::TriangleTree;
+
+/// Distances below this, times the largest coordinate, are rounding.
+const ROUNDING: f32 = 1e-6;
+/// How many samples one task takes.
+const TRIANGLES_PER_TASK: usize = 512;
+
+/// What both directions need.
+struct Check<'a> {
+    hierarchy: &'a Hierarchy,
+    settings: &'a VerifySettings,
+    positions: Vec<Vec3>,
+    /// Scaled lengths per local length: as in a bake, squares must not overflow.
+    scaled_from_local: f32,
+    rounding_in_scaled: f32,
+}
+
+pub(super) fn check(
+    mesh: &SourceMesh,
+    hierarchy: &Hierarchy,
+    settings: &VerifySettings,
+    verified: &mut Verified,
+) -> Result<(), VerifyError> {
+    let local_from_scaled = crate::input::power_of_two_above(&mesh.positions);
+    let scaled_from_local = local_from_scaled.recip();
+    let check = Check {
+        hierarchy,
+        settings,
+        positions: mesh
+            .positions
+            .iter()
+            .map(|p| *p * scaled_from_local)
+            .collect(),
+        scaled_from_local,
+        rounding_in_scaled: ROUNDING,
+    };
+    check.simplified_to_source(mesh, verified)?;
+    for level in 1..hierarchy.level_count() {
+        check.source_to_cut(mesh, level, verified)?;
+    }
+    Ok(())
+}
+
+impl Check<'_> {
+    fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|v| self.positions[v as usize])
+    }
+
+    /// The deviation stated for what `producer` made; source triangles are exact.
+    fn stated(&self, producer: Option<u32>) -> f32 {
+        let group = producer.map(|group| &self.hierarchy.groups[group as usize]);
+        let deviation = group.map_or(0.0, |group| group.deviation_in_local);
+        deviation * self.scaled_from_local
+    }
+
+    /// How many points per triangle, if all levels together have `triangles`.
+    fn density(&self, wanted: u32, triangles: usize) -> u32 {
+        let affordable = self.settings.most_samples as usize / triangles.max(1);
+        wanted.min(affordable as u32).max(1)
+    }
+
+    fn excess(&self, distance: f32, stated: f32) -> f32 {
+        let beyond_rounding = (distance - self.rounding_in_scaled).max(0.0);
+        if beyond_rounding > 0.0 {
+            beyond_rounding / stated
+        } else {
+            0.0
+        }
+    }
+
+    fn simplified_to_source(
+        &self,
+        mesh: &SourceMesh,
+        verified: &mut Verified,
+    ) -> Result<(), VerifyError> {
+        let (source, _) = mesh.indices.as_chunks::<3>();
+        let tree = TriangleTree::of(source.iter().map(|&triangle| self.corners(triangle)));
+        let made = self
+            .hierarchy
+            .units
+            .iter()
+            .filter_map(|unit| Some((unit.producer()?, unit)));
+        let triangles: Vec<(u32, [u32; 3])> = made
+            .flat_map(|(group, unit)| {
+                self.hierarchy
+                    .source_triangles_of(unit)
+                    .map(move |t| (group, t))
+            })
+            .collect();
+        let density = self.density(4 * self.settings.samples_per_triangle, triangles.len());
+        let tasks = triangles.par_chunks(TRIANGLES_PER_TASK).enumerate();
+        let worst = tasks.map(|(task, triangles)| {
+            let mut random = Random(task as u64);
+            let mut worst = (0.0f32, 0);
+            for &(group, triangle) in triangles {
+                let stated = self.stated(Some(group));
+                for _ in 0..density {
+                    let point = point_on(self.corners(triangle), &mut random);
+                    let enough = (stated * 0.5).powi(2);
+                    let hit = tree.nearest(point, enough, 0);
+                    let distance = hit.map_or(0.0, |hit| hit.distance_squared.sqrt());
+                    let share = self.excess(distance, stated);
+                    if share > worst.0 {
+                        worst = (share, group as usize);
+                    }
+                }
+            }
+            worst
+        });
+        let (share, group) = worst.reduce(|| (0.0, 0), |a, b| if b.0 > a.0 { b } else { a });
+        verified.samples += triangles.len() as u64 * u64::from(density);
+        verified.simplified_to_source = share;
+        if share > 1.0 + self.settings.tolerance {
+            return Err(VerifyError::SimplifiedTooFar { group, share });
+        }
+        Ok(())
+    }
+
+    /// Every point of the source must lie as near to a triangle of the cut as that one states.
+    fn source_to_cut(
+        &self,
+        mesh: &SourceMesh,
+        level: u32,
+        verified: &mut Verified,
+    ) -> Result<(), VerifyError> {
+        let drawn = cut(self.hierarchy, |group| {
+            self.hierarchy.groups[group].level >= level
+        });
+        let tree = TriangleTree::of(drawn.iter().map(|&(_, triangle)| self.corners(triangle)));
+        let (source, _) = mesh.indices.as_chunks::<3>();
+        let density = self.density(self.settings.samples_per_triangle, source.len());
+        let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
+        let worst = tasks.map(|(task, triangles)| {
+            let mut random = Random((u64::from(level) << 32) + task as u64);
+            let mut worst = 0.0f32;
+            let mut guess = 0;
+            for &triangle in triangles {
+                for _ in 0..density {
+                    let point = point_on(self.corners(triangle), &mut random);
+                    let Some(hit) = tree.nearest(point, 0.0, guess) else {
+                        continue;
+                    };
+                    guess = hit.slot;
+                    let stated = self.stated(drawn[tree.id(hit.slot) as usize].0);
+                    let mut share = self.excess(hit.distance_squared.sqrt(), stated);
+                    if share > 1.0 {
+                        // Another piece, not quite as near, may state more.
+                        share = share.min(self.least_excess(point, &drawn));
+                    }
+                    worst = worst.max(share);
+                }
+            }
+            worst
+        });
+        let share = worst.reduce(|| 0.0, f32::max);
+        verified.samples += source.len() as u64 * u64::from(density);
+        verified.source_to_simplified = verified.source_to_simplified.max(share);
+        if share > 1.0 + self.settings.tolerance {
+            return Err(VerifyError::SourceTooFar { level, share });
+        }
+        Ok(())
+    }
+
+    fn least_excess(&self, point: Vec3A, drawn: &[(Option<u32>, [u32; 3])]) -> f32 {
+        let shares = drawn.iter().map(|&(producer, triangle)| {
+            let distance =
+                crate::nearest::Triangle::new(self.corners(triangle)).distance_squared(point);
+            self.excess(distance.sqrt(), self.stated(producer))
+        });
+        shares.fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// A point of the triangle, all equally likely.
+fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3A {
+    let (mut u, mut v) = (random.unit(), random.unit());
+    if u + v > 1.0 {
+        (u, v) = (1.0 - u, 1.0 - v);
+    }
+    Vec3A::from(a + (b - a) * u + (c - a) * v)
+}

@@ -1,20 +1,49 @@
-//! The `.fieldlod` file: a header, then one record per mesh primitive.
+//! The `.fieldlod` file: hierarchies, compact, coarsest level first.
 //!
 //! ```text
-//! magic "FLDLOD\r\n" | version u32 | primitive count u32 | payload bytes u64 | XXH3 of payload u64
-//! payload: per primitive  mesh u32, primitive u32, name, source hash,
-//!          then the arrays of the hierarchy, each: element count u64, elements
+//! magic "FLDLOD\r\n" | version u32 | primitive count u32 | directory bytes u64 | XXH3 of it u64
+//! directory: per primitive  place, name, source hash, attributes, precision, counts,
+//!            and length u64 and XXH3 u64 of each section
+//! sections:  the first of every primitive, the second of every primitive, …
 //! ```
-//! Little-endian throughout. The magic's line end catches transfers that rewrite line ends.
+//! Little-endian throughout. The magic's line end catches transfers that rewrite line ends. The
+//! first section of a primitive holds the groups that nothing coarser replaces, each further one
+//! the groups of the next finer level. The groups of any number of first sections are all that
+//! some cut refines, so that a reader may stop there and has a whole, coarser hierarchy
+//! ([`BakedFile::from_bytes_coarse`]).
+//!
+//! A vertex is stored once, in the first section that uses it, as the difference to what its
+//! neighbours suggest (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh
+//! Compression, 1998); a triangle by the edge that it shares with one before it. What remains is
+//! entropy-coded by the pco library.
+//!
+//! Deviation: meshoptimizer's vertex and index codecs are not used. Their only kept implementation
+//! is C++, which whoever loads a file would have to link; they keep neither the order of vertices
+//! nor the corner at which a triangle begins; and they rely on a general compressor after them.
 
-use bytemuck::Pod;
+mod attributes;
+mod coded;
+mod layout;
+mod numbers;
+mod octahedron;
+mod planes;
+mod predictor;
+mod quantize;
+mod reader;
+mod records;
+mod references;
+mod section;
+mod triangles;
+
 use thiserror::Error;
-use xxhash_rust::xxh3::xxh3_64;
 
-use crate::{Hierarchy, InvalidHierarchy, SourceHash, Vertices};
-
-const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
-const HEADER_BYTES: usize = 32;
+use crate::{Hierarchy, InvalidHierarchy};
+use attributes::Attributes;
+use coded::{Coded, Frame};
+use layout::{Entry, SectionEntry};
+use quantize::Grids;
+use reader::Reader;
+use section::Section;
 
 /// The version that this crate writes, and the only one that it reads.
 pub const FORMAT_VERSION: u32 = 2;
@@ -40,6 +69,10 @@ pub struct BakedPrimitive {
     pub name: String,
     /// Its levels of detail.
     pub hierarchy: Hierarchy,
+    /// How far the positions in `hierarchy` lie from those of the source at most, in local units:
+    /// 0 unless the file was written with [`Precision::Quantized16`]. Whoever takes the vertices
+    /// from the source mesh, by index, is not concerned.
+    pub position_error_in_local: f32,
 }
 
 impl BakedPrimitive {
@@ -56,8 +89,20 @@ impl BakedPrimitive {
             primitive_index,
             name: name.into(),
             hierarchy,
+            position_error_in_local: 0.0,
         }
     }
+}
+
+/// How exactly a file keeps vertex attributes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Bit for bit.
+    #[default]
+    Lossless,
+    /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
+    /// normals and tangents to 0.06°. Bounds grow to hold the moved triangles.
+    Quantized16,
 }
 
 /// Why bytes are not a usable `.fieldlod` file.
@@ -90,6 +135,9 @@ pub enum FileError {
     /// The name is not UTF-8.
     #[error("corrupt: the name of primitive {primitive} is not UTF-8")]
     Name { primitive: usize },
+    /// What cannot have been written, although the checksum fits.
+    #[error("corrupt: {what} cannot be decoded")]
+    Corrupt { what: &'static str },
     /// An invariant is broken although the checksum fits.
     #[error("primitive {primitive}: {fault}")]
     Invalid {
@@ -99,20 +147,32 @@ pub enum FileError {
 }
 
 impl BakedFile {
-    /// The file's bytes.
+    /// The file's bytes, lossless: the same for the same contents.
+    ///
+    /// # Panics
+    /// If a hierarchy is not valid.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0; HEADER_BYTES];
-        for primitive in &self.primitives {
-            write_primitive(&mut bytes, primitive);
+        self.to_bytes_with(Precision::Lossless)
+    }
+
+    /// The file's bytes: the same for the same contents.
+    ///
+    /// # Panics
+    /// If a hierarchy is not valid.
+    #[must_use]
+    pub fn to_bytes_with(&self, precision: Precision) -> Vec<u8> {
+        let primitives = self.primitives.iter();
+        let (entries, sections): (Vec<Entry>, Vec<Vec<Vec<u8>>>) = primitives
+            .map(|primitive| encode(primitive, precision))
+            .unzip();
+        let mut bytes = layout::write(&entries);
+        let most = sections.iter().map(Vec::len).max().unwrap_or(0);
+        for number in 0..most {
+            for section in sections.iter().filter_map(|sections| sections.get(number)) {
+                bytes.extend_from_slice(section);
+            }
         }
-        let payload_bytes = (bytes.len() - HEADER_BYTES) as u64;
-        let checksum = xxh3_64(&bytes[HEADER_BYTES..]);
-        bytes[..8].copy_from_slice(&MAGIC);
-        bytes[8..12].copy_from_slice(&FORMAT_VERSION.to_le_bytes());
-        bytes[12..16].copy_from_slice(&(self.primitives.len() as u32).to_le_bytes());
-        bytes[16..24].copy_from_slice(&payload_bytes.to_le_bytes());
-        bytes[24..32].copy_from_slice(&checksum.to_le_bytes());
         bytes
     }
 
@@ -121,16 +181,18 @@ impl BakedFile {
     /// # Errors
     /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
-        let (primitive_count, payload) = read_header(bytes)?;
-        let mut reader = Reader { rest: payload };
-        let mut primitives = Vec::new();
-        for index in 0..primitive_count {
-            primitives.push(read_primitive(&mut reader, index)?);
-        }
-        match reader.rest.len() as u64 {
-            0 => Ok(Self { primitives }),
-            extra => Err(FileError::TrailingBytes { extra }),
-        }
+        read(bytes, None)
+    }
+
+    /// Reads only the coarsest `sections` sections of each primitive, which may be all that
+    /// `bytes` hold: so many levels, and at every level whatever is as coarse as it gets there.
+    /// The finest that was read then counts as source geometry, vertices are only those in use,
+    /// in an order of their own, and levels are counted from the finest read.
+    ///
+    /// # Errors
+    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    pub fn from_bytes_coarse(bytes: &[u8], sections: usize) -> Result<Self, FileError> {
+        read(bytes, Some(sections.max(1)))
     }
 
     /// The hierarchy of one primitive, by its place in the glTF file.
@@ -142,125 +204,136 @@ impl BakedFile {
     }
 }
 
-fn read_header(bytes: &[u8]) -> Result<(usize, &[u8]), FileError> {
-    if !bytes.starts_with(&MAGIC) {
-        return Err(FileError::NotFieldlod);
+fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u8>>) {
+    let valid = primitive.hierarchy.validate();
+    assert_eq!(valid, Ok(()), "only valid hierarchies can be written");
+    let mut hierarchy = &primitive.hierarchy;
+    let attributes = Attributes::of(&hierarchy.vertices);
+    let mut position_error_in_local = primitive.position_error_in_local;
+    let grids = Grids::around(&hierarchy.vertices);
+    let quantized = (precision == Precision::Quantized16).then_some(&grids);
+    let planes = attributes::to_planes(&hierarchy.vertices, quantized);
+    let moved;
+    if quantized.is_some() {
+        let places: Vec<u32> = (0..hierarchy.vertices.positions.len() as u32).collect();
+        let vertices = attributes::from_planes(&planes, attributes, quantized, &places);
+        let error_in_local;
+        (moved, error_in_local) = quantize::moved(hierarchy, vertices);
+        position_error_in_local += error_in_local;
+        hierarchy = &moved;
     }
-    let mut reader = Reader {
-        rest: &bytes[MAGIC.len()..],
+    let (sections, unused) = coded::encode(hierarchy, &planes, attributes, precision);
+    let entry = Entry {
+        mesh_index: primitive.mesh_index,
+        primitive_index: primitive.primitive_index,
+        name: primitive.name.clone(),
+        source: hierarchy.source,
+        attributes,
+        precision,
+        grids,
+        position_error_in_local,
+        group_count: hierarchy.groups.len() as u32,
+        vertex_count: hierarchy.vertices.positions.len() as u32,
+        unused_vertices: unused as u32,
+        sections: sections.iter().map(|s| SectionEntry::of(s)).collect(),
     };
-    let found: u32 = reader.value("the header")?;
-    if found != FORMAT_VERSION {
-        return Err(FileError::Version { found });
-    }
-    let primitive_count: u32 = reader.value("the header")?;
-    let payload_bytes: u64 = reader.value("the header")?;
-    let checksum: u64 = reader.value("the header")?;
-    let available = reader.rest.len() as u64;
-    if available < payload_bytes {
-        return Err(FileError::Truncated {
-            what: "the file",
-            needed: payload_bytes,
-            available,
-        });
-    }
-    if available > payload_bytes {
-        let extra = available - payload_bytes;
-        return Err(FileError::TrailingBytes { extra });
-    }
-    if xxh3_64(reader.rest) != checksum {
-        return Err(FileError::Checksum);
-    }
-    Ok((primitive_count as usize, reader.rest))
+    (entry, sections)
 }
 
-fn write_primitive(bytes: &mut Vec<u8>, primitive: &BakedPrimitive) {
-    let hierarchy = &primitive.hierarchy;
-    bytes.extend_from_slice(&primitive.mesh_index.to_le_bytes());
-    bytes.extend_from_slice(&primitive.primitive_index.to_le_bytes());
-    write_array(bytes, primitive.name.as_bytes());
-    bytes.extend_from_slice(&hierarchy.source.0.to_le_bytes());
-    write_array(bytes, &hierarchy.vertices.positions);
-    write_array(bytes, &hierarchy.vertices.normals);
-    write_array(bytes, &hierarchy.vertices.uvs);
-    write_array(bytes, &hierarchy.vertices.tangents);
-    write_array(bytes, &hierarchy.vertices.uvs_1);
-    write_array(bytes, &hierarchy.vertices.colors);
-    write_array(bytes, &hierarchy.groups);
-    write_array(bytes, &hierarchy.finer);
-    write_array(bytes, &hierarchy.units);
-    write_array(bytes, &hierarchy.clusters);
-    write_array(bytes, &hierarchy.unit_vertices);
-    write_array(bytes, &hierarchy.indices);
-}
-
-fn read_primitive(reader: &mut Reader<'_>, index: usize) -> Result<BakedPrimitive, FileError> {
-    let mesh_index = reader.value("a mesh index")?;
-    let primitive_index = reader.value("a primitive index")?;
-    let name = String::from_utf8(reader.array("a name")?)
-        .map_err(|_| FileError::Name { primitive: index })?;
-    let hierarchy = Hierarchy {
-        source: SourceHash(reader.value("a source hash")?),
-        vertices: Vertices {
-            positions: reader.array("the positions")?,
-            normals: reader.array("the normals")?,
-            uvs: reader.array("the texture coordinates")?,
-            tangents: reader.array("the tangents")?,
-            uvs_1: reader.array("the second texture coordinates")?,
-            colors: reader.array("the colors")?,
-        },
-        groups: reader.array("the groups")?,
-        finer: reader.array("the finer groups")?,
-        units: reader.array("the units")?,
-        clusters: reader.array("the clusters")?,
-        unit_vertices: reader.array("the vertex lists")?,
-        indices: reader.array("the triangles")?,
-    };
-    hierarchy.validate().map_err(|fault| FileError::Invalid {
-        primitive: index,
-        fault,
-    })?;
-    Ok(BakedPrimitive {
-        mesh_index,
-        primitive_index,
-        name,
-        hierarchy,
+/// Reads all sections, or the first `most` of each primitive.
+fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
+    let (entries, sections) = layout::read(bytes)?;
+    let mut reader = Reader { rest: sections };
+    if most.is_none() {
+        check_length(&entries, sections.len() as u64)?;
+    }
+    let longest = entries.iter().map(|entry| entry.sections.len()).max();
+    let rounds = most.unwrap_or(usize::MAX).min(longest.unwrap_or(0));
+    let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
+    for number in 0..rounds {
+        for decoder in &mut decoders {
+            decoder.read_section(&mut reader, number)?;
+        }
+    }
+    let primitives = decoders.into_iter().enumerate();
+    let primitives = primitives.map(|(index, decoder)| decoder.finish(index, rounds));
+    Ok(BakedFile {
+        primitives: primitives.collect::<Result<_, _>>()?,
     })
 }
 
-fn write_array<T: Pod>(bytes: &mut Vec<u8>, elements: &[T]) {
-    bytes.extend_from_slice(&(elements.len() as u64).to_le_bytes());
-    bytes.extend_from_slice(bytemuck::cast_slice(elements));
+fn check_length(entries: &[Entry], available: u64) -> Result<(), FileError> {
+    let sections = entries.iter().flat_map(|entry| &entry.sections);
+    let needed = sections.fold(0, |sum: u64, section| sum.saturating_add(section.length));
+    if available < needed {
+        return Err(FileError::Truncated {
+            what: "the file",
+            needed,
+            available,
+        });
+    }
+    if available > needed {
+        let extra = available - needed;
+        return Err(FileError::TrailingBytes { extra });
+    }
+    Ok(())
 }
 
-struct Reader<'a> {
-    rest: &'a [u8],
+/// A primitive on its way in.
+struct Decoder {
+    entry: Entry,
+    predictors: Vec<planes::Predict>,
+    coded: Coded,
 }
 
-impl<'a> Reader<'a> {
-    fn take(&mut self, what: &'static str, needed: u64) -> Result<&'a [u8], FileError> {
-        let available = self.rest.len() as u64;
-        if needed > available {
-            return Err(FileError::Truncated {
-                what,
-                needed,
-                available,
-            });
+impl Decoder {
+    fn new(entry: Entry) -> Self {
+        let predictors = entry.attributes.predictors(entry.grids().is_some());
+        let coded = Coded::with_planes(predictors.len());
+        Self {
+            entry,
+            predictors,
+            coded,
         }
-        let (taken, rest) = self.rest.split_at(needed as usize);
-        self.rest = rest;
-        Ok(taken)
     }
 
-    fn value<T: Pod>(&mut self, what: &'static str) -> Result<T, FileError> {
-        let bytes = self.take(what, size_of::<T>() as u64)?;
-        Ok(bytemuck::pod_read_unaligned(bytes))
+    fn read_section(&mut self, reader: &mut Reader<'_>, number: usize) -> Result<(), FileError> {
+        let Some(section) = self.entry.sections.get(number) else {
+            return Ok(());
+        };
+        let bytes = reader.take("a section", section.length)?;
+        section.check(bytes)?;
+        let is_last = number + 1 == self.entry.sections.len();
+        let unused_vertices = if is_last {
+            self.entry.unused_vertices as usize
+        } else {
+            0
+        };
+        let section = Section {
+            predictors: &self.predictors,
+            unused_vertices,
+        };
+        section.read(bytes, &mut self.coded)
     }
 
-    fn array<T: Pod>(&mut self, what: &'static str) -> Result<Vec<T>, FileError> {
-        let count: u64 = self.value(what)?;
-        let needed = count.saturating_mul(size_of::<T>() as u64);
-        let bytes = self.take(what, needed)?;
-        Ok(bytemuck::pod_collect_to_vec(bytes))
+    fn finish(self, primitive: usize, sections: usize) -> Result<BakedPrimitive, FileError> {
+        let entry = &self.entry;
+        let counts = (entry.group_count as usize, entry.vertex_count as usize);
+        let frame = Frame {
+            source: entry.source,
+            attributes: entry.attributes,
+            grids: entry.grids(),
+            whole: (sections >= entry.sections.len()).then_some(counts),
+        };
+        let hierarchy = coded::decode(&self.coded, frame)?;
+        let valid = hierarchy.validate();
+        valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
+        Ok(BakedPrimitive {
+            mesh_index: entry.mesh_index,
+            primitive_index: entry.primitive_index,
+            name: entry.name.clone(),
+            hierarchy,
+            position_error_in_local: entry.position_error_in_local,
+        })
     }
 }

@@ -1,6 +1,10 @@
 //! Tiny hierarchies built by hand, for doc examples and tests that need no baker.
 
+mod pyramid;
+
 use glam::Vec3;
+
+pub use pyramid::grid_pyramid;
 
 use crate::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, SourceHash, Sphere, Unit, Vertices};
 

@@ -38,7 +38,7 @@ mod source;
 mod validate;
 
 pub use bounds::{Aabb, Sphere};
-pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError};
+pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Precision};
 pub use hierarchy::{Cluster, Group, Hierarchy, NO_GROUP, Unit, Vertices};
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;

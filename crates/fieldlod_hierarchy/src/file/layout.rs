@@ -1,0 +1,174 @@
+//! Header and directory: what is in a file, and where its sections are.
+
+use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
+
+use super::attributes::Attributes;
+use super::quantize::Grids;
+use super::reader::Reader;
+use super::{FORMAT_VERSION, FileError, Precision};
+use crate::SourceHash;
+
+const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
+const WHAT: &str = "the directory";
+
+/// What the directory says about a primitive.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) mesh_index: u32,
+    pub(super) primitive_index: u32,
+    pub(super) name: String,
+    pub(super) source: SourceHash,
+    pub(super) attributes: Attributes,
+    pub(super) precision: Precision,
+    pub(super) grids: Grids,
+    pub(super) position_error_in_local: f32,
+    pub(super) group_count: u32,
+    pub(super) vertex_count: u32,
+    /// Vertices that no unit uses: they are in the last section.
+    pub(super) unused_vertices: u32,
+    pub(super) sections: Vec<SectionEntry>,
+}
+
+/// Where a section is, and what its bytes are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SectionEntry {
+    pub(super) length: u64,
+    pub(super) checksum: u64,
+}
+
+impl SectionEntry {
+    pub(super) fn of(section: &[u8]) -> Self {
+        Self {
+            length: section.len() as u64,
+            checksum: xxh3_64(section),
+        }
+    }
+
+    pub(super) fn check(self, section: &[u8]) -> Result<(), FileError> {
+        if xxh3_64(section) == self.checksum {
+            Ok(())
+        } else {
+            Err(FileError::Checksum)
+        }
+    }
+}
+
+impl Entry {
+    pub(super) fn grids(&self) -> Option<&Grids> {
+        (self.precision == Precision::Quantized16).then_some(&self.grids)
+    }
+
+    fn write(&self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.mesh_index.to_le_bytes());
+        bytes.extend_from_slice(&self.primitive_index.to_le_bytes());
+        bytes.extend_from_slice(&(self.name.len() as u32).to_le_bytes());
+        bytes.extend_from_slice(self.name.as_bytes());
+        bytes.extend_from_slice(&self.source.0.to_le_bytes());
+        bytes.push(self.attributes.bits);
+        bytes.push(u8::from(self.precision == Precision::Quantized16));
+        if let Some(grids) = self.grids() {
+            bytes.extend_from_slice(bytemuck::bytes_of(grids));
+            bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
+        }
+        let counts = [self.group_count, self.vertex_count, self.unused_vertices];
+        bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
+        bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
+        for section in &self.sections {
+            bytes.extend_from_slice(&section.length.to_le_bytes());
+            bytes.extend_from_slice(&section.checksum.to_le_bytes());
+        }
+    }
+
+    fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
+        let mesh_index = reader.value(WHAT)?;
+        let primitive_index = reader.value(WHAT)?;
+        let length: u32 = reader.value("a name")?;
+        let name = reader.take("a name", u64::from(length))?.to_vec();
+        let name = String::from_utf8(name).map_err(|_| FileError::Name { primitive })?;
+        let source = SourceHash(reader.value(WHAT)?);
+        let attributes = Attributes::from_bits(reader.value(WHAT)?);
+        let precision = match reader.value::<u8>(WHAT)? {
+            0 => Precision::Lossless,
+            1 => Precision::Quantized16,
+            _ => return Err(FileError::Corrupt { what: WHAT }),
+        };
+        let (mut grids, mut position_error_in_local) = (Grids::default(), 0.0);
+        if precision == Precision::Quantized16 {
+            grids = reader.value(WHAT)?;
+            position_error_in_local = reader.value(WHAT)?;
+        }
+        let entry = Self {
+            mesh_index,
+            primitive_index,
+            name,
+            source,
+            attributes: attributes.ok_or(FileError::Corrupt { what: WHAT })?,
+            precision,
+            grids,
+            position_error_in_local,
+            group_count: reader.value(WHAT)?,
+            vertex_count: reader.value(WHAT)?,
+            unused_vertices: reader.value(WHAT)?,
+            sections: read_sections(reader)?,
+        };
+        if entry.grids.are_usable() && position_error_in_local >= 0.0 {
+            Ok(entry)
+        } else {
+            Err(FileError::Corrupt { what: WHAT })
+        }
+    }
+}
+
+fn read_sections(reader: &mut Reader<'_>) -> Result<Vec<SectionEntry>, FileError> {
+    let count: u32 = reader.value(WHAT)?;
+    let fields = reader.array::<[u64; 2]>(count as usize, WHAT)?;
+    Ok(fields
+        .map(|[length, checksum]| SectionEntry { length, checksum })
+        .collect())
+}
+
+/// The bytes of header and directory.
+pub(super) fn write(entries: &[Entry]) -> Vec<u8> {
+    let mut directory = Vec::new();
+    for entry in entries {
+        entry.write(&mut directory);
+    }
+    let count = entries.len() as u32;
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
+    bytes.extend_from_slice(&count.to_le_bytes());
+    bytes.extend_from_slice(&(directory.len() as u64).to_le_bytes());
+    let checksum = xxh3_64_with_seed(&directory, u64::from(count));
+    bytes.extend_from_slice(&checksum.to_le_bytes());
+    bytes.extend_from_slice(&directory);
+    bytes
+}
+
+/// Reads header and directory; what remains are the sections.
+pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
+    let Some(rest) = bytes.strip_prefix(&MAGIC) else {
+        return Err(FileError::NotFieldlod);
+    };
+    let mut reader = Reader { rest };
+    let found: u32 = reader.value("the header")?;
+    if found != FORMAT_VERSION {
+        return Err(FileError::Version { found });
+    }
+    let count: u32 = reader.value("the header")?;
+    let length: u64 = reader.value("the header")?;
+    let checksum: u64 = reader.value("the header")?;
+    let directory = reader.take(WHAT, length)?;
+    if xxh3_64_with_seed(directory, u64::from(count)) != checksum {
+        return Err(FileError::Checksum);
+    }
+    let sections = reader.rest;
+    let mut reader = Reader { rest: directory };
+    let mut entries = Vec::new();
+    for primitive in 0..count as usize {
+        entries.push(Entry::read(&mut reader, primitive)?);
+    }
+    match reader.rest.len() as u64 {
+        0 => Ok((entries, sections)),
+        extra => Err(FileError::TrailingBytes { extra }),
+    }
+}

@@ -1,0 +1,100 @@
+//! Sequences of 32-bit numbers, coded.
+//!
+//! ```text
+//! 0 | value u32            all are equal
+//! 1, 2, 4 | numbers        as they are, in so many bytes each
+//! 8 | length u32 | bytes   by pco
+//! ```
+//! How many numbers there are is known from what was read before.
+
+use pco::{ChunkConfig, DeltaSpec, ModeSpec};
+
+use super::FileError;
+use super::reader::Reader;
+
+const EQUAL: u8 = 0;
+const PCO: u8 = 8;
+
+/// What is known about a sequence before it is coded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Neighbours may be alike.
+    Plain,
+    /// Remainders of a prediction, or symbols: nothing more to be gained from the order.
+    Remainders,
+}
+
+/// Appends `numbers` in the shortest of the codings.
+pub(super) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+    let first = numbers.first().copied().unwrap_or(0);
+    if numbers.iter().all(|&number| number == first) {
+        bytes.push(EQUAL);
+        bytes.extend_from_slice(&first.to_le_bytes());
+        return;
+    }
+    let largest = numbers.iter().fold(0, |largest, &number| largest | number);
+    let width = match largest {
+        0..=0xff => 1,
+        0x100..=0xffff => 2,
+        _ => 4,
+    };
+    match compress(numbers, kind) {
+        Some(packed) if packed.len() + 4 < numbers.len() * width => {
+            bytes.push(PCO);
+            bytes.extend_from_slice(&(packed.len() as u32).to_le_bytes());
+            bytes.extend_from_slice(&packed);
+        }
+        _ => {
+            bytes.push(width as u8);
+            for number in numbers {
+                bytes.extend_from_slice(&number.to_le_bytes()[..width]);
+            }
+        }
+    }
+}
+
+fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
+    let config = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
+    let config = match kind {
+        Kind::Plain => config,
+        Kind::Remainders => config.with_delta_spec(DeltaSpec::NoOp),
+    };
+    pco::standalone::simple_compress(numbers, &config).ok()
+}
+
+/// Reads `count` numbers that [`write`] wrote.
+pub(super) fn read(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+) -> Result<Vec<u32>, FileError> {
+    let coding: u8 = reader.value(what)?;
+    match coding {
+        EQUAL => Ok(vec![reader.value(what)?; count]),
+        1 => Ok(reader.array::<u8>(count, what)?.map(u32::from).collect()),
+        2 => Ok(reader.array::<u16>(count, what)?.map(u32::from).collect()),
+        4 => Ok(reader.array::<u32>(count, what)?.collect()),
+        PCO => {
+            let length: u32 = reader.value(what)?;
+            let packed = reader.take(what, u64::from(length))?;
+            decompress(packed, count).ok_or(FileError::Corrupt { what })
+        }
+        _ => Err(FileError::Corrupt { what }),
+    }
+}
+
+fn decompress(packed: &[u8], count: usize) -> Option<Vec<u32>> {
+    let mut numbers = vec![0; count];
+    let progress = pco::standalone::simple_decompress_into(packed, &mut numbers).ok()?;
+    (progress.finished && progress.n_processed == count).then_some(numbers)
+}
+
+/// Small numbers for differences of either sign.
+pub(super) fn zigzag(difference: u32) -> u32 {
+    difference << 1 ^ ((difference as i32) >> 31) as u32
+}
+
+/// Undoes [`zigzag`].
+pub(super) fn unzigzag(number: u32) -> u32 {
+    number >> 1 ^ (number & 1).wrapping_neg()
+}

@@ -1,0 +1,216 @@
+//! The triangles of one unit, coded against their neighbours.
+//!
+//! As in meshoptimizer's index codec (A. Kapoulkine), a triangle is told by the edge that it
+//! shares with one of the last triangles, and by its third vertex: the next one that was not used
+//! yet, or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep
+//! the corner at which they begin.
+
+use super::FileError;
+
+const EDGES: usize = 16;
+const RECENT: usize = 16;
+
+/// No edge is shared.
+const MISS: u32 = EDGES as u32 * 3;
+const NEXT: u32 = 0;
+/// The vertex is told by how far it lies before the next one.
+const FAR: u32 = RECENT as u32 + 1;
+
+const WHAT: &str = "the triangles";
+
+/// The symbols of the triangles of a section.
+#[derive(Debug, Default)]
+pub(super) struct Symbols {
+    /// For each triangle: which edge times three, plus at which corner it begins.
+    pub(super) edges: Vec<u32>,
+    /// For each vertex that is not on a shared edge: which.
+    pub(super) vertices: Vec<u32>,
+    /// For those told by distance.
+    pub(super) distances: Vec<u32>,
+}
+
+/// How a triangle came: its corners, turned so that the shared edge, if any, is first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub(super) corners: [u16; 3],
+    /// The third corner of the triangle on the other side of the shared edge.
+    pub(super) opposite: Option<u16>,
+}
+
+struct History {
+    edges: [[u16; 3]; EDGES],
+    edge_count: usize,
+    recent: [u16; RECENT],
+    recent_count: usize,
+    next: u16,
+}
+
+impl History {
+    fn new() -> Self {
+        Self {
+            edges: [[0; 3]; EDGES],
+            edge_count: 0,
+            recent: [0; RECENT],
+            recent_count: 0,
+            next: 0,
+        }
+    }
+
+    fn push_edge(&mut self, edge: [u16; 3]) {
+        self.edges[self.edge_count % EDGES] = edge;
+        self.edge_count += 1;
+    }
+
+    /// The edge pushed `age` edges ago.
+    fn edge(&self, age: usize) -> Option<[u16; 3]> {
+        let place = self.edge_count.checked_sub(age + 1)?;
+        Some(self.edges[place % EDGES])
+    }
+
+    fn recent(&self, age: usize) -> Option<u16> {
+        let place = self.recent_count.checked_sub(age + 1)?;
+        Some(self.recent[place % RECENT])
+    }
+
+    /// Remembers a vertex that was not told as a recent one.
+    fn push_vertex(&mut self, vertex: u16) {
+        self.recent[self.recent_count % RECENT] = vertex;
+        self.recent_count += 1;
+        if vertex >= self.next {
+            self.next = vertex.wrapping_add(1);
+        }
+    }
+
+    /// Remembers the edges of a triangle as its neighbours run through them.
+    fn push_edges_of(&mut self, step: Step) {
+        let [a, b, c] = step.corners;
+        if step.opposite.is_none() {
+            self.push_edge([b, a, c]);
+        }
+        self.push_edge([c, b, a]);
+        self.push_edge([a, c, b]);
+    }
+
+    fn find(&self, triangle: [u16; 3]) -> Option<(usize, usize)> {
+        (0..EDGES).find_map(|age| {
+            let [x, y, _] = self.edge(age)?;
+            let begins = |&k: &usize| triangle[k] == x && triangle[(k + 1) % 3] == y;
+            (0..3).find(begins).map(|k| (age, k))
+        })
+    }
+}
+
+impl Symbols {
+    /// Codes the triangles of a unit.
+    pub(super) fn write_unit(&mut self, indices: &[u16], mut on_step: impl FnMut(Step)) {
+        let mut history = History::new();
+        let (triangles, _) = indices.as_chunks::<3>();
+        for &triangle in triangles {
+            let step = match history.find(triangle) {
+                Some((age, turn)) => {
+                    let corners = std::array::from_fn(|k| triangle[(turn + k) % 3]);
+                    self.edges.push((age * 3 + turn) as u32);
+                    let opposite = history.edge(age).map(|edge| edge[2]);
+                    self.write_vertex(&mut history, corners[2]);
+                    Step { corners, opposite }
+                }
+                None => {
+                    self.edges.push(MISS);
+                    for vertex in triangle {
+                        self.write_vertex(&mut history, vertex);
+                    }
+                    let (corners, opposite) = (triangle, None);
+                    Step { corners, opposite }
+                }
+            };
+            history.push_edges_of(step);
+            on_step(step);
+        }
+    }
+
+    fn write_vertex(&mut self, history: &mut History, vertex: u16) {
+        let recent = (0..RECENT).find(|&age| history.recent(age) == Some(vertex));
+        if vertex == history.next {
+            self.vertices.push(NEXT);
+        } else if let Some(age) = recent {
+            self.vertices.push(1 + age as u32);
+            return;
+        } else {
+            self.vertices.push(FAR);
+            let distance = history.next.wrapping_sub(vertex);
+            self.distances.push(u32::from(distance));
+        }
+        history.push_vertex(vertex);
+    }
+}
+
+/// Symbols on their way back to triangles.
+#[derive(Debug)]
+pub(super) struct SymbolReader<'a> {
+    pub(super) edges: std::slice::Iter<'a, u32>,
+    pub(super) vertices: std::slice::Iter<'a, u32>,
+    pub(super) distances: std::slice::Iter<'a, u32>,
+}
+
+impl SymbolReader<'_> {
+    /// Appends the indices of the `triangle_count` triangles of a unit.
+    pub(super) fn read_unit(
+        &mut self,
+        triangle_count: u32,
+        indices: &mut Vec<u16>,
+        mut on_step: impl FnMut(Step),
+    ) -> Result<(), FileError> {
+        let mut history = History::new();
+        for _ in 0..triangle_count {
+            let (step, turn) = self.read_step(&mut history)?;
+            history.push_edges_of(step);
+            let [a, b, c] = step.corners;
+            indices.extend_from_slice(&match turn {
+                0 => [a, b, c],
+                1 => [c, a, b],
+                _ => [b, c, a],
+            });
+            on_step(step);
+        }
+        Ok(())
+    }
+
+    fn read_step(&mut self, history: &mut History) -> Result<(Step, u32), FileError> {
+        let symbol = next(&mut self.edges)?;
+        if symbol >= MISS {
+            let mut corners = [0; 3];
+            for corner in &mut corners {
+                *corner = self.read_vertex(history)?;
+            }
+            let opposite = None;
+            return Ok((Step { corners, opposite }, 0));
+        }
+        let edge = history.edge((symbol / 3) as usize);
+        let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
+        let corners = [x, y, self.read_vertex(history)?];
+        let opposite = Some(opposite);
+        Ok((Step { corners, opposite }, symbol % 3))
+    }
+
+    fn read_vertex(&mut self, history: &mut History) -> Result<u16, FileError> {
+        let vertex = match next(&mut self.vertices)? {
+            NEXT => history.next,
+            FAR => history.next.wrapping_sub(next(&mut self.distances)? as u16),
+            symbol => {
+                let recent = history.recent(symbol as usize - 1);
+                return recent
+                    .filter(|_| symbol < FAR)
+                    .ok_or(FileError::Corrupt { what: WHAT });
+            }
+        };
+        history.push_vertex(vertex);
+        Ok(vertex)
+    }
+}
+
+fn next(symbols: &mut std::slice::Iter<'_, u32>) -> Result<u32, FileError> {
+    symbols
+        .next()
+        .copied()
+        .ok_or(FileError::Corrupt { what: WHAT })
+}

@@ -1,0 +1,163 @@
+//! What a `.fieldlod` file keeps, and how much of it must be read.
+
+mod common;
+
+use common::{Directory, strip_file};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Precision, fixtures};
+use glam::{Vec3, Vec4};
+
+fn file_of(hierarchy: Hierarchy) -> BakedFile {
+    BakedFile {
+        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
+    }
+}
+
+#[test]
+fn what_was_written_is_read() {
+    for file in [
+        strip_file(),
+        BakedFile::default(),
+        file_of(Hierarchy::default()),
+        file_of(fixtures::grid_pyramid(0)),
+        file_of(fixtures::grid_pyramid(3)),
+    ] {
+        assert!(BakedFile::from_bytes(&file.to_bytes()) == Ok(file));
+    }
+    assert!(strip_file().find(3, 1).is_some());
+    assert!(strip_file().find(3, 2).is_none());
+}
+
+/// Attributes that are missing, numbers without a meaning, vertices without a use.
+#[test]
+fn odd_vertices_are_kept_bit_for_bit() {
+    let mut hierarchy = fixtures::two_level_strip();
+    hierarchy.vertices.normals.clear();
+    hierarchy
+        .vertices
+        .positions
+        .push(Vec3::new(-0.0, f32::MAX, 1e-45));
+    hierarchy.vertices.colors = vec![Vec4::new(f32::MIN, -0.0, 1e-45, f32::INFINITY); 7];
+    let read = BakedFile::from_bytes(&file_of(hierarchy.clone()).to_bytes()).unwrap();
+    let read = &read.primitives[0].hierarchy.vertices;
+    let bits = |v: &[Vec3]| {
+        v.iter()
+            .flat_map(Vec3::to_array)
+            .map(f32::to_bits)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(bits(&read.positions), bits(&hierarchy.vertices.positions));
+    assert_eq!(read.colors, hierarchy.vertices.colors);
+    assert!(read.normals.is_empty());
+}
+
+#[test]
+fn the_same_contents_give_the_same_bytes() {
+    for precision in [Precision::Lossless, Precision::Quantized16] {
+        let bytes = || file_of(fixtures::grid_pyramid(2)).to_bytes_with(precision);
+        assert_eq!(bytes(), bytes());
+    }
+}
+
+/// The first sections alone, and no byte after them, are a whole and coarser hierarchy.
+#[test]
+fn a_reader_may_stop_after_any_level() {
+    let hierarchy = fixtures::grid_pyramid(4);
+    for precision in [Precision::Lossless, Precision::Quantized16] {
+        let bytes = file_of(hierarchy.clone()).to_bytes_with(precision);
+        let sections = Directory::of(&bytes).sections;
+        assert_eq!(sections.len(), 5);
+        for (number, section) in sections.iter().enumerate() {
+            let start = &bytes[..section.bytes.end];
+            let read = BakedFile::from_bytes_coarse(start, number + 1).unwrap();
+            let read = &read.primitives[0].hierarchy;
+            read.validate().unwrap();
+            assert_eq!(read.level_count(), number as u32 + 1);
+            // Each tile of 512 triangles becomes four.
+            assert_eq!(read.source_triangle_count(), 512 << (2 * number));
+            assert_eq!(
+                read.vertices.positions.len(),
+                ((16 << number) + 1) * ((16 << number) + 1)
+            );
+            assert_eq!(read.source, hierarchy.source);
+            let cut = BakedFile::from_bytes_coarse(&start[..start.len() - 1], number + 1);
+            assert!(cut.is_err());
+        }
+        let all = BakedFile::from_bytes_coarse(&bytes, usize::MAX);
+        assert!(all == BakedFile::from_bytes(&bytes));
+    }
+}
+
+/// The promises at [`Precision::Quantized16`].
+#[test]
+fn quantized_attributes_stay_near() {
+    let hierarchy = fixtures::grid_pyramid(3);
+    let bytes = file_of(hierarchy.clone()).to_bytes_with(Precision::Quantized16);
+    let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
+    let (new, old) = (&read.hierarchy.vertices, &hierarchy.vertices);
+    let extent = hierarchy.aabb().unwrap();
+    let half_a_step = (extent.max - extent.min).length() / 65_535.0 / 2.0;
+    assert!(read.position_error_in_local > 0.0);
+    assert!(read.position_error_in_local <= half_a_step * 1.01);
+    for (new, old) in new.positions.iter().zip(&old.positions) {
+        assert!(new.distance(*old) <= read.position_error_in_local);
+    }
+    let near_enough = |new: Vec3, old: Vec3| new.distance(old).to_degrees() <= 0.06;
+    assert!(
+        new.normals
+            .iter()
+            .zip(&old.normals)
+            .all(|(n, o)| near_enough(*n, *o))
+    );
+    for (new, old) in new.tangents.iter().zip(&old.tangents) {
+        assert!(near_enough(new.truncate(), old.truncate()) && new.w == old.w);
+    }
+    for (new, old) in new.uvs_1.iter().zip(&old.uvs_1) {
+        assert!((new - old).abs().max_element() <= 7.0 / 65_535.0 * 0.51);
+    }
+    for (new, old) in new.colors.iter().zip(&old.colors) {
+        assert!((new - old).abs().max_element() <= 1.0 / 65_535.0 * 0.51);
+    }
+    // The triangles are the same.
+    assert_eq!(read.hierarchy.indices, hierarchy.indices);
+    assert_eq!(read.hierarchy.unit_vertices, hierarchy.unit_vertices);
+}
+
+#[test]
+fn directions_come_back_on_the_axes_and_never_as_nan() {
+    let mut hierarchy = fixtures::two_level_strip();
+    hierarchy.vertices.normals = vec![
+        Vec3::X,
+        Vec3::NEG_Y,
+        Vec3::NEG_Z,
+        Vec3::ZERO,
+        Vec3::splat(f32::NAN),
+        Vec3::Z,
+    ];
+    let bytes = file_of(hierarchy).to_bytes_with(Precision::Quantized16);
+    let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
+    let expected = [
+        Vec3::X,
+        Vec3::NEG_Y,
+        Vec3::NEG_Z,
+        Vec3::ZERO,
+        Vec3::ZERO,
+        Vec3::Z,
+    ];
+    assert_eq!(read.hierarchy.vertices.normals, expected);
+}
+
+/// Hills of 131,072 triangles: position, normal and texture coordinates of all levels.
+
+#[test]
+fn a_file_is_small() {
+    let mut hierarchy = fixtures::grid_pyramid(4);
+    hierarchy.vertices.tangents.clear();
+    hierarchy.vertices.uvs_1.clear();
+    hierarchy.vertices.colors.clear();
+    let triangles = hierarchy.source_triangle_count() as f64;
+    let file = file_of(hierarchy);
+    let bytes_each = |precision| file.to_bytes_with(precision).len() as f64 / triangles;
+    let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(bytes_each);
+    println!("{lossless:.2} bytes a triangle lossless, {quantized:.2} quantized");
+    assert!(lossless <= 20.0 && quantized <= 10.0);
+}

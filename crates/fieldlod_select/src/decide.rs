@@ -74,12 +74,6 @@ impl ErrorScale {
             of_deviation: of_deviation * SLACK,
         }
     }
-
-    /// The larger error of a chunk in scaled pixels.
-    #[expect(dead_code, reason = "for the scene")]
-    pub(crate) fn of_chunk(&self, chunk: &Chunk) -> f32 {
-        (chunk.error_weighed * self.of_weighed_error).max(chunk.deviation * self.of_deviation)
-    }
 }
 
 /// The tests of one instance in one view.

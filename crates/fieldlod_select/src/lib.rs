@@ -35,19 +35,26 @@
 //! # Out of scope
 //! Occlusion; morphing between levels; skinned meshes.
 
+mod budget;
 mod criterion;
 mod cut;
 mod decide;
+mod hold;
 mod kernel;
 pub mod naive;
+mod scene;
+mod selector;
 mod settings;
 mod stretch;
 mod table;
+mod tree;
 mod view;
 
 pub use criterion::{promised_error_px, screen_displacement_px, screen_error_px};
 pub use cut::{Cut, select, select_with};
 pub use decide::refine;
+pub use scene::{InstanceId, MeshId, Scene};
+pub use selector::{Change, Selector, Statistics};
 pub use settings::{LodSettings, Promise};
 pub use table::GroupTable;
 pub use view::{InstanceView, View};

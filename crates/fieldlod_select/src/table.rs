@@ -40,6 +40,7 @@ pub struct GroupTable {
     units: Vec<TableUnit>,
     /// The cut in which terminal groups alone are refined.
     pub(crate) coarsest_units: Vec<u32>,
+    pub(crate) coarsest_refined: Vec<u64>,
     pub(crate) coarsest_triangle_count: u64,
 }
 
@@ -100,6 +101,7 @@ impl GroupTable {
             first_unit: groups.iter().map(|g| g.first_unit).collect(),
             units: table_units(hierarchy),
             coarsest_units: Vec::new(),
+            coarsest_refined: Vec::new(),
             coarsest_triangle_count: 0,
         };
         table.with_coarsest()
@@ -111,6 +113,7 @@ impl GroupTable {
         let mut units = Vec::new();
         self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
         self.coarsest_units = units;
+        self.coarsest_refined = refined;
         self
     }
 
@@ -155,7 +158,6 @@ impl GroupTable {
         triangle_count
     }
 
-    #[expect(dead_code, reason = "for the scene")]
     /// Triangles of the units that `group` consumes, each with its producer, if any.
     pub(crate) fn consumed_by(&self, group: usize) -> impl Iterator<Item = (Option<u32>, u32)> {
         self.units[self.units_of(group)].iter().map(|unit| {

@@ -9,7 +9,7 @@ use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 /// A camera with its place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    camera: Camera,
+    pub(crate) camera: Camera,
     /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
     /// the origin.
     pub(crate) camera_from_world: Mat3,

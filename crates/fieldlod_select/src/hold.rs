@@ -1,0 +1,189 @@
+//! How long an answer holds: how far the camera may go and turn before it can change.
+//!
+//! Between two poses a point at distance ρ from the eye moves in camera space by at most
+//! `|Δeye| + |ΔR| ρ`, with R the rotation. Path lengths of both are kept for the view; an answer keeps
+//! where they stood and how much it can bear.
+
+use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
+use glam::{Mat3, Vec3};
+
+use crate::decide::ErrorScale;
+use crate::settings::Thresholds;
+use crate::stretch::is_similarity;
+use crate::{LodSettings, View};
+
+/// Allowance for the rounding of coordinates, relative to their size.
+const POSITION_SLACK: f32 = 1e-5;
+const SLACK: f32 = 1.001;
+
+/// How far a view has gone and turned in all.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Odometer {
+    moved: f64,
+    turned: f64,
+}
+
+impl Odometer {
+    /// Whether numbers have not got lost on the way.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.moved.is_finite() && self.turned.is_finite()
+    }
+
+    /// Adds the way between two poses.
+    pub(crate) fn advance(&mut self, from: &View, to: &View) {
+        let moved = (to.eye_in_world - from.eye_in_world).length();
+        let turned = frobenius(&(to.camera_from_world - from.camera_from_world));
+        self.moved += f64::from(moved * SLACK);
+        self.turned += f64::from(turned * SLACK);
+    }
+}
+
+/// At least the greatest stretch of `m`.
+fn frobenius(m: &Mat3) -> f32 {
+    let squares = [m.x_axis, m.y_axis, m.z_axis].map(Vec3::length_squared);
+    (squares[0] + squares[1] + squares[2]).sqrt()
+}
+
+/// What an answer bears.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hold {
+    slack: f32,
+    reach: f32,
+    since: Odometer,
+}
+
+impl Hold {
+    /// Holds for no frame but this.
+    pub(crate) const NONE: Self = Self {
+        slack: -1.0,
+        reach: 0.0,
+        since: Odometer {
+            moved: 0.0,
+            turned: 0.0,
+        },
+    };
+
+    fn remaining(&self, now: &Odometer) -> f64 {
+        let turned = now.turned - self.since.turned;
+        let moved = now.moved - self.since.moved;
+        f64::from(self.slack) - moved - turned * f64::from(self.reach)
+    }
+
+    pub(crate) fn lasts(&self, now: &Odometer) -> bool {
+        self.remaining(now) > 0.0
+    }
+
+    /// What both bear.
+    pub(crate) fn and(&self, other: &Self, now: &Odometer) -> Self {
+        Self {
+            slack: self.remaining(now).min(other.remaining(now)) as f32 * 0.999_999,
+            reach: self.reach.max(other.reach),
+            since: *now,
+        }
+    }
+
+    /// Bears everything: what holds of nothing.
+    pub(crate) fn forever(now: &Odometer) -> Self {
+        Self {
+            slack: f32::INFINITY,
+            reach: 0.0,
+            since: *now,
+        }
+    }
+}
+
+/// Spheres and errors of whole objects against one view.
+pub(crate) struct WholeTest<'a> {
+    view: &'a View,
+    scale: ErrorScale,
+    thresholds: Thresholds,
+    now: Odometer,
+    usable: bool,
+}
+
+/// A sphere around objects and the largest errors in them, times bias, in world units.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Whole {
+    pub(crate) bounds: Sphere,
+    pub(crate) error_weighed: f32,
+    pub(crate) deviation: f32,
+}
+
+impl<'a> WholeTest<'a> {
+    pub(crate) fn new(view: &'a View, settings: &LodSettings, now: Odometer) -> Self {
+        let thresholds = settings.thresholds(1.0);
+        let unit = view.camera_from_world.x_axis.length();
+        // A view that scales, or no threshold at all, gets no shortcut.
+        let rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
+        Self {
+            view,
+            scale: ErrorScale::of_view(&view.camera, settings),
+            thresholds,
+            now,
+            usable: rigid && thresholds.coarsen_below_px >= 0.0,
+        }
+    }
+
+    /// For how long nothing in `whole` is refined but what always is; `None` if that cannot be told.
+    /// `is_coarsest` tells that nothing in it was refined before.
+    pub(crate) fn coarsest(&self, whole: &Whole, is_coarsest: bool) -> Option<Hold> {
+        let threshold_px = if is_coarsest {
+            self.thresholds.refine_above_px
+        } else {
+            self.thresholds.coarsen_below_px
+        };
+        let Sphere { center, radius } = whole.bounds;
+        let from_eye = center - self.view.eye_in_world;
+        let distance = from_eye.length();
+        let size = center.length() + self.view.eye_in_world.length() + radius;
+        let sphere = Sphere {
+            center: self.view.camera_from_world * from_eye,
+            radius: radius * SLACK + size * POSITION_SLACK,
+        };
+        let error = (whole.error_weighed * self.scale.of_weighed_error)
+            .max(whole.deviation * self.scale.of_deviation)
+            / threshold_px;
+        let far = match self.view.camera {
+            Camera::Perspective(_) => distance - error - sphere.radius,
+            Camera::Orthographic(_) if error < 1.0 => f32::INFINITY,
+            Camera::Orthographic(_) => -1.0,
+        };
+        let hold = |slack: f32, reach: f32| Hold {
+            slack: slack * 0.999,
+            reach,
+            since: self.now,
+        };
+        if !self.usable {
+            None
+        } else if far > 0.0 {
+            Some(hold(far, 0.0))
+        } else {
+            let outside = distance_outside(&self.view.camera, &sphere);
+            (outside > 0.0).then(|| hold(outside, (distance + outside) * SLACK))
+        }
+    }
+}
+
+/// How far a sphere in camera space is from the field of view, at least; negative inside.
+fn distance_outside(camera: &Camera, sphere: &Sphere) -> f32 {
+    let Sphere { center, radius } = *sphere;
+    let gap = match camera {
+        Camera::Perspective(camera) => {
+            let beyond = |across: f32, slope: f32| {
+                (slope * center.z - across) / (1.0 + slope * slope).sqrt()
+            };
+            let (min, max) = (camera.slope_min, camera.slope_max);
+            (-center.z)
+                .max(beyond(center.x, min.x))
+                .max(beyond(-center.x, -max.x))
+                .max(beyond(center.y, min.y))
+                .max(beyond(-center.y, -max.y))
+        }
+        Camera::Orthographic(camera) => (camera.min.x - center.x)
+            .max(center.x - camera.max.x)
+            .max(camera.min.y - center.y)
+            .max(center.y - camera.max.y),
+    };
+    gap - radius
+}

@@ -1,0 +1,539 @@
+//! The cut of a whole scene in one view, from frame to frame.
+
+mod slot;
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::hold::{Hold, Odometer, WholeTest};
+use crate::scene::Scene;
+use crate::tree::FAN;
+use crate::{InstanceId, LodSettings, View, budget};
+use slot::{Slot, entered_and_left};
+
+/// Selects, for one view, the cut of every instance of a scene, and remembers it: for the
+/// hysteresis, for what changed, and for how long each answer holds.
+///
+/// A frame visits the nodes of a tree over the instances whose answer may have changed since they
+/// were last visited: by the way the camera has gone and turned, or because an instance did. A node
+/// that is wholly outside the view or far enough is answered at once; what remains is decided group
+/// by group. The cuts are those that deciding every group anew would give. With nothing changed a
+/// frame costs nothing; once its storage has grown to the scene, none allocates.
+///
+/// ```
+/// # use camera_field::Camera;
+/// # use fieldlod_hierarchy::fixtures;
+/// # use fieldlod_select::{LodSettings, Scene, Selector, View};
+/// # use glam::{Affine3A, Mat4, Vec2, Vec3};
+/// let mut scene = Scene::default();
+/// let strip = scene.add_mesh(&fixtures::two_level_strip());
+/// let near = scene.add_instance(strip, Affine3A::IDENTITY, 1.0);
+/// let far = scene.add_instance(strip, Affine3A::from_translation(Vec3::Z * -500.0), 1.0);
+/// scene.update();
+///
+/// let projection = Mat4::perspective_infinite_reverse_rh(1.0, 16.0 / 9.0, 0.1);
+/// let camera = Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap();
+/// let view = View::new(camera, &Affine3A::from_translation(Vec3::new(1.0, 0.5, 5.0)));
+/// let mut selector = Selector::default();
+/// selector.select(&scene, &view, &LodSettings::default());
+/// assert_eq!(selector.units(&scene, near), [0]);
+/// assert_eq!(selector.units(&scene, far), [1]);
+/// assert_eq!(selector.triangle_count(), 4 + 2);
+/// ```
+#[derive(Debug, Default)]
+pub struct Selector {
+    odometer: Odometer,
+    last: Option<Frame>,
+    memories: Vec<Memory>,
+    nodes: Vec<Vec<NodeMemory>>,
+    pending: Vec<Pending>,
+    spare: Vec<Slot>,
+    slots: Vec<Slot>,
+    free_slots: Vec<u32>,
+    changes: Vec<RawChange>,
+    entered: Vec<u32>,
+    left: Vec<u32>,
+    triangle_count: u64,
+    statistics: Statistics,
+    budget: budget::Search,
+}
+
+/// All that a cut depends on, but for its memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Frame {
+    view: View,
+    settings: LodSettings,
+    revision: u64,
+    tree_revision: u64,
+}
+
+/// What is known of an instance.
+#[derive(Clone, Copy, Debug)]
+struct Memory {
+    state: State,
+    hold: Hold,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Not selected yet, or removed: draws nothing.
+    Empty,
+    /// Only what always is refined is refined.
+    Coarsest,
+    /// A cut of its own, in a slot.
+    Mixed(u32),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct NodeMemory {
+    hold: Hold,
+    /// All instances below are empty or at their coarsest.
+    is_coarsest: bool,
+}
+
+/// An instance to be decided group by group.
+#[derive(Debug)]
+struct Pending {
+    instance: u32,
+    was: State,
+    slot: Slot,
+}
+
+#[derive(Clone, Debug)]
+struct RawChange {
+    instance: InstanceId,
+    entered: Range<usize>,
+    left: Range<usize>,
+}
+
+/// What changed in the cut of one instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change<'a> {
+    /// The instance.
+    pub instance: InstanceId,
+    /// Units drawn now and not before, ascending.
+    pub entered: &'a [u32],
+    /// Units drawn before and not now, ascending.
+    pub left: &'a [u32],
+}
+
+/// What the last selection did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Nodes of the tree whose answer had to be looked at again.
+    pub nodes_visited: usize,
+    /// Instances tested as a whole.
+    pub instances_tested: usize,
+    /// Instances decided group by group.
+    pub instances_decided: usize,
+    /// Their groups.
+    pub groups_decided: usize,
+}
+
+struct Context<'a> {
+    scene: &'a Scene,
+    test: WholeTest<'a>,
+    now: Odometer,
+    /// Changes of the scene up to here were taken into account before.
+    seen_revision: u64,
+}
+
+impl Selector {
+    /// Selects the cut of every instance in `view`.
+    ///
+    /// # Panics
+    /// If the scene was changed without [`Scene::update`].
+    pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+        self.run(scene, view, settings, false);
+    }
+
+    /// [`Selector::select`] on all threads of the current rayon pool. The result does not depend on how
+    /// many there are.
+    ///
+    /// # Panics
+    /// If the scene was changed without [`Scene::update`].
+    pub fn par_select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+        self.run(scene, view, settings, true);
+    }
+
+    fn run(&mut self, scene: &Scene, view: &View, settings: &LodSettings, parallel: bool) {
+        assert!(scene.is_up_to_date(), "Scene::update was not called");
+        self.changes.clear();
+        self.entered.clear();
+        self.left.clear();
+        self.statistics = Statistics::default();
+        let view = view.widened(settings.offscreen_margin);
+        let Some(budget) = settings.triangle_budget else {
+            return self.step(scene, &view, settings, parallel);
+        };
+        let settings = self.budget.settings(settings);
+        self.step(scene, &view, &settings, parallel);
+        if !budget::is_met(budget, self.triangle_count) {
+            self.budget.begin();
+            for (index, memory) in self.memories.iter().enumerate() {
+                let refined = memory.state.slot().map(|slot| self.slots[slot].refined());
+                self.budget.add(scene, index, refined, &view, &settings);
+            }
+            let settings = self.budget.finish(budget, &settings);
+            self.step(scene, &view, &settings, parallel);
+        }
+    }
+
+    /// One selection with plain settings; changes add up.
+    fn step(&mut self, scene: &Scene, view: &View, settings: &LodSettings, parallel: bool) {
+        let frame = Frame {
+            view: *view,
+            settings: *settings,
+            revision: scene.revision,
+            tree_revision: scene.tree_revision,
+        };
+        // A view of NaN equals none.
+        if self.last == Some(frame) {
+            return;
+        }
+        let seen_revision = self.last.map_or(0, |last| last.revision);
+        self.take_over(scene, &frame);
+        let context = Context {
+            scene,
+            test: WholeTest::new(view, settings, self.odometer),
+            now: self.odometer,
+            seen_revision,
+        };
+        if !scene.instances.is_empty() {
+            self.visit(&context, scene.tree.levels.len() - 1, 0);
+        }
+        let decide = |pending: &mut Pending| {
+            pending.slot.decide(
+                scene,
+                pending.instance,
+                pending.was.slot().is_some(),
+                view,
+                settings,
+            );
+        };
+        if parallel {
+            self.pending.par_iter_mut().for_each(decide);
+        } else {
+            self.pending.iter_mut().for_each(decide);
+        }
+        self.merge(scene);
+    }
+
+    /// Makes room for the scene and drops what does not hold any more.
+    fn take_over(&mut self, scene: &Scene, frame: &Frame) {
+        self.memories
+            .resize(scene.instances.len(), Memory::default());
+        let last = self.last.replace(*frame);
+        let same_criterion = last.is_some_and(|last| {
+            last.settings == frame.settings && last.view.camera() == frame.view.camera()
+        });
+        if let Some(last) = last {
+            self.odometer.advance(&last.view, &frame.view);
+        }
+        if !(same_criterion && self.odometer.is_usable()) {
+            self.odometer = Odometer::default();
+            self.memories
+                .iter_mut()
+                .for_each(|memory| memory.hold = Hold::NONE);
+            self.nodes
+                .iter_mut()
+                .flatten()
+                .for_each(|node| node.hold = Hold::NONE);
+        }
+        if last.is_none_or(|last| last.tree_revision != frame.tree_revision) {
+            self.nodes.resize_with(scene.tree.levels.len(), Vec::new);
+            for (memories, nodes) in self.nodes.iter_mut().zip(&scene.tree.levels) {
+                memories.clear();
+                memories.resize(nodes.len(), NodeMemory::default());
+            }
+        }
+    }
+
+    fn visit(&mut self, context: &Context, level: usize, index: usize) -> NodeMemory {
+        let node = &context.scene.tree.levels[level][index];
+        let memory = self.nodes[level][index];
+        let unchanged = node.changed_at <= context.seen_revision;
+        if unchanged && memory.hold.lasts(&context.now) {
+            return memory;
+        }
+        self.statistics.nodes_visited += 1;
+        let is_coarsest = unchanged && memory.is_coarsest;
+        let memory = match context.test.coarsest(&node.whole, is_coarsest) {
+            Some(hold) if is_coarsest => NodeMemory { hold, is_coarsest },
+            Some(hold) => return self.settle(context, level, index, hold),
+            None => self.visit_below(context, level, index),
+        };
+        self.nodes[level][index] = memory;
+        memory
+    }
+
+    fn visit_below(&mut self, context: &Context, level: usize, index: usize) -> NodeMemory {
+        let mut all = NodeMemory {
+            hold: Hold::forever(&context.now),
+            is_coarsest: true,
+        };
+        for child in children(context.scene, level, index) {
+            let one = if level > 0 {
+                self.visit(context, level - 1, child)
+            } else {
+                self.visit_instance(context, context.scene.tree.order[child])
+            };
+            all.hold = all.hold.and(&one.hold, &context.now);
+            all.is_coarsest &= one.is_coarsest;
+        }
+        all
+    }
+
+    fn visit_instance(&mut self, context: &Context, instance: u32) -> NodeMemory {
+        let memory = self.memories[instance as usize];
+        let is_coarsest = !matches!(memory.state, State::Mixed(_));
+        let data = &context.scene.instances[instance as usize];
+        let unchanged = data.node.changed_at <= context.seen_revision;
+        if unchanged && memory.hold.lasts(&context.now) {
+            return NodeMemory {
+                hold: memory.hold,
+                is_coarsest,
+            };
+        }
+        self.statistics.instances_tested += 1;
+        if data.mesh.is_none() {
+            let hold = Hold::forever(&context.now);
+            return self.settle_instance(context, instance, hold);
+        }
+        if let Some(hold) = context.test.coarsest(&data.node.whole, is_coarsest) {
+            return self.settle_instance(context, instance, hold);
+        }
+        self.memories[instance as usize].hold = Hold::NONE;
+        let slot = match memory.state {
+            State::Mixed(slot) => std::mem::take(&mut self.slots[slot as usize]),
+            _ => self.spare.pop().unwrap_or_default(),
+        };
+        let was = memory.state;
+        self.pending.push(Pending {
+            instance,
+            was,
+            slot,
+        });
+        NodeMemory {
+            hold: Hold::NONE,
+            is_coarsest: false,
+        }
+    }
+
+    /// Everything below is at its coarsest, as long as `hold` lasts.
+    fn settle(&mut self, context: &Context, level: usize, index: usize, hold: Hold) -> NodeMemory {
+        for child in children(context.scene, level, index) {
+            if level > 0 {
+                let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
+                let memory = &mut self.nodes[level - 1][child];
+                if memory.is_coarsest && changed_at <= context.seen_revision {
+                    memory.hold = hold;
+                } else {
+                    self.settle(context, level - 1, child, hold);
+                }
+            } else {
+                self.settle_instance(context, context.scene.tree.order[child], hold);
+            }
+        }
+        let memory = NodeMemory {
+            hold,
+            is_coarsest: true,
+        };
+        self.nodes[level][index] = memory;
+        memory
+    }
+
+    fn settle_instance(&mut self, context: &Context, instance: u32, hold: Hold) -> NodeMemory {
+        let was = self.memories[instance as usize].state;
+        let state = match context.scene.instances[instance as usize].mesh {
+            Some(_) => State::Coarsest,
+            None => State::Empty,
+        };
+        self.memories[instance as usize] = Memory { state, hold };
+        if was != state {
+            let mut slot = Slot::default();
+            if let State::Mixed(index) = was {
+                slot = std::mem::take(&mut self.slots[index as usize]);
+                self.free_slots.push(index);
+            }
+            let (before, before_triangles) = units_of(context.scene, instance, was, &slot);
+            let (now, triangles) = units_of(context.scene, instance, state, &slot);
+            record(
+                &mut self.changes,
+                &mut self.entered,
+                &mut self.left,
+                instance,
+                before,
+                now,
+            );
+            self.triangle_count = self.triangle_count + triangles - before_triangles;
+            if matches!(was, State::Mixed(_)) {
+                self.spare.push(slot);
+            }
+        }
+        NodeMemory {
+            hold,
+            is_coarsest: true,
+        }
+    }
+
+    /// Puts what was decided in place, in an order that no thread has a say in.
+    fn merge(&mut self, scene: &Scene) {
+        let mut pending = std::mem::take(&mut self.pending);
+        for Pending {
+            instance,
+            was,
+            slot,
+        } in pending.drain(..)
+        {
+            self.statistics.instances_decided += 1;
+            self.statistics.groups_decided += slot.group_count();
+            let (before, before_triangles) = match was {
+                State::Mixed(_) => (slot.units_before(), slot.triangles_before()),
+                other => units_of(scene, instance, other, &slot),
+            };
+            if !matches!(was, State::Mixed(_)) || slot.has_changed() {
+                record(
+                    &mut self.changes,
+                    &mut self.entered,
+                    &mut self.left,
+                    instance,
+                    before,
+                    slot.units(),
+                );
+                self.triangle_count =
+                    self.triangle_count + slot.triangle_count() - before_triangles;
+            }
+            let index = match was {
+                State::Mixed(index) => index,
+                _ => self.free_slots.pop().unwrap_or(self.slots.len() as u32),
+            };
+            if index as usize == self.slots.len() {
+                self.slots.push(slot);
+            } else {
+                self.slots[index as usize] = slot;
+            }
+            self.memories[instance as usize].state = State::Mixed(index);
+        }
+        self.pending = pending;
+        self.changes.sort_by_key(|change| change.instance);
+    }
+
+    /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
+    /// the one that was selected from.
+    #[must_use]
+    pub fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
+        let Some(memory) = self.memories.get(instance.index()) else {
+            return &[];
+        };
+        match memory.state {
+            State::Mixed(slot) => self.slots[slot as usize].units(),
+            other => coarsest_of(scene, instance.0, other).0,
+        }
+    }
+
+    /// Instances whose cut changed in the last selection, ascending. With a triangle budget an instance
+    /// may come twice, and the changes add up.
+    pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
+        self.changes.iter().map(|change| Change {
+            instance: change.instance,
+            entered: &self.entered[change.entered.clone()],
+            left: &self.left[change.left.clone()],
+        })
+    }
+
+    /// Triangles in the view.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.triangle_count
+    }
+
+    /// What the last selection did.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// The threshold in use: that which meets the triangle budget, if there is one.
+    #[must_use]
+    pub fn error_px(&self) -> Option<f32> {
+        self.last.map(|frame| frame.settings.error_px)
+    }
+
+    /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+impl State {
+    fn slot(self) -> Option<usize> {
+        match self {
+            Self::Mixed(slot) => Some(slot as usize),
+            _ => None,
+        }
+    }
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self {
+            state: State::Empty,
+            hold: Hold::NONE,
+        }
+    }
+}
+
+impl Default for NodeMemory {
+    fn default() -> Self {
+        Self {
+            hold: Hold::NONE,
+            is_coarsest: false,
+        }
+    }
+}
+
+fn children(scene: &Scene, level: usize, index: usize) -> Range<usize> {
+    let below = match level {
+        0 => scene.tree.order.len(),
+        _ => scene.tree.levels[level - 1].len(),
+    };
+    index * FAN..below.min((index + 1) * FAN)
+}
+
+fn coarsest_of(scene: &Scene, instance: u32, state: State) -> (&[u32], u64) {
+    match (scene.instances[instance as usize].mesh, state) {
+        (Some(mesh), State::Coarsest) => {
+            let table = scene.table(mesh);
+            (&table.coarsest_units, table.coarsest_triangle_count)
+        }
+        _ => (&[], 0),
+    }
+}
+
+fn units_of<'a>(scene: &'a Scene, instance: u32, state: State, slot: &'a Slot) -> (&'a [u32], u64) {
+    match state {
+        State::Mixed(_) => (slot.units(), slot.triangle_count()),
+        other => coarsest_of(scene, instance, other),
+    }
+}
+
+fn record(
+    changes: &mut Vec<RawChange>,
+    entered: &mut Vec<u32>,
+    left: &mut Vec<u32>,
+    instance: u32,
+    before: &[u32],
+    now: &[u32],
+) {
+    let (first_entered, first_left) = (entered.len(), left.len());
+    entered_and_left(before, now, entered, left);
+    if entered.len() > first_entered || left.len() > first_left {
+        changes.push(RawChange {
+            instance: InstanceId(instance),
+            entered: first_entered..entered.len(),
+            left: first_left..left.len(),
+        });
+    }
+}

@@ -1,0 +1,260 @@
+//! The selection of scenes: from scratch, incremental and parallel, against one instance at a time.
+
+mod common;
+
+use common::{
+    any_camera, any_placement, any_settings, hierarchies, look, orthographic, perspective,
+    synthetic, vector,
+};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{
+    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, naive, promised_error_px,
+};
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+
+/// The specification: every instance by itself, with the bits of the last cut.
+#[derive(Default)]
+struct Naive {
+    refined: Vec<Vec<bool>>,
+}
+
+impl Naive {
+    fn select(&mut self, placed: &[Placed], view: &View, settings: &LodSettings) -> Vec<Vec<u32>> {
+        self.refined.resize(placed.len(), Vec::new());
+        let view = view.widened(settings.offscreen_margin);
+        let one = |(refined, placed): (&mut Vec<bool>, &Placed)| {
+            let hierarchy = &hierarchies()[placed.mesh];
+            refined.resize(hierarchy.groups.len(), false);
+            let before = refined.clone();
+            let instance = InstanceView::new(&view, &placed.placement);
+            let errors: Vec<f32> = hierarchy
+                .groups
+                .iter()
+                .map(|g| promised_error_px(g, &instance, settings))
+                .collect();
+            // A bias is a threshold of one's own.
+            let settings = LodSettings {
+                resolution_scale: settings.resolution_scale * placed.bias,
+                ..*settings
+            };
+            let error_px = |group: usize| errors[group];
+            let was_refined = |group: usize| before[group];
+            for (group, bit) in refined.iter_mut().enumerate() {
+                *bit = naive::is_refined(hierarchy, group, &settings, &was_refined, &error_px);
+            }
+            naive::select(hierarchy, &settings, &was_refined, &error_px)
+        };
+        self.refined.iter_mut().zip(placed).map(one).collect()
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Placed {
+    mesh: usize,
+    placement: Affine3A,
+    bias: f32,
+}
+
+fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
+    let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
+    let one =
+        (0usize..4, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
+            let placement =
+                Affine3A::from_translation(shift * shift.length_squared() * 100.0) * placement;
+            Placed {
+                mesh,
+                placement,
+                bias,
+            }
+        });
+    prop::collection::vec(one, 1..60)
+}
+
+fn scene_of(placed: &[Placed]) -> (Scene, Vec<InstanceId>) {
+    let mut scene = Scene::default();
+    let meshes: Vec<MeshId> = hierarchies()
+        .iter()
+        .map(|h: &Hierarchy| scene.add_mesh(h))
+        .collect();
+    let ids = placed
+        .iter()
+        .map(|p| scene.add_instance(meshes[p.mesh], p.placement, p.bias))
+        .collect();
+    scene.update();
+    (scene, ids)
+}
+
+fn cuts(selector: &Selector, scene: &Scene, ids: &[InstanceId]) -> Vec<Vec<u32>> {
+    ids.iter()
+        .map(|&id| selector.units(scene, id).to_vec())
+        .collect()
+}
+
+/// Applies what a selection says has changed.
+fn apply(selector: &Selector, cuts: &mut [Vec<u32>]) {
+    for change in selector.changes() {
+        let cut = &mut cuts[change.instance.index()];
+        cut.retain(|unit| !change.left.contains(unit));
+        cut.extend(change.entered);
+        cut.sort_unstable();
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn incremental_and_parallel_equal_naive_along_a_walk(
+        placed in any_instances(),
+        camera in any_camera(),
+        settings in any_settings(),
+        start in vector(),
+        steps in prop::collection::vec((vector(), vector(), 0u8..10), 8..20),
+    ) {
+        let mut placed = placed;
+        let (mut scene, ids) = scene_of(&placed);
+        let mut naive = Naive::default();
+        let [mut serial, mut parallel] = [Selector::default(), Selector::default()];
+        let mut followed = vec![Vec::new(); ids.len()];
+        let (mut eye, mut target) = (start * 30.0, Vec3::ZERO);
+        for (go, turn, event) in steps {
+            // Mostly small steps; now and then a jump, a standstill or a moved object.
+            match event {
+                0 => eye += go * 50.0,
+                1 => {}
+                2 => {
+                    let moved = (go.x.to_bits() as usize) % placed.len();
+                    placed[moved].placement.translation += glam::Vec3A::from(go);
+                    scene.set_placement(ids[moved], placed[moved].placement);
+                    scene.update();
+                }
+                3 => target += turn * 30.0,
+                _ => { eye += go * 0.1; target += turn * 0.1; }
+            }
+            let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
+            let expected = naive.select(&placed, &view, &settings);
+            serial.select(&scene, &view, &settings);
+            prop_assert_eq!(&cuts(&serial, &scene, &ids), &expected);
+            parallel.par_select(&scene, &view, &settings);
+            prop_assert_eq!(&cuts(&parallel, &scene, &ids), &expected);
+            apply(&serial, &mut followed);
+            prop_assert_eq!(&followed, &expected);
+            prop_assert!(serial.changes().eq(parallel.changes()));
+            let triangles = expected.iter().zip(&placed).flat_map(|(units, p)| units.iter().map(|&u| u64::from(hierarchies()[p.mesh].units[u as usize].triangle_count)));
+            prop_assert_eq!(serial.triangle_count(), triangles.sum::<u64>());
+        }
+    }
+}
+
+/// A forest of balls, `side` on each side.
+fn forest(side: u16) -> Scene {
+    let mut scene = Scene::default();
+    let ball = scene.add_mesh(&synthetic::ball(4, 0.002));
+    for index in 0..side * side {
+        let (x, z) = (f32::from(index % side), f32::from(index / side));
+        scene.add_instance(
+            ball,
+            Affine3A::from_translation(Vec3::new(x * 3.0, 0.0, z * -3.0)),
+            1.0,
+        );
+    }
+    scene.update();
+    scene
+}
+
+fn step_of_walk(step: u16) -> View {
+    let eye = Vec3::new(5.0 + f32::from(step) * 0.02, 1.5, 4.0);
+    look(perspective(1.0), eye, eye + Vec3::new(0.2, -0.1, -1.0))
+}
+
+#[test]
+fn a_still_camera_visits_nothing_and_a_walking_one_little() {
+    let scene = forest(40);
+    let mut selector = Selector::default();
+    let settings = LodSettings::default();
+    selector.select(&scene, &step_of_walk(0), &settings);
+    assert!(selector.changes().count() == 1600);
+    selector.select(&scene, &step_of_walk(0), &settings);
+    assert_eq!(
+        selector.statistics(),
+        fieldlod_select::Statistics::default()
+    );
+    assert_eq!(selector.changes().count(), 0);
+    let tested: usize = (1..50)
+        .map(|step| {
+            selector.select(&scene, &step_of_walk(step), &settings);
+            selector.statistics().instances_tested
+        })
+        .sum();
+    assert!(tested < 49 * 1600 / 4, "{tested}");
+}
+
+#[test]
+fn a_removed_instance_draws_nothing() {
+    let (mut scene, ids) = scene_of(&[Placed {
+        mesh: 0,
+        placement: Affine3A::IDENTITY,
+        bias: 1.0,
+    }]);
+    let mut selector = Selector::default();
+    let view = look(orthographic(), Vec3::Z * 5.0, Vec3::ZERO);
+    selector.select(&scene, &view, &LodSettings::default());
+    assert!(!selector.units(&scene, ids[0]).is_empty());
+    scene.remove(ids[0]);
+    scene.update();
+    selector.select(&scene, &view, &LodSettings::default());
+    assert!(selector.units(&scene, ids[0]).is_empty());
+    assert_eq!(selector.triangle_count(), 0);
+    assert!(selector.changes().all(|change| change.entered.is_empty()));
+}
+
+#[test]
+fn a_view_of_nan_refines_all_and_the_next_view_recovers() {
+    let (scene, ids) = scene_of(&[Placed {
+        mesh: 0,
+        placement: Affine3A::IDENTITY,
+        bias: 1.0,
+    }]);
+    let mut selector = Selector::default();
+    let settings = LodSettings {
+        hysteresis: 1.0,
+        ..LodSettings::default()
+    };
+    let view = look(perspective(1.0), Vec3::Z * 5.0, Vec3::ZERO);
+    selector.select(&scene, &view, &settings);
+    let before = selector.units(&scene, ids[0]).to_vec();
+    let nowhere = View::new(
+        perspective(1.0),
+        &Affine3A::from_translation(Vec3::splat(f32::NAN)),
+    );
+    selector.select(&scene, &nowhere, &settings);
+    assert_eq!(
+        selector.triangle_count(),
+        hierarchies()[0].source_triangle_count()
+    );
+    selector.select(&scene, &view, &settings);
+    assert_eq!(selector.units(&scene, ids[0]), before);
+}
+
+#[test]
+fn a_budget_is_met_within_a_frame_and_does_not_breathe() {
+    let scene = forest(20);
+    for budget in [400_000u64, 700_000, 1_500_000] {
+        let settings = LodSettings::with_triangle_budget(budget);
+        let mut selector = Selector::default();
+        let mut thresholds = 0;
+        let mut last = None;
+        for step in 0..120 {
+            selector.select(&scene, &step_of_walk(step), &settings);
+            let off = selector.triangle_count() as f64 / budget as f64 - 1.0;
+            assert!(off.abs() <= 0.02, "{budget}: {off} in step {step}");
+            thresholds += usize::from(last != selector.error_px());
+            last = selector.error_px();
+        }
+        assert!(
+            thresholds < 40,
+            "{budget}: {thresholds} thresholds in 120 frames"
+        );
+    }
+}

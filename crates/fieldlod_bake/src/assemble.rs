@@ -6,7 +6,7 @@ use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit
 use glam::{Vec2, Vec3};
 
 use crate::bounds::{NormalSum, tight_sphere};
-use crate::simplify::{RawGroup, RawUnit};
+use crate::levels::{RawGroup, RawUnit};
 use crate::{MeshError, SourceMesh};
 
 /// A group with its units ordered and bounded.
@@ -59,15 +59,13 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
     let mut indices = Vec::new();
     let mut clusters = Vec::with_capacity(unit.clusters.len());
     for cluster in &unit.clusters {
-        let ordered = order_for_vertex_cache(cluster);
-        for &vertex in &ordered {
-            indices.push(vertices.slot_of(vertex)?);
-        }
-        let points: Vec<Vec3> = ordered
-            .iter()
-            .map(|&v| mesh.positions[v as usize])
-            .collect();
-        clusters.push((tight_sphere(&points), (ordered.len() / 3) as u32));
+        // In order of their first use, as are the unit's.
+        let (own, corners) = meshopt::clod_local_indices(cluster);
+        let slots = own.iter().map(|&vertex| vertices.slot_of(vertex));
+        let slots: Vec<u16> = slots.collect::<Result<_, _>>()?;
+        indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
+        let points: Vec<Vec3> = own.iter().map(|&v| mesh.positions[v as usize]).collect();
+        clusters.push((tight_sphere(&points), (cluster.len() / 3) as u32));
     }
     let vertices = vertices.source_vertices;
     let points = vertices.iter().map(|&v| mesh.positions[v as usize]);
@@ -78,18 +76,6 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
         indices,
         clusters,
     })
-}
-
-/// Reorders the triangles of one cluster, given and returned as source vertices, so that vertices
-/// are still in the GPU's cache when they are used again.
-fn order_for_vertex_cache(cluster: &[u32]) -> Vec<u32> {
-    let (vertices, local) = meshopt::clod_local_indices(cluster);
-    let local: Vec<u32> = local.into_iter().map(u32::from).collect();
-    let ordered = meshopt::optimize_vertex_cache(&local, vertices.len());
-    ordered
-        .into_iter()
-        .map(|slot| vertices[slot as usize])
-        .collect()
 }
 
 /// The vertices of a unit, in the order of their first use: memory is then read in one direction.
@@ -155,11 +141,11 @@ fn finite_uv(uv: &Vec2) -> Vec2 {
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {
     let index = hierarchy.groups.len() as u32;
     let first_finer = hierarchy.finer.len() as u32;
-    // One unit per producer, so that no group is listed twice.
-    let producers = finished.units.iter().map(|unit| unit.produced_by);
-    hierarchy
-        .finer
-        .extend(producers.filter(|&group| group != NO_GROUP));
+    // Units of the same producer follow each other.
+    let mut producers: Vec<u32> = finished.units.iter().map(|unit| unit.produced_by).collect();
+    producers.dedup();
+    let finer = producers.into_iter().filter(|&group| group != NO_GROUP);
+    hierarchy.finer.extend(finer);
     hierarchy.groups.push(Group {
         bounds: finished.bounds,
         error_in_local: raw.error_in_local,

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use crate::assemble::{assemble, finish_group};
 use crate::deviation::measure_deviations;
 use crate::input::SimplifierInput;
-use crate::watertight::simplify_watertight;
-use crate::{BakeConfig, MeshError, SourceMesh};
+use crate::levels::build_levels;
+use crate::{BakeConfig, BakeReport, MeshError, SourceMesh};
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
 ///
@@ -17,6 +17,17 @@ use crate::{BakeConfig, MeshError, SourceMesh};
 /// A [`MeshError`] for a mesh that [`SourceMesh::validate`] refuses, a configuration out of range,
 /// or units too large for 16-bit indices.
 pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, MeshError> {
+    Ok(bake_mesh_with_report(mesh, config)?.0)
+}
+
+/// [`bake_mesh`], and what resisted.
+///
+/// # Errors
+/// As [`bake_mesh`].
+pub fn bake_mesh_with_report(
+    mesh: &SourceMesh,
+    config: &BakeConfig,
+) -> Result<(Hierarchy, BakeReport), MeshError> {
     bake_mesh_with_progress(mesh, config, &|_| ())
 }
 
@@ -26,15 +37,15 @@ pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
-) -> Result<Hierarchy, MeshError> {
+) -> Result<(Hierarchy, BakeReport), MeshError> {
     config.validate()?;
     mesh.validate()?;
-    let mut input = SimplifierInput::of(mesh, config);
-    let mut groups = simplify_watertight(mesh, &mut input, config, on_triangles);
+    let input = SimplifierInput::of(mesh, config);
+    let (mut groups, report) = build_levels(&mesh.indices, &input, config, on_triangles);
     measure_deviations(&mesh.indices, &input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
     let hierarchy = assemble(mesh, &groups, &finished);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
-    Ok(hierarchy)
+    Ok((hierarchy, report))
 }

@@ -14,8 +14,8 @@ pub struct BakeConfig {
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
     /// below [`stuck_ratio`](Self::stuck_ratio).
     pub simplify_ratio: f32,
-    /// A group that keeps more than this share of its triangles is stuck, and so the coarsest of
-    /// its piece of surface. At most 1.
+    /// A group that keeps more than this share of its triangles is stuck: its clusters are tried
+    /// again with others. At most 1.
     pub stuck_ratio: f32,
     /// How much a change of the unit normal by 1 counts, as a share of the extent of the group
     /// that is simplified. 0 ignores normals.
@@ -54,6 +54,28 @@ impl BakeConfig {
             cluster_triangles: 128,
             group_clusters: 8,
             ..Self::default()
+        }
+    }
+
+    /// For trying things out: neither normals nor texture coordinates are weighed (seams are still
+    /// kept), and units are as large as the default's.
+    #[must_use]
+    pub fn fast() -> Self {
+        Self {
+            normal_weight: 0.0,
+            uv_weight: 0.0,
+            ..Self::default()
+        }
+    }
+
+    /// Fewest triangles for a picture: small units, and levels closer together (each keeps 0.6 of
+    /// the triangles of the one below, so that there are a third more of them).
+    #[must_use]
+    pub fn max_quality() -> Self {
+        Self {
+            simplify_ratio: 0.6,
+            stuck_ratio: 0.9,
+            ..Self::fine_grained()
         }
     }
 

@@ -18,9 +18,9 @@ use glam::{Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use crate::input::SimplifierInput;
+use crate::levels::RawGroup;
 use crate::nearest::{Hit, TriangleTree};
 use crate::patch::Patch;
-use crate::simplify::RawGroup;
 
 /// One vertex in so many is measured exactly before the others; those need only be compared with
 /// the largest distance found so far.
@@ -72,7 +72,7 @@ pub(crate) fn measure_deviations(
         let tasks: Vec<(usize, Vec<Patch>)> = tasks.collect();
         let measured = tasks.into_par_iter().map(|(index, patches)| {
             let group = &groups[index];
-            if group.is_stuck() {
+            if group.is_terminal() {
                 return Measured::default();
             }
             let own = source_clusters(group).map(Patch::of);
@@ -93,7 +93,7 @@ pub(crate) fn measure_deviations(
             let largest = finer
                 .map(|group| group.deviation_in_local)
                 .fold(own, f32::max);
-            let stuck = group.is_stuck();
+            let stuck = group.is_terminal();
             groups[index].deviation_in_local = if stuck {
                 f32::INFINITY
             } else {

@@ -48,7 +48,7 @@ pub fn bake_file(
         let share = tracker.share_of(primitive);
         let hierarchy = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
         share.finish();
-        let mut hierarchy = hierarchy.map_err(|fault| ImportError::Mesh {
+        let (mut hierarchy, _report) = hierarchy.map_err(|fault| ImportError::Mesh {
             place: primitive.place(),
             fault,
         })?;

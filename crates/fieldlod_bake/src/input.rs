@@ -20,7 +20,7 @@ pub(crate) struct SimplifierInput {
     pub(crate) protect_mask: u32,
     /// For each vertex, the first vertex at the same position.
     pub(crate) same_position: Vec<u32>,
-    /// For each vertex, whether it must stay at all levels.
+    /// For each vertex, whether it lies on a seam to keep.
     pub(crate) locks: Vec<SimplifyVertex>,
 }
 
@@ -51,6 +51,7 @@ impl SimplifierInput {
             locks: vec![SimplifyVertex::empty(); mesh.positions.len()],
         };
         input.same_position = meshopt::generate_position_remap(&input.vertices());
+        input.protect_seams();
         input
     }
 
@@ -63,19 +64,17 @@ impl SimplifierInput {
         }
     }
 
-    pub(crate) fn is_locked(&self, vertex: u32) -> bool {
-        self.locks[vertex as usize] == SimplifyVertex::Lock
-    }
-
-    /// Locks all vertices at the positions of `vertices`.
-    pub(crate) fn lock_positions(&mut self, vertices: &[u32]) {
-        let mut is_locked = vec![false; self.positions.len()];
-        for &vertex in vertices {
-            is_locked[self.same_position[vertex as usize] as usize] = true;
-        }
-        for (lock, &first) in self.locks.iter_mut().zip(&self.same_position) {
-            if is_locked[first as usize] {
-                *lock = SimplifyVertex::Lock;
+    /// Marks the vertices whose masked attributes differ from those of the first at their place.
+    fn protect_seams(&mut self) {
+        let count = self.weights.len();
+        let masked: Vec<usize> = (0..count)
+            .filter(|&k| self.protect_mask >> k & 1 != 0)
+            .collect();
+        let attribute = |vertex: usize, k: usize| self.attributes[vertex * count + k];
+        for (vertex, &first) in self.same_position.iter().enumerate() {
+            let differs = |&k: &usize| attribute(vertex, k) != attribute(first as usize, k);
+            if masked.iter().any(differs) {
+                self.locks[vertex] = SimplifyVertex::Protect;
             }
         }
     }

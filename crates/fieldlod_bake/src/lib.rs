@@ -1,7 +1,9 @@
 //! Bakes meshes and glTF files into level-of-detail hierarchies, with meshoptimizer.
 //!
-//! [`bake_mesh`] is the recipe for one mesh: check it, let meshoptimizer's clusterlod cluster,
-//! group and simplify it level by level, then bound and order what is drawn together.
+//! [`bake_mesh`] is the recipe for one mesh: check it, cluster, group and simplify it level by
+//! level as meshoptimizer's clusterlod does, and then as a whole down to a dozen triangles;
+//! measure how far each simplified surface lies from the source; bound and order what is drawn
+//! together. [`verify()`] holds a hierarchy against its source without trusting the bake.
 //! [`import_gltf`] reads the static triangle meshes of a glTF file exactly as Bevy does, and
 //! [`bake_file`] does both for every primitive of a file.
 //!
@@ -22,7 +24,8 @@
 //!
 //! # Simplifications
 //! The error of a group is what meshoptimizer reports: a weighted mean of squared distances mixed
-//! with attribute differences, neither a bound nor tight. A piece that would vanish when simplified
+//! with attribute differences, neither a bound nor tight. Its deviation is measured: ten times as
+//! many samples elsewhere find no more than 5 % beyond it. A piece that would vanish when simplified
 //! (two triangles back to back, say) is kept as its first triangle, and so is seen from one side
 //! only; apart from that, every cut of a closed mesh is closed.
 //!
@@ -41,15 +44,17 @@ mod file;
 pub mod fixtures;
 mod import;
 mod input;
+mod levels;
 mod mesh;
 mod nearest;
 mod patch;
+mod report;
 mod simplify;
+mod tail;
 mod verify;
-mod watertight;
 
 pub use attributes::ExtraAttributes;
-pub use bake::bake_mesh;
+pub use bake::{bake_mesh, bake_mesh_with_report};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, BakeProgress, bake_file};
 pub use import::{
@@ -57,6 +62,7 @@ pub use import::{
     PrimitivePlace, SkipReason, Skipped, import_gltf,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+pub use report::{BakeReport, Treatment, TreatmentKind};
 #[doc(hidden)]
 pub use simplify::bare_clusterlod;
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -5,7 +5,9 @@ mod common;
 use std::collections::HashSet;
 
 use common::{cut, error_criterion, open_edges, random_criterion, weld};
-use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh, fixtures};
+use fieldlod_bake::{
+    BakeConfig, MeshError, SourceMesh, bake_mesh, bake_mesh_with_report, fixtures,
+};
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 use proptest::prelude::*;
@@ -90,7 +92,8 @@ fn closed_meshes_stay_closed_in_every_cut() {
     for (name, mesh) in closed_meshes() {
         for config in [
             BakeConfig::default(),
-            BakeConfig::fine_grained(),
+            BakeConfig::fast(),
+            BakeConfig::max_quality(),
             many_groups(),
         ] {
             println!("{name}");
@@ -102,23 +105,57 @@ fn closed_meshes_stay_closed_in_every_cut() {
     }
 }
 
-/// Here a group is stuck while its neighbours are not; they must not pull away from it.
+/// Here groups are stuck while their neighbours are not; they must not pull away from them.
 #[test]
 fn stuck_groups_stay_joined_to_their_neighbours() {
     let mesh = fixtures::rock(4, 610);
     let config = BakeConfig {
         cluster_triangles: 16,
-        group_clusters: 4,
+        group_clusters: 2,
         ..BakeConfig::default()
     };
-    let hierarchy = bake(&mesh, &config);
-    let coarsest = hierarchy.level_count() - 1;
-    let stuck = hierarchy
-        .groups
-        .iter()
-        .filter(|g| g.is_terminal() && g.level < coarsest);
-    assert!(stuck.count() > 0, "nothing is stuck, so nothing is tested");
+    let (hierarchy, report) = bake_mesh_with_report(&mesh, &config).unwrap();
+    hierarchy.validate().unwrap();
+    assert!(
+        report.stuck_groups > 0,
+        "nothing is stuck, so nothing is tested"
+    );
     assert_closed(&mesh, &hierarchy, 610);
+}
+
+/// Far objects cost what they show.
+#[test]
+fn the_tail_goes_down_to_a_dozen_triangles() {
+    for (name, mesh) in [
+        ("rock", fixtures::rock(6, 1)),
+        ("icosphere", fixtures::icosphere(4)),
+        ("height field", fixtures::height_field(100)),
+        ("plane", fixtures::plane(30)),
+    ] {
+        let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
+        let triangles = cut(&hierarchy, |_| false).len();
+        assert!((1..=18).contains(&triangles), "{name}: {triangles}");
+        assert_eq!(report.coarsest_triangles, triangles);
+        assert!(
+            report.tail_levels >= 3 && report.treatments.is_empty(),
+            "{name}: {report:?}"
+        );
+    }
+}
+
+/// What cannot be simplified as a surface is treated, and the report says how.
+#[test]
+fn what_gets_stuck_is_treated_and_reported() {
+    for (name, mesh) in [
+        ("islands", fixtures::islands(20_000)),
+        ("fan", fixtures::non_manifold_fan(5_000)),
+        ("coincident", fixtures::coincident_points(5_000)),
+    ] {
+        let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
+        hierarchy.validate().unwrap();
+        println!("{name}: {report:?}");
+        assert!(report.coarsest_triangles <= 512, "{name}: {report:?}");
+    }
 }
 
 #[test]
@@ -151,8 +188,10 @@ fn every_cut_covers_the_surface_once() {
     );
     for triangles in cuts_of(&hierarchy, 11) {
         let share = volume(&mesh, &triangles) / volume(&mesh, source);
+        // A dozen triangles hold about half of what a rock holds.
+        let least = if triangles.len() < 250 { 0.4 } else { 0.9 };
         assert!(
-            (0.9..1.02).contains(&share),
+            (least..1.02).contains(&share),
             "{} triangles: {share}",
             triangles.len()
         );
@@ -187,12 +226,20 @@ fn texture_seams_are_not_torn() {
     let mesh = fixtures::torus_knot(200, 24);
     let hierarchy = bake(&mesh, &many_groups());
     for triangles in cuts_of(&hierarchy, 13) {
+        let count = triangles.len();
+        // A dozen triangles cannot go round a tube and keep its texture.
+        if count < 64 {
+            continue;
+        }
         for triangle in triangles {
             let [a, b, c] = triangle.map(|v| mesh.uvs[v as usize]);
             // Torn, a triangle would run from one end of the texture (v = 0) to the other (v = 1).
             let low = a.y.min(b.y).min(c.y);
             let high = a.y.max(b.y).max(c.y);
-            assert!(high - low < 0.95, "a triangle spans v from {low} to {high}");
+            assert!(
+                high - low < 0.95,
+                "of {count}, a triangle spans v from {low} to {high}"
+            );
         }
     }
 }
@@ -240,10 +287,21 @@ fn a_bake_does_not_depend_on_the_unit_of_length() {
 }
 
 #[test]
-fn a_mesh_that_fits_one_cluster_is_one_terminal_group() {
-    let hierarchy = bake(&fixtures::icosphere(1), &BakeConfig::default());
+fn a_mesh_of_a_dozen_triangles_is_one_terminal_group() {
+    let hierarchy = bake(&fixtures::one_triangle(), &BakeConfig::default());
     assert_eq!((hierarchy.groups.len(), hierarchy.units.len()), (1, 1));
     assert!(hierarchy.groups[0].is_terminal());
+}
+
+#[test]
+fn a_bake_does_not_depend_on_the_number_of_threads() {
+    let mesh = fixtures::rock(5, 3);
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| bake(&mesh, &many_groups()))
+    };
+    let one = with(1);
+    assert!(one == with(2) && one == with(5));
 }
 
 #[test]

@@ -1,0 +1,39 @@
+//! What a bake had to do, beside the hierarchy.
+
+/// How a bake went: what resisted, and what was done about it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BakeReport {
+    /// How often a group could not be simplified on its own and was tried again with others.
+    pub stuck_groups: usize,
+    /// Levels of the whole mesh above the last clusters.
+    pub tail_levels: usize,
+    /// Triangles of the coarsest level.
+    pub coarsest_triangles: usize,
+    /// What was done where simplification got stuck altogether. If `coarsest_triangles` is above
+    /// 512, not even this helped.
+    pub treatments: Vec<Treatment>,
+}
+
+/// One step beyond plain simplification. Its deviation is measured as that of any group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Treatment {
+    /// What was done.
+    pub kind: TreatmentKind,
+    /// The group so simplified.
+    pub group: u32,
+    /// Triangles before.
+    pub from: usize,
+    /// Triangles after.
+    pub to: usize,
+}
+
+/// The means against getting stuck, the gentlest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreatmentKind {
+    /// Small components of the surface were left out.
+    Pruned,
+    /// Attributes were ignored, and textures may be torn at their seams.
+    AttributesIgnored,
+    /// Vertices were merged on a grid, which opens closed surfaces.
+    Sloppy,
+}

@@ -1,0 +1,102 @@
+//! The levels above the last cluster: the whole mesh at once, on down to a dozen triangles.
+//!
+//! Nothing needs to be locked here, since nothing is left beside. So this is also the way out for
+//! what is stuck: pieces in all groups that could not be simplified on their own.
+
+use meshopt::SimplifyVertex;
+
+use crate::levels::{Cluster, Groups, triangle_count};
+use crate::report::{BakeReport, Treatment, TreatmentKind};
+use crate::simplify::{Means, Simplified, Simplifier};
+
+/// Where the tail ends.
+const FEWEST_TRIANGLES: usize = 12;
+/// What tears textures or opens closed surfaces is the lesser evil above this only.
+const MOST_TRIANGLES: usize = 512;
+/// Keeps a unit's vertices within the reach of 16-bit indices: 256 at most in a cluster.
+const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
+
+/// Goes on simplifying `clusters` as a whole, and adds the terminal group at the end.
+pub(crate) fn simplify_tail(
+    simplifier: &Simplifier<'_>,
+    mut clusters: Vec<Cluster>,
+    groups: &mut Groups,
+    report: &mut BakeReport,
+    on_triangles: &dyn Fn(usize),
+) {
+    let mut error_in_local = 0.0f32;
+    while triangle_count(&clusters) > FEWEST_TRIANGLES {
+        let corners: Vec<u32> = clusters
+            .iter()
+            .flat_map(|cluster| &cluster.corners)
+            .copied()
+            .collect();
+        let Some((simplified, means)) = simplify_whole(simplifier, &corners) else {
+            break;
+        };
+        let (from, to) = (corners.len() / 3, simplified.corners.len() / 3);
+        on_triangles(from);
+        error_in_local =
+            error_in_local.max(simplified.error_in_scaled * simplifier.input.local_from_scaled);
+        let group = groups.add(
+            clusters,
+            error_in_local.min(f32::MAX),
+            MOST_CLUSTERS_IN_A_UNIT,
+        );
+        if let Some(kind) = kind_of(means) {
+            report.treatments.push(Treatment {
+                kind,
+                group,
+                from,
+                to,
+            });
+        }
+        clusters = simplifier.clusterize(&simplified.corners, group);
+        report.tail_levels += 1;
+    }
+    report.coarsest_triangles = triangle_count(&clusters);
+    on_triangles(report.coarsest_triangles);
+    groups.add(clusters, f32::INFINITY, MOST_CLUSTERS_IN_A_UNIT);
+}
+
+fn kind_of(means: Means) -> Option<TreatmentKind> {
+    match means {
+        Means::Careful => None,
+        Means::Prune => Some(TreatmentKind::Pruned),
+        Means::PositionsOnly => Some(TreatmentKind::AttributesIgnored),
+        Means::Sloppy => Some(TreatmentKind::Sloppy),
+    }
+}
+
+/// By the gentlest means that gets anywhere.
+fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simplified, Means)> {
+    let triangles = corners.len() / 3;
+    let wanted = (triangles as f32 * simplifier.config.simplify_ratio) as usize;
+    let target = wanted.max(FEWEST_TRIANGLES.min(triangles / 2)) * 3;
+    let mut locks = simplifier.input.locks.clone();
+    for means in [
+        Means::Careful,
+        Means::Prune,
+        Means::PositionsOnly,
+        Means::Sloppy,
+    ] {
+        let tears = matches!(means, Means::PositionsOnly | Means::Sloppy);
+        if tears && triangles <= MOST_TRIANGLES {
+            return None;
+        }
+        if means == Means::PositionsOnly {
+            locks.fill(SimplifyVertex::empty());
+        }
+        let simplified = simplifier.simplify(corners, &locks, target, means);
+        let enough = triangles > MOST_TRIANGLES || !vanishes(&simplified);
+        if simplifier.is_coarser(&simplified, corners.len()) && enough {
+            return Some((simplified, means));
+        }
+    }
+    None
+}
+
+/// Whether only a token is left: a single triangle stands for little.
+fn vanishes(simplified: &Simplified) -> bool {
+    simplified.corners.len() <= 3
+}

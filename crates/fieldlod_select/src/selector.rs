@@ -463,7 +463,15 @@ impl Selector {
 
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
-        *self = Self::default();
+        self.last = None;
+        self.odometer = Odometer::default();
+        self.memories.clear();
+        self.nodes.iter_mut().for_each(Vec::clear);
+        self.spare.append(&mut self.slots);
+        self.free_slots.clear();
+        self.changes.clear();
+        self.triangle_count = 0;
+        self.budget = budget::Search::default();
     }
 }
 

@@ -1,0 +1,299 @@
+//! Selection against the sphere test of clusterlod, in one run: run with
+//! `cargo bench -p fieldlod_select`.
+//!
+//! Each result is checked before it is timed. Ratios are of medians of interleaved rounds, so that what
+//! else the machine does weighs on both alike.
+
+mod rival;
+#[path = "../../tests/common/synthetic.rs"]
+mod synthetic;
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use camera_field::Camera;
+use criterion::{Criterion, criterion_group, criterion_main};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{
+    GroupTable, InstanceView, LodSettings, Scene, Selector, View, promised_error_px, refine,
+};
+use glam::{Affine3A, Mat4, Vec2, Vec3};
+use rival::SphereTable;
+
+fn camera() -> Camera {
+    let projection = Mat4::perspective_infinite_reverse_rh(60f32.to_radians(), 16.0 / 9.0, 0.1);
+    Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
+}
+
+const FOCAL_PX: f32 = 935.3;
+
+fn look(eye: Vec3, target: Vec3) -> View {
+    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
+    View::new(camera(), &Affine3A::from_mat4(world_from_view))
+}
+
+/// Median times of several functions, run in turns.
+fn medians<const N: usize>(rounds: usize, mut functions: [&mut dyn FnMut(); N]) -> [Duration; N] {
+    let mut times = [const { Vec::new() }; N];
+    for _ in 0..rounds {
+        for (function, times) in functions.iter_mut().zip(&mut times) {
+            let start = Instant::now();
+            function();
+            times.push(start.elapsed());
+        }
+    }
+    times.map(|mut times| {
+        times.sort_unstable();
+        times[times.len() / 2]
+    })
+}
+
+fn ns(time: Duration, count: usize) -> f64 {
+    time.as_secs_f64() * 1e9 / count as f64
+}
+
+fn ball_with_coarsest_error(levels: u32, error: f32) -> Hierarchy {
+    let finest = (1..levels).fold(error, |error, _| error / 2.2);
+    synthetic::ball(levels, finest)
+}
+
+/// The criterion over all groups of one mesh.
+fn criterion_over_groups(criterion: &mut Criterion) {
+    println!("\ngroups   height  ours ns/group  rival ns/group  ratio  refined  rival GB/s");
+    let settings = LodSettings::default();
+    for levels in [6, 8, 10] {
+        let hierarchy = ball_with_coarsest_error(levels, 0.02);
+        let (table, spheres) = (GroupTable::new(&hierarchy), SphereTable::new(&hierarchy));
+        let count = hierarchy.groups.len();
+        for height in [0.02f32, 0.1, 0.5, 3.0] {
+            let eye = Vec3::new(0.3, 0.4, 0.866) * (1.0 + height);
+            let view = look(eye, Vec3::new(0.9, 0.1, 0.3));
+            let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
+            let (mut bits, mut rival_bits) = (Vec::new(), Vec::new());
+            check(&hierarchy, &table, &instance, &settings);
+            spheres.refine(eye, FOCAL_PX, &mut rival_bits);
+            let expected = SphereTable::naive(&hierarchy, eye, FOCAL_PX);
+            assert!(
+                expected
+                    .iter()
+                    .enumerate()
+                    .all(|(i, &e)| rival_bits[i / 64] >> (i % 64) & 1 == u64::from(e))
+            );
+            let repeats = (200_000 / count).max(1);
+            let [ours, rival] = medians(
+                41,
+                [
+                    &mut || {
+                        for _ in 0..repeats {
+                            refine(&table, black_box(&instance), &settings, &[], &mut bits);
+                            black_box(&bits);
+                        }
+                    },
+                    &mut || {
+                        for _ in 0..repeats {
+                            rival_bits.clear();
+                            spheres.refine(black_box(eye), FOCAL_PX, &mut rival_bits);
+                            black_box(&rival_bits);
+                        }
+                    },
+                ],
+            );
+            let refined: u32 = bits.iter().map(|word| word.count_ones()).sum();
+            let (ours, rival) = (ns(ours, count * repeats), ns(rival, count * repeats));
+            let gb_per_s = GroupTable::BYTES_TESTED as f64 / rival;
+            println!(
+                "{count:8} {height:6}  {ours:13.3}  {rival:14.3}  {:5.2}  {refined:7}  {gb_per_s:6.1}",
+                ours / rival
+            );
+            if levels == 8 {
+                criterion.bench_function(&format!("criterion_87k_groups_height_{height}"), |b| {
+                    b.iter(|| refine(&table, black_box(&instance), &settings, &[], &mut bits));
+                });
+            }
+        }
+    }
+    println!(
+        "bytes a group: {} tested, {} more in the band",
+        GroupTable::BYTES_TESTED,
+        GroupTable::BYTES_FULL
+    );
+}
+
+fn check(
+    hierarchy: &Hierarchy,
+    table: &GroupTable,
+    instance: &InstanceView,
+    settings: &LodSettings,
+) {
+    let mut bits = Vec::new();
+    refine(table, instance, settings, &[], &mut bits);
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        let expected = promised_error_px(group, instance, settings) > settings.error_px;
+        assert_eq!(
+            bits[index / 64] >> (index % 64) & 1 == 1,
+            expected,
+            "group {index}"
+        );
+    }
+}
+
+/// 11,664 balls of 85 groups on a plain.
+struct Plain {
+    scene: Scene,
+    spheres: SphereTable,
+    places: Vec<Vec3>,
+    group_count: usize,
+}
+
+impl Plain {
+    fn new() -> Self {
+        let hierarchy = synthetic::ball(3, 0.004);
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(&hierarchy);
+        let side = || (0..108u8).map(|i| (f32::from(i) - 53.5) * 3.0);
+        let places: Vec<Vec3> = side()
+            .flat_map(|x| side().map(move |z| Vec3::new(x, 0.0, z)))
+            .collect();
+        for &place in &places {
+            scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
+        }
+        scene.update();
+        Self {
+            scene,
+            spheres: SphereTable::new(&hierarchy),
+            group_count: hierarchy.groups.len() * places.len(),
+            places,
+        }
+    }
+
+    /// The rival's frame: every group of every instance.
+    fn scan(&self, eye: Vec3, bits: &mut Vec<u64>) {
+        bits.clear();
+        for &place in &self.places {
+            self.spheres.refine(eye - place, FOCAL_PX, bits);
+        }
+    }
+}
+
+/// 1.4 m/s at 60 Hz, with head-bob, turning slowly.
+fn walk(step: u32) -> (Vec3, View) {
+    let step = step as f32;
+    let bob = (step * 0.1) % 2.0;
+    let eye = Vec3::new(0.4, 1.7 + 0.03 * (bob - 1.0).abs(), 20.0 - step * 0.0233);
+    (
+        eye,
+        look(eye, eye + Vec3::new(0.2 + step * 0.0005, -0.1, -1.0)),
+    )
+}
+
+fn whole_frames(criterion: &mut Criterion) {
+    let plain = Plain::new();
+    let settings = LodSettings::default();
+    let [mut fresh, mut kept, mut still] = [
+        Selector::default(),
+        Selector::default(),
+        Selector::default(),
+    ];
+    let mut bits = Vec::new();
+    let no_memory = LodSettings {
+        hysteresis: 1.0,
+        ..settings
+    };
+    for step in 0..100 {
+        let (_, view) = walk(step);
+        fresh.clear();
+        fresh.select(&plain.scene, &view, &no_memory);
+        kept.select(&plain.scene, &view, &no_memory);
+        assert_eq!(fresh.triangle_count(), kept.triangle_count());
+    }
+    println!("{:?}", fresh.statistics());
+    still.select(&plain.scene, &walk(0).1, &settings);
+    let step = std::cell::Cell::new(100);
+    let [rival, scratch, walking, standing] = medians(
+        400,
+        [
+            &mut || {
+                step.set(step.get() + 1);
+                plain.scan(walk(step.get()).0, &mut bits);
+                black_box(&bits);
+            },
+            &mut || {
+                fresh.clear();
+                fresh.select(&plain.scene, &walk(step.get()).1, &settings);
+            },
+            &mut || kept.select(&plain.scene, &walk(step.get()).1, &settings),
+            &mut || still.select(&plain.scene, &walk(0).1, &settings),
+        ],
+    );
+    println!(
+        "\n{} instances, {} groups, walking",
+        plain.places.len(),
+        plain.group_count
+    );
+    for (name, time) in [
+        ("rival scan", rival),
+        ("from scratch", scratch),
+        ("incremental", walking),
+        ("still", standing),
+    ] {
+        println!(
+            "{name:12} {:9.1} us  ratio {:.4}",
+            time.as_secs_f64() * 1e6,
+            time.as_secs_f64() / rival.as_secs_f64()
+        );
+    }
+    println!("{:?}", kept.statistics());
+    let mut step = 0;
+    criterion.bench_function("walking_11664_instances", |b| {
+        b.iter(|| {
+            step += 1;
+            kept.select(&plain.scene, &walk(step % 2000).1, &settings);
+        });
+    });
+}
+
+/// The same dozen balls in front of the camera, and ever more far ahead and behind.
+fn scene_sizes(_: &mut Criterion) {
+    println!("\ninstances  from scratch us  incremental us  triangles near");
+    let settings = LodSettings::default();
+    for count in [1u32, 10, 100, 1_000, 10_000, 100_000] {
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(&synthetic::ball(3, 0.004));
+        for index in 0..count {
+            let (x, z) = ((index % 12) as f32 * 3.0 - 16.0, (index / 12) as f32 * 3.0);
+            let place = match index {
+                0..12 => Vec3::new(x * 0.5, 0.0, 8.0),
+                _ if index % 2 == 0 => Vec3::new(x * 8.0, 0.0, 40.0 + z),
+                _ => Vec3::new(x * 8.0, 0.0, -150.0 - z),
+            };
+            scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
+        }
+        scene.update();
+        let [mut fresh, mut kept] = [Selector::default(), Selector::default()];
+        let step = std::cell::Cell::new(0);
+        let [scratch, walking] = medians(
+            300,
+            [
+                &mut || {
+                    step.set(step.get() + 1);
+                    fresh.clear();
+                    fresh.select(&scene, &walk(step.get()).1, &settings);
+                },
+                &mut || kept.select(&scene, &walk(step.get()).1, &settings),
+            ],
+        );
+        println!(
+            "{count:9}  {:15.2}  {:14.2}  {}",
+            scratch.as_secs_f64() * 1e6,
+            walking.as_secs_f64() * 1e6,
+            kept.triangle_count()
+        );
+    }
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
+    targets = criterion_over_groups, whole_frames, scene_sizes
+}
+criterion_main!(benches);

@@ -10,6 +10,7 @@ mod inspect;
 mod output;
 mod paper;
 mod summary;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ enum Command {
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Paper(paper::PaperArgs),
+    Verify(verify::Arguments),
 }
 
 impl Command {
@@ -38,6 +40,7 @@ impl Command {
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Paper(arguments) => paper::run(arguments),
+            Self::Verify(arguments) => verify::run(arguments),
         }
     }
 }

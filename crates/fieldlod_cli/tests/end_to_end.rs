@@ -128,6 +128,28 @@ fn json_is_one_object_on_standard_output() {
     assert!(levels[0]["error_in_local"]["max"].is_number());
 }
 
+#[test]
+fn verify_passes_a_bake_and_fails_that_of_another_mesh() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 48);
+    let output = input.with_extension("fieldlod");
+    assert!(fieldlod(&["bake", text(&input)]).status.success());
+    let verify = fieldlod(&["verify", "--json", text(&input), text(&output)]);
+    assert_eq!(verify.status.code(), Some(0), "{verify:?}");
+    let report: Value = serde_json::from_slice(&verify.stdout).unwrap();
+    assert_eq!(report["passed"], true);
+    assert_eq!(report["primitives"][0]["cuts"], 200);
+
+    grid_glb(folder.path(), 47);
+    let verify = fieldlod(&["verify", text(&input), text(&output)]);
+    assert_eq!(verify.status.code(), Some(1));
+    let said = String::from_utf8(verify.stdout).unwrap();
+    assert!(
+        said.contains("FAILED: it was baked from another mesh"),
+        "{said}"
+    );
+}
+
 /// Runs a command that must fail with one line that names the file and holds `fault`.
 fn assert_fails(arguments: &[&str], file: &Path, fault: &str) {
     let output = fieldlod(arguments);

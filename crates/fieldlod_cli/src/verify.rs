@@ -1,0 +1,162 @@
+//! `fieldlod verify`: holds a `.fieldlod` file against the glTF file that it was baked from.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use fieldlod_bake::{ImportedPrimitive, Verified, VerifySettings, import_gltf, verify};
+use fieldlod_hierarchy::BakedFile;
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::output::{print, print_json, thousands};
+
+/// Check a .fieldlod file against its source: invariants, deviations measured anew by denser
+/// samples, and 200 random cuts for holes, overlaps and flipped triangles.
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// The .gltf or .glb file that was baked.
+    source: PathBuf,
+    /// The .fieldlod file.
+    file: PathBuf,
+    /// Print a JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    source: String,
+    file: String,
+    passed: bool,
+    primitives: Vec<PrimitiveReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct PrimitiveReport {
+    mesh: u32,
+    primitive: u32,
+    name: String,
+    /// What failed; absent if nothing did.
+    fault: Option<String>,
+    samples: u64,
+    /// Largest distances, as shares of the deviations stated.
+    source_to_simplified: f32,
+    simplified_to_source: f32,
+    cuts: u32,
+    flipped_area: f32,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (source, path) = (&arguments.source, &arguments.file);
+    let bytes = fs::read(path);
+    let bytes = bytes.map_err(|e| Failure::new(path, format!("cannot be read: {e}")))?;
+    let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
+    let import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
+    let primitives = import
+        .primitives
+        .iter()
+        .map(|p| PrimitiveReport::of(p, &file));
+    let mut primitives: Vec<PrimitiveReport> = primitives.collect();
+    let extra = file.primitives.iter().filter(|baked| {
+        let place = (baked.mesh_index, baked.primitive_index);
+        let mut imported = import.primitives.iter();
+        !imported.any(|p| (p.mesh_index, p.primitive_index) == place)
+    });
+    primitives.extend(extra.map(|baked| {
+        let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
+        PrimitiveReport::failed(mesh, primitive, &baked.name, "the source does not have it")
+    }));
+    let report = Report {
+        source: source.display().to_string(),
+        file: path.display().to_string(),
+        passed: primitives.iter().all(|primitive| primitive.fault.is_none()),
+        primitives,
+    };
+    if arguments.json {
+        print_json(&report)?;
+    } else {
+        print(&report.text())?;
+    }
+    let failed = report
+        .primitives
+        .iter()
+        .filter(|p| p.fault.is_some())
+        .count();
+    match failed {
+        0 => Ok(()),
+        _ => {
+            let all = report.primitives.len();
+            Err(Failure::new(
+                path,
+                format!("{failed} of {all} primitives failed"),
+            ))
+        }
+    }
+}
+
+impl PrimitiveReport {
+    fn of(imported: &ImportedPrimitive, file: &BakedFile) -> Self {
+        let (mesh, primitive) = (imported.mesh_index, imported.primitive_index);
+        let Some(baked) = file.find(mesh, primitive) else {
+            return Self::failed(mesh, primitive, &imported.name, "the file does not have it");
+        };
+        match verify(&imported.mesh, &baked.hierarchy, &VerifySettings::default()) {
+            Ok(verified) => Self::passed(mesh, primitive, &imported.name, &verified),
+            Err(fault) => Self::failed(mesh, primitive, &imported.name, &fault.to_string()),
+        }
+    }
+
+    fn passed(mesh: u32, primitive: u32, name: &str, verified: &Verified) -> Self {
+        Self {
+            mesh,
+            primitive,
+            name: name.to_owned(),
+            fault: None,
+            samples: verified.samples,
+            source_to_simplified: verified.source_to_simplified,
+            simplified_to_source: verified.simplified_to_source,
+            cuts: verified.cuts,
+            flipped_area: verified.flipped_area,
+        }
+    }
+
+    fn failed(mesh: u32, primitive: u32, name: &str, fault: &str) -> Self {
+        let nothing = Self::passed(mesh, primitive, name, &Verified::default());
+        Self {
+            fault: Some(fault.to_owned()),
+            ..nothing
+        }
+    }
+
+    fn text(&self) -> String {
+        let Self {
+            mesh, primitive, ..
+        } = self;
+        let place = format!("mesh {mesh} ({:?}), primitive {primitive}", self.name);
+        match &self.fault {
+            Some(fault) => format!("{place}: FAILED: {fault}"),
+            None => format!(
+                "{place}: pass; of the deviation stated, {} samples reach {:.3} (source to \
+                 simplified) and {:.3} (back); {} cuts without holes, {:.2} % of area flipped",
+                thousands(self.samples),
+                self.source_to_simplified,
+                self.simplified_to_source,
+                self.cuts,
+                self.flipped_area * 100.0,
+            ),
+        }
+    }
+}
+
+impl Report {
+    fn text(&self) -> String {
+        let verdict = if self.passed { "pass" } else { "FAILED" };
+        let mut text = format!("{}: {verdict}\n", self.file);
+        for primitive in &self.primitives {
+            let _ = writeln!(text, "{}", primitive.text());
+        }
+        text
+    }
+}

@@ -14,7 +14,8 @@ use crate::{BakeConfig, ImportError, ImportedPrimitive, Skipped, import_gltf};
 pub struct BakeProgress {
     /// Triangles of all levels worked off so far.
     pub triangles_done: u64,
-    /// How many there will be: an estimate, never less than `triangles_done`.
+    /// How many there will be, each counted once for simplifying and once for measuring: an
+    /// estimate, never less than `triangles_done`. It grows when a mesh must be built again.
     pub triangles_total: u64,
 }
 
@@ -88,23 +89,27 @@ fn nothing_to_bake(skipped: &[Skipped]) -> ImportError {
 /// Adds up the work of all threads.
 struct Tracker<'a> {
     done: AtomicU64,
-    total: u64,
+    total: AtomicU64,
     report: &'a (dyn Fn(BakeProgress) + Sync),
 }
 
 impl<'a> Tracker<'a> {
     fn new(primitives: &[ImportedPrimitive], report: &'a (dyn Fn(BakeProgress) + Sync)) -> Self {
+        let expected = primitives.iter().map(expected_triangles);
         Self {
             done: AtomicU64::new(0),
-            total: primitives.iter().map(expected_triangles).sum(),
+            total: AtomicU64::new(expected.sum()),
             report,
         }
     }
 
     fn share_of(&self, primitive: &ImportedPrimitive) -> Share<'_> {
+        let expected = expected_triangles(primitive);
         Share {
             tracker: self,
-            left: AtomicU64::new(expected_triangles(primitive)),
+            build: expected / PASSES,
+            left_in_build: AtomicU64::new(expected / PASSES),
+            left: AtomicU64::new(expected),
         }
     }
 
@@ -112,27 +117,43 @@ impl<'a> Tracker<'a> {
         let before = self.done.fetch_add(count, Ordering::Relaxed);
         (self.report)(BakeProgress {
             triangles_done: before + count,
-            triangles_total: self.total,
+            triangles_total: self.total.load(Ordering::Relaxed),
         });
     }
 }
 
+/// Triangles are simplified, and then measured.
+const PASSES: u64 = 2;
+
 /// Each level has half the triangles of the one before.
 fn expected_triangles(primitive: &ImportedPrimitive) -> u64 {
-    primitive.mesh.triangle_count() as u64 * 2
+    primitive.mesh.triangle_count() as u64 * 2 * PASSES
 }
 
-/// What one primitive may add: no more than expected, and in the end no less.
+/// What one primitive adds: in the end as much as was expected of it.
 struct Share<'a> {
     tracker: &'a Tracker<'a>,
+    /// What a build is expected to add.
+    build: u64,
+    left_in_build: AtomicU64,
     left: AtomicU64,
 }
 
 impl Share<'_> {
+    /// More triangles than a build has: the mesh is being built once more, and there is more to
+    /// do than was expected.
     fn add(&self, count: usize) {
-        let left = self.left.load(Ordering::Relaxed);
-        let count = left.min(count as u64);
-        self.left.store(left - count, Ordering::Relaxed);
+        let count = count as u64;
+        let mut left_in_build = self.left_in_build.load(Ordering::Relaxed);
+        if left_in_build < count {
+            let more = self.build.max(count);
+            self.tracker.total.fetch_add(more, Ordering::Relaxed);
+            self.left.fetch_add(more, Ordering::Relaxed);
+            left_in_build += more;
+        }
+        self.left_in_build
+            .store(left_in_build - count, Ordering::Relaxed);
+        self.left.fetch_sub(count, Ordering::Relaxed);
         self.tracker.add(count);
     }
 

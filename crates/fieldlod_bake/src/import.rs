@@ -203,9 +203,18 @@ impl Skipped {
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
-    let (document, blob) = document::read(path)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let buffers = Buffers::load(&document, blob.as_deref(), folder)?;
+    let bytes = std::fs::read(path).map_err(ImportError::Read)?;
+    import_gltf_bytes(&bytes, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads the triangle meshes of a `.gltf` or `.glb` file's bytes. Buffers beside it are looked for
+/// in `folder`.
+///
+/// # Errors
+/// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
+pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportError> {
+    let (document, blob) = document::read(bytes)?;
+    let buffers = Buffers::load(&document, blob, folder)?;
     let skinned = MeshIndices::on_skinned_nodes(&document);
     let mut import = Import::default();
     for mesh in document.meshes() {

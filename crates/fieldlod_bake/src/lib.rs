@@ -59,7 +59,7 @@ pub use config::BakeConfig;
 pub use file::{BakeOutcome, BakeProgress, bake_file};
 pub use import::{
     AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PackedViewFault,
-    PrimitivePlace, SkipReason, Skipped, import_gltf,
+    PrimitivePlace, SkipReason, Skipped, import_gltf, import_gltf_bytes,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use report::{BakeReport, Treatment, TreatmentKind};

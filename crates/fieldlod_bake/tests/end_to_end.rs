@@ -207,7 +207,8 @@ fn several_meshes_bake_in_the_order_of_the_file() {
     }
     let heard = heard.into_inner().unwrap();
     let done = heard.iter().map(|progress| progress.triangles_done).max();
-    assert_eq!(done, Some(heard[0].triangles_total));
+    let total = heard.iter().map(|progress| progress.triangles_total).max();
+    assert_eq!(done, total);
     assert!(
         heard
             .iter()
@@ -216,6 +217,31 @@ fn several_meshes_bake_in_the_order_of_the_file() {
 
     let bytes = outcome.file.to_bytes();
     assert!(BakedFile::from_bytes(&bytes).unwrap() == outcome.file);
+}
+
+/// A mesh that has to be built again is not at its end before it is.
+#[test]
+fn progress_goes_on_through_further_builds() {
+    let mesh = fixtures::rock(4, 610);
+    // Here a group is stuck and its neighbours are not.
+    let config = BakeConfig {
+        cluster_triangles: 16,
+        group_clusters: 4,
+        ..BakeConfig::default()
+    };
+    let heard: Mutex<Vec<BakeProgress>> = Mutex::default();
+    let listen = |progress| heard.lock().unwrap().push(progress);
+    bake_file(&GltfFile::of(&mesh).glb(), &config, &listen).unwrap();
+    let heard = heard.into_inner().unwrap();
+    let (last, before) = heard.split_last().unwrap();
+    assert_eq!(last.triangles_done, last.triangles_total);
+    assert!(
+        last.triangles_total > heard[0].triangles_total,
+        "built once"
+    );
+    for progress in before {
+        assert!(progress.triangles_done < progress.triangles_total);
+    }
 }
 
 /// Bakes the models of a folder that a developer names; does nothing elsewhere.

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
+use fieldlod_hierarchy::Precision;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -26,6 +27,10 @@ pub(crate) struct Arguments {
     /// The .fieldlod file to write [default: beside the input].
     #[arg(short, long)]
     output: Option<PathBuf>,
+    /// Keep vertex attributes to 16 bits only: a file of half the size. Renderers that take the
+    /// vertices from the glTF file are not concerned.
+    #[arg(long)]
+    quantize: bool,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -58,7 +63,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     check_writable(input, &output)?;
     let outcome = bake_with_progress(input)?;
-    let bytes = outcome.file.to_bytes();
+    let precision = if arguments.quantize {
+        Precision::Quantized16
+    } else {
+        Precision::Lossless
+    };
+    let bytes = outcome.file.to_bytes_with(precision);
     write_whole(&output, &bytes)?;
     let seconds = started.elapsed().as_secs_f64();
     let report = Report::new(input, &output, &outcome, seconds, bytes.len() as u64);
@@ -72,7 +82,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn bake_with_progress(input: &Path) -> Result<BakeOutcome, Failure> {
     // Draws on standard error, and nothing where that is not a terminal.
     let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}") {
+    if let Ok(style) =
+        ProgressStyle::with_template("{bar:40} {percent:>3} %  {per_sec:>11} triangles  {eta} left")
+    {
         bar.set_style(style);
     }
     let show = |progress: BakeProgress| {

@@ -9,7 +9,8 @@ use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::output::{bytes_text, print, print_json, thousands};
+use crate::levels::draw_levels;
+use crate::output::{bytes_text, print, print_json, thousands, write_whole};
 use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
 
 /// Check a .fieldlod file and show its levels.
@@ -17,6 +18,9 @@ use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
 pub(crate) struct Arguments {
     /// The .fieldlod file.
     file: PathBuf,
+    /// Draw the levels of the primitive with the most triangles side by side into a PNG file.
+    #[arg(long, value_name = "OUT")]
+    png: Option<PathBuf>,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -35,6 +39,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bytes = fs::read(path);
     let bytes = bytes.map_err(|e| Failure::new(path, format!("cannot be read: {e}")))?;
     let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
+    if let Some(out) = &arguments.png {
+        let largest = file.primitives.iter().map(|primitive| &primitive.hierarchy);
+        let largest = largest.max_by_key(|hierarchy| hierarchy.source_triangle_count());
+        let picture =
+            draw_levels(largest.ok_or_else(|| Failure::new(path, "it has no primitives"))?);
+        write_whole(out, &picture.map_err(|error| Failure::new(out, error))?)?;
+    }
     let report = Report {
         file: path.display().to_string(),
         format_version: FORMAT_VERSION,
@@ -74,7 +85,7 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
     let _ = writeln!(
         text,
         "level  groups  terminal   units    triangles  error min    median       max  \
-         radius min    median       max"
+         deviation min median     max  radius min    median       max"
     );
     for level in &primitive.levels {
         let _ = writeln!(text, "{}", level_text(level));
@@ -84,13 +95,14 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
 
 fn level_text(level: &LevelSummary) -> String {
     format!(
-        "{:>5}  {:>6}  {:>8}  {:>6}  {:>11}  {}  {}",
+        "{:>5}  {:>6}  {:>8}  {:>6}  {:>11}  {}  {}  {}",
         level.level,
         level.groups,
         level.terminal_groups,
         level.units,
         thousands(level.triangles),
         spread_text(level.error_in_local),
+        spread_text(level.deviation_in_local),
         spread_text(level.radius_in_local),
     )
 }

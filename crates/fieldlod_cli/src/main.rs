@@ -7,6 +7,7 @@
 mod bake;
 mod failure;
 mod inspect;
+mod levels;
 mod output;
 mod paper;
 mod summary;

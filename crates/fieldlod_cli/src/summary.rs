@@ -30,6 +30,8 @@ pub(crate) struct LevelSummary {
     pub(crate) triangles: u64,
     /// Of the groups that are not terminal.
     pub(crate) error_in_local: Option<Spread>,
+    /// Of the same: measured against the source.
+    pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
 }
 
@@ -90,7 +92,7 @@ impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
         let groups = hierarchy.groups.iter().filter(|group| group.level == level);
         let groups: Vec<&Group> = groups.collect();
-        let simplified = groups.iter().filter(|group| !group.is_terminal());
+        let simplified = || groups.iter().filter(|group| !group.is_terminal());
         Self {
             level,
             groups: groups.len(),
@@ -100,7 +102,8 @@ impl LevelSummary {
                 .iter()
                 .map(|group| triangles_of(hierarchy, group))
                 .sum(),
-            error_in_local: Spread::of(simplified.map(|group| group.error_in_local)),
+            error_in_local: Spread::of(simplified().map(|group| group.error_in_local)),
+            deviation_in_local: Spread::of(simplified().map(|group| group.deviation_in_local)),
             radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
         }
     }

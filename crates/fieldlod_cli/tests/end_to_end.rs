@@ -260,6 +260,61 @@ fn rejects_outputs_that_cannot_be_written() {
 }
 
 #[test]
+fn inspect_draws_the_levels() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 64);
+    let output = input.with_extension("fieldlod");
+    let picture = folder.path().join("levels.png");
+    assert!(fieldlod(&["bake", text(&input)]).status.success());
+    let inspect = fieldlod(&["inspect", text(&output), "--png", text(&picture)]);
+    assert!(inspect.status.success(), "{inspect:?}");
+    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
+    let report = fieldlod(&["inspect", text(&output), "--json"]);
+    let report: Value = serde_json::from_slice(&report.stdout).unwrap();
+    let level = &report["primitives"][0]["levels"][0];
+    for spread in ["error_in_local", "deviation_in_local", "radius_in_local"] {
+        assert!(level[spread]["median"].is_number(), "{spread}");
+    }
+}
+
+#[test]
+fn quantized_files_are_smaller_and_deterministic() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 64);
+    let output = input.with_extension("fieldlod");
+    let bake = |arguments: &[&str]| {
+        let arguments = [&["bake", text(&input)], arguments].concat();
+        assert!(fieldlod(&arguments).status.success());
+        fs::read(&output).unwrap()
+    };
+    let (lossless, quantized) = (bake(&[]), bake(&["--quantize"]));
+    assert!(quantized.len() < lossless.len());
+    assert!(bake(&[]) == lossless && bake(&["--quantize"]) == quantized);
+}
+
+/// Whenever it is stopped, the file is the old one or the new one.
+#[test]
+fn a_stopped_bake_leaves_no_half_file() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 200);
+    let output = input.with_extension("fieldlod");
+    fs::write(&output, b"old").unwrap();
+    for wait_ms in [1, 30, 100] {
+        let mut bake = Command::new(env!("CARGO_BIN_EXE_fieldlod"))
+            .args(["bake", text(&input)])
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait_ms));
+        bake.kill().unwrap();
+        bake.wait().unwrap();
+        let found = fs::read(&output).unwrap();
+        let whole = found == b"old" || fieldlod(&["inspect", text(&output)]).status.success();
+        assert!(whole, "{} bytes", found.len());
+    }
+}
+
+#[test]
 fn wrong_command_lines_exit_with_2() {
     for arguments in [
         &["bake"][..],

@@ -1,7 +1,6 @@
 //! From a file's bytes to a glTF document that is safe to walk.
 
 use std::collections::HashSet;
-use std::path::Path;
 
 use gltf::json::validation::Checked;
 use gltf::{Document, Semantic};
@@ -12,21 +11,20 @@ const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// Reads a file: its document, and the binary chunk if it is a GLB.
-pub(super) fn read(path: &Path) -> Result<(Document, Option<Vec<u8>>), ImportError> {
-    let bytes = std::fs::read(path).map_err(ImportError::Read)?;
+/// Reads a file's bytes: its document, and the binary chunk if it is a GLB.
+pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
     if bytes.is_empty() {
         return Err(ImportError::Empty);
     }
     if bytes.starts_with(GLB_MAGIC) {
-        let (json, blob) = split_glb(&bytes)?;
-        return Ok((parse(json)?, blob.map(<[u8]>::to_vec)));
+        let (json, blob) = split_glb(bytes)?;
+        return Ok((parse(json)?, blob));
     }
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
     if first != Some(&b'{') {
         return Err(ImportError::NotGltf);
     }
-    Ok((parse(&bytes)?, None))
+    Ok((parse(bytes)?, None))
 }
 
 /// The JSON and binary chunks of a GLB. Chunks of other types are passed over, as the

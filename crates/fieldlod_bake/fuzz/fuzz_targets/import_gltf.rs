@@ -1,0 +1,20 @@
+//! Imports any bytes as a glTF file. Buffers beside the file are looked for in a folder that does
+//! not exist.
+//!
+//! `cargo +nightly fuzz run import_gltf -- -max_total_time=600`, in `crates/fieldlod_bake`. To
+//! begin with, put some small `.glb` files into `fuzz/corpus/import_gltf`.
+
+#![no_main]
+
+use std::path::Path;
+
+use fieldlod_bake::import_gltf_bytes;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(import) = import_gltf_bytes(bytes, Path::new("/nowhere/at/all")) {
+        for primitive in import.primitives {
+            let _ = primitive.mesh.validate();
+        }
+    }
+});

@@ -137,19 +137,33 @@ impl<'a> Decision<'a> {
         }
         let bits = (0..CHUNK / LANES).fold(0, |bits, index| {
             let block = chunk * (CHUNK / LANES) + index;
-            if self.zero_is_below && test.passes_block(table, block) {
-                return bits;
-            }
             let was = (was_refined >> (index * LANES)) as u32 & 0xff;
-            bits | u64::from(self.exceeding_in(table, block, was)) << (index * LANES)
+            bits | u64::from(self.exceeding_in(table, block, was, &test)) << (index * LANES)
         });
         bits & valid_bits(table, chunk)
     }
 
-    /// The full criterion.
+    /// The conservative test, then the full criterion unless all are below or outside.
     #[inline]
-    fn exceeding_in(&self, table: &GroupTable, block: usize, was_refined: u32) -> u32 {
-        let error_px = self.kernel.error_px(table, block);
+    fn exceeding_in(
+        &self,
+        table: &GroupTable,
+        block: usize,
+        was_refined: u32,
+        test: &SphereTest,
+    ) -> u32 {
+        let error_px = if self.zero_is_below {
+            let below = test.passed_by(table, block);
+            if below.all() {
+                return 0;
+            }
+            let Some(error_px) = self.kernel.error_px_unless(below, table, block) else {
+                return 0;
+            };
+            error_px
+        } else {
+            self.kernel.error_px(table, block)
+        };
         let nan = error_px.simd_ne(error_px);
         let above = |threshold_px: f32| {
             (error_px.simd_gt(f32x8::splat(threshold_px)) | nan).to_bitmask() & 0xff
@@ -222,14 +236,14 @@ impl SphereTest {
     }
 
     #[inline]
-    fn passes_block(&self, table: &GroupTable, block: usize) -> bool {
+    fn passed_by(&self, table: &GroupTable, block: usize) -> f32x8 {
         let mut error = table.error_weighed[block] * f32x8::splat(self.weighed_error);
         if self.deviation != 0.0 {
             let deviation = table.deviation[block] * f32x8::splat(self.deviation);
             error = error.simd_gt(deviation).bitselect(error, deviation);
         }
         if self.orthographic {
-            return error.simd_le(f32x8::splat(1.0)).all();
+            return error.simd_le(f32x8::splat(1.0));
         }
         let (x, y, z) = (
             table.x[block] - f32x8::splat(self.eye.x),
@@ -238,6 +252,6 @@ impl SphereTest {
         );
         let reach = (error + table.radius[block] * f32x8::splat(SLACK) + f32x8::splat(self.slack))
             * f32x8::splat(self.unevenness);
-        (reach * reach).simd_lt(x * x + y * y + z * z).all()
+        (reach * reach).simd_lt(x * x + y * y + z * z)
     }
 }

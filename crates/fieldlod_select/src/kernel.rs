@@ -4,67 +4,19 @@
 //! Every line computes what the scalar code and `camera_field`'s bounds compute, in the same order,
 //! with operations that IEEE 754 rounds exactly, so that lanes and scalars agree on every machine.
 
+mod bounds;
+mod lanes;
+
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use wide::f32x8;
 
-use crate::criterion::{ASPECT_ROUNDING, FLATNESS_FLOOR, SILHOUETTE_WEIGHT};
+use crate::criterion::ASPECT_ROUNDING;
 use crate::stretch::{STRETCH_ROUNDING, SeenStretch};
 use crate::table::GroupTable;
 use crate::{InstanceView, LodSettings, Promise};
-
-/// As in `camera_field`'s bounds.
-const ROUNDING: f32 = 8.0 * f32::EPSILON;
-const INFINITE: f32x8 = splat(f32::INFINITY);
-const ZERO: f32x8 = splat(0.0);
-const ONE: f32x8 = splat(1.0);
-
-const fn splat(value: f32) -> f32x8 {
-    f32x8::new([value; 8])
-}
-
-#[derive(Clone, Copy)]
-struct V3 {
-    x: f32x8,
-    y: f32x8,
-    z: f32x8,
-}
-
-impl V3 {
-    fn dot(self, other: Self) -> f32x8 {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    fn splat(v: Vec3) -> Self {
-        Self {
-            x: splat(v.x),
-            y: splat(v.y),
-            z: splat(v.z),
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct M3([V3; 3]);
-
-impl M3 {
-    fn splat(m: &Mat3) -> Self {
-        Self([
-            V3::splat(m.x_axis),
-            V3::splat(m.y_axis),
-            V3::splat(m.z_axis),
-        ])
-    }
-
-    fn of(self, v: V3) -> V3 {
-        let [a, b, c] = self.0;
-        V3 {
-            x: a.x * v.x + b.x * v.y + c.x * v.z,
-            y: a.y * v.x + b.y * v.y + c.y * v.z,
-            z: a.z * v.x + b.z * v.y + c.z * v.z,
-        }
-    }
-}
+use bounds::{Extent, ROUNDING, Seen, beyond_edges, beyond_sides, picture_weight, unusable};
+use lanes::{INFINITE, M3, ONE, V3, ZERO, splat};
 
 /// One instance in one view under one set of settings.
 pub(crate) struct Kernel<'a> {
@@ -73,22 +25,6 @@ pub(crate) struct Kernel<'a> {
     camera_from_local: M3,
     origin: V3,
     normal_map: M3,
-}
-
-/// Eight groups in camera space.
-struct Seen {
-    center: V3,
-    radius: f32x8,
-    distance_squared: f32x8,
-    distance: f32x8,
-}
-
-/// What the view knows of eight spheres: masks, and bounds where neither is set.
-struct Extent {
-    outside: f32x8,
-    unbounded: f32x8,
-    secant: f32x8,
-    depth: f32x8,
 }
 
 impl<'a> Kernel<'a> {
@@ -106,10 +42,45 @@ impl<'a> Kernel<'a> {
     #[inline]
     pub(crate) fn error_px(&self, table: &GroupTable, block: usize) -> f32x8 {
         let seen = self.seen(table, block);
+        let outside = self.outside(&seen);
+        self.error_px_of(&seen, outside, table, block)
+    }
+
+    /// [`Kernel::error_px`], or `None` where each group is outside the view or among `others`: before
+    /// any root or quotient.
+    #[inline]
+    pub(crate) fn error_px_unless(
+        &self,
+        others: f32x8,
+        table: &GroupTable,
+        block: usize,
+    ) -> Option<f32x8> {
+        let seen = self.seen(table, block);
+        let outside = self.outside(&seen);
+        let idle = (outside | others).all();
+        (!idle).then(|| self.error_px_of(&seen, outside, table, block))
+    }
+
+    #[inline]
+    fn error_px_of(&self, seen: &Seen, outside: f32x8, table: &GroupTable, block: usize) -> f32x8 {
         match &self.instance.camera {
-            Camera::Perspective(camera) => self.perspective_px(camera, &seen, table, block),
-            Camera::Orthographic(camera) => self.orthographic_px(camera, &seen, table, block),
+            Camera::Perspective(camera) => {
+                let extent = Extent::new(camera, seen, outside);
+                self.perspective_px(camera, seen, &extent, table, block)
+            }
+            Camera::Orthographic(camera) => {
+                self.orthographic_px(camera, seen, outside, table, block)
+            }
         }
+    }
+
+    #[inline]
+    fn outside(&self, seen: &Seen) -> f32x8 {
+        let beyond = match &self.instance.camera {
+            Camera::Perspective(camera) => beyond_sides(camera, seen),
+            Camera::Orthographic(camera) => beyond_edges(camera, seen),
+        };
+        beyond & !unusable(seen)
     }
 
     #[inline]
@@ -139,15 +110,15 @@ impl<'a> Kernel<'a> {
         &self,
         camera: &Intrinsics,
         seen: &Seen,
+        extent: &Extent,
         table: &GroupTable,
         block: usize,
     ) -> f32x8 {
-        let extent = extent(camera, seen);
         let strength = || {
             let constant = splat(camera.constant_px2());
             let bound = constant * extent.secant / (extent.depth * extent.depth);
             let bound = extent.or_infinity(bound * splat(1.0 + ROUNDING));
-            self.sampled_where_flat(constant, seen, &extent, bound)
+            self.sampled_where_flat(constant, seen, extent, bound)
         };
         let pixel_scale = || {
             let focal = splat(camera.focal_px.x.max(camera.focal_px.y));
@@ -174,20 +145,11 @@ impl<'a> Kernel<'a> {
         &self,
         camera: &OrthographicIntrinsics,
         seen: &Seen,
+        outside: f32x8,
         table: &GroupTable,
         block: usize,
     ) -> f32x8 {
-        let Seen { center, radius, .. } = *seen;
-        let outside = (center.x + radius).simd_lt(splat(camera.min.x))
-            | (center.x - radius).simd_gt(splat(camera.max.x))
-            | (center.y + radius).simd_lt(splat(camera.min.y))
-            | (center.y - radius).simd_gt(splat(camera.max.y));
-        let extent = Extent {
-            outside,
-            unbounded: unusable(seen),
-            secant: ONE,
-            depth: ONE,
-        };
+        let extent = Extent::constant(seen, outside);
         let pixels = camera.pixels_per_unit;
         let strength = || extent.or_infinity(splat(pixels.x * pixels.y));
         let pixel_scale = || extent.or_infinity(splat(pixels.x.max(pixels.y)));
@@ -338,74 +300,4 @@ impl<'a> Kernel<'a> {
         let limit = splat(min_aspect_ratio);
         aspect.simd_lt(limit).bitselect(aspect / limit, ONE)
     }
-}
-
-impl Extent {
-    /// Zero outside, infinite where unbounded or not a finite number.
-    #[inline]
-    fn or_infinity(&self, bound: f32x8) -> f32x8 {
-        let usable = bound.simd_ge(ZERO) & bound.simd_lt(INFINITE);
-        let bound = usable.bitselect(bound, INFINITE);
-        let bound = self.outside.bitselect(ZERO, bound);
-        self.unbounded.bitselect(INFINITE, bound)
-    }
-}
-
-/// Where a sphere's numbers are not usable at all.
-#[inline]
-fn unusable(seen: &Seen) -> f32x8 {
-    let V3 { x, y, z } = seen.center;
-    let finite = x.abs().simd_lt(INFINITE) & y.abs().simd_lt(INFINITE) & z.abs().simd_lt(INFINITE);
-    !(finite & seen.radius.simd_ge(ZERO))
-}
-
-#[inline]
-fn extent(camera: &Intrinsics, seen: &Seen) -> Extent {
-    let Seen {
-        center,
-        radius,
-        distance_squared,
-        distance,
-    } = *seen;
-    let outside = center.z.simd_lt(-radius)
-        | beyond_side(center.x, camera.slope_min.x, center.z, radius)
-        | beyond_side(-center.x, -camera.slope_max.x, center.z, radius)
-        | beyond_side(center.y, camera.slope_min.y, center.z, radius)
-        | beyond_side(-center.y, -camera.slope_max.y, center.z, radius);
-    let unusable = unusable(seen);
-    let gap = distance * splat(1.0 - ROUNDING) - radius;
-    let apart = gap.simd_gt(ZERO) & distance_squared.simd_lt(INFINITE);
-    let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-    let tangent_length = (gap * (distance + radius)).sqrt();
-    let cosine =
-        (center.z * tangent_length - off_axis * radius) / distance_squared - splat(ROUNDING);
-    let corner = splat(camera.max_secant());
-    let secant = (cosine * corner)
-        .simd_gt(ONE)
-        .bitselect(ONE / cosine, corner);
-    let (ahead, around) = (center.z - radius, gap / secant);
-    Extent {
-        outside: outside & !unusable,
-        unbounded: unusable | (!apart & !outside),
-        secant,
-        depth: ahead.simd_gt(around).bitselect(ahead, around),
-    }
-}
-
-#[inline]
-fn beyond_side(across: f32x8, slope: f32, z: f32x8, radius: f32x8) -> f32x8 {
-    let edge = splat(slope) * z;
-    let inside_by = across - edge + splat(ROUNDING) * (across.abs() + edge.abs());
-    inside_by.simd_lt(ZERO)
-        & (inside_by * inside_by).simd_gt(radius * radius * splat(1.0 + slope * slope))
-}
-
-#[inline]
-fn picture_weight(facing: f32x8, variance: f32x8) -> f32x8 {
-    let facing_squared = facing * facing;
-    let visible_share = splat(0.5) * (facing + (facing_squared + variance).sqrt());
-    let u = facing_squared / (splat(2.0) * variance + splat(FLATNESS_FLOOR));
-    let silhouette = ONE / (ONE + u + splat(0.5) * u * u);
-    visible_share.simd_gt(ZERO).bitselect(visible_share, ZERO)
-        + splat(SILHOUETTE_WEIGHT) * silhouette
 }

@@ -41,6 +41,8 @@ pub(crate) struct Instance {
 pub struct Scene {
     tables: Vec<GroupTable>,
     pub(crate) instances: Vec<Instance>,
+    /// The meshes of the instances, by themselves: what settling one reads.
+    pub(crate) meshes: Vec<Option<MeshId>>,
     pub(crate) tree: Tree,
     /// Counts rebuilds of the tree.
     pub(crate) tree_revision: u64,
@@ -67,6 +69,7 @@ impl Scene {
     ) -> InstanceId {
         self.rebuild = true;
         self.revision += 1;
+        self.meshes.push(Some(mesh));
         self.instances.push(Instance {
             mesh: Some(mesh),
             world_from_local,
@@ -107,6 +110,7 @@ impl Scene {
     pub fn remove(&mut self, instance: InstanceId) {
         self.revision += 1;
         let removed = &mut self.instances[instance.index()];
+        self.meshes[instance.index()] = None;
         removed.mesh = None;
         removed.node = Node {
             changed_at: self.revision,

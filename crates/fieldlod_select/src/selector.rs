@@ -103,8 +103,8 @@ struct Pending {
 #[derive(Clone, Debug)]
 struct RawChange {
     instance: InstanceId,
-    entered: Range<usize>,
-    left: Range<usize>,
+    entered: Range<u32>,
+    left: Range<u32>,
 }
 
 /// What changed in the cut of one instance.
@@ -346,30 +346,33 @@ impl Selector {
 
     fn settle_instance(&mut self, context: &Context, instance: u32, hold: Hold) -> NodeMemory {
         let was = self.memories[instance as usize].state;
-        let state = match context.scene.instances[instance as usize].mesh {
+        let state = match context.scene.meshes[instance as usize] {
             Some(_) => State::Coarsest,
             None => State::Empty,
         };
         self.memories[instance as usize] = Memory { state, hold };
         if was != state {
-            let mut slot = Slot::default();
-            if let State::Mixed(index) = was {
-                slot = std::mem::take(&mut self.slots[index as usize]);
-                self.free_slots.push(index);
-            }
-            let (before, before_triangles) = units_of(context.scene, instance, was, &slot);
-            let (now, triangles) = units_of(context.scene, instance, state, &slot);
-            record(
-                &mut self.changes,
-                &mut self.entered,
-                &mut self.left,
-                instance,
-                before,
-                now,
-            );
+            let (now, triangles) = coarsest_of(context.scene, instance, state);
+            let Self {
+                slots,
+                changes,
+                entered,
+                left,
+                ..
+            } = self;
+            let (before, before_triangles) = match was {
+                State::Mixed(slot) => {
+                    let slot = &slots[slot as usize];
+                    (slot.units(), slot.triangle_count())
+                }
+                other => coarsest_of(context.scene, instance, other),
+            };
+            record(changes, entered, left, instance, before, now);
             self.triangle_count = self.triangle_count + triangles - before_triangles;
-            if matches!(was, State::Mixed(_)) {
-                self.spare.push(slot);
+            if let State::Mixed(slot) = was {
+                self.spare
+                    .push(std::mem::take(&mut self.slots[slot as usize]));
+                self.free_slots.push(slot);
             }
         }
         NodeMemory {
@@ -391,7 +394,7 @@ impl Selector {
             self.statistics.groups_decided += slot.group_count();
             let (before, before_triangles) = match was {
                 State::Mixed(_) => (slot.units_before(), slot.triangles_before()),
-                other => units_of(scene, instance, other, &slot),
+                other => coarsest_of(scene, instance, other),
             };
             if !matches!(was, State::Mixed(_)) || slot.has_changed() {
                 record(
@@ -417,7 +420,6 @@ impl Selector {
             self.memories[instance as usize].state = State::Mixed(index);
         }
         self.pending = pending;
-        self.changes.sort_by_key(|change| change.instance);
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
@@ -433,13 +435,13 @@ impl Selector {
         }
     }
 
-    /// Instances whose cut changed in the last selection, ascending. With a triangle budget an instance
-    /// may come twice, and the changes add up.
+    /// Instances whose cut changed in the last selection, in the same order for any number of threads.
+    /// With a triangle budget an instance may come twice, and the changes add up.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.changes.iter().map(|change| Change {
             instance: change.instance,
-            entered: &self.entered[change.entered.clone()],
-            left: &self.left[change.left.clone()],
+            entered: &self.entered[change.entered.start as usize..change.entered.end as usize],
+            left: &self.left[change.left.start as usize..change.left.end as usize],
         })
     }
 
@@ -511,19 +513,12 @@ fn children(scene: &Scene, level: usize, index: usize) -> Range<usize> {
 }
 
 fn coarsest_of(scene: &Scene, instance: u32, state: State) -> (&[u32], u64) {
-    match (scene.instances[instance as usize].mesh, state) {
+    match (scene.meshes[instance as usize], state) {
         (Some(mesh), State::Coarsest) => {
             let table = scene.table(mesh);
             (&table.coarsest_units, table.coarsest_triangle_count)
         }
         _ => (&[], 0),
-    }
-}
-
-fn units_of<'a>(scene: &'a Scene, instance: u32, state: State, slot: &'a Slot) -> (&'a [u32], u64) {
-    match state {
-        State::Mixed(_) => (slot.units(), slot.triangle_count()),
-        other => coarsest_of(scene, instance, other),
     }
 }
 
@@ -536,12 +531,16 @@ fn record(
     now: &[u32],
 ) {
     let (first_entered, first_left) = (entered.len(), left.len());
-    entered_and_left(before, now, entered, left);
+    if before.is_empty() {
+        entered.extend_from_slice(now);
+    } else {
+        entered_and_left(before, now, entered, left);
+    }
     if entered.len() > first_entered || left.len() > first_left {
         changes.push(RawChange {
             instance: InstanceId(instance),
-            entered: first_entered..entered.len(),
-            left: first_left..left.len(),
+            entered: first_entered as u32..entered.len() as u32,
+            left: first_left as u32..left.len() as u32,
         });
     }
 }

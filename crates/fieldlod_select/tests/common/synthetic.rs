@@ -25,7 +25,7 @@ pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
     for level in 0..=levels {
         let side = 1 << (levels - level);
         for cell in 0..side * side {
-            let finer = finer_cells(level, cell % side, cell / side, side);
+            let finer = finer_cells(level, cell, side);
             let finer = finer.map(|index| index + first_of_level[level.saturating_sub(1) as usize]);
             let first_finer = hierarchy.finer.len() as u32;
             let first_unit = hierarchy.units.len() as u32;
@@ -70,20 +70,26 @@ pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
     hierarchy
 }
 
-/// The cells of the next finer level below a cell, and one that belongs to its neighbour.
-fn finer_cells(level: u32, x: u32, y: u32, side: u32) -> impl Iterator<Item = u32> {
-    let own = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (2 * x + dx, 2 * y + dy));
-    let neighbour = (x + 1 < side).then_some((2 * x + 2, 2 * y));
-    let finer_side = 2 * side;
-    let cells = own.into_iter().chain(neighbour);
-    cells
-        .map(move |(x, y)| y * finer_side + x)
-        .filter(move |_| level > 0)
+/// The cells of the next finer level below a cell, and one that belongs to its neighbour. Cells
+/// are numbered along a Morton curve, as neighbours in a baked hierarchy are near in memory too.
+fn finer_cells(level: u32, cell: u32, side: u32) -> impl Iterator<Item = u32> {
+    let (x, y) = (even_bits(cell), even_bits(cell >> 1));
+    let own = 4 * cell..4 * cell + 4;
+    let neighbour = (x + 1 < side).then(|| 4 * (spread(x + 1) | spread(y) << 1));
+    own.chain(neighbour).filter(move |_| level > 0)
+}
+
+fn even_bits(x: u32) -> u32 {
+    (0..16).map(|bit| (x >> (2 * bit) & 1) << bit).sum()
+}
+
+fn spread(x: u32) -> u32 {
+    (0..16).map(|bit| (x >> bit & 1) << (2 * bit)).sum()
 }
 
 fn group_at(cell: u32, side: u32, template: &Group) -> Group {
     let size = 2.0 / side as f32;
-    let corner = Vec2::new((cell % side) as f32, (cell / side) as f32) * size;
+    let corner = Vec2::new(even_bits(cell) as f32, even_bits(cell >> 1) as f32) * size;
     let center = octahedral(corner + size * 0.5 - 1.0);
     let flatness = (1.0 - size * size * 0.5).max(0.0);
     Group {

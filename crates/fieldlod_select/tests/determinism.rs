@@ -1,0 +1,175 @@
+//! One hash of a whole walk: the same cuts in debug and release, in scalars and lanes, on one
+//! thread or many, on every machine.
+
+mod common;
+
+use std::sync::OnceLock;
+
+use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics};
+use common::synthetic;
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{
+    Cut, InstanceId, InstanceView, LodSettings, Promise, Scene, Selector, View, screen_error_px,
+    select,
+};
+use glam::{Affine3A, Mat3, Vec2, Vec3};
+
+const EXPECTED: u64 = 0xec52_7451_9ed2_456e;
+const FRAMES: u16 = 600;
+
+fn ball() -> &'static Hierarchy {
+    static BALL: OnceLock<Hierarchy> = OnceLock::new();
+    BALL.get_or_init(|| synthetic::ball(4, 0.002))
+}
+
+/// Placements without trigonometry: turned by Pythagorean triples, scaled, some unevenly.
+fn placements() -> Vec<Affine3A> {
+    let place = |index: u16| {
+        let (x, z) = (f32::from(index % 8), f32::from(index / 8));
+        let turn = Mat3::from_cols(Vec3::new(0.6, 0.0, -0.8), Vec3::Y, Vec3::new(0.8, 0.0, 0.6));
+        let uneven = if index.is_multiple_of(3) {
+            Vec3::new(1.0, 0.5, 2.0)
+        } else {
+            Vec3::ONE
+        };
+        let linear = turn * Mat3::from_diagonal(uneven * (0.5 + z * 0.1));
+        Affine3A::from_mat3_translation(linear, Vec3::new(x * 3.0, 0.0, z * -3.0))
+    };
+    (0..64).map(place).collect()
+}
+
+/// A walk through them: forward, sideways, head-bob, slowly turning; a jump half-way.
+fn view(frame: u16) -> View {
+    let step = f32::from(frame);
+    let bob = f32::from(frame % 40) - 20.0;
+    let jump = if frame < FRAMES / 2 { 0.0 } else { 12.0 };
+    let eye = Vec3::new(
+        jump + step * 0.01,
+        1.2 + bob.abs() * 0.003,
+        6.0 - step * 0.03,
+    );
+    let back = Vec3::new(step * 0.001 - 0.3, 0.1, 1.0);
+    let back = back * (1.0 / back.dot(back).sqrt());
+    let right = Vec3::Y.cross(back);
+    let right = right * (1.0 / right.dot(right).sqrt());
+    let world_from_view = Mat3::from_cols(right, back.cross(right), back);
+    assert_eq!(CAMERA_FROM_VIEW * CAMERA_FROM_VIEW, Mat3::IDENTITY);
+    let camera = Camera::Perspective(Intrinsics::centered(935.0, Vec2::new(1920.0, 1080.0)));
+    View::new(
+        camera,
+        &Affine3A::from_mat3_translation(world_from_view, eye),
+    )
+}
+
+fn settings() -> LodSettings {
+    LodSettings {
+        promise: Promise::Both { cap_px: 3.0 },
+        ..LodSettings::default()
+    }
+}
+
+/// FNV-1a over all units of all instances.
+fn hash(hash: u64, units: &[u32]) -> u64 {
+    let numbers = units.iter().copied().chain([u32::MAX]);
+    numbers.fold(hash, |hash, unit| {
+        (hash ^ u64::from(unit)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+const SEED: u64 = 0xcbf2_9ce4_8422_2325;
+
+fn walk_in_scalars() -> u64 {
+    let placements = placements();
+    let mut cuts = vec![Cut::default(); placements.len()];
+    (0..FRAMES).fold(SEED, |mut sum, frame| {
+        for (placement, cut) in placements.iter().zip(&mut cuts) {
+            select(ball(), placement, &view(frame), &settings(), cut);
+            sum = hash(sum, cut.units());
+        }
+        sum
+    })
+}
+
+fn walk_in_lanes(select: impl Fn(&mut Selector, &Scene, &View)) -> u64 {
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(ball());
+    let ids: Vec<InstanceId> = placements()
+        .into_iter()
+        .map(|p| scene.add_instance(mesh, p, 1.0))
+        .collect();
+    scene.update();
+    let mut selector = Selector::default();
+    (0..FRAMES).fold(SEED, |mut sum, frame| {
+        select(&mut selector, &scene, &view(frame));
+        for &id in &ids {
+            sum = hash(sum, selector.units(&scene, id));
+        }
+        sum
+    })
+}
+
+#[test]
+fn the_cuts_of_a_walk_hash_to_the_committed_number() {
+    let sum = walk_in_scalars();
+    assert_eq!(
+        sum,
+        EXPECTED,
+        "the cuts of the walk have changed. If that is meant, put {sum:#x} for EXPECTED in {} and say why in the commit",
+        file!()
+    );
+}
+
+#[test]
+fn lanes_holds_and_threads_hash_to_it_too() {
+    let settings = settings();
+    assert_eq!(
+        walk_in_lanes(|s, scene, view| s.select(scene, view, &settings)),
+        EXPECTED
+    );
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let sum =
+            pool.install(|| walk_in_lanes(|s, scene, view| s.par_select(scene, view, &settings)));
+        assert_eq!(sum, EXPECTED, "{threads} threads");
+    }
+}
+
+#[test]
+fn no_group_wholly_in_view_flips_back_within_five_frames() {
+    for settings in [LodSettings::default(), settings()] {
+        let placements = placements();
+        let mut cuts = vec![Cut::default(); placements.len()];
+        let mut last_flip = vec![vec![u16::MAX; ball().groups.len()]; placements.len()];
+        let mut flips = 0;
+        for frame in 0..FRAMES / 2 {
+            for ((placement, cut), last_flip) in
+                placements.iter().zip(&mut cuts).zip(&mut last_flip)
+            {
+                let before = cut.refined().to_vec();
+                select(ball(), placement, &view(frame), &settings, cut);
+                // At the edge of the image a group comes and goes as it is seen or not.
+                let instance = InstanceView::new(&view(frame), placement);
+                if ball()
+                    .groups
+                    .iter()
+                    .any(|group| screen_error_px(group, &instance) == 0.0)
+                {
+                    last_flip.fill(u16::MAX);
+                    continue;
+                }
+                for (group, (before, now)) in before.iter().zip(cut.refined()).enumerate() {
+                    if before != now {
+                        let back = last_flip[group] != u16::MAX && frame - last_flip[group] <= 5;
+                        assert!(!back, "group {group} flipped back in frame {frame}");
+                        last_flip[group] = frame;
+                        flips += 1;
+                    }
+                }
+            }
+        }
+        assert!(flips > 100, "the walk changes nothing");
+    }
+}

@@ -10,6 +10,7 @@ mod inspect;
 mod levels;
 mod output;
 mod paper;
+mod stability;
 mod summary;
 mod verify;
 
@@ -32,6 +33,7 @@ enum Command {
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Paper(paper::PaperArgs),
+    Stability(stability::Arguments),
     Verify(verify::Arguments),
 }
 
@@ -41,6 +43,7 @@ impl Command {
             Self::Bake(arguments) => bake::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Paper(arguments) => paper::run(arguments),
+            Self::Stability(arguments) => stability::run(arguments),
             Self::Verify(arguments) => verify::run(arguments),
         }
     }

@@ -2,7 +2,16 @@
 //!
 //! - [`paper`] redraws the figures of Lin & Lee, "Camera-Sampling Field and Its Applications"
 //!   (IEEE TVCG 2004) from the formulas of `camera_field`, and gives the numbers behind them.
+//! - [`rivals`] are the criteria of other systems, written on our hierarchies.
+//! - [`displacement`] measures how far a cut lies from its source on the screen, [`holes`] where it
+//!   is open and what flickers.
+//! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
 //! Everything here is a measure or a picture of other crates' work; no other library depends on it.
 
+pub mod displacement;
+pub mod holes;
+mod nearest;
 pub mod paper;
+pub mod rivals;
+pub mod stability;

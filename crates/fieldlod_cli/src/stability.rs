@@ -1,0 +1,75 @@
+//! `fieldlod stability`: ours and other systems' criteria in the cases in which some fail.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_lab::rivals::{ErrorSource, LodObject};
+use fieldlod_lab::stability::{self, Report};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::failure::Failure;
+use crate::output::{print, print_json};
+
+/// Run every level-of-detail criterion through the cases in which users of some saw them fail.
+///
+/// Without models each case runs on an object that the program makes. Of a model, the primitive
+/// with most triangles is taken.
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// The .gltf or .glb files to run on instead.
+    models: Vec<PathBuf>,
+    /// Print all figures as a JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    // Draws on standard error, and nothing where that is not a terminal.
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}  {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.set_message("baking");
+    let models = arguments.models.iter().map(|path| bake(path));
+    let models = models.collect::<Result<Vec<_>, Failure>>()?;
+    bar.set_message("cases");
+    let report = stability::run(&models, &|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    if arguments.json {
+        print_json(&report)
+    } else {
+        print(&text(&report))
+    }
+}
+
+fn bake(path: &Path) -> Result<(String, LodObject), Failure> {
+    let outcome = bake_file(path, &BakeConfig::default(), &|_| ());
+    let primitives = outcome.map_err(|error| Failure::new(path, error))?;
+    let primitives = primitives.file.primitives.into_iter();
+    let largest = primitives
+        .map(|primitive| primitive.hierarchy)
+        .max_by_key(fieldlod_hierarchy::Hierarchy::source_triangle_count)
+        .ok_or_else(|| Failure::new(path, "has nothing to run on"))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let object = LodObject::new(largest, ErrorSource::Measured);
+    Ok((name.into_owned(), object))
+}
+
+fn text(report: &Report) -> String {
+    let mut text = String::new();
+    for object in &report.objects {
+        text.push_str(&stability::table(object));
+        text.push('\n');
+    }
+    text.push_str(
+        "px: greatest displacement of what is drawn, where 1 px is asked for (fails above 1.5);\n\
+         fl: groups per frame that change and change back within 5 frames; he: open edges;\n\
+         x: triangles chosen, relative to ours, guaranteed; xc: relative to the coarsest cut, of what\n\
+         cannot be seen (fail above 1.25).",
+    );
+    text
+}

@@ -1,0 +1,192 @@
+//! Measured truth: how far a drawn cut lies from the source surface on the screen, in pixels.
+//!
+//! Samples of the source surface that face the eye inside the picture are joined to the nearest
+//! point of the cut, samples of the cut to the nearest point of the source, and both ends of each
+//! are projected, in `f64`:
+//!
+//! ```text
+//! displacement = | project(p) − project(nearest(p)) |        pixels
+//! ```
+//! Samples are all vertices (of which the cut keeps a subset), middles of triangles and, on the cut,
+//! middles of edges. What is hidden behind other parts counts as seen. Nothing is rasterised.
+
+mod samples;
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::{DMat3, DVec3, Mat3, Vec3};
+use serde::Serialize;
+
+use crate::nearest::NearestSurface;
+use crate::rivals::{Eye, Instance};
+
+use samples::{Sample, samples_of};
+
+/// Displacements of a cut in one view, in pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Displacement {
+    /// The greatest.
+    pub max_px: f64,
+    /// One in a thousand is greater.
+    pub p99_9_px: f64,
+    /// The mean.
+    pub mean_px: f64,
+    /// How many samples were in the picture.
+    pub samples: usize,
+}
+
+/// The surface that cuts are measured against.
+#[derive(Debug)]
+pub struct SourceSurface<'a> {
+    hierarchy: &'a Hierarchy,
+    surface: NearestSurface,
+    samples: Vec<Sample>,
+}
+
+/// The surface of one cut.
+#[derive(Debug)]
+pub struct CutSurface {
+    surface: NearestSurface,
+    samples: Vec<Sample>,
+    is_drawn: Vec<bool>,
+}
+
+impl<'a> SourceSurface<'a> {
+    /// Takes about `sample_count` samples, or one for each vertex and triangle if they are fewer.
+    #[must_use]
+    pub fn new(hierarchy: &'a Hierarchy, sample_count: usize) -> Self {
+        let source: Vec<u32> = (0..hierarchy.units.len() as u32)
+            .filter(|&unit| hierarchy.units[unit as usize].producer().is_none())
+            .collect();
+        Self {
+            hierarchy,
+            surface: surface_of(hierarchy, &source),
+            samples: samples_of(hierarchy, &source, sample_count),
+        }
+    }
+
+    /// The surface of the units drawn, with as many samples.
+    #[must_use]
+    pub fn cut(&self, units: &[u32]) -> CutSurface {
+        let mut is_drawn = vec![false; self.hierarchy.units.len()];
+        for &unit in units {
+            is_drawn[unit as usize] = true;
+        }
+        // Source geometry is where it was.
+        let is_coarse = |unit: &u32| self.hierarchy.units[*unit as usize].producer().is_some();
+        let coarse: Vec<u32> = units.iter().copied().filter(is_coarse).collect();
+        CutSurface {
+            surface: surface_of(self.hierarchy, units),
+            samples: samples_of(self.hierarchy, &coarse, self.samples.len()),
+            is_drawn,
+        }
+    }
+
+    /// Measures a cut as `eye` sees it. `two_sided` counts surfaces that face away, too.
+    #[must_use]
+    pub fn displacement(
+        &self,
+        cut: &CutSurface,
+        instance: &Instance,
+        eye: &Eye,
+        two_sided: bool,
+    ) -> Displacement {
+        let projector = Projector::new(instance, eye, two_sided);
+        let mut displaced_px = Vec::new();
+        for sample in projector.visible(&self.samples) {
+            if cut.is_drawn[sample.unit as usize] {
+                displaced_px.push(0.0);
+            } else if let Some(nearest) = cut.surface.nearest(sample.position) {
+                displaced_px.push(projector.distance_px(sample.position, nearest));
+            }
+        }
+        for sample in projector.visible(&cut.samples) {
+            if let Some(nearest) = self.surface.nearest(sample.position) {
+                displaced_px.push(projector.distance_px(sample.position, nearest));
+            }
+        }
+        summary(displaced_px)
+    }
+}
+
+fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> NearestSurface {
+    let positions = &hierarchy.vertices.positions;
+    let triangles = units
+        .iter()
+        .flat_map(|&unit| hierarchy.source_triangles_of(&hierarchy.units[unit as usize]));
+    NearestSurface::new(triangles.map(|t| t.map(|v| positions[v as usize])))
+}
+
+fn summary(mut displaced_px: Vec<f64>) -> Displacement {
+    displaced_px.sort_by(f64::total_cmp);
+    let samples = displaced_px.len();
+    let Some(&max_px) = displaced_px.last() else {
+        return Displacement::default();
+    };
+    Displacement {
+        max_px,
+        p99_9_px: displaced_px[(samples - 1) * 999 / 1000],
+        mean_px: displaced_px.iter().sum::<f64>() / samples as f64,
+        samples,
+    }
+}
+
+/// From local space to pixels without losing digits.
+struct Projector<'a> {
+    eye: &'a Eye,
+    camera_from_local: DMat3,
+    origin_in_camera: DVec3,
+    /// Keeps outward normals outward for mirrored instances.
+    handedness: f64,
+    two_sided: bool,
+}
+
+impl<'a> Projector<'a> {
+    fn new(instance: &Instance, eye: &'a Eye, two_sided: bool) -> Self {
+        let world_from_local = instance.world_from_local;
+        let camera_from_world = eye.camera_from_world_exact();
+        let origin = Vec3::from(world_from_local.translation).as_dvec3();
+        let camera_from_local = camera_from_world * Mat3::from(world_from_local.matrix3).as_dmat3();
+        Self {
+            eye,
+            camera_from_local,
+            origin_in_camera: camera_from_world * (origin - eye.position().as_dvec3()),
+            handedness: camera_from_local.determinant().signum(),
+            two_sided,
+        }
+    }
+
+    fn in_camera(&self, position: Vec3) -> DVec3 {
+        self.camera_from_local * position.as_dvec3() + self.origin_in_camera
+    }
+
+    fn visible<'s>(&'s self, samples: &'s [Sample]) -> impl Iterator<Item = &'s Sample> + 's {
+        samples.iter().filter(|sample| self.sees(sample))
+    }
+
+    fn sees(&self, sample: &Sample) -> bool {
+        let position = self.in_camera(sample.position);
+        if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
+        {
+            return false;
+        }
+        let [u, v] = sample
+            .edges
+            .map(|edge| self.camera_from_local * edge.as_dvec3());
+        let normal = u.cross(v) * self.handedness;
+        let to_surface = if self.eye.is_orthographic() {
+            DVec3::Z
+        } else {
+            position
+        };
+        self.two_sided || normal.dot(to_surface) <= 0.0
+    }
+
+    /// Behind the near plane nothing is drawn: a point that ends there has no displacement.
+    fn distance_px(&self, from: Vec3, to: Vec3) -> f64 {
+        let project = |point: Vec3| self.eye.project_px(self.in_camera(point));
+        match (project(from), project(to)) {
+            (Some(from), Some(to)) => from.distance(to),
+            _ => 0.0,
+        }
+    }
+}

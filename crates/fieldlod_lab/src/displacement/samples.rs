@@ -1,0 +1,56 @@
+//! Points on the triangles of some units.
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
+
+/// A point of a surface in local space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) position: Vec3,
+    /// Two edges of its triangle, in winding order: they make the normal in any space.
+    pub(super) edges: [Vec3; 2],
+    /// The unit it lies on.
+    pub(super) unit: u32,
+}
+
+/// Corners, middles and middles of edges of the units' triangles, thinned evenly to about `count`.
+pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> Vec<Sample> {
+    let triangles = units
+        .iter()
+        .map(|&unit| hierarchy.units[unit as usize].triangle_count);
+    let triangles: u64 = triangles.map(u64::from).sum();
+    // A vertex belongs to two triangles for each of its own; taking one corner of each triangle
+    // still reaches nearly all of them.
+    let step = (triangles as usize * 2).div_ceil(count.max(1)).max(1);
+    let positions = &hierarchy.vertices.positions;
+    let mut samples = Vec::new();
+    let mut next = 0;
+    for &unit in units {
+        for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
+            let corners = triangle.map(|v| positions[v as usize]);
+            for pick in 0..2 {
+                if next % step == 0 {
+                    samples.push(sample(corners, unit, next / step + pick));
+                }
+                next += 1;
+            }
+        }
+    }
+    samples
+}
+
+fn sample([a, b, c]: [Vec3; 3], unit: u32, kind: usize) -> Sample {
+    let position = match kind % 6 {
+        0 => a,
+        1 => (a + b + c) / 3.0,
+        2 => b,
+        3 => (b + c) * 0.5,
+        4 => c,
+        _ => (a + c) * 0.5,
+    };
+    Sample {
+        position,
+        edges: [b - a, c - a],
+        unit,
+    }
+}

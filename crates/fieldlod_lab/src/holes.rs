@@ -1,0 +1,133 @@
+//! Holes and flips of cuts.
+
+use std::collections::HashMap;
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
+
+use crate::rivals::Choice;
+
+/// A flip is a group that changes and changes back within this many frames.
+pub const FLIP_FRAMES: usize = 5;
+
+/// How many edges of the drawn triangles have no neighbour running the other way. Vertices at one
+/// place count as one. 0 for every cut of a closed mesh that covers it once.
+#[must_use]
+pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
+    let positions = &hierarchy.vertices.positions;
+    let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
+    for &unit in units {
+        for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
+            let [a, b, c] = triangle.map(|vertex| place(positions[vertex as usize]));
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                match from.cmp(&to) {
+                    std::cmp::Ordering::Less => *balance.entry([from, to]).or_default() += 1,
+                    std::cmp::Ordering::Greater => *balance.entry([to, from]).or_default() -= 1,
+                    // Degenerate triangles have no such edge.
+                    std::cmp::Ordering::Equal => (),
+                }
+            }
+        }
+    }
+    balance.values().map(|edges| edges.unsigned_abs()).sum()
+}
+
+/// The bits of a position, with one zero.
+fn place(position: Vec3) -> [u32; 3] {
+    (position + 0.0).to_array().map(f32::to_bits)
+}
+
+/// Counts groups that change and change back.
+#[derive(Clone, Debug, Default)]
+pub struct FlipCounter {
+    last: Vec<bool>,
+    /// For each group, the frame of its last change, and whether that could be seen.
+    changed_at: Vec<Option<(usize, bool)>>,
+    frames: usize,
+    seen: u64,
+    all: u64,
+}
+
+impl FlipCounter {
+    /// Takes the next frame; `in_view` tells whether a group touches the picture.
+    pub fn add(&mut self, choice: &Choice, in_view: impl Fn(usize) -> bool) {
+        if self.frames == 0 {
+            self.changed_at = vec![None; choice.refined.len()];
+        } else {
+            for (group, &after) in choice.refined.iter().enumerate() {
+                if self.last[group] != after {
+                    self.change(group, in_view(group));
+                }
+            }
+        }
+        self.last.clone_from(&choice.refined);
+        self.frames += 1;
+    }
+
+    fn change(&mut self, group: usize, in_view: bool) {
+        if let Some((at, was_in_view)) = self.changed_at[group]
+            && self.frames - at <= FLIP_FRAMES
+        {
+            self.all += 1;
+            self.seen += u64::from(in_view && was_in_view);
+        }
+        self.changed_at[group] = Some((self.frames, in_view));
+    }
+
+    /// Flips so far with the group in the picture at both changes: flicker.
+    #[must_use]
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// All flips so far, such as those of groups that leave the picture just after they entered it.
+    #[must_use]
+    pub fn all(&self) -> u64 {
+        self.all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+
+    fn frame(refined: bool) -> Choice {
+        Choice {
+            refined: vec![refined, true],
+            units: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn only_a_change_back_within_five_frames_is_a_flip() {
+        let mut counter = FlipCounter::default();
+        let frames = [
+            true, false, false, true, true, true, true, true, true, false,
+        ];
+        for refined in frames {
+            counter.add(&frame(refined), |_| true);
+        }
+        assert_eq!((counter.seen(), counter.all()), (1, 1));
+    }
+
+    #[test]
+    fn a_change_back_out_of_view_is_not_seen() {
+        let mut counter = FlipCounter::default();
+        for (refined, in_view) in [(false, true), (true, true), (false, false)] {
+            counter.add(&frame(refined), |_| in_view);
+        }
+        assert_eq!((counter.seen(), counter.all()), (0, 1));
+    }
+
+    #[test]
+    fn a_missing_unit_opens_edges() {
+        let hierarchy = bake_mesh(&fixtures::rock(4, 1), &BakeConfig::fine_grained()).unwrap();
+        let units = hierarchy.units.iter().enumerate();
+        let source = units.filter(|(_, unit)| unit.producer().is_none());
+        let mut source: Vec<u32> = source.map(|(index, _)| index as u32).collect();
+        assert_eq!(open_edges(&hierarchy, &source), 0);
+        source.pop();
+        assert!(open_edges(&hierarchy, &source) > 0);
+    }
+}

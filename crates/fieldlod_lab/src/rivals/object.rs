@@ -1,0 +1,132 @@
+//! What rivals bake beside a hierarchy: nested bounds, errors of whole levels, tuned ranges.
+
+use fieldlod_hierarchy::{Aabb, Hierarchy, Sphere};
+use glam::Vec3;
+use serde::Serialize;
+
+/// Focal length of the reference view, in pixels: 60° high, 1080 px.
+pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
+
+/// Which error of a group the methods are given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorSource {
+    /// The deviation measured at bake, an upper bound: what is left to compare is the criterion.
+    #[default]
+    Measured,
+    /// What the simplifier reports, as these systems use it.
+    Reported,
+}
+
+/// A hierarchy with all that any method needs.
+#[derive(Clone, Debug)]
+pub struct LodObject {
+    /// The hierarchy itself.
+    pub hierarchy: Hierarchy,
+    /// Error of each group in local units; infinite for terminal groups.
+    pub errors_in_local: Vec<f32>,
+    /// For each group a sphere that holds its own and the nested spheres of all finer groups.
+    pub nested_bounds: Vec<Sphere>,
+    /// Error of each level, were the whole object drawn at it, in local units; 0 for level 0.
+    pub level_errors_in_local: Vec<f32>,
+    /// Box around the source.
+    pub aabb: Aabb,
+    /// Middle of the box.
+    pub center: Vec3,
+    /// Radius around `center` that holds every vertex.
+    pub radius: f32,
+}
+
+impl LodObject {
+    /// Prepares a hierarchy.
+    #[must_use]
+    pub fn new(hierarchy: Hierarchy, source: ErrorSource) -> Self {
+        let groups = hierarchy.groups.iter();
+        let errors_in_local = groups.map(|group| match source {
+            ErrorSource::Measured => group.deviation_in_local,
+            ErrorSource::Reported => group.error_in_local,
+        });
+        let errors_in_local: Vec<f32> = errors_in_local.collect();
+        let aabb = hierarchy.aabb().unwrap_or_default();
+        let center = (aabb.min + aabb.max) * 0.5;
+        let positions = hierarchy.vertices.positions.iter();
+        Self {
+            nested_bounds: nested_bounds(&hierarchy),
+            level_errors_in_local: level_errors(&hierarchy, &errors_in_local),
+            errors_in_local,
+            aabb,
+            center,
+            radius: positions.map(|p| p.distance(center)).fold(0.0, f32::max),
+            hierarchy,
+        }
+    }
+
+    /// How many levels there are.
+    #[must_use]
+    pub fn level_count(&self) -> u32 {
+        self.level_errors_in_local.len() as u32
+    }
+
+    /// Distance from the middle of the object at which `level` shows `threshold_px` of error on
+    /// the axis of the reference view, at unit scale: where a hand-tuned range begins.
+    #[must_use]
+    pub fn range_start(&self, level: u32, threshold_px: f32) -> f32 {
+        if level == 0 {
+            return 0.0;
+        }
+        let error = self.level_errors_in_local[level as usize];
+        error * REFERENCE_FOCAL_PX / threshold_px + self.radius
+    }
+
+    /// The coarsest level whose `error_px` (of an error in local units) keeps to the threshold.
+    pub(super) fn coarsest_level(&self, threshold_px: f32, error_px: impl Fn(f32) -> f32) -> u32 {
+        let within = |error: &&f32| error_px(**error) <= threshold_px;
+        let levels = self.level_errors_in_local.iter().skip(1);
+        levels.take_while(within).count() as u32
+    }
+}
+
+/// Merges spheres upwards, as clusterlod does. Finer groups come first.
+fn nested_bounds(hierarchy: &Hierarchy) -> Vec<Sphere> {
+    let mut nested: Vec<Sphere> = Vec::with_capacity(hierarchy.groups.len());
+    for group in &hierarchy.groups {
+        let finer = hierarchy.finer_groups(group).iter();
+        let merged = finer.map(|&finer| nested[finer as usize]);
+        nested.push(merged.fold(group.bounds, merge));
+    }
+    nested
+}
+
+/// The smallest sphere around two.
+fn merge(a: Sphere, b: Sphere) -> Sphere {
+    let between = b.center - a.center;
+    let distance = between.length();
+    if distance + b.radius <= a.radius {
+        return a;
+    }
+    if distance + a.radius <= b.radius {
+        return b;
+    }
+    let radius = 0.5 * (distance + a.radius + b.radius);
+    Sphere {
+        center: a.center + between * ((radius - a.radius) / distance),
+        radius,
+    }
+}
+
+/// A level is drawn by simplifying all groups below it; its error is the greatest of theirs.
+fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
+    let mut of_level = vec![0.0f32; hierarchy.level_count() as usize];
+    for (group, &error) in hierarchy.groups.iter().zip(errors_in_local) {
+        if !group.is_terminal() {
+            let above = &mut of_level[group.level as usize + 1];
+            *above = above.max(error);
+        }
+    }
+    let mut greatest = 0.0f32;
+    for error in &mut of_level {
+        greatest = greatest.max(*error);
+        *error = greatest;
+    }
+    of_level
+}

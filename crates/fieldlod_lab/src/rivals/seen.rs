@@ -1,0 +1,101 @@
+//! One object as one eye sees it: distances, scales and boxes that the rivals' rules share.
+
+use fieldlod_hierarchy::{Aabb, Sphere};
+use glam::{Mat3, Vec3};
+
+use super::{Eye, Instance, LodObject};
+
+/// An object's instance before an eye.
+///
+/// Positions are taken relative to the eye before anything else, for all methods: engines differ in
+/// this, and digits lost far from the origin are not what is compared.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// The object.
+    pub object: &'a LodObject,
+    /// Where it is.
+    pub instance: Instance,
+    /// Who sees it.
+    pub eye: Eye,
+    /// Greatest scale along the local axes, in world units per local unit.
+    pub max_scale: f32,
+    /// Least scale along the local axes.
+    pub min_scale: f32,
+    world_from_local: Mat3,
+    origin_from_eye: Vec3,
+    camera_from_world: Mat3,
+}
+
+impl<'a> Seen<'a> {
+    /// Places `object` before `eye`.
+    #[must_use]
+    pub fn new(object: &'a LodObject, instance: &Instance, eye: &Eye) -> Self {
+        let m = Mat3::from(instance.world_from_local.matrix3);
+        let scales = Vec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+        Self {
+            object,
+            instance: *instance,
+            eye: *eye,
+            max_scale: scales.max_element(),
+            min_scale: scales.min_element(),
+            world_from_local: m,
+            origin_from_eye: Vec3::from(instance.world_from_local.translation) - eye.position(),
+            camera_from_world: eye.camera_from_world(),
+        }
+    }
+
+    /// A local point relative to the eye, along the world's axes.
+    pub(super) fn relative_to_eye(&self, point_in_local: Vec3) -> Vec3 {
+        self.world_from_local * point_in_local + self.origin_from_eye
+    }
+
+    /// A local point in camera space.
+    pub(super) fn in_camera(&self, point_in_local: Vec3) -> Vec3 {
+        self.camera_from_world * self.relative_to_eye(point_in_local)
+    }
+
+    /// Whether the sphere around a local box touches the field of view.
+    pub(crate) fn touches_box(&self, aabb: &Aabb) -> bool {
+        self.touches_sphere(&Sphere {
+            center: (aabb.min + aabb.max) * 0.5,
+            radius: (aabb.max - aabb.min).length() * 0.5,
+        })
+    }
+
+    /// Whether a local sphere touches the field of view.
+    pub(crate) fn touches_sphere(&self, sphere: &Sphere) -> bool {
+        let center = self.in_camera(sphere.center);
+        let radius = sphere.radius * self.max_scale;
+        self.eye.camera.touches_sphere(center, radius)
+    }
+
+    /// Distance from the eye to a sphere's surface, negative inside, in world units.
+    pub(super) fn distance_to(&self, sphere: &Sphere) -> f32 {
+        self.relative_to_eye(sphere.center).length() - self.max_scale * sphere.radius
+    }
+
+    /// Distance from the eye to the middle of the object.
+    pub(super) fn distance_to_center(&self) -> f32 {
+        self.relative_to_eye(self.object.center).length()
+    }
+
+    /// The direction of sight in the world.
+    pub(super) fn forward(&self) -> Vec3 {
+        self.camera_from_world.transpose() * Vec3::Z
+    }
+
+    /// The box around the instance's box, along the world's axes, relative to the eye, with the
+    /// cull margin.
+    pub(super) fn aabb_relative_to_eye(&self) -> Aabb {
+        let Aabb { min, max } = self.object.aabb;
+        let half = (max - min) * 0.5;
+        let m = &self.world_from_local;
+        let extent = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
+        let extent = extent + self.instance.cull_margin;
+        let center = self.relative_to_eye(self.object.center);
+        Aabb {
+            min: center - extent,
+            max: center + extent,
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! Cases that nobody needs to report: where geometry, precision or time is at its worst.
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use super::Fixture;
+use super::case::{Case, Demands, Frame, Shot};
+use super::stage::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
+use crate::rivals::{Eye, Instance, LodObject};
+
+/// The cases, in the order of the table.
+pub(super) const CASES: &[Case] = &[
+    case(
+        "scaled mesh",
+        "an instance is enlarged, evenly and along one axis",
+        Fixture::Rock,
+        Demands::PROMISE,
+        scaled_mesh,
+    ),
+    case(
+        "inside the object",
+        "the camera is inside and looks out",
+        Fixture::Rock,
+        {
+            Demands {
+                two_sided: true,
+                ..Demands::PROMISE
+            }
+        },
+        inside_the_object,
+    ),
+    case(
+        "near plane",
+        "groups reach across the near plane",
+        Fixture::Rock,
+        Demands::PROMISE,
+        near_plane,
+    ),
+    case(
+        "behind",
+        "the object is close behind the camera",
+        Fixture::Rock,
+        {
+            Demands {
+                idle: true,
+                ..Demands::NONE
+            }
+        },
+        behind,
+    ),
+    case(
+        "grazing planes",
+        "the ground is seen from just above it",
+        Fixture::Terrain,
+        Demands::PROMISE,
+        grazing,
+    ),
+    case(
+        "thin shells",
+        "the silhouette of a shell in a corner of the picture",
+        Fixture::Shell,
+        Demands::PROMISE,
+        thin_shells,
+    ),
+    case(
+        "taa jitter",
+        "the picture shifts by half a pixel, the object on its edge",
+        Fixture::Rock,
+        Demands::CALM,
+        taa_jitter,
+    ),
+    case(
+        "head-bob",
+        "a walk over hills at eye height",
+        Fixture::Terrain,
+        Demands::PROMISE_CALM,
+        head_bob,
+    ),
+    case(
+        "dolly zoom",
+        "the field of view opens as the camera comes near",
+        Fixture::Rock,
+        Demands::PROMISE_CALM,
+        dolly_zoom,
+    ),
+    case(
+        "1e6 m away",
+        "eye and object are 1e6 m from the origin",
+        Fixture::Rock,
+        Demands::PROMISE,
+        far_from_origin,
+    ),
+    case(
+        "scales",
+        "the world is 1e-3 and 1e3 times as large",
+        Fixture::Rock,
+        Demands::PROMISE,
+        scales,
+    ),
+    case(
+        "split screen",
+        "two views side by side, one near and one far",
+        Fixture::Rock,
+        Demands::PROMISE,
+        split_screen,
+    ),
+    case(
+        "window resize",
+        "the window is dragged larger",
+        Fixture::Rock,
+        Demands::PROMISE_CALM,
+        window_resize,
+    ),
+    case(
+        "teleport",
+        "the camera jumps near and far",
+        Fixture::Rock,
+        Demands::PROMISE,
+        teleport,
+    ),
+    case(
+        "nan transform",
+        "the transform holds NaN or infinity",
+        Fixture::Rock,
+        Demands::NONE,
+        nan_transform,
+    ),
+];
+
+const fn case(
+    name: &'static str,
+    story: &'static str,
+    fixture: Fixture,
+    demands: Demands,
+    shots: fn(&LodObject) -> Vec<Shot>,
+) -> Case {
+    Case {
+        name,
+        story,
+        reported: &[],
+        fixture,
+        demands,
+        shots,
+    }
+}
+
+fn scaled_mesh(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    let even = |distance: f32| {
+        let instance = scaled(object, Vec3::splat(8.0));
+        Shot::of_instance(from_front(camera, object, distance * 8.0), instance)
+    };
+    let uneven = |distance: f32| {
+        let instance = scaled(object, Vec3::new(8.0, 1.0, 1.0));
+        Shot::of_instance(from_front(camera, object, distance * 8.0), instance)
+    };
+    let even = distances(object, camera.focal_px()).map(even);
+    even.chain(distances(object, camera.focal_px()).map(uneven))
+        .collect()
+}
+
+fn inside_the_object(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(90.0, SMALL, object);
+    let directions = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Z];
+    directions
+        .map(|direction| {
+            let position = object.center + direction * object.radius * 0.1;
+            Shot::still(camera.looking_at(position, position + direction + Vec3::splat(0.01)))
+        })
+        .to_vec()
+}
+
+/// From just above a vertex, along the surface.
+fn near_plane(object: &LodObject) -> Vec<Shot> {
+    let shot = |height: f32| {
+        let camera = Eye::perspective(80.0, SMALL, object.radius * height * 0.5);
+        let position = ground(object, 0.5, 0.5, height);
+        let along = Vec3::new(1.0, -0.15, 0.4);
+        Shot::still(camera.looking_at(position, position + along))
+    };
+    [0.02, 0.1, 0.3].map(shot).to_vec()
+}
+
+fn behind(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    let shot = |distance: f32| {
+        let away = from_front(camera, object, object.radius * distance);
+        Shot::still(away.turned(180.0, 0.0))
+    };
+    [1.5, 3.0, 10.0].map(shot).to_vec()
+}
+
+fn grazing(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    let shot = |height: f32| {
+        let position = ground(object, 0.02, 0.5, height);
+        let level = Vec3::new(object.aabb.max.x, position.y, object.center.z);
+        Shot::still(camera.looking_at(position, level))
+    };
+    [0.01, 0.05, 0.2].map(shot).to_vec()
+}
+
+fn thin_shells(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(90.0, HD, object);
+    let shot = |distance: f32| Shot::still(from_front(camera, object, distance).turned(50.0, 32.0));
+    distances(object, camera.focal_px()).map(shot).collect()
+}
+
+/// The first points of Halton's sequence in bases 2 and 3, within half a pixel of the middle.
+fn jitter_px(frame: usize) -> Vec2 {
+    let radical_inverse = |base: usize| {
+        let (mut index, mut digit, mut value) = (frame % 16 + 1, 1.0, 0.0);
+        while index > 0 {
+            digit /= base as f32;
+            value += digit * (index % base) as f32;
+            index /= base;
+        }
+        value
+    };
+    Vec2::new(radical_inverse(2), radical_inverse(3)) - 0.5
+}
+
+fn taa_jitter(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    let shot = |distance: f32| {
+        // Turned until the edge of the picture runs through the object.
+        let still = from_front(camera, object, distance).turned(45.7, 0.0);
+        let frame = |index: usize| Frame {
+            eye: still.jittered(jitter_px(index)),
+            instance: Instance::default(),
+        };
+        Shot {
+            frames: (0..64).map(frame).collect(),
+            measure_every: 32,
+        }
+    };
+    distances(object, camera.focal_px()).map(shot).collect()
+}
+
+/// Two steps a second at 60 frames a second: 5 cm up and down at 1.7 m, sideways half of it.
+fn head_bob(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(70.0, HD, object);
+    let (from, to) = (ground(object, 0.1, 0.2, 0.1), ground(object, 0.4, 0.6, 0.1));
+    let target = ground(object, 0.9, 0.9, 0.0);
+    let walk = |t: f32| {
+        let step = t * 119.0 / 30.0 * std::f32::consts::TAU;
+        let bob = Vec3::new(0.5 * (step * 0.5).sin(), step.sin(), 0.0) * 0.003 * object.radius;
+        camera.looking_at(from.lerp(to, t) + bob, target)
+    };
+    vec![Shot::path(120, 8, walk)]
+}
+
+fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
+    let zoom = |t: f32| {
+        let fovy_deg = 5.0 + 95.0 * t;
+        let camera = eye(fovy_deg, SMALL, object);
+        let distance = object.radius * 1.4 / (fovy_deg * 0.5).to_radians().sin();
+        from_front(camera, object, distance)
+    };
+    vec![Shot::path(90, 9, zoom)]
+}
+
+fn far_from_origin(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    // Representable, so that eye and object stay in step.
+    let offset = Vec3::new(1_048_576.0, 64.0, -1_048_576.0);
+    let shot = |distance: f32| {
+        let mut away = from_front(camera, object, distance);
+        away.world_from_view.translation += glam::Vec3A::from(offset);
+        let instance = Instance::at(Affine3A::from_translation(offset));
+        Shot::of_instance(away, instance)
+    };
+    distances(object, camera.focal_px()).map(shot).collect()
+}
+
+fn scales(object: &LodObject) -> Vec<Shot> {
+    let mut shots = Vec::new();
+    for scale in [1e-3, 1e3] {
+        let camera = Eye::perspective(60.0, HD, object.radius * scale * 1e-3);
+        shots.extend(distances(object, camera.focal_px()).map(|distance| {
+            let mut away = from_front(camera, object, distance);
+            away.world_from_view.translation *= scale;
+            let instance = Instance::at(Affine3A::from_scale(Vec3::splat(scale)));
+            Shot::of_instance(away, instance)
+        }));
+    }
+    shots
+}
+
+fn split_screen(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, Vec2::new(960.0, 1080.0), object);
+    let distances: Vec<f32> = distances(object, camera.focal_px()).collect();
+    let ends = [distances.first(), distances.last()];
+    let shot = |&distance: &f32| Shot::still(from_front(camera, object, distance));
+    ends.into_iter().flatten().map(shot).collect()
+}
+
+fn window_resize(object: &LodObject) -> Vec<Shot> {
+    let resize = |t: f32| {
+        let window_px = Vec2::new(480.0, 270.0).lerp(Vec2::new(3840.0, 2160.0), t);
+        let camera = eye(60.0, window_px.round(), object);
+        from_front(camera, object, object.radius * 12.0)
+    };
+    vec![Shot::path(90, 6, resize)]
+}
+
+fn teleport(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(75.0, HD, object);
+    let jump = |t: f32| {
+        let stop = (t * 3.999) as usize;
+        let distance = [1.2, 60.0, 2.5, 15.0][stop] * object.radius;
+        around(camera, object, distance, 77.0 * stop as f32).turned(0.0, 10.0)
+    };
+    vec![Shot::path(32, 32, jump)]
+}
+
+fn nan_transform(object: &LodObject) -> Vec<Shot> {
+    let camera = from_front(eye(60.0, HD, object), object, object.radius * 3.0);
+    let transforms = [
+        Affine3A::from_translation(Vec3::new(f32::NAN, 0.0, 0.0)),
+        Affine3A::from_scale(Vec3::splat(f32::NAN)),
+        Affine3A::from_scale(Vec3::splat(f32::INFINITY)),
+        Affine3A::from_scale(Vec3::ZERO),
+    ];
+    transforms
+        .map(|transform| Shot::of_instance(camera, Instance::at(transform)))
+        .to_vec()
+}

@@ -1,0 +1,58 @@
+//! Where cameras stand.
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use crate::rivals::{Eye, Instance, LodObject};
+
+/// The window of most cases, in pixels.
+pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
+
+/// A small window, in which a fixture's levels matter from near by, as those of a mesh with many times
+/// its triangles do in a large one.
+pub(super) const SMALL: Vec2 = Vec2::new(640.0, 360.0);
+
+/// A perspective camera with a near plane that suits the object.
+pub(super) fn eye(fovy_deg: f32, window_px: Vec2, object: &LodObject) -> Eye {
+    Eye::perspective(fovy_deg, window_px, object.radius * 1e-3)
+}
+
+/// Distances just beyond those at which a level of the whole object shows 1 px on the axis: where a
+/// criterion that is short anywhere shows it.
+pub(super) fn distances(object: &LodObject, focal_px: f32) -> impl Iterator<Item = f32> + use<'_> {
+    let levels = 1..object.level_count();
+    let starts = levels
+        .map(move |level| object.level_errors_in_local[level as usize] * focal_px + object.radius);
+    starts
+        .map(|start| start * 1.02)
+        .filter(|start| *start > object.radius * 1.2)
+        .take(4)
+}
+
+/// At `distance` from the middle of the object, a little from above, looking at it.
+pub(super) fn from_front(eye: Eye, object: &LodObject, distance: f32) -> Eye {
+    around(eye, object, distance, 0.0)
+}
+
+/// The same from `angle_deg` around the object.
+pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32) -> Eye {
+    let (sin, cos) = (angle_deg.to_radians() + 0.4).sin_cos();
+    let direction = Vec3::new(sin, 0.35, cos).normalize();
+    eye.looking_at(object.center + direction * distance, object.center)
+}
+
+/// A place `height` (a share of the object's radius) above the vertex nearest to the shares `x` and
+/// `z` of the object's box.
+pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
+    let (min, max) = (object.aabb.min, object.aabb.max);
+    let at = Vec2::new(min.x + (max.x - min.x) * x, min.z + (max.z - min.z) * z);
+    let positions = object.hierarchy.vertices.positions.iter();
+    let across = |p: &Vec3| Vec2::new(p.x, p.z).distance_squared(at);
+    let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
+    nearest.copied().unwrap_or_default() + Vec3::Y * (height * object.radius)
+}
+
+/// Scaled around the middle of the object.
+pub(super) fn scaled(object: &LodObject, scale: Vec3) -> Instance {
+    let center = Affine3A::from_translation(object.center);
+    Instance::at(center * Affine3A::from_scale(scale) * center.inverse())
+}

@@ -1,0 +1,51 @@
+//! The report as text: one row a case, one column a method.
+
+use std::fmt::Write;
+
+use super::{Fault, ObjectRun, Verdict};
+use crate::rivals::Method;
+
+/// A compact table: ✓, or the figure in which the method fails.
+///
+/// `px` is the greatest displacement, `fl` flips per frame, `he` open edges (holes), `x` triangles
+/// chosen relative to our guaranteed cut, `xc` to the coarsest.
+#[must_use]
+pub fn table(run: &ObjectRun) -> String {
+    let mut text = format!("{:<18}", run.name);
+    for method in Method::ALL {
+        let _ = write!(text, "{:>11}", method.name());
+    }
+    text.push('\n');
+    for case in &run.cases {
+        let _ = write!(text, "{:<18}", case.case);
+        for verdict in &case.verdicts {
+            let _ = write!(text, "{:>11}", cell(verdict));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn cell(verdict: &Verdict) -> String {
+    match verdict.faults.first() {
+        None => "✓".to_owned(),
+        Some(Fault::Holes) => format!("{}he", verdict.open_edges.unwrap_or(0)),
+        Some(Fault::Displaced) => figure(verdict.max_px, "px"),
+        Some(Fault::Flips) => figure(verdict.flips_per_frame, "fl"),
+        Some(Fault::Wastes) => figure(verdict.triangles_to_ours, "x"),
+        Some(Fault::Idles) => figure(verdict.triangles_to_coarsest, "xc"),
+    }
+}
+
+/// Three digits or so.
+fn figure(value: f64, unit: &str) -> String {
+    if value < 0.095 {
+        format!("{value:.3}{unit}")
+    } else if value < 9.95 {
+        format!("{value:.1}{unit}")
+    } else if value < 1e5 {
+        format!("{value:.0}{unit}")
+    } else {
+        format!("{value:.0e}{unit}")
+    }
+}

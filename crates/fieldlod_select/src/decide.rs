@@ -80,11 +80,9 @@ impl ErrorScale {
 pub(crate) struct Decision<'a> {
     kernel: Kernel<'a>,
     instance: &'a InstanceView,
-    scale: ErrorScale,
     thresholds: Thresholds,
-    eye_in_local: Vec3,
-    /// Greatest by least stretch of the instance: what distances in local space may mislead by.
-    unevenness: f32,
+    test_above: SphereTest,
+    test_below: SphereTest,
     position_slack: f32,
     /// Whether no error, as of what is outside, is below the thresholds.
     zero_is_below: bool,
@@ -101,15 +99,28 @@ impl<'a> Decision<'a> {
         let eye_in_local = inverse * -instance.origin_in_camera;
         let most = instance.camera_per_local;
         let Sphere { center, radius } = table.whole.bounds;
+        let position_slack =
+            POSITION_SLACK * (eye_in_local.length() + center.length() + radius) + 1e-14;
+        let scale = ErrorScale::of_view(&instance.camera, settings);
+        let is_orthographic = matches!(instance.camera, Camera::Orthographic(_));
+        let test = |threshold_px: f32| {
+            let scale_of_test = if is_orthographic { most } else { 1.0 } / threshold_px;
+            SphereTest {
+                is_orthographic,
+                eye: eye_in_local,
+                weighed_error: scale.of_weighed_error * scale_of_test,
+                deviation: scale.of_deviation * scale_of_test,
+                unevenness: most / (least_stretch(&instance.camera_from_local, most) * 0.999),
+                slack: position_slack,
+            }
+        };
         Self {
             kernel: Kernel::new(instance, settings),
             instance,
-            scale: ErrorScale::of_view(&instance.camera, settings),
             thresholds,
-            eye_in_local,
-            unevenness: most / (least_stretch(&instance.camera_from_local, most) * 0.999),
-            position_slack: POSITION_SLACK * (eye_in_local.length() + center.length() + radius)
-                + 1e-14,
+            test_above: test(thresholds.refine_above_px),
+            test_below: test(thresholds.coarsen_below_px),
+            position_slack,
             zero_is_below: thresholds.coarsen_below_px >= 0.0,
         }
     }
@@ -124,12 +135,11 @@ impl<'a> Decision<'a> {
 
     fn exceeding(&self, table: &GroupTable, chunk: usize, was_refined: u64) -> u64 {
         let may_be_lower = was_refined & !table.terminal[chunk] != 0;
-        let threshold_px = if may_be_lower {
-            self.thresholds.coarsen_below_px
+        let test = if may_be_lower {
+            &self.test_below
         } else {
-            self.thresholds.refine_above_px
+            &self.test_above
         };
-        let test = self.sphere_test(threshold_px);
         if self.zero_is_below
             && (test.passes_chunk(&table.chunks[chunk]) || self.is_outside(&table.chunks[chunk]))
         {
@@ -138,7 +148,7 @@ impl<'a> Decision<'a> {
         let bits = (0..CHUNK / LANES).fold(0, |bits, index| {
             let block = chunk * (CHUNK / LANES) + index;
             let was = (was_refined >> (index * LANES)) as u32 & 0xff;
-            bits | u64::from(self.exceeding_in(table, block, was, &test)) << (index * LANES)
+            bits | u64::from(self.exceeding_in(table, block, was, test)) << (index * LANES)
         });
         bits & valid_bits(table, chunk)
     }
@@ -180,23 +190,6 @@ impl<'a> Decision<'a> {
             .camera
             .touches_sphere(sphere.center, sphere.radius * SLACK + slack)
     }
-
-    fn sphere_test(&self, threshold_px: f32) -> SphereTest {
-        let orthographic = matches!(self.instance.camera, Camera::Orthographic(_));
-        let scale = if orthographic {
-            self.instance.camera_per_local
-        } else {
-            1.0
-        } / threshold_px;
-        SphereTest {
-            orthographic,
-            eye: self.eye_in_local,
-            weighed_error: self.scale.of_weighed_error * scale,
-            deviation: self.scale.of_deviation * scale,
-            unevenness: self.unevenness,
-            slack: self.position_slack,
-        }
-    }
 }
 
 /// The bits of a chunk that stand for groups.
@@ -211,10 +204,11 @@ fn valid_bits(table: &GroupTable, chunk: usize) -> u64 {
 
 /// `((e k + r + slack) · unevenness)² < |p − eye|²`, for an orthographic camera `e k ≤ 1`.
 struct SphereTest {
-    orthographic: bool,
+    is_orthographic: bool,
     eye: Vec3,
     weighed_error: f32,
     deviation: f32,
+    /// Greatest by least stretch of the instance: what distances in local space may mislead by.
     unevenness: f32,
     slack: f32,
 }
@@ -227,7 +221,7 @@ impl SphereTest {
         if !(self.weighed_error < f32::INFINITY && self.deviation < f32::INFINITY) {
             return false;
         }
-        if self.orthographic {
+        if self.is_orthographic {
             return error <= 1.0;
         }
         let reach = (error + chunk.bounds.radius * SLACK + self.slack) * self.unevenness;
@@ -242,7 +236,7 @@ impl SphereTest {
             let deviation = table.deviation[block] * f32x8::splat(self.deviation);
             error = error.simd_gt(deviation).bitselect(error, deviation);
         }
-        if self.orthographic {
+        if self.is_orthographic {
             return error.simd_le(f32x8::splat(1.0));
         }
         let (x, y, z) = (

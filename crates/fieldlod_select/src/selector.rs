@@ -1,16 +1,18 @@
 //! The cut of a whole scene in one view, from frame to frame.
 
+mod memory;
 mod slot;
-
-use std::ops::Range;
+mod visit;
 
 use rayon::prelude::*;
 
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
-use crate::tree::FAN;
 use crate::{InstanceId, LodSettings, View, budget};
-use slot::{Slot, entered_and_left};
+pub use memory::Change;
+use memory::{Frame, Memory, NodeMemory, Pending, RawChange, State, coarsest_of, record};
+use slot::Slot;
+use visit::Context;
 
 /// Selects, for one view, the cut of every instance of a scene, and remembers it: for the
 /// hysteresis, for what changed, and for how long each answer holds.
@@ -59,65 +61,6 @@ pub struct Selector {
     budget: budget::Search,
 }
 
-/// All that a cut depends on, but for its memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Frame {
-    view: View,
-    settings: LodSettings,
-    revision: u64,
-    tree_revision: u64,
-}
-
-/// What is known of an instance.
-#[derive(Clone, Copy, Debug)]
-struct Memory {
-    state: State,
-    hold: Hold,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// Not selected yet, or removed: draws nothing.
-    Empty,
-    /// Only what always is refined is refined.
-    Coarsest,
-    /// A cut of its own, in a slot.
-    Mixed(u32),
-}
-
-#[derive(Clone, Copy, Debug)]
-struct NodeMemory {
-    hold: Hold,
-    /// All instances below are empty or at their coarsest.
-    is_coarsest: bool,
-}
-
-/// An instance to be decided group by group.
-#[derive(Debug)]
-struct Pending {
-    instance: u32,
-    was: State,
-    slot: Slot,
-}
-
-#[derive(Clone, Debug)]
-struct RawChange {
-    instance: InstanceId,
-    entered: Range<u32>,
-    left: Range<u32>,
-}
-
-/// What changed in the cut of one instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Change<'a> {
-    /// The instance.
-    pub instance: InstanceId,
-    /// Units drawn now and not before, ascending.
-    pub entered: &'a [u32],
-    /// Units drawn before and not now, ascending.
-    pub left: &'a [u32],
-}
-
 /// What the last selection did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
@@ -129,14 +72,6 @@ pub struct Statistics {
     pub instances_decided: usize,
     /// Their groups.
     pub groups_decided: usize,
-}
-
-struct Context<'a> {
-    scene: &'a Scene,
-    test: WholeTest<'a>,
-    now: Odometer,
-    /// Changes of the scene up to here were taken into account before.
-    seen_revision: u64,
 }
 
 impl Selector {
@@ -250,137 +185,6 @@ impl Selector {
         }
     }
 
-    fn visit(&mut self, context: &Context, level: usize, index: usize) -> NodeMemory {
-        let node = &context.scene.tree.levels[level][index];
-        let memory = self.nodes[level][index];
-        let unchanged = node.changed_at <= context.seen_revision;
-        if unchanged && memory.hold.lasts(&context.now) {
-            return memory;
-        }
-        self.statistics.nodes_visited += 1;
-        let is_coarsest = unchanged && memory.is_coarsest;
-        let memory = match context.test.coarsest(&node.whole, is_coarsest) {
-            Some(hold) if is_coarsest => NodeMemory { hold, is_coarsest },
-            Some(hold) => return self.settle(context, level, index, hold),
-            None => self.visit_below(context, level, index),
-        };
-        self.nodes[level][index] = memory;
-        memory
-    }
-
-    fn visit_below(&mut self, context: &Context, level: usize, index: usize) -> NodeMemory {
-        let mut all = NodeMemory {
-            hold: Hold::forever(&context.now),
-            is_coarsest: true,
-        };
-        for child in children(context.scene, level, index) {
-            let one = if level > 0 {
-                self.visit(context, level - 1, child)
-            } else {
-                self.visit_instance(context, context.scene.tree.order[child])
-            };
-            all.hold = all.hold.and(&one.hold, &context.now);
-            all.is_coarsest &= one.is_coarsest;
-        }
-        all
-    }
-
-    fn visit_instance(&mut self, context: &Context, instance: u32) -> NodeMemory {
-        let memory = self.memories[instance as usize];
-        let is_coarsest = !matches!(memory.state, State::Mixed(_));
-        let data = &context.scene.instances[instance as usize];
-        let unchanged = data.node.changed_at <= context.seen_revision;
-        if unchanged && memory.hold.lasts(&context.now) {
-            return NodeMemory {
-                hold: memory.hold,
-                is_coarsest,
-            };
-        }
-        self.statistics.instances_tested += 1;
-        if data.mesh.is_none() {
-            let hold = Hold::forever(&context.now);
-            return self.settle_instance(context, instance, hold);
-        }
-        if let Some(hold) = context.test.coarsest(&data.node.whole, is_coarsest) {
-            return self.settle_instance(context, instance, hold);
-        }
-        self.memories[instance as usize].hold = Hold::NONE;
-        let slot = match memory.state {
-            State::Mixed(slot) => std::mem::take(&mut self.slots[slot as usize]),
-            _ => self.spare.pop().unwrap_or_default(),
-        };
-        let was = memory.state;
-        self.pending.push(Pending {
-            instance,
-            was,
-            slot,
-        });
-        NodeMemory {
-            hold: Hold::NONE,
-            is_coarsest: false,
-        }
-    }
-
-    /// Everything below is at its coarsest, as long as `hold` lasts.
-    fn settle(&mut self, context: &Context, level: usize, index: usize, hold: Hold) -> NodeMemory {
-        for child in children(context.scene, level, index) {
-            if level > 0 {
-                let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
-                let memory = &mut self.nodes[level - 1][child];
-                if memory.is_coarsest && changed_at <= context.seen_revision {
-                    memory.hold = hold;
-                } else {
-                    self.settle(context, level - 1, child, hold);
-                }
-            } else {
-                self.settle_instance(context, context.scene.tree.order[child], hold);
-            }
-        }
-        let memory = NodeMemory {
-            hold,
-            is_coarsest: true,
-        };
-        self.nodes[level][index] = memory;
-        memory
-    }
-
-    fn settle_instance(&mut self, context: &Context, instance: u32, hold: Hold) -> NodeMemory {
-        let was = self.memories[instance as usize].state;
-        let state = match context.scene.meshes[instance as usize] {
-            Some(_) => State::Coarsest,
-            None => State::Empty,
-        };
-        self.memories[instance as usize] = Memory { state, hold };
-        if was != state {
-            let (now, triangles) = coarsest_of(context.scene, instance, state);
-            let Self {
-                slots,
-                changes,
-                entered,
-                left,
-                ..
-            } = self;
-            let (before, before_triangles) = match was {
-                State::Mixed(slot) => {
-                    let slot = &slots[slot as usize];
-                    (slot.units(), slot.triangle_count())
-                }
-                other => coarsest_of(context.scene, instance, other),
-            };
-            record(changes, entered, left, instance, before, now);
-            self.triangle_count = self.triangle_count + triangles - before_triangles;
-            if let State::Mixed(slot) = was {
-                self.spare
-                    .push(std::mem::take(&mut self.slots[slot as usize]));
-                self.free_slots.push(slot);
-            }
-        }
-        NodeMemory {
-            hold,
-            is_coarsest: true,
-        }
-    }
-
     /// Puts what was decided in place, in an order that no thread has a say in.
     fn merge(&mut self, scene: &Scene) {
         let mut pending = std::mem::take(&mut self.pending);
@@ -474,73 +278,5 @@ impl Selector {
         self.changes.clear();
         self.triangle_count = 0;
         self.budget = budget::Search::default();
-    }
-}
-
-impl State {
-    fn slot(self) -> Option<usize> {
-        match self {
-            Self::Mixed(slot) => Some(slot as usize),
-            _ => None,
-        }
-    }
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self {
-            state: State::Empty,
-            hold: Hold::NONE,
-        }
-    }
-}
-
-impl Default for NodeMemory {
-    fn default() -> Self {
-        Self {
-            hold: Hold::NONE,
-            is_coarsest: false,
-        }
-    }
-}
-
-fn children(scene: &Scene, level: usize, index: usize) -> Range<usize> {
-    let below = match level {
-        0 => scene.tree.order.len(),
-        _ => scene.tree.levels[level - 1].len(),
-    };
-    index * FAN..below.min((index + 1) * FAN)
-}
-
-fn coarsest_of(scene: &Scene, instance: u32, state: State) -> (&[u32], u64) {
-    match (scene.meshes[instance as usize], state) {
-        (Some(mesh), State::Coarsest) => {
-            let table = scene.table(mesh);
-            (&table.coarsest_units, table.coarsest_triangle_count)
-        }
-        _ => (&[], 0),
-    }
-}
-
-fn record(
-    changes: &mut Vec<RawChange>,
-    entered: &mut Vec<u32>,
-    left: &mut Vec<u32>,
-    instance: u32,
-    before: &[u32],
-    now: &[u32],
-) {
-    let (first_entered, first_left) = (entered.len(), left.len());
-    if before.is_empty() {
-        entered.extend_from_slice(now);
-    } else {
-        entered_and_left(before, now, entered, left);
-    }
-    if entered.len() > first_entered || left.len() > first_left {
-        changes.push(RawChange {
-            instance: InstanceId(instance),
-            entered: first_entered as u32..entered.len() as u32,
-            left: first_left as u32..left.len() as u32,
-        });
     }
 }

@@ -234,8 +234,8 @@ impl Triangle {
     }
 
     /// Where the way from `from` to `to` leaves the prism that stands on this triangle, and the
-    /// point of the triangle's edge below (or above); `None` if it starts outside or ends inside.
-    pub(crate) fn crossing(&self, from: Vec3A, to: Vec3A) -> Option<[Vec3A; 2]> {
+    /// point of the triangle's edge below (or above).
+    pub(crate) fn crossing(&self, from: Vec3A, to: Vec3A) -> Crossing {
         let normal = self.ab.cross(self.ac);
         let corners = self.corners();
         let mut exit: Option<f32> = None;
@@ -244,17 +244,33 @@ impl Triangle {
             let before = inward.dot(from - corners[i]);
             let after = inward.dot(to - corners[i]);
             if before < 0.0 {
-                return None;
+                return Crossing::StartsOutside;
             }
             if after < 0.0 {
                 let share = before / (before - after);
                 exit = Some(exit.map_or(share, |exit| exit.min(share)));
             }
         }
-        let above = from.lerp(to, exit?);
+        let Some(exit) = exit else {
+            return Crossing::EndsInside;
+        };
+        let above = from.lerp(to, exit);
         let height = normal * share(normal.dot(above - self.a), normal.length_squared());
-        Some([above, above - height])
+        let below = above - height;
+        Crossing::At { above, below }
     }
+}
+
+/// How a way goes over the prism that stands on a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Crossing {
+    StartsOutside,
+    EndsInside,
+    /// It leaves the prism at `above`; `below` is on the triangle's edge.
+    At {
+        above: Vec3A,
+        below: Vec3A,
+    },
 }
 
 /// `part / whole`, and 0 of nothing.

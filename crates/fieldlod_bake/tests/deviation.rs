@@ -1,6 +1,8 @@
 //! The deviations that a bake states, held against independent samples ten times as dense.
 
-use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
+use fieldlod_bake::{
+    BakeConfig, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
+};
 
 fn meshes() -> Vec<(&'static str, SourceMesh)> {
     vec![
@@ -35,4 +37,85 @@ fn denser_samples_never_exceed_the_deviation_by_more_than_5_percent() {
         }
     }
     assert_eq!(failures, 0);
+}
+
+fn scaled(mut mesh: SourceMesh, factor: f32) -> SourceMesh {
+    for position in &mut mesh.positions {
+        *position *= factor;
+    }
+    mesh
+}
+
+/// A unit sphere and a second one that sticks out of it.
+fn interpenetrating() -> SourceMesh {
+    let mut mesh = fixtures::icosphere(4);
+    let second = fixtures::icosphere(4);
+    let first = mesh.positions.len() as u32;
+    let moved = second.positions.iter().map(|p| *p + glam::Vec3::X * 0.7);
+    mesh.positions.extend(moved);
+    mesh.normals.extend(&second.normals);
+    mesh.indices
+        .extend(second.indices.iter().map(|v| v + first));
+    mesh
+}
+
+#[test]
+fn degenerate_meshes_pass() {
+    let settings = VerifySettings {
+        cuts: 40,
+        most_samples: 200_000,
+        ..VerifySettings::default()
+    };
+    for (name, mesh) in [
+        ("one triangle", fixtures::one_triangle()),
+        ("coincident points", fixtures::coincident_points(2_000)),
+        ("fan", fixtures::non_manifold_fan(3_000)),
+        ("interpenetrating", interpenetrating()),
+        ("tiny", scaled(fixtures::rock(4, 1), 1e-6)),
+        ("huge", scaled(fixtures::rock(4, 1), 1e6)),
+        ("islands", fixtures::islands(100_000)),
+        ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
+    ] {
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        let verified = verify(&mesh, &hierarchy, &settings);
+        println!("{name}: {verified:?}");
+        assert!(verified.is_ok(), "{name}: {verified:?}");
+    }
+}
+
+/// A bake that states less than is true is found out.
+#[test]
+fn verify_rejects_deviations_that_are_too_small() {
+    let mesh = fixtures::rock(5, 1);
+    let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    for group in &mut hierarchy.groups {
+        group.deviation_in_local *= 0.9;
+    }
+    let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
+    assert!(
+        matches!(
+            fault,
+            VerifyError::SimplifiedTooFar { .. } | VerifyError::SourceTooFar { .. }
+        ),
+        "{fault}"
+    );
+}
+
+#[test]
+fn verify_rejects_holes() {
+    let mesh = fixtures::rock(4, 1);
+    let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let made = hierarchy
+        .units
+        .iter()
+        .position(|unit| unit.producer().is_some());
+    let first = hierarchy.units[made.unwrap()].first_triangle as usize * 3;
+    hierarchy.indices[first + 1] = hierarchy.indices[first];
+    // The samples would find it first.
+    let settings = VerifySettings {
+        tolerance: f32::INFINITY,
+        ..VerifySettings::default()
+    };
+    let fault = verify(&mesh, &hierarchy, &settings).unwrap_err();
+    assert!(matches!(fault, VerifyError::Hole { .. }), "{fault}");
 }

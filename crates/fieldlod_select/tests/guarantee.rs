@@ -276,6 +276,10 @@ fn no_displacement_of_models_exceeds_the_promise() {
     {
         for primitive in import_gltf(file).unwrap().primitives {
             let hierarchy = bake_mesh(&primitive.mesh, &BakeConfig::default()).unwrap();
+            if hierarchy.level_count() < 3 {
+                println!("{}: too small to have levels", file.display());
+                continue;
+            }
             assert_kept(&file.display().to_string(), &hierarchy, 500);
         }
     }

@@ -50,6 +50,15 @@ impl Slot {
         }
     }
 
+    /// What its storage could hold without growing.
+    #[cfg(test)]
+    pub(super) fn capacity(&self) -> usize {
+        self.refined.capacity()
+            + self.refined_before.capacity()
+            + self.units.capacity()
+            + self.units_before.capacity()
+    }
+
     pub(super) fn refined(&self) -> &[u64] {
         &self.refined
     }

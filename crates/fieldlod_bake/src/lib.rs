@@ -32,6 +32,10 @@
 //! # Out of scope
 //! Skinned and morphed meshes, points and lines: they are reported as [`Skipped`]. Geometry
 //! compressed with Draco: it is refused by name.
+//!
+//! # Fuzzing
+//! `fuzz/` is a workspace of its own: `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run
+//! import_gltf -- -max_total_time=600`.
 
 mod assemble;
 mod attributes;

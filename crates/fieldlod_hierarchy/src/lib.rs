@@ -29,6 +29,9 @@
 //! # Simplifications
 //! Vertices are those of the source mesh: a coarser level uses a subset of them and moves none, so
 //! the hierarchy refers to them by index and carries every vertex attribute for free.
+//!
+//! # Fuzzing
+//! `fuzz/` is a workspace of its own: `cargo +nightly fuzz run read_file -- -max_total_time=600`.
 
 mod bounds;
 mod file;

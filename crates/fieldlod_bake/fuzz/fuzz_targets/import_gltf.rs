@@ -1,8 +1,10 @@
 //! Imports any bytes as a glTF file. Buffers beside the file are looked for in a folder that does
 //! not exist.
 //!
-//! `cargo +nightly fuzz run import_gltf -- -max_total_time=600`, in `crates/fieldlod_bake`. To
-//! begin with, put some small `.glb` files into `fuzz/corpus/import_gltf`.
+//! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`,
+//! in `crates/fieldlod_bake`. (meshoptimizer's C++ defines tables of the same name in several
+//! files, which the address sanitizer takes for a fault.) To begin with, put some small `.glb`
+//! files into `fuzz/corpus/import_gltf`.
 
 #![no_main]
 

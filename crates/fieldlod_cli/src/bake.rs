@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
-use fieldlod_hierarchy::Precision;
+use fieldlod_hierarchy::{BakedFile, Precision};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -62,13 +62,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let output = arguments.output.clone().unwrap_or_else(beside);
     let started = Instant::now();
     check_writable(input, &output)?;
-    let outcome = bake_with_progress(input)?;
+    let mut outcome = bake_with_progress(input)?;
     let precision = if arguments.quantize {
         Precision::Quantized16
     } else {
         Precision::Lossless
     };
     let bytes = outcome.file.to_bytes_with(precision);
+    if arguments.quantize {
+        // The report is about what is in the file.
+        let written = BakedFile::from_bytes(&bytes);
+        outcome.file = written.map_err(|error| Failure::new(&output, error))?;
+    }
     write_whole(&output, &bytes)?;
     let seconds = started.elapsed().as_secs_f64();
     let report = Report::new(input, &output, &outcome, seconds, bytes.len() as u64);

@@ -82,6 +82,10 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
         thousands(primitive.vertices as u64),
         thousands(primitive.clusters as u64),
     );
+    if primitive.position_error_in_local > 0.0 {
+        let error = primitive.position_error_in_local;
+        let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
+    }
     let _ = writeln!(
         text,
         "level  groups  terminal   units    triangles  error min    median       max  \

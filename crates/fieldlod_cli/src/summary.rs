@@ -10,6 +10,8 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) primitive: u32,
     pub(crate) name: String,
     pub(crate) vertices: usize,
+    /// How far the file's positions lie from the source's; 0 in a lossless file.
+    pub(crate) position_error_in_local: f32,
     pub(crate) source_triangles: u64,
     /// Triangles of the coarsest cut.
     pub(crate) coarsest_triangles: u64,
@@ -64,6 +66,7 @@ impl PrimitiveSummary {
             primitive: primitive.primitive_index,
             name: primitive.name.clone(),
             vertices: hierarchy.vertices.positions.len(),
+            position_error_in_local: primitive.position_error_in_local,
             source_triangles: hierarchy.source_triangle_count(),
             coarsest_triangles: terminal.map(|group| triangles_of(hierarchy, group)).sum(),
             groups: hierarchy.groups.len(),

@@ -289,6 +289,12 @@ fn quantized_files_are_smaller_and_deterministic() {
     };
     let (lossless, quantized) = (bake(&[]), bake(&["--quantize"]));
     assert!(quantized.len() < lossless.len());
+    let inspect = fieldlod(&["inspect", text(&output)]);
+    let said = String::from_utf8(inspect.stdout).unwrap();
+    assert!(
+        said.contains("quantized: positions off by up to "),
+        "{said}"
+    );
     assert!(bake(&[]) == lossless && bake(&["--quantize"]) == quantized);
 }
 

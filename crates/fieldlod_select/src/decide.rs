@@ -7,7 +7,8 @@
 //! ```
 //! so an error is below the threshold τ if `e k / τ + r ≤ ρ`: in local space, without a root,
 //! `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another
-//! constant. What reaches the camera, or is not a number, never passes.
+//! constant. What reaches the camera, or is not a number, never passes. In camera space, where depth is
+//! known, the same with S in place of S³, S² and `z − r` in place of `ρ − r` is sharper near the axis.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -49,6 +50,14 @@ pub(crate) struct ErrorScale {
     pub(crate) of_deviation: f32,
 }
 
+/// Factors from errors in local units to depths in camera space below which they show.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthScale {
+    pub(crate) of_weighed_error: f32,
+    pub(crate) of_deviation: f32,
+    pub(crate) slack: f32,
+}
+
 impl ErrorScale {
     /// Upper bounds for the whole view.
     pub(crate) fn of_view(camera: &Camera, settings: &LodSettings) -> Self {
@@ -83,6 +92,8 @@ pub(crate) struct Decision<'a> {
     thresholds: Thresholds,
     test_above: SphereTest,
     test_below: SphereTest,
+    depth_above: DepthScale,
+    depth_below: DepthScale,
     position_slack: f32,
     /// Whether no error, as of what is outside, is below the thresholds.
     zero_is_below: bool,
@@ -114,10 +125,26 @@ impl<'a> Decision<'a> {
                 slack: position_slack,
             }
         };
+        let secant = match &instance.camera {
+            Camera::Perspective(camera) => camera.max_secant(),
+            Camera::Orthographic(_) => 1.0,
+        };
+        // At no depth for an orthographic camera: the sphere test has told all.
+        let none = if is_orthographic { f32::INFINITY } else { 1.0 };
+        let depth = |threshold_px: f32| {
+            let scale_of_depth = none * most / (threshold_px * secant);
+            DepthScale {
+                of_weighed_error: scale.of_weighed_error * scale_of_depth,
+                of_deviation: scale.of_deviation * scale_of_depth,
+                slack: position_slack * most,
+            }
+        };
         Self {
             kernel: Kernel::new(instance, settings),
             instance,
             thresholds,
+            depth_above: depth(thresholds.refine_above_px),
+            depth_below: depth(thresholds.coarsen_below_px),
             test_above: test(thresholds.refine_above_px),
             test_below: test(thresholds.coarsen_below_px),
             position_slack,
@@ -135,11 +162,12 @@ impl<'a> Decision<'a> {
 
     fn exceeding(&self, table: &GroupTable, chunk: usize, was_refined: u64) -> u64 {
         let may_be_lower = was_refined & !table.terminal[chunk] != 0;
-        let test = if may_be_lower {
-            &self.test_below
+        let tests = if may_be_lower {
+            (&self.test_below, &self.depth_below)
         } else {
-            &self.test_above
+            (&self.test_above, &self.depth_above)
         };
+        let test = tests.0;
         if self.zero_is_below
             && (test.passes_chunk(&table.chunks[chunk]) || self.is_outside(&table.chunks[chunk]))
         {
@@ -148,7 +176,7 @@ impl<'a> Decision<'a> {
         let bits = (0..CHUNK / LANES).fold(0, |bits, index| {
             let block = chunk * (CHUNK / LANES) + index;
             let was = (was_refined >> (index * LANES)) as u32 & 0xff;
-            bits | u64::from(self.exceeding_in(table, block, was, test)) << (index * LANES)
+            bits | u64::from(self.exceeding_in(table, block, was, tests)) << (index * LANES)
         });
         bits & valid_bits(table, chunk)
     }
@@ -160,14 +188,14 @@ impl<'a> Decision<'a> {
         table: &GroupTable,
         block: usize,
         was_refined: u32,
-        test: &SphereTest,
+        (test, depth): (&SphereTest, &DepthScale),
     ) -> u32 {
         let error_px = if self.zero_is_below {
             let below = test.passed_by(table, block);
             if below.all() {
                 return 0;
             }
-            let Some(error_px) = self.kernel.error_px_unless(below, table, block) else {
+            let Some(error_px) = self.kernel.error_px_unless(below, depth, table, block) else {
                 return 0;
             };
             error_px

@@ -12,6 +12,7 @@ use glam::Vec3;
 use wide::f32x8;
 
 use crate::criterion::ASPECT_ROUNDING;
+use crate::decide::DepthScale;
 use crate::stretch::{STRETCH_ROUNDING, SeenStretch};
 use crate::table::GroupTable;
 use crate::{InstanceView, LodSettings, Promise};
@@ -46,18 +47,25 @@ impl<'a> Kernel<'a> {
         self.error_px_of(&seen, outside, table, block)
     }
 
-    /// [`Kernel::error_px`], or `None` where each group is outside the view or among `others`: before
-    /// any root or quotient.
+    /// [`Kernel::error_px`], or `None` where each group is outside the view, deep enough, or among
+    /// `others`: before any quotient.
     #[inline]
     pub(crate) fn error_px_unless(
         &self,
         others: f32x8,
+        depth: &DepthScale,
         table: &GroupTable,
         block: usize,
     ) -> Option<f32x8> {
         let seen = self.seen(table, block);
         let outside = self.outside(&seen);
-        let idle = (outside | others).all();
+        let mut shows_to = table.error_weighed[block] * splat(depth.of_weighed_error);
+        if depth.of_deviation != 0.0 {
+            let deviation = table.deviation[block] * splat(depth.of_deviation);
+            shows_to = shows_to.simd_gt(deviation).bitselect(shows_to, deviation);
+        }
+        let reach = shows_to + seen.radius * splat(1.001) + splat(depth.slack);
+        let idle = (outside | others | reach.simd_lt(seen.center.z)).all();
         (!idle).then(|| self.error_px_of(&seen, outside, table, block))
     }
 

@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
     case(
         "inside the object",
         "the camera is inside and looks out",
-        Fixture::Rock,
+        Fixture::Shell,
         {
             Demands {
                 two_sided: true,
@@ -31,7 +31,7 @@ pub(super) const CASES: &[Case] = &[
     case(
         "near plane",
         "groups reach across the near plane",
-        Fixture::Rock,
+        Fixture::Shell,
         Demands::PROMISE,
         near_plane,
     ),
@@ -190,7 +190,7 @@ fn behind(object: &LodObject) -> Vec<Shot> {
 }
 
 fn grazing(object: &LodObject) -> Vec<Shot> {
-    let camera = eye(60.0, HD, object);
+    let camera = eye(60.0, SMALL, object);
     let shot = |height: f32| {
         let position = ground(object, 0.02, 0.5, height);
         let level = Vec3::new(object.aabb.max.x, position.y, object.center.z);

@@ -7,6 +7,9 @@ use super::faces::{Face, FaceWalk};
 use crate::nearest::{Crossing, Hit, TriangleTree};
 use crate::patch::Patch;
 
+/// A source triangle whose corners are all nearer than this share of the largest distance so far
+/// does not count as beside the simplified surface.
+const LEAST_BESIDE: f32 = 0.5;
 /// Rows of samples on a source triangle that lies beside the simplified surface.
 const ROWS_BESIDE: u32 = 2;
 
@@ -89,7 +92,8 @@ impl PatchWalk<'_> {
         ];
         let reach = edges.into_iter().fold(0.0, f32::max).sqrt() * 0.58;
         let corner = distances.into_iter().fold(0.0, f32::max).sqrt();
-        corner + reach > self.furthest.sqrt()
+        let furthest = self.furthest.sqrt();
+        corner > furthest * LEAST_BESIDE && corner + reach > furthest
     }
 
     /// Beside the simplified surface, such as where a component of the source has vanished, a

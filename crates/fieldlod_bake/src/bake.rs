@@ -40,8 +40,8 @@ pub(crate) fn bake_mesh_with_progress(
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     config.validate()?;
     mesh.validate()?;
-    let input = SimplifierInput::of(mesh, config);
-    let (mut groups, report) = build_levels(&mesh.indices, &input, config, on_triangles);
+    let mut input = SimplifierInput::of(mesh, config);
+    let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
     measure_deviations(&mesh.indices, &input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;

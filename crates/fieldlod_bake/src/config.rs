@@ -14,8 +14,8 @@ pub struct BakeConfig {
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
     /// below [`stuck_ratio`](Self::stuck_ratio).
     pub simplify_ratio: f32,
-    /// A group that keeps more than this share of its triangles is stuck: its clusters are tried
-    /// again with others. At most 1.
+    /// A group that keeps more than this share of its triangles is stuck, and left to the levels
+    /// of the whole mesh. At most 1.
     pub stuck_ratio: f32,
     /// How much a change of the unit normal by 1 counts, as a share of the extent of the group
     /// that is simplified. 0 ignores normals.

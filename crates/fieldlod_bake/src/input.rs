@@ -64,6 +64,23 @@ impl SimplifierInput {
         }
     }
 
+    pub(crate) fn is_locked(&self, vertex: u32) -> bool {
+        self.locks[vertex as usize].contains(SimplifyVertex::Lock)
+    }
+
+    /// Locks all vertices at the positions of `vertices`.
+    pub(crate) fn lock_positions(&mut self, vertices: &[u32]) {
+        let mut is_locked = vec![false; self.positions.len()];
+        for &vertex in vertices {
+            is_locked[self.same_position[vertex as usize] as usize] = true;
+        }
+        for (lock, &first) in self.locks.iter_mut().zip(&self.same_position) {
+            if is_locked[first as usize] {
+                *lock |= SimplifyVertex::Lock;
+            }
+        }
+    }
+
     /// Marks the vertices whose masked attributes differ from those of the first at their place.
     fn protect_seams(&mut self) {
         let count = self.weights.len();

@@ -1,24 +1,14 @@
-//! The levels: lock, partition, simplify, output, as meshoptimizer's clusterlod does, but with the
-//! groups of a level side by side on all cores, and with nothing given up.
-//!
-//! Where clusterlod makes a group that cannot be simplified ("stuck") the coarsest of its piece of
-//! surface, here its clusters go to the next level as they are and are grouped with others. No
-//! piece leaves the game before all do, so that no neighbour can pull away from it. What no group
-//! can simplify any more, the [tail](crate::tail) simplifies as a whole.
+//! The levels: clusterlod's groups, then the [tail](crate::tail) above what it leaves.
 
 use std::collections::BTreeMap;
 
 use fieldlod_hierarchy::NO_GROUP;
-use meshopt::SimplifyVertex;
-use rayon::prelude::*;
 
 use crate::input::SimplifierInput;
-use crate::simplify::{Simplified, Simplifier};
+use crate::simplify::Simplifier;
 use crate::tail::simplify_tail;
+use crate::watertight::simplify_watertight;
 use crate::{BakeConfig, BakeReport};
-
-/// A round of simplifications that keeps more than this share of all triangles is the last.
-const MOST_KEPT_BY_A_ROUND: f32 = 0.95;
 
 /// A group: what it consumes and how far its simplification strays.
 pub(crate) struct RawGroup {
@@ -34,6 +24,12 @@ impl RawGroup {
     /// Whether nothing coarser stands for it.
     pub(crate) fn is_terminal(&self) -> bool {
         self.error_in_local == f32::INFINITY
+    }
+
+    /// The vertices of its triangles, each as often as triangles use it.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        let clusters = self.units.iter().flat_map(|unit| &unit.clusters);
+        clusters.flatten().copied()
     }
 }
 
@@ -66,38 +62,26 @@ impl Groups {
     /// units. Each unit is one producer's, and has no more than `most_clusters`.
     pub(crate) fn add(&mut self, clusters: Vec<Cluster>, error: f32, most_clusters: usize) -> u32 {
         let mut by_producer: BTreeMap<u32, Vec<Vec<u32>>> = BTreeMap::new();
-        for Cluster {
-            produced_by,
-            corners,
-        } in clusters
-        {
-            by_producer.entry(produced_by).or_default().push(corners);
+        for cluster in clusters {
+            let of_producer = by_producer.entry(cluster.produced_by).or_default();
+            of_producer.push(cluster.corners);
         }
-        let finer = by_producer
-            .keys()
-            .filter_map(|&finer| self.0.get(finer as usize));
-        let level = finer
-            .clone()
-            .map(|finer| finer.level + 1)
-            .max()
-            .unwrap_or(0);
-        let error_in_local = finer
-            .map(|finer| finer.error_in_local)
-            .fold(error, f32::max);
-        let units = by_producer
-            .into_iter()
-            .flat_map(|(produced_by, mut clusters)| {
-                let mut units = Vec::new();
-                while !clusters.is_empty() {
-                    let rest = clusters.split_off(most_clusters.min(clusters.len()));
-                    units.push(RawUnit {
-                        produced_by,
-                        clusters,
-                    });
-                    clusters = rest;
-                }
-                units
-            });
+        let finer = || {
+            let indices = by_producer.keys();
+            indices.filter_map(|&finer| self.0.get(finer as usize))
+        };
+        let level = finer().map(|finer| finer.level + 1).max().unwrap_or(0);
+        let errors = finer().map(|finer| finer.error_in_local);
+        let error_in_local = errors.fold(error, f32::max);
+        let units = by_producer.into_iter();
+        let units = units.flat_map(|(produced_by, clusters)| {
+            let parts = clusters.chunks(most_clusters).map(<[_]>::to_vec);
+            let unit = move |clusters| RawUnit {
+                produced_by,
+                clusters,
+            };
+            parts.map(unit).collect::<Vec<_>>()
+        });
         let units = units.collect();
         self.0.push(RawGroup {
             level,
@@ -116,50 +100,60 @@ impl Groups {
 /// checked on the other side.
 pub(crate) fn build_levels(
     indices: &[u32],
-    input: &SimplifierInput,
+    input: &mut SimplifierInput,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> (Vec<RawGroup>, BakeReport) {
+    let groups = simplify_watertight(indices, input, config, on_triangles);
+    let (mut groups, ends) = split_off_ends(groups);
+    let mut report = BakeReport {
+        stuck_groups: ends.stuck_groups,
+        ..BakeReport::default()
+    };
     let simplifier = Simplifier::new(input, config);
-    let mut report = BakeReport::default();
-    let mut groups = Groups::default();
-    let mut clusters = simplifier.clusterize(indices, NO_GROUP);
-    while clusters.len() > 1 {
-        let before = triangle_count(&clusters);
-        let parts = simplifier.partition(clusters);
-        let locks = lock_between(&parts, input);
-        let simplified: Vec<Option<Simplified>> = parts
-            .par_iter()
-            .map(|part| simplifier.simplify_group(part, &locks))
-            .collect();
-        clusters = Vec::new();
-        let mut made = Vec::new();
-        for (part, simplified) in parts.into_iter().zip(simplified) {
-            let Some(simplified) = simplified else {
-                report.stuck_groups += 1;
-                clusters.extend(part);
-                continue;
-            };
-            on_triangles(triangle_count(&part));
-            let error = simplified.error_in_scaled * input.local_from_scaled;
-            made.push((groups.add(part, error, usize::MAX), simplified.corners));
+    simplify_tail(&simplifier, ends.clusters, &mut groups, &mut report);
+    (groups.0, report)
+}
+
+/// What clusterlod leaves at the coarse end.
+struct Ends {
+    clusters: Vec<Cluster>,
+    stuck_groups: usize,
+}
+
+/// Takes out the terminal groups, which produce nothing, and numbers the others anew.
+fn split_off_ends(groups: Vec<RawGroup>) -> (Groups, Ends) {
+    let mut kept = Groups::default();
+    let mut clusters = Vec::new();
+    let mut new_index = Vec::with_capacity(groups.len());
+    let mut terminal_groups = 0usize;
+    for mut group in groups {
+        for unit in &mut group.units {
+            if !unit.is_source() {
+                unit.produced_by = new_index[unit.produced_by as usize];
+            }
         }
-        let new = made
-            .into_par_iter()
-            .map(|(group, corners)| simplifier.clusterize(&corners, group));
-        clusters.extend(new.collect::<Vec<_>>().into_iter().flatten());
-        if triangle_count(&clusters) as f32 > before as f32 * MOST_KEPT_BY_A_ROUND {
-            break;
+        new_index.push(kept.0.len() as u32);
+        if !group.is_terminal() {
+            kept.0.push(group);
+            continue;
+        }
+        terminal_groups += 1;
+        for unit in group.units {
+            let produced_by = unit.produced_by;
+            let cluster = |corners| Cluster {
+                produced_by,
+                corners,
+            };
+            clusters.extend(unit.clusters.into_iter().map(cluster));
         }
     }
-    simplify_tail(
-        &simplifier,
+    let stuck_groups = terminal_groups.saturating_sub(1);
+    let ends = Ends {
         clusters,
-        &mut groups,
-        &mut report,
-        on_triangles,
-    );
-    (groups.0, report)
+        stuck_groups,
+    };
+    (kept, ends)
 }
 
 pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
@@ -167,27 +161,4 @@ pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
         .iter()
         .map(|cluster| cluster.corners.len() / 3)
         .sum()
-}
-
-/// Locks the vertices that lie in several of `parts`, so that what they become fits together.
-fn lock_between(parts: &[Vec<Cluster>], input: &SimplifierInput) -> Vec<SimplifyVertex> {
-    const NONE: u32 = u32::MAX;
-    const SEVERAL: u32 = u32::MAX - 1;
-    let mut owner = vec![NONE; input.positions.len()];
-    for (part, clusters) in (0u32..).zip(parts) {
-        for &vertex in clusters.iter().flat_map(|cluster| &cluster.corners) {
-            let owner = &mut owner[input.same_position[vertex as usize] as usize];
-            *owner = if *owner == NONE || *owner == part {
-                part
-            } else {
-                SEVERAL
-            };
-        }
-    }
-    let vertices = input.same_position.iter().zip(&input.locks);
-    let lock = |(&first, &lock): (&u32, &SimplifyVertex)| match owner[first as usize] {
-        SEVERAL => lock | SimplifyVertex::Lock,
-        _ => lock,
-    };
-    vertices.map(lock).collect()
 }

@@ -42,6 +42,7 @@ mod attributes;
 
 mod bake;
 mod bounds;
+mod clusterlod;
 mod config;
 mod deviation;
 mod file;
@@ -56,9 +57,12 @@ mod report;
 mod simplify;
 mod tail;
 mod verify;
+mod watertight;
 
 pub use attributes::ExtraAttributes;
 pub use bake::{bake_mesh, bake_mesh_with_report};
+#[doc(hidden)]
+pub use clusterlod::bare_clusterlod;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, BakeProgress, bake_file};
 pub use import::{
@@ -67,6 +71,4 @@ pub use import::{
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use report::{BakeReport, Treatment, TreatmentKind};
-#[doc(hidden)]
-pub use simplify::bare_clusterlod;
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

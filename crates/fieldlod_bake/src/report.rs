@@ -3,7 +3,8 @@
 /// How a bake went: what resisted, and what was done about it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
-    /// How often a group could not be simplified on its own and was tried again with others.
+    /// Groups that could not be simplified on their own and were left to the levels of the whole
+    /// mesh.
     pub stuck_groups: usize,
     /// Levels of the whole mesh above the last clusters.
     pub tail_levels: usize,

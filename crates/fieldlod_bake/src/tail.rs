@@ -22,7 +22,6 @@ pub(crate) fn simplify_tail(
     mut clusters: Vec<Cluster>,
     groups: &mut Groups,
     report: &mut BakeReport,
-    on_triangles: &dyn Fn(usize),
 ) {
     let mut error_in_local = 0.0f32;
     while triangle_count(&clusters) > FEWEST_TRIANGLES {
@@ -35,7 +34,6 @@ pub(crate) fn simplify_tail(
             break;
         };
         let (from, to) = (corners.len() / 3, simplified.corners.len() / 3);
-        on_triangles(from);
         error_in_local =
             error_in_local.max(simplified.error_in_scaled * simplifier.input.local_from_scaled);
         let group = groups.add(
@@ -55,7 +53,6 @@ pub(crate) fn simplify_tail(
         report.tail_levels += 1;
     }
     report.coarsest_triangles = triangle_count(&clusters);
-    on_triangles(report.coarsest_triangles);
     groups.add(clusters, f32::INFINITY, MOST_CLUSTERS_IN_A_UNIT);
 }
 

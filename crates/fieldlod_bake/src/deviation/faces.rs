@@ -9,8 +9,13 @@ const SAMPLES_PER_VERTEX: f32 = 0.5;
 /// A simplified triangle with less than this share of the source vertices that its area would
 /// have on average may span a gap.
 const GAP_SHARE: f32 = 0.5;
+/// Least rows of samples on one simplified triangle: a single one may miss what lies beside its
+/// middle.
+const MIN_ROWS: f32 = 3.0;
 /// Most rows of samples on one simplified triangle.
 const MAX_ROWS: f32 = 24.0;
+/// A sample this share of the largest distance so far is worth a climb: a summit may be near it.
+const CLIMB_FROM: f32 = 0.7;
 /// Where a climb to the furthest place of a triangle ends: with steps of this share of the first.
 const SMALLEST_STEP: f32 = 0.03;
 
@@ -95,7 +100,7 @@ pub(super) fn rows_of(faces: &[Face], under: impl Iterator<Item = u32>) -> Vec<u
         };
         ((expected * SAMPLES_PER_VERTEX).sqrt() * gap)
             .ceil()
-            .clamp(1.0, MAX_ROWS) as u32
+            .clamp(MIN_ROWS, MAX_ROWS) as u32
     });
     rows.collect()
 }
@@ -110,15 +115,12 @@ pub(super) struct FaceWalk<'a> {
 }
 
 impl FaceWalk<'_> {
-    /// Whether `point` is further away than all before.
-    fn exceeds(&mut self, point: Vec3A) -> bool {
-        let Some(hit) = self.surface.nearest(point, self.furthest, self.guess) else {
-            return false;
-        };
+    /// The squared distance of `point`, if it is above `floor`.
+    fn beyond(&mut self, point: Vec3A, floor: f32) -> Option<f32> {
+        let hit = self.surface.nearest(point, floor, self.guess)?;
         self.guess = hit.slot;
-        let exceeds = hit.distance_squared > self.furthest;
         self.furthest = self.furthest.max(hit.distance_squared);
-        exceeds
+        (hit.distance_squared > floor).then_some(hit.distance_squared)
     }
 
     /// Samples the sides that count and the inside of a triangle, in `rows` rows.
@@ -146,28 +148,29 @@ impl FaceWalk<'_> {
         }
     }
 
-    /// Samples one place, and if it is further than all before, climbs from there to where it is
-    /// furthest. Places are shares of the edges from the first corner.
+    /// Samples one place, and if it is nearly as far as the furthest before, climbs from there to
+    /// where it is furthest. Places are shares of the edges from the first corner.
     fn sample_at(&mut self, face: &Face, mut place: Vec2, mut step: f32) {
-        if !self.exceeds(face.point(place)) {
+        const DIRECTIONS: [(f32, f32); 6] = [
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (-1.0, 1.0),
+            (-1.0, 0.0),
+            (0.0, -1.0),
+            (1.0, -1.0),
+        ];
+        let floor = self.furthest * CLIMB_FROM * CLIMB_FROM;
+        let Some(mut distance_squared) = self.beyond(face.point(place), floor) else {
             return;
-        }
+        };
         let smallest = step * SMALLEST_STEP;
         while step > smallest {
-            let directions = [
-                (1.0, 0.0),
-                (0.0, 1.0),
-                (-1.0, 1.0),
-                (-1.0, 0.0),
-                (0.0, -1.0),
-                (1.0, -1.0),
-            ];
-            let further = directions.into_iter().find_map(|direction| {
+            let further = DIRECTIONS.into_iter().find_map(|direction| {
                 let place = within(place + Vec2::from(direction) * step);
-                self.exceeds(face.point(place)).then_some(place)
+                Some((place, self.beyond(face.point(place), distance_squared)?))
             });
             match further {
-                Some(further) => place = further,
+                Some(further) => (place, distance_squared) = further,
                 None => step *= 0.5,
             }
         }

@@ -91,7 +91,8 @@ pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
 
 /// A fixture as a Bevy mesh.
 pub(crate) fn bevy_mesh(source: &SourceMesh) -> Mesh {
-    let to_arrays = |values: &[glam::Vec3]| values.iter().map(glam::Vec3::to_array).collect::<Vec<_>>();
+    let to_arrays =
+        |values: &[glam::Vec3]| values.iter().map(glam::Vec3::to_array).collect::<Vec<_>>();
     let mut mesh = Mesh::new(
         PrimitiveTopology::TriangleList,
         RenderAssetUsages::default(),

@@ -172,7 +172,8 @@ fn has_adapter() -> bool {
 
 /// A fixture as a Bevy mesh.
 pub(crate) fn bevy_mesh(source: &SourceMesh) -> Mesh {
-    let to_arrays = |values: &[glam::Vec3]| values.iter().map(glam::Vec3::to_array).collect::<Vec<_>>();
+    let to_arrays =
+        |values: &[glam::Vec3]| values.iter().map(glam::Vec3::to_array).collect::<Vec<_>>();
     let usage = RenderAssetUsages::default();
     Mesh::new(PrimitiveTopology::TriangleList, usage)
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, to_arrays(&source.positions))

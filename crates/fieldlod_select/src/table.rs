@@ -13,7 +13,7 @@ pub(crate) const CHUNK: usize = 64;
 
 /// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
 ///
-/// The conservative test reads [`GroupTable::BYTES_TESTED`] a group, and one [`Chunk`] for 64 groups
+/// The conservative test reads [`GroupTable::BYTES_TESTED`] a group, and one `Chunk` for 64 groups
 /// before; the full criterion reads [`GroupTable::BYTES_FULL`].
 #[derive(Clone, Debug)]
 pub struct GroupTable {

@@ -136,6 +136,24 @@ fn a_frozen_cut_stays_while_the_camera_moves() {
 }
 
 #[test]
+fn a_guarantee_costs_triangles() {
+    let mut app = app(Path::new("."));
+    let quality = spawn_camera(&mut app, 8.0);
+    let guaranteed = spawn_camera(&mut app, 8.0);
+    let view = LodView {
+        guaranteed: true,
+        ..default()
+    };
+    app.world_mut().entity_mut(guaranteed).insert(view);
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    let [quality, guaranteed] = [quality, guaranteed].map(|camera| stats(&app, camera));
+    assert_eq!(quality.triangles_full, guaranteed.triangles_full);
+    assert!(quality.triangles_drawn < guaranteed.triangles_drawn);
+    assert!(guaranteed.triangles_drawn < guaranteed.triangles_full);
+}
+
+#[test]
 fn level_colours_and_a_new_material_reach_the_units() {
     let mut app = app(Path::new("."));
     let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));

@@ -33,6 +33,10 @@ impl AutoLod {
 pub struct LodView {
     /// Largest screen-space error in physical pixels that a simplification may show.
     pub error_px: f32,
+    /// Bounds every displacement of the surface in the image by `error_px`, instead of the error of
+    /// the picture as a whole: no outliers, at the cost of more triangles. It rests on deviations
+    /// measured against the source.
+    pub guaranteed: bool,
     /// A piece that was refined stays so until its error falls below this share of `error_px`.
     pub hysteresis: f32,
     /// Margin around the image that is selected as if it were seen, as a share of the image's size
@@ -44,11 +48,12 @@ pub struct LodView {
 }
 
 impl Default for LodView {
-    /// 1 px, coarsening below 0.8 px, with a margin of half the image on each side.
+    /// 1 px of quality, coarsening below 0.8 px, with a margin of half the image on each side.
     fn default() -> Self {
         let settings = LodSettings::default();
         Self {
             error_px: settings.error_px,
+            guaranteed: false,
             hysteresis: settings.hysteresis,
             offscreen_margin: 0.5,
             full_detail: false,
@@ -67,7 +72,11 @@ impl LodView {
     }
 
     pub(crate) fn settings(&self) -> LodSettings {
-        let mut settings = LodSettings::with_error_px(self.error_px);
+        let mut settings = if self.guaranteed {
+            LodSettings::guaranteed(self.error_px)
+        } else {
+            LodSettings::with_error_px(self.error_px)
+        };
         settings.hysteresis = self.hysteresis;
         settings.offscreen_margin = self.offscreen_margin;
         settings

@@ -45,8 +45,9 @@ impl Stage {
                 "no Vulkan adapter: install mesa-vulkan-drivers"
             );
             // Not `eprintln!`, which the test harness keeps to itself when a test passes.
-            let line = "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one";
-            writeln!(std::io::stderr(), "{line}").unwrap();
+            let line =
+                "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one\n";
+            std::io::stderr().write_all(line.as_bytes()).unwrap();
             return None;
         }
         let mut app = App::new();

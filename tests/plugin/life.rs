@@ -136,6 +136,21 @@ fn a_frozen_cut_stays_while_the_camera_moves() {
 }
 
 #[test]
+fn a_mesh_exchanged_under_a_frozen_cut_is_drawn() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 3.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    app.world_mut().resource_mut::<LodDebug>().freeze = true;
+    let other = bevy_mesh(&fieldlod_tests::rock(3, 2));
+    let other = app.world_mut().resource_mut::<Assets<Mesh>>().add(other);
+    app.world_mut().entity_mut(object).insert(Mesh3d(other));
+    app.update();
+    ready(&mut app, 1);
+    assert!(stats(&app, camera).triangles_drawn > 0);
+}
+
+#[test]
 fn a_guarantee_costs_triangles() {
     let mut app = app(Path::new("."));
     let quality = spawn_camera(&mut app, 8.0);

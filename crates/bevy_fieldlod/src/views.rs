@@ -15,6 +15,7 @@ use bevy::camera::{Camera, RenderTarget, ShadowLodOrigin};
 use bevy::ecs::entity::EntityHashMap;
 use bevy::light::{DirectionalLight, PointLight, SpotLight};
 use bevy::prelude::*;
+use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{Cut, View, select};
 
 use crate::objects::LodObject;
@@ -121,7 +122,7 @@ pub(crate) fn select_cuts(
             };
             let cut = cuts.entry(entity).or_default();
             let hierarchy = &object.mesh.hierarchy;
-            if !debug.freeze || cut.units().is_empty() {
+            if !debug.freeze || !is_cut_of(cut, hierarchy) {
                 select(
                     hierarchy,
                     &transform.affine(),
@@ -136,6 +137,13 @@ pub(crate) fn select_cuts(
         }
         stats.selection_time = start.elapsed();
     }
+}
+
+/// Whether `cut` may be drawn with `hierarchy`: an object's mesh may have been exchanged, or the cut
+/// not been selected yet.
+fn is_cut_of(cut: &Cut, hierarchy: &Hierarchy) -> bool {
+    let has_unit = |&unit: &u32| (unit as usize) < hierarchy.units.len();
+    cut.refined().len() == hierarchy.groups.len() && cut.units().last().is_some_and(has_unit)
 }
 
 /// The view of a camera; `None` while it has no viewport, and for projections that the field has no

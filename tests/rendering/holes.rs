@@ -4,7 +4,7 @@ use bevy::light::GlobalAmbientLight;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
-use crate::picture::{count, difference, enclosed};
+use crate::picture::enclosed;
 use crate::stage::{Stage, bevy_mesh};
 
 const BACKGROUND: Color = Color::srgb(1.0, 0.0, 1.0);
@@ -85,5 +85,4 @@ fn a_missing_unit_would_be_noticed() {
     stage.settle();
     let [picture] = stage.shoot([&eye]);
     assert!(enclosed(&picture, image::Rgba([255, 0, 255, 255])) > 20);
-    assert_eq!(count(&difference(&picture, &picture)), 0);
 }

@@ -133,10 +133,10 @@ fn the_check_of_coverage_can_fail() {
     let mut cut = Cut::default();
     select_with(hierarchy, &LodSettings::default(), &mut cut, |_| 0.0);
     assert!(covers_once(hierarchy, &cut));
-    // A cut that forgets one group that the rule would refine is no cover.
     let coarsest = cut.clone();
     select_with(hierarchy, &LodSettings::default(), &mut cut, |_| f32::MAX);
     assert!(covers_once(hierarchy, &cut));
     assert!(cut.units().len() > coarsest.units().len());
+    // Drawing nothing covers nothing.
     assert!(!covers_once(hierarchy, &Cut::default()));
 }

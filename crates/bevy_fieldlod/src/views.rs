@@ -204,7 +204,11 @@ pub(crate) fn filter_shadows(
     slots: Res<Slots>,
 ) {
     let filter = |list: &mut VisibleMeshEntities, view: &ViewCuts| {
-        let is_drawn = |&entity: &Entity| slots.get(entity).is_none_or(|slot| view.drawn[slot]);
+        let is_drawn = |&entity: &Entity| {
+            slots
+                .get(entity)
+                .is_none_or(|slot| view.drawn.get(slot) != Some(&false))
+        };
         list.entities.retain(is_drawn);
     };
     for mut light in &mut directional {

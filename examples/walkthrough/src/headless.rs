@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use bevy_fieldlod::LodView;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, import_gltf};
 use fieldlod_hierarchy::{Hierarchy, Sphere, Unit};
@@ -47,7 +48,11 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     };
 
     let camera = camera(args)?;
-    let settings = LodSettings::with_error_px(args.error_px);
+    // As the plugin selects.
+    let settings = LodSettings {
+        offscreen_margin: LodView::default().offscreen_margin,
+        ..LodSettings::with_error_px(args.error_px)
+    };
     let path = CameraPath::new();
     let along_the_path = frames.into_iter().map(|(_, round)| {
         let view = View::new(camera, &path.pose(round).world_from_view());

@@ -53,7 +53,9 @@ impl Search {
         settings: &LodSettings,
     ) {
         let data = &scene.instances[instance];
-        let Some(mesh) = data.mesh else { return };
+        let Some(mesh) = scene.occupants[instance].mesh else {
+            return;
+        };
         let table = scene.table(mesh);
         let instance_view = InstanceView::new(view, &data.world_from_local);
         let kernel = Kernel::new(&instance_view, settings);

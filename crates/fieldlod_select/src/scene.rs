@@ -12,51 +12,88 @@ use crate::tree::{Node, Tree};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MeshId(u32);
 
-/// An instance of a [`Scene`]; counts up from 0 and is never given twice.
+/// An instance of a [`Scene`]. Ids are never given twice; the index of a removed one is used again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct InstanceId(pub(crate) u32);
+pub struct InstanceId {
+    pub(crate) index: u32,
+    pub(crate) generation: u32,
+}
 
 impl InstanceId {
-    /// How many instances were added before.
+    /// Among the instances that a scene holds, each has an index of its own, less than
+    /// [`Scene::index_count`].
     #[must_use]
     pub fn index(self) -> usize {
-        self.0 as usize
+        self.index as usize
     }
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
-    /// `None` once removed.
-    pub(crate) mesh: Option<MeshId>,
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
     pub(crate) node: Node,
 }
 
-/// Meshes and instances. Any number of [`Selector`](crate::Selector)s, one for each view, select
-/// from it.
+/// Who has an index now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Occupant {
+    /// `None` once removed.
+    pub(crate) mesh: Option<MeshId>,
+    pub(crate) generation: u32,
+}
+
+#[derive(Clone, Debug)]
+struct Mesh {
+    table: GroupTable,
+    instance_count: usize,
+}
+
+/// Meshes and instances. Any number of [`Selector`](crate::Selector)s, one for each view and on any
+/// threads, select from it, each with settings of its own.
 ///
-/// Call [`Scene::update`] after changes and before selection.
+/// Instances come, move and go at any time: call [`Scene::update`] after changes and before
+/// selection. A change costs the same in a scene of any size, but for a sort of all instances each
+/// time that a quarter of them has come, gone or strayed.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    tables: Vec<GroupTable>,
+    meshes: Vec<Mesh>,
     pub(crate) instances: Vec<Instance>,
-    /// The meshes of the instances, by themselves: what settling one reads.
-    pub(crate) meshes: Vec<Option<MeshId>>,
+    /// Apart from the instances: what settling one reads.
+    pub(crate) occupants: Vec<Occupant>,
+    free: Vec<u32>,
     pub(crate) tree: Tree,
     /// Counts rebuilds of the tree.
     pub(crate) tree_revision: u64,
     /// Counts changes.
     pub(crate) revision: u64,
-    moved: Vec<u32>,
-    rebuild: bool,
+    changed: Vec<u32>,
 }
 
 impl Scene {
     /// Adds a mesh, which must be [valid](Hierarchy::validate).
     pub fn add_mesh(&mut self, hierarchy: &Hierarchy) -> MeshId {
-        self.tables.push(GroupTable::new(hierarchy));
-        MeshId(self.tables.len() as u32 - 1)
+        self.add_table(GroupTable::new(hierarchy))
+    }
+
+    /// Adds a mesh whose table was laid out before, perhaps on another thread.
+    pub fn add_table(&mut self, table: GroupTable) -> MeshId {
+        self.meshes.push(Mesh {
+            table,
+            instance_count: 0,
+        });
+        MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Frees what a mesh holds. What remains is the list of its coarsest units, from which selectors
+    /// tell what left.
+    ///
+    /// # Panics
+    /// If an instance of it has not been removed.
+    pub fn remove_mesh(&mut self, mesh: MeshId) {
+        let mesh = &mut self.meshes[mesh.0 as usize];
+        assert_eq!(mesh.instance_count, 0, "the mesh still has instances");
+        mesh.table.retain_coarsest();
     }
 
     /// Adds an instance, placed by any affine map. Its errors count `bias` times: more than 1 draws
@@ -67,88 +104,128 @@ impl Scene {
         world_from_local: Affine3A,
         bias: f32,
     ) -> InstanceId {
-        self.rebuild = true;
         self.revision += 1;
-        self.meshes.push(Some(mesh));
-        self.instances.push(Instance {
-            mesh: Some(mesh),
+        self.meshes[mesh.0 as usize].instance_count += 1;
+        let instance = Instance {
             world_from_local,
             bias,
             node: self.node(mesh, &world_from_local, bias),
-        });
-        InstanceId(self.instances.len() as u32 - 1)
+        };
+        let mut occupant = Occupant {
+            mesh: Some(mesh),
+            generation: 0,
+        };
+        let index = if let Some(index) = self.free.pop() {
+            occupant.generation = self.occupants[index as usize].generation + 1;
+            self.instances[index as usize] = instance;
+            self.occupants[index as usize] = occupant;
+            index
+        } else {
+            self.instances.push(instance);
+            self.occupants.push(occupant);
+            self.instances.len() as u32 - 1
+        };
+        self.changed.push(index);
+        InstanceId {
+            index,
+            generation: occupant.generation,
+        }
     }
 
-    /// Moves an instance.
+    /// Moves an instance; nothing if it was removed.
     pub fn set_placement(&mut self, instance: InstanceId, world_from_local: Affine3A) {
         let bias = self.instances[instance.index()].bias;
         self.set(instance, world_from_local, bias);
     }
 
-    /// Changes an instance's bias.
+    /// Changes an instance's bias; nothing if it was removed.
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
         let world_from_local = self.instances[instance.index()].world_from_local;
         self.set(instance, world_from_local, bias);
     }
 
     fn set(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
-        let Some(mesh) = self.instances[instance.index()].mesh else {
+        let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
         self.revision += 1;
-        let node = self.node(mesh, &world_from_local, bias);
         self.instances[instance.index()] = Instance {
-            mesh: Some(mesh),
             world_from_local,
             bias,
-            node,
+            node: self.node(mesh, &world_from_local, bias),
         };
-        self.moved.push(instance.0);
+        self.changed.push(instance.index);
     }
 
-    /// Removes an instance: its cut is empty from now on.
+    /// Removes an instance: its cut is empty from now on. Nothing if it was removed before.
     pub fn remove(&mut self, instance: InstanceId) {
-        self.revision += 1;
-        let removed = &mut self.instances[instance.index()];
-        self.meshes[instance.index()] = None;
-        removed.mesh = None;
-        removed.node = Node {
-            changed_at: self.revision,
-            ..Node::default()
+        let Some(mesh) = self.mesh_of(instance) else {
+            return;
         };
-        self.moved.push(instance.0);
+        self.revision += 1;
+        self.meshes[mesh.0 as usize].instance_count -= 1;
+        self.occupants[instance.index()].mesh = None;
+        self.instances[instance.index()].node = Node {
+            changed_at: self.revision,
+            ..Node::EMPTY
+        };
+        self.free.push(instance.index);
+        self.changed.push(instance.index);
+    }
+
+    /// The mesh of an instance; `None` if that was removed.
+    #[must_use]
+    pub fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
+        let occupant = self.occupants.get(instance.index())?;
+        (occupant.generation == instance.generation)
+            .then_some(occupant.mesh)
+            .flatten()
     }
 
     /// Brings the bounds of the scene up to date.
     pub fn update(&mut self) {
-        if self.rebuild {
+        for &index in &self.changed {
+            self.tree.put(index, &self.instances[index as usize].node);
+        }
+        self.changed.clear();
+        if self.tree.is_worn() {
             let nodes: Vec<Node> = self.instances.iter().map(|i| i.node).collect();
             self.tree = Tree::new(&nodes);
             self.tree_revision += 1;
         } else {
             let instances = &self.instances;
-            for &instance in &self.moved {
-                self.tree.refit(instance, &|i| instances[i as usize].node);
-            }
+            self.tree.refit(&|i| instances[i as usize].node);
         }
-        self.rebuild = false;
-        self.moved.clear();
     }
 
     /// Whether [`Scene::update`] has been called since the last change.
     #[must_use]
     pub fn is_up_to_date(&self) -> bool {
-        !self.rebuild && self.moved.is_empty()
+        self.changed.is_empty()
     }
 
-    /// How many instances were ever added.
+    /// How many instances there are.
     #[must_use]
     pub fn instance_count(&self) -> usize {
+        self.instances.len() - self.free.len()
+    }
+
+    /// More than the [index](InstanceId::index) of any instance.
+    #[must_use]
+    pub fn index_count(&self) -> usize {
         self.instances.len()
     }
 
+    /// Who has an index now or had it last.
+    pub(crate) fn instance_at(&self, index: u32) -> InstanceId {
+        InstanceId {
+            index,
+            generation: self.occupants[index as usize].generation,
+        }
+    }
+
     pub(crate) fn table(&self, mesh: MeshId) -> &GroupTable {
-        &self.tables[mesh.0 as usize]
+        &self.meshes[mesh.0 as usize].table
     }
 
     fn node(&self, mesh: MeshId, world_from_local: &Affine3A, bias: f32) -> Node {

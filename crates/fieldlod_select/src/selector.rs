@@ -135,7 +135,7 @@ impl Selector {
             now: self.odometer,
             seen_revision,
         };
-        if !scene.instances.is_empty() {
+        if !scene.tree.order.is_empty() {
             self.visit(&context, scene.tree.levels.len() - 1, 0);
         }
         let decide = |pending: &mut Pending| {
@@ -177,10 +177,22 @@ impl Selector {
                 .for_each(|node| node.hold = Hold::NONE);
         }
         if last.is_none_or(|last| last.tree_revision != frame.tree_revision) {
-            self.nodes.resize_with(scene.tree.levels.len(), Vec::new);
-            for (memories, nodes) in self.nodes.iter_mut().zip(&scene.tree.levels) {
-                memories.clear();
-                memories.resize(nodes.len(), NodeMemory::default());
+            self.nodes.iter_mut().for_each(Vec::clear);
+            self.drop_removed(scene);
+        }
+        let levels = &scene.tree.levels;
+        self.nodes
+            .resize_with(levels.len().max(self.nodes.len()), Vec::new);
+        for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
+            memories.resize(nodes.len(), NodeMemory::default());
+        }
+    }
+
+    /// A new tree does not lead to instances that were removed.
+    fn drop_removed(&mut self, scene: &Scene) {
+        for (index, occupant) in (0..).zip(&scene.occupants) {
+            if occupant.mesh.is_none() {
+                self.change_state(scene, index, State::Empty);
             }
         }
     }
@@ -198,14 +210,14 @@ impl Selector {
             self.statistics.groups_decided += slot.group_count();
             let (before, before_triangles) = match was {
                 State::Mixed(_) => (slot.units_before(), slot.triangles_before()),
-                other => coarsest_of(scene, instance, other),
+                other => coarsest_of(scene, other),
             };
             if !matches!(was, State::Mixed(_)) || slot.has_changed() {
                 record(
                     &mut self.changes,
                     &mut self.entered,
                     &mut self.left,
-                    instance,
+                    scene.instance_at(instance),
                     before,
                     slot.units(),
                 );
@@ -234,13 +246,18 @@ impl Selector {
             return &[];
         };
         match memory.state {
+            _ if memory.generation != instance.generation => &[],
             State::Mixed(slot) => self.slots[slot as usize].units(),
-            other => coarsest_of(scene, instance.0, other).0,
+            other => coarsest_of(scene, other).0,
         }
     }
 
-    /// Instances whose cut changed in the last selection, in the same order for any number of threads.
-    /// With a triangle budget an instance may come twice, and the changes add up.
+    /// Instances whose cut changed in the last selection, each with its units ascending.
+    ///
+    /// The order of the instances follows from the scene and the views so far alone, and is the same for
+    /// any number of threads; it is not that of their ids. Where an index has gone from one instance to
+    /// another, what left of the first comes before what entered of the second. With a triangle budget an
+    /// instance may come twice: apply the changes one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.changes.iter().map(|change| Change {
             instance: change.instance,

@@ -117,6 +117,16 @@ impl GroupTable {
         self
     }
 
+    /// Frees all but what tells the coarsest cut.
+    pub(crate) fn retain_coarsest(&mut self) {
+        let coarsest = Self {
+            coarsest_units: std::mem::take(&mut self.coarsest_units),
+            coarsest_triangle_count: self.coarsest_triangle_count,
+            ..Self::new(&Hierarchy::default())
+        };
+        *self = coarsest;
+    }
+
     /// How many groups.
     #[must_use]
     pub fn group_count(&self) -> usize {

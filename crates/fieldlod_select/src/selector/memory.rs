@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::slot::{Slot, entered_and_left};
 use crate::hold::Hold;
 use crate::scene::Scene;
-use crate::{InstanceId, LodSettings, View};
+use crate::{InstanceId, LodSettings, MeshId, View};
 
 /// All that a cut depends on, but for its memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub(super) struct Frame {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory {
     pub(super) state: State,
+    /// Which of the instances that had the index one after the other.
+    pub(super) generation: u32,
     pub(super) hold: Hold,
 }
 
@@ -27,8 +29,8 @@ pub(super) struct Memory {
 pub(super) enum State {
     /// Not selected yet, or removed: draws nothing.
     Empty,
-    /// Only what always is refined is refined.
-    Coarsest,
+    /// Only what always is refined is refined. The scene may have removed the instance since.
+    Coarsest(MeshId),
     /// A cut of its own, in a slot.
     Mixed(u32),
 }
@@ -79,6 +81,7 @@ impl Default for Memory {
     fn default() -> Self {
         Self {
             state: State::Empty,
+            generation: 0,
             hold: Hold::NONE,
         }
     }
@@ -93,9 +96,9 @@ impl Default for NodeMemory {
     }
 }
 
-pub(super) fn coarsest_of(scene: &Scene, instance: u32, state: State) -> (&[u32], u64) {
-    match (scene.meshes[instance as usize], state) {
-        (Some(mesh), State::Coarsest) => {
+pub(super) fn coarsest_of(scene: &Scene, state: State) -> (&[u32], u64) {
+    match state {
+        State::Coarsest(mesh) => {
             let table = scene.table(mesh);
             (&table.coarsest_units, table.coarsest_triangle_count)
         }
@@ -107,7 +110,7 @@ pub(super) fn record(
     changes: &mut Vec<RawChange>,
     entered: &mut Vec<u32>,
     left: &mut Vec<u32>,
-    instance: u32,
+    instance: InstanceId,
     before: &[u32],
     now: &[u32],
 ) {
@@ -119,7 +122,7 @@ pub(super) fn record(
     }
     if entered.len() > first_entered || left.len() > first_left {
         changes.push(RawChange {
-            instance: InstanceId(instance),
+            instance,
             entered: first_entered as u32..entered.len() as u32,
             left: first_left as u32..left.len() as u32,
         });

@@ -28,7 +28,9 @@ impl Slot {
         settings: &LodSettings,
     ) {
         let data = &scene.instances[instance as usize];
-        let Some(mesh) = data.mesh else { return };
+        let Some(mesh) = scene.occupants[instance as usize].mesh else {
+            return;
+        };
         let table = scene.table(mesh);
         if !has_memory {
             // Every group that was refined is so whatever its error.

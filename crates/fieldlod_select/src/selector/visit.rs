@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Selector;
 use super::memory::{Memory, NodeMemory, Pending, State, coarsest_of, record};
+use crate::InstanceId;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
 use crate::tree::FAN;
@@ -54,6 +55,7 @@ impl Selector {
     }
 
     fn visit_instance(&mut self, context: &Context, instance: u32) -> NodeMemory {
+        self.welcome(context, instance);
         let memory = self.memories[instance as usize];
         let is_coarsest = !matches!(memory.state, State::Mixed(_));
         let data = &context.scene.instances[instance as usize];
@@ -65,7 +67,7 @@ impl Selector {
             };
         }
         self.statistics.instances_tested += 1;
-        if data.mesh.is_none() {
+        if context.scene.occupants[instance as usize].mesh.is_none() {
             let hold = Hold::forever(&context.now);
             return self.settle_instance(context, instance, hold);
         }
@@ -113,39 +115,57 @@ impl Selector {
     }
 
     fn settle_instance(&mut self, context: &Context, instance: u32, hold: Hold) -> NodeMemory {
-        let was = self.memories[instance as usize].state;
-        let state = match context.scene.meshes[instance as usize] {
-            Some(_) => State::Coarsest,
+        self.welcome(context, instance);
+        let state = match context.scene.occupants[instance as usize].mesh {
+            Some(mesh) => State::Coarsest(mesh),
             None => State::Empty,
         };
-        self.memories[instance as usize] = Memory { state, hold };
-        if was != state {
-            let (now, triangles) = coarsest_of(context.scene, instance, state);
-            let Self {
-                slots,
-                changes,
-                entered,
-                left,
-                ..
-            } = self;
-            let (before, before_triangles) = match was {
-                State::Mixed(slot) => {
-                    let slot = &slots[slot as usize];
-                    (slot.units(), slot.triangle_count())
-                }
-                other => coarsest_of(context.scene, instance, other),
-            };
-            record(changes, entered, left, instance, before, now);
-            self.triangle_count = self.triangle_count + triangles - before_triangles;
-            if let State::Mixed(slot) = was {
-                self.spare
-                    .push(std::mem::take(&mut self.slots[slot as usize]));
-                self.free_slots.push(slot);
-            }
-        }
+        self.change_state(context.scene, instance, state);
+        self.memories[instance as usize].hold = hold;
         NodeMemory {
             hold,
             is_coarsest: true,
+        }
+    }
+
+    /// If `index` has gone to another instance, what the last one drew leaves.
+    pub(super) fn welcome(&mut self, context: &Context, index: u32) {
+        let generation = context.scene.occupants[index as usize].generation;
+        if self.memories[index as usize].generation != generation {
+            self.change_state(context.scene, index, State::Empty);
+            self.memories[index as usize] = Memory {
+                generation,
+                ..Memory::default()
+            };
+        }
+    }
+
+    /// Goes over to a state without a slot.
+    pub(super) fn change_state(&mut self, scene: &Scene, index: u32, state: State) {
+        let memory = &mut self.memories[index as usize];
+        let was = std::mem::replace(&mut memory.state, state);
+        if was == state {
+            return;
+        }
+        let (now, triangles) = coarsest_of(scene, state);
+        let (before, before_triangles) = match was {
+            State::Mixed(slot) => {
+                let slot = &self.slots[slot as usize];
+                (slot.units(), slot.triangle_count())
+            }
+            other => coarsest_of(scene, other),
+        };
+        let instance = InstanceId {
+            index,
+            generation: memory.generation,
+        };
+        let (changes, entered, left) = (&mut self.changes, &mut self.entered, &mut self.left);
+        record(changes, entered, left, instance, before, now);
+        self.triangle_count = self.triangle_count + triangles - before_triangles;
+        if let State::Mixed(slot) = was {
+            self.spare
+                .push(std::mem::take(&mut self.slots[slot as usize]));
+            self.free_slots.push(slot);
         }
     }
 }

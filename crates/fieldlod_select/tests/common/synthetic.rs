@@ -70,6 +70,40 @@ pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
     hierarchy
 }
 
+/// A mesh simplified as a whole, `levels` times, and its terminal group; the error of level `k` is
+/// `finest_error · 2.2^k`.
+#[allow(dead_code, reason = "each suite uses its part")]
+pub(crate) fn chain(levels: u32, finest_error: f32) -> Hierarchy {
+    let template = fixtures::two_level_strip();
+    let mut hierarchy = Hierarchy::default();
+    for level in 0..=levels {
+        let error_in_local = if level == levels {
+            f32::INFINITY
+        } else {
+            (0..level).fold(finest_error, |error, _| error * 2.2)
+        };
+        hierarchy.units.push(Unit {
+            consumed_by: level,
+            produced_by: level.checked_sub(1).unwrap_or(NO_GROUP),
+            triangle_count: SOURCE_TRIANGLES >> level,
+            ..template.units[0]
+        });
+        let first_finer = hierarchy.finer.len() as u32;
+        hierarchy.finer.extend(level.checked_sub(1));
+        hierarchy.groups.push(Group {
+            level,
+            first_finer,
+            finer_count: u32::from(level > 0),
+            first_unit: level,
+            unit_count: 1,
+            error_in_local,
+            deviation_in_local: error_in_local * 1.5,
+            ..group_at(0, 1, &template.groups[0])
+        });
+    }
+    hierarchy
+}
+
 /// The cells of the next finer level below a cell, and one that belongs to its neighbour. Cells
 /// are numbered along a Morton curve, as neighbours in a baked hierarchy are near in memory too.
 fn finer_cells(level: u32, cell: u32, side: u32) -> impl Iterator<Item = u32> {

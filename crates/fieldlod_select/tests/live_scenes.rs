@@ -1,0 +1,318 @@
+//! Scenes whose instances come, move and go, in several views at once.
+
+mod common;
+
+use std::collections::{BTreeMap, HashMap};
+
+use common::{
+    any_camera, any_placement, any_settings, hierarchies, look, perspective, synthetic, vector,
+};
+use fieldlod_select::{
+    Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View,
+    promised_error_px, select_with,
+};
+use glam::{Affine3A, Vec3};
+use proptest::prelude::*;
+use rayon::prelude::*;
+
+#[derive(Clone, Debug)]
+struct Placed {
+    mesh: usize,
+    placement: Affine3A,
+    bias: f32,
+}
+
+fn any_placed() -> impl Strategy<Value = Placed> {
+    let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
+    (0usize..4, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
+        let shift = Affine3A::from_translation(shift * 40.0);
+        Placed {
+            mesh,
+            placement: shift * placement,
+            bias,
+        }
+    })
+}
+
+#[derive(Clone, Debug)]
+enum Event {
+    Add(Vec<Placed>),
+    /// Every n-th instance.
+    Remove(usize),
+    /// Removed, and as many others put in their place.
+    Replace(usize, Vec<Placed>),
+    Move(usize, Vec3),
+    Bias(usize, f32),
+    Nothing,
+}
+
+fn any_event() -> impl Strategy<Value = Event> {
+    let some = || prop::collection::vec(any_placed(), 1..6);
+    prop_oneof![
+        2 => some().prop_map(Event::Add),
+        1 => prop::collection::vec(any_placed(), 100..140).prop_map(Event::Add),
+        2 => (1usize..10).prop_map(Event::Remove),
+        2 => (1usize..10, some()).prop_map(|(n, placed)| Event::Replace(n, placed)),
+        2 => (1usize..10, vector()).prop_map(|(n, by)| Event::Move(n, by)),
+        1 => (1usize..10, 0.2f32..4.0).prop_map(|(n, bias)| Event::Bias(n, bias)),
+        1 => Just(Event::Nothing),
+    ]
+}
+
+/// A scene, and what should be in it.
+struct World {
+    scene: Scene,
+    meshes: Vec<MeshId>,
+    placed: BTreeMap<InstanceId, Placed>,
+}
+
+impl World {
+    fn new() -> Self {
+        let mut scene = Scene::default();
+        let meshes = hierarchies().iter().map(|h| scene.add_mesh(h)).collect();
+        Self {
+            scene,
+            meshes,
+            placed: BTreeMap::new(),
+        }
+    }
+
+    fn add(&mut self, placed: &[Placed]) {
+        for one in placed {
+            let mesh = self.meshes[one.mesh];
+            let id = self.scene.add_instance(mesh, one.placement, one.bias);
+            assert!(self.placed.insert(id, one.clone()).is_none());
+        }
+    }
+
+    fn every(&self, n: usize) -> Vec<InstanceId> {
+        self.placed.keys().copied().step_by(n).collect()
+    }
+
+    fn apply(&mut self, event: &Event) {
+        match event {
+            Event::Add(placed) => self.add(placed),
+            Event::Remove(n) => self.remove(&self.every(*n)),
+            Event::Replace(n, placed) => {
+                self.remove(&self.every(*n));
+                self.add(placed);
+            }
+            Event::Move(n, by) => {
+                for id in self.every(*n) {
+                    let one = self.placed.get_mut(&id).unwrap();
+                    one.placement.translation += glam::Vec3A::from(*by * 20.0);
+                    self.scene.set_placement(id, one.placement);
+                }
+            }
+            Event::Bias(n, bias) => {
+                for id in self.every(*n) {
+                    self.placed.get_mut(&id).unwrap().bias = *bias;
+                    self.scene.set_bias(id, *bias);
+                }
+            }
+            Event::Nothing => {}
+        }
+        self.scene.update();
+        assert_eq!(self.scene.instance_count(), self.placed.len());
+    }
+
+    fn remove(&mut self, ids: &[InstanceId]) {
+        for id in ids {
+            self.scene.remove(*id);
+            self.placed.remove(id);
+        }
+    }
+}
+
+/// A view with a camera and settings of its own, selected by a selector and one instance at a time.
+struct Watcher {
+    view: View,
+    settings: LodSettings,
+    selector: Selector,
+    cuts: HashMap<InstanceId, Cut>,
+    /// The cuts as `changes` tell them.
+    followed: BTreeMap<InstanceId, Vec<u32>>,
+}
+
+impl Watcher {
+    fn new(view: View, settings: LodSettings) -> Self {
+        Self {
+            view,
+            settings,
+            selector: Selector::default(),
+            cuts: HashMap::new(),
+            followed: BTreeMap::new(),
+        }
+    }
+
+    fn check(&mut self, world: &World) {
+        self.selector
+            .select(&world.scene, &self.view, &self.settings);
+        for change in self.selector.changes() {
+            assert!(change.entered.is_sorted() && change.left.is_sorted());
+            let cut = self.followed.entry(change.instance).or_default();
+            cut.retain(|unit| !change.left.contains(unit));
+            cut.extend(change.entered);
+            cut.sort_unstable();
+        }
+        self.followed.retain(|_, units| !units.is_empty());
+        self.cuts.retain(|id, _| world.placed.contains_key(id));
+        let mut triangle_count = 0;
+        for (id, placed) in &world.placed {
+            let cut = self.cuts.entry(*id).or_default();
+            select_one(placed, &self.view, &self.settings, cut);
+            assert_eq!(self.selector.units(&world.scene, *id), cut.units());
+            assert_eq!(self.followed.get(id).unwrap(), cut.units());
+            triangle_count += cut.triangle_count();
+        }
+        assert_eq!(self.followed.len(), world.placed.len());
+        assert_eq!(self.selector.triangle_count(), triangle_count);
+    }
+}
+
+fn select_one(placed: &Placed, view: &View, settings: &LodSettings, cut: &mut Cut) {
+    let hierarchy = &hierarchies()[placed.mesh];
+    let view = view.widened(settings.offscreen_margin);
+    let instance = InstanceView::new(&view, &placed.placement);
+    // A bias is a threshold of one's own.
+    let biased = LodSettings {
+        resolution_scale: settings.resolution_scale * placed.bias,
+        ..*settings
+    };
+    select_with(hierarchy, &biased, cut, |group| {
+        promised_error_px(&hierarchy.groups[group], &instance, settings)
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn views_of_a_scene_that_changes_equal_one_instance_at_a_time(
+        cameras in prop::array::uniform3((any_camera(), vector(), any_settings())),
+        events in prop::collection::vec(any_event(), 6..14),
+        walk in vector(),
+    ) {
+        let mut world = World::new();
+        let mut watchers = cameras.map(|(camera, eye, settings)| {
+            Watcher::new(look(camera, eye * 30.0, Vec3::new(0.1, 0.0, 0.2)), settings)
+        });
+        for (step, event) in (0u8..).zip(&events) {
+            world.apply(event);
+            // The third looks at every other scene only.
+            let watching = if step % 2 == 0 { 3 } else { 2 };
+            watchers[1].view = look(cameras[1].0, cameras[1].1 * 30.0 + walk * f32::from(step), Vec3::X);
+            watchers[..watching].par_iter_mut().for_each(|watcher| watcher.check(&world));
+        }
+    }
+}
+
+fn one_view() -> View {
+    look(perspective(1.0), Vec3::new(0.3, 0.2, 6.0), Vec3::ZERO)
+}
+
+#[test]
+fn ids_are_never_given_twice_and_indices_are_used_again() {
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(&hierarchies()[3]);
+    let first = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    scene.remove(first);
+    let second = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    assert_eq!(first.index(), second.index());
+    assert_ne!(first, second);
+    assert_eq!((scene.instance_count(), scene.index_count()), (1, 1));
+    assert_eq!(
+        (scene.mesh_of(first), scene.mesh_of(second)),
+        (None, Some(mesh))
+    );
+    // What is done to the first does not touch the second.
+    scene.remove(first);
+    scene.set_placement(first, Affine3A::from_translation(Vec3::splat(1e6)));
+    scene.update();
+    let mut selector = Selector::default();
+    selector.select(&scene, &one_view(), &LodSettings::default());
+    assert!(selector.units(&scene, first).is_empty());
+    assert!(selector.units(&scene, second).len() > 1);
+}
+
+#[test]
+fn what_a_removed_mesh_drew_leaves() {
+    let mut scene = Scene::default();
+    let far = Affine3A::from_translation(Vec3::Z * -1e6);
+    for placement in [Affine3A::IDENTITY, far] {
+        let mesh = scene.add_table(GroupTable::new(&hierarchies()[0]));
+        let id = scene.add_instance(mesh, placement, 1.0);
+        scene.update();
+        let mut selector = Selector::default();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        let drawn = selector.units(&scene, id).to_vec();
+        assert!(!drawn.is_empty());
+        scene.remove(id);
+        scene.remove_mesh(mesh);
+        scene.update();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        let changes: Vec<_> = selector.changes().collect();
+        assert_eq!(changes.len(), 1);
+        assert_eq!(
+            (changes[0].instance, changes[0].left),
+            (id, drawn.as_slice())
+        );
+        assert_eq!(selector.triangle_count(), 0);
+    }
+}
+
+/// A whole mesh at each level: every group consumes one unit and produces one.
+#[test]
+fn of_a_chain_of_whole_meshes_one_is_drawn() {
+    let chain = synthetic::chain(5, 0.01);
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(&chain);
+    let distances = [0.0, 10.0, 30.0, 100.0, 1000.0, 1e5];
+    let ids: Vec<InstanceId> = distances
+        .iter()
+        .map(|&z| scene.add_instance(mesh, Affine3A::from_translation(Vec3::Z * -z), 1.0))
+        .collect();
+    scene.update();
+    let mut selector = Selector::default();
+    selector.select(&scene, &one_view(), &LodSettings::default());
+    let drawn: Vec<u32> = ids
+        .iter()
+        .map(|&id| {
+            let units = selector.units(&scene, id);
+            assert_eq!(units.len(), 1);
+            units[0]
+        })
+        .collect();
+    assert!(drawn.is_sorted(), "{drawn:?}");
+    assert_eq!((drawn[0], drawn[5]), (0, 5));
+}
+
+/// What one change among many instances costs: the nodes above it, and those beside it.
+#[test]
+fn a_change_costs_the_same_in_a_scene_of_any_size() {
+    let visited = |count: u16| {
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(&hierarchies()[3]);
+        let place = |index: u16| {
+            let (x, z) = (f32::from(index % 64), f32::from(index / 64));
+            Affine3A::from_translation(Vec3::new(x * 3.0 - 96.0, 0.0, -400.0 - z * 3.0))
+        };
+        let ids: Vec<InstanceId> = (0..count)
+            .map(|index| scene.add_instance(mesh, place(index), 1.0))
+            .collect();
+        scene.update();
+        let mut selector = Selector::default();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        scene.set_placement(ids[7], place(8));
+        scene.remove(ids[90]);
+        scene.add_instance(mesh, place(90), 1.0);
+        scene.add_instance(mesh, place(count), 1.0);
+        scene.update();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        let statistics = selector.statistics();
+        statistics.nodes_visited + statistics.instances_tested
+    };
+    let (few, many) = (visited(500), visited(30_000));
+    // One more level of the tree for each of the three places.
+    assert!(many <= few + 6, "{few} {many}");
+}

@@ -5,6 +5,8 @@
 //! 1 for a failure and 2 for a wrong command line.
 
 mod bake;
+#[cfg(feature = "chart")]
+mod chart;
 mod failure;
 mod inspect;
 mod levels;
@@ -31,6 +33,8 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Bake(bake::Arguments),
+    #[cfg(feature = "chart")]
+    Chart(chart::Arguments),
     Inspect(inspect::Arguments),
     Paper(paper::PaperArgs),
     Stability(stability::Arguments),
@@ -41,6 +45,8 @@ impl Command {
     fn run(&self) -> Result<(), Failure> {
         match self {
             Self::Bake(arguments) => bake::run(arguments),
+            #[cfg(feature = "chart")]
+            Self::Chart(arguments) => chart::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Paper(arguments) => paper::run(arguments),
             Self::Stability(arguments) => stability::run(arguments),

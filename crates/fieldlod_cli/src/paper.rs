@@ -40,8 +40,8 @@ fn failure(error: &PaperError) -> Failure {
         PaperError::Folder { path, source } => {
             Failure::new(path, format!("cannot be made: {source}"))
         }
-        PaperError::Picture { path, source } => {
-            Failure::new(path, format!("cannot be written: {source}"))
+        PaperError::Picture(error) => {
+            Failure::new(&error.path, format!("cannot be written: {}", error.source))
         }
     }
 }

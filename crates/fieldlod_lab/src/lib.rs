@@ -9,9 +9,18 @@
 //!
 //! Everything here is a measure or a picture of other crates' work; no other library depends on it.
 
+mod canvas;
+#[cfg(feature = "chart")]
+pub mod chart;
 pub mod displacement;
 pub mod holes;
+#[cfg(feature = "chart")]
+pub mod measure;
 mod nearest;
 pub mod paper;
+#[cfg(feature = "chart")]
+pub mod render;
 pub mod rivals;
 pub mod stability;
+
+pub use canvas::PictureError;

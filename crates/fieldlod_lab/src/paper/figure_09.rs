@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::PaperError;
-use super::canvas::{Align, Canvas, Color, Rect};
 use super::profile::{Profile, polar, wide_camera};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// The numbers of figure 9.
 #[derive(Clone, Debug, Serialize)]

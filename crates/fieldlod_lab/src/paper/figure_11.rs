@@ -8,9 +8,9 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::PaperError;
-use super::canvas::{Align, Canvas, Color, Rect};
 use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{Profile, polar};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// The numbers of figure 11.
 #[derive(Clone, Debug, Serialize)]

@@ -11,10 +11,10 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::PaperError;
-use super::canvas::{Align, Canvas, Color, Rect};
 use super::disks::{Disk, KernelKind};
 use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{polar, wide_camera};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// The numbers of figure 14: symmetric difference to the exact kernel, relative to its area, for
 /// disks with a radius of 0.15 of their distance.

@@ -7,11 +7,11 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::PaperError;
-use super::canvas::{Align, Canvas, Color, Rect};
 use super::model::{Vertex, sample_surface, torus_knot};
 use super::raster::{Image, draw_triangles};
 use super::rng::Rng;
 use super::splatting::{SplatMode, draw_splats};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// The numbers of figure 15.
 #[derive(Clone, Debug, Serialize)]

@@ -11,11 +11,11 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::PaperError;
-use super::canvas::{Align, Canvas, Color, Rect};
 use super::ldi_set::{CameraSet, Placement, SetResult};
 use super::plot::{Axis, Chart, draw_legend};
 use super::rng::Rng;
 use super::scene::{Scene, Solid};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 const SETS: u32 = 10;
 /// Pairs beyond those of the figure, from other seeds: ten are few to judge by.

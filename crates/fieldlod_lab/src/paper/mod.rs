@@ -3,7 +3,6 @@
 //!
 //! Every figure is computed in `f64` from fixed seeds, so it comes out the same each time.
 
-mod canvas;
 mod disks;
 mod figure_09;
 mod figure_10;
@@ -25,6 +24,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::canvas::PictureError;
+
 pub use figure_09::{CurlAtAngle, Figure9};
 pub use figure_10::{Figure10, GradientAtAngle};
 pub use figure_11::{Figure11, PatternAtAngle};
@@ -45,13 +46,8 @@ pub enum PaperError {
         source: std::io::Error,
     },
     /// A picture cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Picture {
-        /// The picture.
-        path: PathBuf,
-        /// What the encoder or the system says.
-        source: image::ImageError,
-    },
+    #[error(transparent)]
+    Picture(#[from] PictureError),
 }
 
 /// The numbers of all figures.

@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use glam::DVec2;
 
-use super::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// One axis of a chart.
 pub(super) struct Axis<'a> {

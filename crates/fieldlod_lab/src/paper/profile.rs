@@ -3,7 +3,7 @@
 use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 
-use super::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Align, Canvas, Color, Rect};
 
 /// A camera whose image reaches 85° to each side: the figures choose how much of it to show.
 pub(super) fn wide_camera(focal_px: f64) -> Intrinsics {

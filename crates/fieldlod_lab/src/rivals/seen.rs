@@ -50,8 +50,14 @@ impl<'a> Seen<'a> {
     }
 
     /// A local point in camera space.
-    pub(super) fn in_camera(&self, point_in_local: Vec3) -> Vec3 {
+    pub(crate) fn in_camera(&self, point_in_local: Vec3) -> Vec3 {
         self.camera_from_world * self.relative_to_eye(point_in_local)
+    }
+
+    /// A direction of local space in camera space; the instance keeps angles.
+    #[cfg(feature = "chart")]
+    pub(crate) fn direction_in_camera(&self, direction_in_local: Vec3) -> Vec3 {
+        self.camera_from_world * (self.world_from_local * direction_in_local) / self.max_scale
     }
 
     /// Whether the sphere around a local box touches the field of view.

@@ -1,6 +1,6 @@
 //! Lines, shapes and text on a picture. Coordinates are pixels from the upper left corner.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
@@ -9,26 +9,34 @@ use tiny_skia::{
     Transform,
 };
 
-use super::PaperError;
+/// A picture that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {source}", path.display())]
+pub struct PictureError {
+    /// The picture.
+    pub path: PathBuf,
+    /// What the encoder or the system says.
+    pub source: image::ImageError,
+}
 
 /// An opaque colour, or a translucent one with [`Color::faded`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Color {
+pub(crate) struct Color {
     rgb: [u8; 3],
     alpha: u8,
 }
 
 impl Color {
-    pub(super) const WHITE: Self = Self::new(255, 255, 255);
-    pub(super) const INK: Self = Self::new(34, 40, 49);
-    pub(super) const GRAY: Self = Self::new(150, 156, 165);
-    pub(super) const PALE: Self = Self::new(225, 228, 233);
-    pub(super) const BLUE: Self = Self::new(38, 98, 188);
-    pub(super) const ORANGE: Self = Self::new(224, 122, 20);
-    pub(super) const GREEN: Self = Self::new(34, 148, 84);
-    pub(super) const RED: Self = Self::new(206, 52, 56);
+    pub(crate) const WHITE: Self = Self::new(255, 255, 255);
+    pub(crate) const INK: Self = Self::new(34, 40, 49);
+    pub(crate) const GRAY: Self = Self::new(150, 156, 165);
+    pub(crate) const PALE: Self = Self::new(225, 228, 233);
+    pub(crate) const BLUE: Self = Self::new(38, 98, 188);
+    pub(crate) const ORANGE: Self = Self::new(224, 122, 20);
+    pub(crate) const GREEN: Self = Self::new(34, 148, 84);
+    pub(crate) const RED: Self = Self::new(206, 52, 56);
 
-    pub(super) const fn new(red: u8, green: u8, blue: u8) -> Self {
+    pub(crate) const fn new(red: u8, green: u8, blue: u8) -> Self {
         Self {
             rgb: [red, green, blue],
             alpha: 255,
@@ -36,23 +44,23 @@ impl Color {
     }
 
     /// A gray from 0 (black) to 1.
-    pub(super) fn gray(value: f64) -> Self {
+    pub(crate) fn gray(value: f64) -> Self {
         let level = to_byte(value);
         Self::new(level, level, level)
     }
 
     /// From red, green and blue in 0..=1.
-    pub(super) fn from_unit(rgb: [f64; 3]) -> Self {
+    pub(crate) fn from_unit(rgb: [f64; 3]) -> Self {
         let [red, green, blue] = rgb.map(to_byte);
         Self::new(red, green, blue)
     }
 
-    pub(super) const fn faded(self, alpha: u8) -> Self {
+    pub(crate) const fn faded(self, alpha: u8) -> Self {
         Self { alpha, ..self }
     }
 
     /// A colour scale from pale to dark blue, for a share of 0..=1. Lightness falls evenly.
-    pub(super) fn scale(share: f64) -> Self {
+    pub(crate) fn scale(share: f64) -> Self {
         const STOPS: [[f64; 3]; 4] = [
             [0.97, 0.98, 0.95],
             [0.66, 0.83, 0.84],
@@ -80,7 +88,7 @@ fn to_byte(value: f64) -> u8 {
 
 /// How a text lies relative to its position; it is always centred vertically on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Align {
+pub(crate) enum Align {
     Left,
     Center,
     Right,
@@ -88,24 +96,24 @@ pub(super) enum Align {
 
 /// A rectangle of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rect {
-    pub(super) min: DVec2,
-    pub(super) size: DVec2,
+pub(crate) struct Rect {
+    pub(crate) min: DVec2,
+    pub(crate) size: DVec2,
 }
 
 impl Rect {
-    pub(super) const fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
+    pub(crate) const fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
         Self {
             min: DVec2::new(x, y),
             size: DVec2::new(width, height),
         }
     }
 
-    pub(super) fn center(&self) -> DVec2 {
+    pub(crate) fn center(&self) -> DVec2 {
         self.min + self.size * 0.5
     }
 
-    pub(super) fn max(&self) -> DVec2 {
+    pub(crate) fn max(&self) -> DVec2 {
         self.min + self.size
     }
 
@@ -116,21 +124,21 @@ impl Rect {
 }
 
 /// A picture under way.
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     pixmap: Pixmap,
     clip: Option<tiny_skia::Mask>,
 }
 
 impl Canvas {
     /// A white picture.
-    pub(super) fn new(width: u32, height: u32) -> Self {
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         let mut pixmap = Pixmap::new(width, height).expect("pictures are not empty");
         pixmap.fill(tiny_skia::Color::WHITE);
         Self { pixmap, clip: None }
     }
 
     /// Restricts shapes and lines to a rectangle, until called with `None`.
-    pub(super) fn clip_to(&mut self, rect: Option<Rect>) {
+    pub(crate) fn clip_to(&mut self, rect: Option<Rect>) {
         self.clip = rect.and_then(|rect| {
             let mut mask = tiny_skia::Mask::new(self.pixmap.width(), self.pixmap.height())?;
             let path = outline(&rect.corners(), true)?;
@@ -139,7 +147,7 @@ impl Canvas {
         });
     }
 
-    pub(super) fn polygon(&mut self, points: &[DVec2], color: Color) {
+    pub(crate) fn polygon(&mut self, points: &[DVec2], color: Color) {
         if let Some(path) = outline(points, true) {
             let (paint, clip) = (color.paint(), self.clip.as_ref());
             self.pixmap.fill_path(
@@ -152,15 +160,15 @@ impl Canvas {
         }
     }
 
-    pub(super) fn polyline(&mut self, points: &[DVec2], width: f64, color: Color) {
+    pub(crate) fn polyline(&mut self, points: &[DVec2], width: f64, color: Color) {
         self.stroke(points, false, width, color);
     }
 
-    pub(super) fn loop_line(&mut self, points: &[DVec2], width: f64, color: Color) {
+    pub(crate) fn loop_line(&mut self, points: &[DVec2], width: f64, color: Color) {
         self.stroke(points, true, width, color);
     }
 
-    pub(super) fn line(&mut self, from: DVec2, to: DVec2, width: f64, color: Color) {
+    pub(crate) fn line(&mut self, from: DVec2, to: DVec2, width: f64, color: Color) {
         self.stroke(&[from, to], false, width, color);
     }
 
@@ -178,14 +186,14 @@ impl Canvas {
         }
     }
 
-    pub(super) fn arrow(&mut self, from: DVec2, to: DVec2, width: f64, color: Color) {
+    pub(crate) fn arrow(&mut self, from: DVec2, to: DVec2, width: f64, color: Color) {
         let along = (to - from).normalize_or_zero() * (2.0 + 2.5 * width);
         let side = along.perp() * 0.55;
         self.line(from, to - along * 0.5, width, color);
         self.polygon(&[to, to - along + side, to - along - side], color);
     }
 
-    pub(super) fn dot(&mut self, center: DVec2, radius: f64, color: Color) {
+    pub(crate) fn dot(&mut self, center: DVec2, radius: f64, color: Color) {
         let path = PathBuilder::from_circle(center.x as f32, center.y as f32, radius as f32);
         if let Some(path) = path {
             let (paint, clip) = (color.paint(), self.clip.as_ref());
@@ -199,17 +207,17 @@ impl Canvas {
         }
     }
 
-    pub(super) fn frame(&mut self, rect: Rect, color: Color) {
+    pub(crate) fn frame(&mut self, rect: Rect, color: Color) {
         self.loop_line(&rect.corners(), 1.0, color);
     }
 
-    pub(super) fn fill(&mut self, rect: Rect, color: Color) {
+    pub(crate) fn fill(&mut self, rect: Rect, color: Color) {
         self.polygon(&rect.corners(), color);
     }
 
     /// Sets every pixel of a rectangle by its position, given as pixel centre from the rectangle's
     /// corner.
-    pub(super) fn shade(&mut self, rect: Rect, mut color_at: impl FnMut(DVec2) -> Color) {
+    pub(crate) fn shade(&mut self, rect: Rect, mut color_at: impl FnMut(DVec2) -> Color) {
         let (x0, y0) = (rect.min.x as u32, rect.min.y as u32);
         for row in 0..rect.size.y as u32 {
             for column in 0..rect.size.x as u32 {
@@ -228,7 +236,7 @@ impl Canvas {
         }
     }
 
-    pub(super) fn text(&mut self, at: DVec2, align: Align, text: &str, color: Color) {
+    pub(crate) fn text(&mut self, at: DVec2, align: Align, text: &str, color: Color) {
         self.write(
             at,
             align,
@@ -239,7 +247,7 @@ impl Canvas {
         );
     }
 
-    pub(super) fn title(&mut self, at: DVec2, align: Align, text: &str) {
+    pub(crate) fn title(&mut self, at: DVec2, align: Align, text: &str) {
         self.write(
             at,
             align,
@@ -306,7 +314,7 @@ impl Canvas {
     }
 
     /// Writes the picture as PNG.
-    pub(super) fn save(&self, path: &Path) -> Result<(), PaperError> {
+    pub(crate) fn save(&self, path: &Path) -> Result<(), PictureError> {
         let rgb: Vec<u8> = self
             .pixmap
             .pixels()
@@ -315,7 +323,7 @@ impl Canvas {
             .collect();
         let (width, height) = (self.pixmap.width(), self.pixmap.height());
         image::save_buffer(path, &rgb, width, height, image::ColorType::Rgb8).map_err(|source| {
-            PaperError::Picture {
+            PictureError {
                 path: path.to_owned(),
                 source,
             }

@@ -1,0 +1,201 @@
+//! `fieldlod chart`: speed against accuracy, for ours and other systems' criteria.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use fieldlod_bake::{BakeConfig, bake_file, bake_mesh};
+use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_lab::chart::{
+    COMPARED_AT_PX, ChartError, Generated, Measure, Options, Report, Store, Way, chart_model,
+    write_charts,
+};
+use fieldlod_lab::render::Renderer;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::failure::Failure;
+use crate::output::{print, print_json};
+
+/// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart
+/// their triangles, times and promises against the error of their pictures.
+///
+/// Needs a graphics adapter; one in software will do. A run that was stopped goes on where it was
+/// when started again with the same folder. glTF files are baked in small units, so that a small
+/// picture of a mesh stands for a large one of a finer mesh.
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// The .gltf, .glb or .fieldlod files [default: models that the program makes]. Of each, the
+    /// primitive with most triangles is taken.
+    models: Vec<PathBuf>,
+    /// The folder for charts and numbers.
+    #[arg(short, long)]
+    out: PathBuf,
+    /// Poses of the camera for each model.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    poses: u32,
+    /// Another number gives other poses.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Size of the pictures in pixels.
+    #[arg(long, default_value = "480x270", value_parser = parse_size)]
+    size: (u32, u32),
+    /// Only the comparison of triangles, without promises and the path.
+    #[arg(long)]
+    brief: bool,
+    /// Add the generated models on which constants are chosen, or take only those.
+    #[arg(long)]
+    training: bool,
+    /// Print all figures as a JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let parse = |side: &str| side.parse().ok().filter(|side| (16..=4096).contains(side));
+    let sides = text.split_once('x');
+    sides
+        .and_then(|(width, height)| Some((parse(width)?, parse(height)?)))
+        .ok_or_else(|| "expected two sizes from 16 to 4096, such as 480x270".to_owned())
+}
+
+/// A model by name, and how to get it.
+enum Model {
+    File(PathBuf),
+    Generated(Generated),
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    let failure = |error: ChartError| Failure::new(out, error);
+    let store = Store::new(&out.join("results")).map_err(failure)?;
+    let renderer = Renderer::new().map_err(|error| Failure::new(out, error))?;
+    let options = Options {
+        poses: arguments.poses as usize,
+        seed: arguments.seed,
+        size_px: arguments.size.into(),
+        ways: Way::ALL.to_vec(),
+        with_extras: !arguments.brief,
+    };
+    let models = models(arguments);
+    let bar = progress_bar(models.len() * options.steps());
+    let mut results = Vec::new();
+    for model in &models {
+        bar.set_message(format!("{}: baking", model.name()));
+        let hierarchy = model.hierarchy()?;
+        bar.set_message(model.name());
+        let step = || bar.inc(1);
+        let result = chart_model(&renderer, &model.name(), hierarchy, &options, &store, &step);
+        results.push(result.map_err(failure)?);
+    }
+    bar.finish_and_clear();
+    let report = Report::new(&results, &options, renderer.adapter());
+    write_charts(&report, out).map_err(failure)?;
+    if arguments.json {
+        print_json(&report)
+    } else {
+        print(&text(&report, out))
+    }
+}
+
+fn models(arguments: &Arguments) -> Vec<Model> {
+    let files = arguments.models.iter().cloned().map(Model::File);
+    let mut models: Vec<Model> = files.collect();
+    if arguments.training {
+        models.extend(Generated::TRAINING.map(Model::Generated));
+    } else if models.is_empty() {
+        models.extend(Generated::TEST.map(Model::Generated));
+    }
+    models
+}
+
+fn progress_bar(steps: usize) -> ProgressBar {
+    // Draws on standard error, and nothing where that is not a terminal.
+    let bar = ProgressBar::new(steps as u64);
+    let template = "{bar:40} {pos}/{len}  {elapsed}, {eta} left  {msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+impl Model {
+    fn name(&self) -> String {
+        match self {
+            Self::File(path) => {
+                let stem = path.file_stem().unwrap_or_default();
+                stem.to_string_lossy().into_owned()
+            }
+            Self::Generated(generated) => generated.name.to_owned(),
+        }
+    }
+
+    fn hierarchy(&self) -> Result<Hierarchy, Failure> {
+        match self {
+            Self::File(path) => largest(path, file(path)?),
+            Self::Generated(generated) => {
+                let baked = bake_mesh(&(generated.mesh)(), &BakeConfig::fine_grained());
+                baked.map_err(|error| Failure::new(Path::new(generated.name), error))
+            }
+        }
+    }
+}
+
+fn file(path: &Path) -> Result<BakedFile, Failure> {
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "fieldlod")
+    {
+        let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
+        return BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error));
+    }
+    let outcome = bake_file(path, &BakeConfig::fine_grained(), &|_| ());
+    let outcome = outcome.map_err(|error| Failure::new(path, error))?;
+    Ok(outcome.file)
+}
+
+fn largest(path: &Path, file: BakedFile) -> Result<Hierarchy, Failure> {
+    let hierarchies = file
+        .primitives
+        .into_iter()
+        .map(|primitive| primitive.hierarchy);
+    hierarchies
+        .max_by_key(Hierarchy::source_triangle_count)
+        .ok_or_else(|| Failure::new(path, "has nothing to chart"))
+}
+
+/// What the printed table holds equal; `ratios.csv` has more.
+const TABLE: [Measure; 3] = [Measure::Rmse, Measure::Silhouette, Measure::Flip];
+
+/// Triangles relative to clusterlod at equal error.
+fn text(report: &Report, out: &Path) -> String {
+    let mut text = String::from(
+        "triangles relative to clusterlod's at equal error, at the error of its 0.4, 1 and 2.5 px\n\
+         (geometric mean over all poses; in brackets the worst pose)\n\n",
+    );
+    let _ = write!(text, "{:22}", "");
+    for measure in TABLE {
+        let _ = write!(text, "  {:34}", measure.name());
+    }
+    text.push('\n');
+    for way in Way::ALL {
+        let _ = write!(text, "{:22}", way.name());
+        for measure in TABLE {
+            let cells = COMPARED_AT_PX.map(|at_px| match report.ratio(way, measure, at_px) {
+                Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
+                None => "-".to_owned(),
+            });
+            let _ = write!(text, "  {:34}", cells.join(" "));
+        }
+        text.push('\n');
+    }
+    text.push_str("\nquality at equal image RMSE, by model\n");
+    for model in &report.models {
+        let cells = COMPARED_AT_PX.map(|at| match model.ratio(Way::Quality, Measure::Rmse, at) {
+            Some(r) => format!("{:.2} ({:.2} to {:.2})", r.mean, r.least, r.greatest),
+            None => "-".to_owned(),
+        });
+        let _ = writeln!(text, "{:24}{}", model.name, cells.join("  "));
+    }
+    let _ = write!(text, "\ncharts and numbers: {}", out.display());
+    text
+}

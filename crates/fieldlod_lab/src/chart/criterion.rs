@@ -1,0 +1,118 @@
+//! Our criterion of quality with its terms apart, so that each can be switched off.
+
+use camera_field::{Camera, SphereBound};
+use glam::Vec3;
+
+use crate::rivals::Seen;
+
+/// The terms and constants of the criterion; [`Default`] is the criterion as it is.
+///
+/// ```text
+/// screen error = e √( c (V + w p) )
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// Whether surfaces count by the projection factor, as `V + w p`; if not, all count in full.
+    pub projection_factor: bool,
+    /// Whether the field's strength knows the stretch off the axis; if not, it is that of the
+    /// distance.
+    pub off_axis: bool,
+    /// Whether the strength is bounded over the sphere, as the curl demands; if not, it is that at
+    /// the centre.
+    pub bounded: bool,
+    /// `w`: 0 leaves out the silhouette.
+    pub silhouette_weight: f32,
+}
+
+impl Default for Terms {
+    fn default() -> Self {
+        Self {
+            projection_factor: true,
+            off_axis: true,
+            bounded: true,
+            silhouette_weight: 0.1,
+        }
+    }
+}
+
+impl Terms {
+    /// The screen-space error of a group in a perspective view, in pixels.
+    #[must_use]
+    pub fn error_px(&self, seen: &Seen, group: usize) -> f32 {
+        let data = &seen.object.hierarchy.groups[group];
+        let center = seen.in_camera(data.bounds.center);
+        let radius = data.bounds.radius * seen.max_scale;
+        let strength = self.strength(seen, center, radius);
+        let weight = if self.projection_factor {
+            let to_camera = -center.normalize_or_zero();
+            let mean_normal = seen.direction_in_camera(data.mean_normal);
+            self.picture_weight(mean_normal, to_camera)
+        } else {
+            1.0
+        };
+        seen.object.errors_in_local[group] * seen.max_scale * (strength * weight).sqrt()
+    }
+
+    fn strength(&self, seen: &Seen, center: Vec3, radius: f32) -> f32 {
+        let camera = &seen.eye.camera;
+        let SphereBound::Bounded(bound) = camera.strength_over_sphere(center, radius) else {
+            return f32::INFINITY;
+        };
+        let Camera::Perspective(intrinsics) = camera else {
+            return bound;
+        };
+        if bound == 0.0 || (self.off_axis && self.bounded) {
+            return bound;
+        }
+        let reach = if self.bounded { radius } else { 0.0 };
+        let distance = (center.length() - reach).max(seen.eye.near);
+        if self.off_axis {
+            let depth = center.z.max(seen.eye.near);
+            intrinsics.constant_px2() * distance / (depth * depth * depth)
+        } else {
+            intrinsics.constant_px2() / (distance * distance)
+        }
+    }
+
+    fn picture_weight(&self, mean_normal: Vec3, to_camera: Vec3) -> f32 {
+        let facing = mean_normal.dot(to_camera);
+        let variance = (1.0 - mean_normal.length_squared()).max(0.0) * 0.25;
+        let visible = 0.5 * (facing + (facing * facing + variance).sqrt());
+        let u = facing * facing / (2.0 * variance + 0.005);
+        visible.max(0.0) + self.silhouette_weight / (1.0 + u + 0.5 * u * u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rivals::{ErrorSource, Eye, Instance, LodObject};
+    use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+    use fieldlod_select::{InstanceView, screen_error_px};
+    use glam::Vec2;
+
+    /// With all its terms, this is the criterion that the project selects by.
+    #[test]
+    fn all_terms_make_the_criterion_itself() {
+        let hierarchy = bake_mesh(&fixtures::rock(4, 3), &BakeConfig::fine_grained()).unwrap();
+        let object = LodObject::new(hierarchy, ErrorSource::Reported);
+        for (position, target) in [
+            (Vec3::new(0.4, 1.5, 3.0), Vec3::new(1.0, 0.0, 0.0)),
+            (Vec3::new(-1.4, 0.2, 0.0), Vec3::new(0.0, 0.0, 1.0)),
+        ] {
+            let eye = Eye::perspective(70.0, Vec2::new(640.0, 360.0), 0.01);
+            let eye = eye.looking_at(position, target);
+            let instance = Instance::default();
+            let seen = Seen::new(&object, &instance, &eye);
+            let view = InstanceView::new(&eye.view(), &instance.world_from_local);
+            for (index, group) in object.hierarchy.groups.iter().enumerate() {
+                let (own, lab) = (
+                    screen_error_px(group, &view),
+                    Terms::default().error_px(&seen, index),
+                );
+                let close = own == lab || (own - lab).abs() <= 1e-3 * own;
+                assert!(close || group.is_terminal(), "{index}: {own} {lab}");
+            }
+        }
+    }
+}

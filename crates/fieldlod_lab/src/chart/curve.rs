@@ -1,0 +1,180 @@
+//! Curves read at equal error.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Curve, Point};
+
+/// What is held equal between ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Root mean squared difference of the picture.
+    Rmse,
+    /// Share of pixels that are off.
+    ShareOff,
+    /// Distance of outlines.
+    Silhouette,
+    /// FLIP.
+    Flip,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Rmse, Self::ShareOff, Self::Silhouette, Self::Flip];
+
+    /// A short name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rmse => "image RMSE",
+            Self::ShareOff => "pixels off",
+            Self::Silhouette => "silhouette",
+            Self::Flip => "FLIP",
+        }
+    }
+
+    /// Its value at a point.
+    #[must_use]
+    pub fn of(self, point: &Point) -> f64 {
+        match self {
+            Self::Rmse => point.error.rmse,
+            Self::ShareOff => point.error.share_off,
+            Self::Silhouette => point.error.silhouette_px,
+            // Nothing to compare where it was not asked for.
+            Self::Flip => point.error.flip.unwrap_or(0.0),
+        }
+    }
+}
+
+/// The triangles that a way needs for an error: interpolated between its points, both on logarithmic
+/// scales, after the curve is made to fall (errors jitter by a few per cent; neighbours that are out
+/// of order share their mean). `None` outside of the curve.
+#[must_use]
+pub fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
+    let points = curve.points.iter();
+    at_error(
+        points.map(|point| (point.triangles as f64, measure.of(point))),
+        error,
+    )
+}
+
+/// Any other cost of a way at a number of triangles: between the points on both sides.
+pub(super) fn cost_at_triangles(
+    curve: &Curve,
+    triangles: f64,
+    cost: impl Fn(&Point) -> f64,
+) -> Option<f64> {
+    let mut points: Vec<(f64, f64)> = curve
+        .points
+        .iter()
+        .map(|p| (p.triangles as f64, cost(p)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut pairs = points.windows(2);
+    let pair = pairs.find(|pair| pair[0].0 <= triangles && triangles <= pair[1].0)?;
+    let [(least, from), (greatest, to)] = [pair[0], pair[1]];
+    let share = if greatest > least {
+        (triangles - least) / (greatest - least)
+    } else {
+        0.0
+    };
+    Some(from + share * (to - from))
+}
+
+/// As [`triangles_at_error`], for pairs of triangles and error.
+fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
+    let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
+    let mut logs: Vec<(f64, f64)> = usable
+        .map(|(cost, error)| (cost.ln(), error.ln()))
+        .collect();
+    logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    logs.dedup_by_key(|point| point.0);
+    let falling = falling(&logs);
+    let wanted = error.ln();
+    let crossing = |pair: &&[(f64, f64)]| pair[0].1 >= wanted && wanted >= pair[1].1;
+    let pair = falling.windows(2).find(crossing)?;
+    let [(cost_0, error_0), (cost_1, error_1)] = [pair[0], pair[1]];
+    let share = if error_0 > error_1 {
+        (error_0 - wanted) / (error_0 - error_1)
+    } else {
+        0.0
+    };
+    Some((cost_0 + share * (cost_1 - cost_0)).exp())
+}
+
+/// The nearest curve, by least squares, whose errors never grow with the cost: neighbours out of order
+/// are pooled (M. Ayer et al., 1955).
+fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut pools: Vec<(f64, usize)> = Vec::new();
+    for &(_, error) in points {
+        let mut pool = (error, 1usize);
+        while let Some(&(before, count)) = pools.last()
+            && before < pool.0
+        {
+            let all = count + pool.1;
+            pool.0 = (before * count as f64 + pool.0 * pool.1 as f64) / all as f64;
+            pool.1 = all;
+            pools.pop();
+        }
+        pools.push(pool);
+    }
+    let errors = pools
+        .iter()
+        .flat_map(|&(error, count)| std::iter::repeat_n(error, count));
+    points
+        .iter()
+        .zip(errors)
+        .map(|(point, error)| (point.0, error))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Error = 1000 / triangles: any error is met by 1000 / error triangles, between points too.
+    #[test]
+    fn a_power_law_is_interpolated_exactly() {
+        let points = || {
+            [100.0, 200.0, 500.0, 1000.0]
+                .map(|t| (t, 1000.0 / t))
+                .into_iter()
+        };
+        for error in [1.0, 1.5, 3.0, 7.0, 10.0] {
+            let found = at_error(points(), error).unwrap();
+            assert!(
+                (found - 1000.0 / error).abs() < 1e-6 * found,
+                "{error} {found}"
+            );
+        }
+        assert_eq!(at_error(points(), 10.5), None);
+        assert_eq!(at_error(points(), 0.9), None);
+    }
+
+    #[test]
+    fn other_costs_follow_the_triangles() {
+        let point = |triangles, frame_ms| Point {
+            threshold: 1.0,
+            triangles,
+            units: 1,
+            error: crate::measure::ImageError::default(),
+            select_us: 0.0,
+            frame_ms,
+        };
+        let points = vec![point(300, 4.0), point(100, 2.0)];
+        let curve = Curve {
+            way: super::super::Way::Quality,
+            points,
+        };
+        let cost = |triangles| cost_at_triangles(&curve, triangles, |point| point.frame_ms);
+        assert_eq!(cost(150.0), Some(2.5));
+        assert_eq!(cost(301.0), None);
+    }
+
+    #[test]
+    fn points_out_of_order_share_their_mean() {
+        let points = [(0.0, 4.0), (1.0, 1.0), (2.0, 3.0), (3.0, 0.0)];
+        let expected = [(0.0, 4.0), (1.0, 2.0), (2.0, 2.0), (3.0, 0.0)];
+        assert_eq!(falling(&points), expected);
+    }
+}

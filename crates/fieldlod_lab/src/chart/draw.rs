@@ -1,0 +1,285 @@
+//! The charts of a report: a picture and the numbers behind it for each question.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::figure::{Figure, Panel, Series};
+use super::store::write_error;
+use super::{ChartError, CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
+use crate::canvas::Color;
+
+const PURPLE: Color = Color::new(130, 72, 170);
+const BROWN: Color = Color::new(140, 96, 60);
+
+/// The ways in the charts of costs, and how they look.
+const SHOWN: [(Way, Color, bool); 6] = [
+    (Way::Quality, Color::BLUE, false),
+    (Way::Clusterlod, Color::ORANGE, false),
+    (Way::Godot, Color::GREEN, false),
+    (Way::VisibilityRange, Color::RED, false),
+    (Way::ProjectedSize, BROWN, false),
+    (Way::Oracle, Color::GRAY, true),
+];
+
+/// Writes all charts into a folder: pictures, a CSV file beside each, and `report.json`.
+///
+/// # Errors
+/// [`ChartError::Write`] and [`ChartError::Picture`].
+pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
+    write_file(&folder.join("report.json"), &json(report))?;
+    write_file(&folder.join("ratios.csv"), &ratios_csv(report))?;
+    type Cost = fn(&CostAtError) -> f64;
+    let costs: [(&str, &str, Cost); 3] = [
+        ("triangles", "triangles in view", |c| c.triangles),
+        ("selection", "time to choose, in microseconds", |c| {
+            c.select_us
+        }),
+        ("frame", "time to draw a frame, in milliseconds", |c| {
+            c.frame_ms
+        }),
+    ];
+    for (name, label, cost) in costs {
+        cost_figure(report, label, cost).draw(&folder.join(format!("{name}.png")))?;
+    }
+    write_file(&folder.join("costs.csv"), &costs_csv(report))?;
+    if !report.promise.is_empty() {
+        promise_figure(report).draw(&folder.join("promise.png"))?;
+        write_file(&folder.join("promise.csv"), &promise_csv(report))?;
+    }
+    if !report.temporal.is_empty() {
+        temporal_figure(report).draw(&folder.join("temporal.png"))?;
+        write_file(&folder.join("temporal.csv"), &temporal_csv(report))?;
+    }
+    Ok(())
+}
+
+fn write_file(path: &Path, text: &str) -> Result<(), ChartError> {
+    fs::write(path, text).map_err(|source| write_error(path, source))
+}
+
+fn json(report: &Report) -> String {
+    serde_json::to_string_pretty(report).unwrap_or_default()
+}
+
+fn subject(report: &Report) -> String {
+    let names: Vec<&str> = report
+        .models
+        .iter()
+        .map(|model| model.name.as_str())
+        .collect();
+    format!(
+        "{}; {} poses each, pictures of {} x {} px",
+        names.join(", "),
+        report.poses,
+        report.size_px[0],
+        report.size_px[1]
+    )
+}
+
+fn cost_figure(report: &Report, label: &str, cost: fn(&CostAtError) -> f64) -> Figure {
+    let series = SHOWN.iter().map(|&(way, color, is_dashed)| {
+        let of_way = report
+            .costs
+            .iter()
+            .filter(|c| c.way == way && cost(c) > 0.0);
+        Series {
+            name: way.name().to_owned(),
+            color,
+            is_dashed,
+            points: of_way.map(|c| DVec2::new(c.rmse, cost(c))).collect(),
+        }
+    });
+    Figure {
+        title: title_of_costs(report, label),
+        note: format!(
+            "Geometric means over {}.\nLower is better.",
+            subject(report)
+        ),
+        panels: vec![Panel {
+            name: String::new(),
+            x: "image error: RMSE, in levels of 255".to_owned(),
+            y: label.to_owned(),
+            series: series.filter(|s| !s.points.is_empty()).collect(),
+        }],
+    }
+}
+
+fn title_of_costs(report: &Report, label: &str) -> String {
+    let ratio = report.ratio(Way::Quality, Measure::Rmse, 1.0);
+    match ratio {
+        Some(ratio) if label.starts_with("triangles") => format!(
+            "For the same picture, fieldlod draws {:.0} % of clusterlod's triangles",
+            100.0 * ratio.mean
+        ),
+        _ => format!("Image error against {label}"),
+    }
+}
+
+fn promise_figure(report: &Report) -> Figure {
+    let panels = PROMISE_FOVS_DEG
+        .iter()
+        .map(|&fov| promise_panel(report, fov));
+    Figure {
+        title: "Guaranteed keeps what it promises, towards the picture's corner too".to_owned(),
+        note: format!(
+            "Displacement of the surface on screen against the pixels asked for; the worst of {}.\n\
+             Solid: greatest. Dashed: one point in a thousand is beyond. Gray: what was asked for.",
+            subject(report)
+        ),
+        panels: panels.collect(),
+    }
+}
+
+fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
+    let kept = |way: Way, value: fn(&Kept) -> f64| -> Vec<DVec2> {
+        let of_way = report.promise.iter();
+        let of_way = of_way.filter(|k| k.way == way && k.fovy_deg == fovy_deg && value(k) > 0.0);
+        of_way
+            .map(|k| DVec2::new(k.requested_px, value(k)))
+            .collect()
+    };
+    let mut series = vec![Series {
+        name: "asked for".to_owned(),
+        color: Color::GRAY,
+        is_dashed: false,
+        points: vec![DVec2::splat(0.25), DVec2::splat(8.0)],
+    }];
+    for (way, color) in [
+        (Way::Guaranteed, Color::BLUE),
+        (Way::Quality, PURPLE),
+        (Way::Clusterlod, Color::ORANGE),
+    ] {
+        for (name, is_dashed, points) in [
+            (way.name(), false, kept(way, |k| k.max_px)),
+            ("", true, kept(way, |k| k.p99_9_px)),
+        ] {
+            series.push(Series {
+                name: name.to_owned(),
+                color,
+                is_dashed,
+                points,
+            });
+        }
+    }
+    Panel {
+        name: format!("field of view {fovy_deg} degrees"),
+        x: "pixels asked for".to_owned(),
+        y: "measured pixels".to_owned(),
+        series,
+    }
+}
+
+fn temporal_figure(report: &Report) -> Figure {
+    let named = [
+        ("quality", Way::Quality.name(), Color::BLUE),
+        ("clusterlod", Way::Clusterlod.name(), Color::ORANGE),
+        ("godot4.3", Way::Godot.name(), Color::GREEN),
+        ("range", Way::VisibilityRange.name(), Color::RED),
+    ];
+    let series = named.map(|(method, name, color)| {
+        let of_way = report.temporal.iter().filter(|path| path.way == method);
+        let shown = of_way.filter(|path| path.temporal_error > 0.0);
+        Series {
+            name: name.to_owned(),
+            color,
+            is_dashed: false,
+            points: shown
+                .map(|p| DVec2::new(p.triangles, p.temporal_error))
+                .collect(),
+        }
+    });
+    Figure {
+        title: "What flickers while one walks by".to_owned(),
+        note: format!(
+            "Change from frame to frame beyond the scene's own, over {}.",
+            subject(report)
+        ),
+        panels: vec![Panel {
+            name: String::new(),
+            x: "triangles in view".to_owned(),
+            y: "temporal error: RMSE, in levels of 255".to_owned(),
+            series: series
+                .into_iter()
+                .filter(|s| !s.points.is_empty())
+                .collect(),
+        }],
+    }
+}
+
+fn ratios_csv(report: &Report) -> String {
+    let mut text = "model,way,equal,clusterlod_px,mean,least,greatest,poses\n".to_owned();
+    let all = ("all", &report.ratios);
+    let models = report.models.iter().map(|m| (m.name.as_str(), &m.ratios));
+    for (model, ratios) in std::iter::once(all).chain(models) {
+        for r in ratios {
+            let _ = writeln!(
+                text,
+                "{model},{},{},{},{:.4},{:.4},{:.4},{}",
+                r.way.name(),
+                r.measure.name(),
+                r.at_px,
+                r.mean,
+                r.least,
+                r.greatest,
+                r.poses
+            );
+        }
+    }
+    text
+}
+
+fn costs_csv(report: &Report) -> String {
+    let mut text = "way,clusterlod_px,rmse,triangles,units,select_us,frame_ms\n".to_owned();
+    for c in &report.costs {
+        let _ = writeln!(
+            text,
+            "{},{},{:.4},{:.0},{:.1},{:.2},{:.3}",
+            c.way.name(),
+            c.at_px,
+            c.rmse,
+            c.triangles,
+            c.units,
+            c.select_us,
+            c.frame_ms
+        );
+    }
+    text
+}
+
+fn promise_csv(report: &Report) -> String {
+    let mut text = "way,fovy_deg,requested_px,max_px,p99_9_px,mean_px\n".to_owned();
+    for k in &report.promise {
+        let _ = writeln!(
+            text,
+            "{},{},{},{:.4},{:.4},{:.4}",
+            k.way.name(),
+            k.fovy_deg,
+            k.requested_px,
+            k.max_px,
+            k.p99_9_px,
+            k.mean_px
+        );
+    }
+    text
+}
+
+fn temporal_csv(report: &Report) -> String {
+    let mut text = "way,threshold_px,triangles,temporal_error,flips_per_frame\n".to_owned();
+    for OnPath {
+        way,
+        threshold_px,
+        triangles,
+        temporal_error,
+        flips_per_frame,
+    } in &report.temporal
+    {
+        let _ = writeln!(
+            text,
+            "{way},{threshold_px},{triangles:.0},{temporal_error:.4},{flips_per_frame:.4}"
+        );
+    }
+    text
+}

@@ -1,0 +1,50 @@
+//! Models that the program makes, apart for choosing constants and for reporting.
+
+use fieldlod_bake::{SourceMesh, fixtures};
+
+/// A model that the program makes.
+#[derive(Clone, Copy, Debug)]
+pub struct Generated {
+    /// Its name.
+    pub name: &'static str,
+    /// Makes it.
+    pub mesh: fn() -> SourceMesh,
+}
+
+impl Generated {
+    /// What constants were chosen on.
+    pub const TRAINING: [Self; 3] = [
+        Self {
+            name: "boulder",
+            mesh: || fixtures::rock(6, 3),
+        },
+        Self {
+            name: "thin knot",
+            mesh: || fixtures::torus_knot(1024, 32),
+        },
+        Self {
+            name: "small hills",
+            mesh: || fixtures::height_field(256),
+        },
+    ];
+
+    /// What is reported: other shapes and sizes.
+    pub const TEST: [Self; 4] = [
+        Self {
+            name: "rock",
+            mesh: || fixtures::rock(6, 7),
+        },
+        Self {
+            name: "knot",
+            mesh: || fixtures::torus_knot(768, 96),
+        },
+        Self {
+            name: "large rock",
+            mesh: || fixtures::rock(8, 11),
+        },
+        Self {
+            name: "hills",
+            mesh: || fixtures::height_field(768),
+        },
+    ];
+}

@@ -1,0 +1,154 @@
+//! The limit: a choice by the true error that each group's simplification makes in the picture.
+//!
+//! Each level is drawn as a whole, and the squared differences from the reference are given to the
+//! groups whose simplifications show there. A group is then refined if that error is worth its
+//! triangles,
+//!
+//! ```text
+//! Σ squared difference / triangles saved > λ
+//! ```
+//! the greedy answer to "least error for a number of triangles". It knows occlusion, lights and
+//! textures; no criterion without pictures can.
+
+use fieldlod_select::{Cut, LodSettings, select_with};
+
+use super::ChartError;
+use super::stage::in_view;
+use super::sweep::PoseView;
+use crate::render::{Details, Picture, SUPERSAMPLING};
+use crate::rivals::Seen;
+
+/// How far, in texels, a difference beside a silhouette may lie from the surface that made it.
+const REACH_TEXELS: i64 = 6;
+
+/// What each group's simplification costs in the picture.
+pub(super) struct Oracle {
+    /// Sum of squared differences of levels per triangle saved, by group.
+    worth: Vec<f32>,
+}
+
+impl Oracle {
+    pub(super) fn new(view: &PoseView) -> Result<Self, ChartError> {
+        let hierarchy = &view.seen.object.hierarchy;
+        let mut squares = vec![0.0f64; hierarchy.groups.len()];
+        for level in 0..hierarchy.level_count() {
+            let units = level_units(&view.seen, level);
+            let (units, _) = in_view(&view.seen, &units);
+            let stage = view.stage;
+            let drawn = stage
+                .renderer
+                .draw_details(&stage.model, &view.eye, &units)?;
+            attribute(view, level, &drawn, &mut squares);
+        }
+        let saved = saved_in_view(&view.seen);
+        let worth = squares.iter().zip(&saved).map(|(&squares, &saved)| {
+            if saved > 0 {
+                (squares / saved as f64) as f32
+            } else {
+                0.0
+            }
+        });
+        Ok(Self {
+            worth: worth.collect(),
+        })
+    }
+
+    /// From the finest to the coarsest, evenly over the groups that matter.
+    pub(super) fn thresholds(&self, count: usize) -> Vec<f32> {
+        let mut worth: Vec<f32> = self.worth.iter().copied().filter(|w| *w > 0.0).collect();
+        worth.sort_by(f32::total_cmp);
+        let at = |share: f64| {
+            worth
+                .get((share * (worth.len() as f64 - 1.0)) as usize)
+                .copied()
+        };
+        // Few groups are coarse, and those decide the coarse cuts: the finer steps are at the end.
+        let shares = (0..count).map(|step| 1.0 - 0.75f64.powi(step as i32));
+        shares.filter_map(at).collect()
+    }
+
+    pub(super) fn choose(&self, seen: &Seen, threshold: f32) -> Vec<u32> {
+        let mut cut = Cut::default();
+        let settings = LodSettings::with_error_px(threshold);
+        let hierarchy = &seen.object.hierarchy;
+        select_with(hierarchy, &settings, &mut cut, |group| self.worth[group]);
+        cut.units().to_vec()
+    }
+}
+
+/// The cut that simplifies every group up to `level`.
+fn level_units(seen: &Seen, level: u32) -> Vec<u32> {
+    let mut cut = Cut::default();
+    let hierarchy = &seen.object.hierarchy;
+    let settings = LodSettings::default();
+    select_with(hierarchy, &settings, &mut cut, |group| {
+        if hierarchy.groups[group].level > level {
+            f32::INFINITY
+        } else {
+            0.0
+        }
+    });
+    cut.units().to_vec()
+}
+
+/// Triangles in view that each group's simplification saves.
+fn saved_in_view(seen: &Seen) -> Vec<i64> {
+    let hierarchy = &seen.object.hierarchy;
+    let mut saved = vec![0i64; hierarchy.groups.len()];
+    let units = hierarchy.units.iter();
+    for unit in units.filter(|unit| seen.touches_box(&unit.aabb)) {
+        let triangles = i64::from(unit.triangle_count);
+        saved[unit.consumed_by as usize] += triangles;
+        if let Some(producer) = unit.producer() {
+            saved[producer as usize] -= triangles;
+        }
+    }
+    saved
+}
+
+/// Gives the differences of a level's picture to the groups of that level.
+fn attribute(
+    view: &PoseView,
+    level: u32,
+    (picture, details): &(Picture, Details),
+    squares: &mut [f64],
+) {
+    let hierarchy = &view.seen.object.hierarchy;
+    let group_at = |x: i64, y: i64| {
+        let unit = unit_at(details, x, y)?;
+        let group = hierarchy.units[unit as usize].producer()?;
+        (hierarchy.groups[group as usize].level == level).then_some(group)
+    };
+    let width = i64::from(picture.size_px.x);
+    let pixels = view.reference.colors.iter().zip(&picture.colors).zip(0..);
+    for ((a, b), index) in pixels {
+        let difference: f64 = (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum();
+        if difference > 0.0 {
+            let n = i64::from(SUPERSAMPLING);
+            let (x, y) = (index % width * n, index / width * n);
+            if let Some(group) = nearest(x, y, group_at) {
+                squares[group as usize] += difference;
+            }
+        }
+    }
+}
+
+fn unit_at(details: &Details, x: i64, y: i64) -> Option<u32> {
+    let (width, height) = (
+        i64::from(details.size_texels.x),
+        i64::from(details.size_texels.y),
+    );
+    let inside = (0..width).contains(&x) && (0..height).contains(&y);
+    inside.then(|| details.unit[(y * width + x) as usize])?
+}
+
+/// The group at a texel, or at one of the rings around it.
+fn nearest(x: i64, y: i64, group_at: impl Fn(i64, i64) -> Option<u32>) -> Option<u32> {
+    (0..=REACH_TEXELS).find_map(|ring| {
+        let span = -ring..=ring;
+        span.clone().find_map(|dx| {
+            let mut rows = span.clone().filter(|dy| dx.abs().max(dy.abs()) == ring);
+            rows.find_map(|dy| group_at(x + dx, y + dy))
+        })
+    })
+}

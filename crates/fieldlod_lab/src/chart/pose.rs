@@ -1,0 +1,116 @@
+//! Where pictures are taken from.
+
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::rivals::{Eye, LodObject};
+
+/// Fields of view of successive poses, in degrees upwards.
+const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
+/// Distances from the middle of an object, in radii.
+const NEAREST_RADII: f32 = 1.25;
+const FARTHEST_RADII: f32 = 6.0;
+/// Heights of the eye over a ground, in radii of the ground.
+const LOWEST_RADII: f32 = 0.01;
+const HIGHEST_RADII: f32 = 0.25;
+
+/// A camera in a model's space.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Where it is.
+    pub position: [f32; 3],
+    /// What it looks at.
+    pub target: [f32; 3],
+    /// Field of view upwards, in degrees.
+    pub fovy_deg: f32,
+}
+
+impl Pose {
+    /// The camera, with a picture of `size_px`.
+    #[must_use]
+    pub fn eye(&self, object: &LodObject, size_px: Vec2) -> Eye {
+        let eye = Eye::perspective(self.fovy_deg, size_px, object.radius * 1e-3);
+        eye.looking_at(self.position.into(), self.target.into())
+    }
+}
+
+/// `count` poses around an object, or above and on it where it is a ground: near and far, most of
+/// them not looking straight at its middle. The same seed gives the same poses.
+#[must_use]
+pub fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
+    let is_ground = is_ground(object);
+    let pose = |index: usize| {
+        let random = Random { seed, index };
+        // One of each stretch of the range, so that few poses cover it.
+        let share = (index as f32 + random.share(0)) / count as f32;
+        let fovy_deg = FOVS_DEG[index % FOVS_DEG.len()];
+        let (position, target) = if is_ground {
+            on_ground(object, share, random)
+        } else {
+            around(object, share, random)
+        };
+        Pose {
+            position: position.to_array(),
+            target: target.to_array(),
+            fovy_deg,
+        }
+    };
+    (0..count).map(pose).collect()
+}
+
+/// Much wider than high, along +Y.
+fn is_ground(object: &LodObject) -> bool {
+    let extent = object.aabb.max - object.aabb.min;
+    extent.y < 0.3 * extent.x.min(extent.z)
+}
+
+fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
+    let radii = NEAREST_RADII * (FARTHEST_RADII / NEAREST_RADII).powf(share);
+    let position = object.center + random.direction(1) * (radii * object.radius);
+    let aside = random.direction(3) * (0.5 * object.radius * random.share(5));
+    (position, object.center + aside)
+}
+
+fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
+    let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
+    let place = |slot: u64| {
+        let (x, z) = (random.share(slot), random.share(slot + 1));
+        ground_below(object, 0.1 + 0.8 * x, 0.1 + 0.8 * z)
+    };
+    let (from, to) = (place(1), place(3));
+    (from + Vec3::Y * (height * object.radius), to)
+}
+
+/// The vertex nearest to the shares `x` and `z` of the object's box.
+fn ground_below(object: &LodObject, x: f32, z: f32) -> Vec3 {
+    let (min, max) = (object.aabb.min, object.aabb.max);
+    let at = Vec2::new(min.x + (max.x - min.x) * x, min.z + (max.z - min.z) * z);
+    let positions = object.hierarchy.vertices.positions.iter();
+    let across = |p: &Vec3| Vec2::new(p.x, p.z).distance_squared(at);
+    let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
+    nearest.copied().unwrap_or_default()
+}
+
+/// Numbers that depend on the seed, the pose and the slot alone.
+#[derive(Clone, Copy)]
+struct Random {
+    seed: u64,
+    index: usize,
+}
+
+impl Random {
+    /// From 0 to 1.
+    fn share(self, slot: u64) -> f32 {
+        let key = [self.seed, self.index as u64, slot].map(u64::to_le_bytes);
+        (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// Evenly over the sphere; takes two slots.
+    fn direction(self, slot: u64) -> Vec3 {
+        let z = 2.0 * self.share(slot) - 1.0;
+        let (sin, cos) = (std::f32::consts::TAU * self.share(slot + 1)).sin_cos();
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(across * cos, z, across * sin)
+    }
+}

@@ -1,0 +1,336 @@
+//! The adapter, its pipelines, and drawing.
+
+use std::cell::RefCell;
+use std::time::{Duration, Instant};
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::{UVec2, Vec3};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use super::camera::{self, Uniform};
+use super::model::{DrawnModel, Vertex};
+use super::picture::{Details, Picture};
+use super::target::{Target, wait};
+use super::{RenderError, SUPERSAMPLING};
+use crate::rivals::Eye;
+
+const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Colour, normal, depth and unit, in the order of the shader's outputs.
+const DETAILS: [wgpu::TextureFormat; 4] = [
+    COLOR,
+    wgpu::TextureFormat::Rgba8Unorm,
+    wgpu::TextureFormat::R32Float,
+    wgpu::TextureFormat::R32Uint,
+];
+
+/// Draws cuts without a window.
+#[derive(Debug)]
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    adapter: String,
+    layout: wgpu::BindGroupLayout,
+    color_pipeline: wgpu::RenderPipeline,
+    details_pipeline: wgpu::RenderPipeline,
+    /// Those of the last picture: most are of one size.
+    targets: RefCell<Option<Targets>>,
+}
+
+#[derive(Debug)]
+struct Targets {
+    size: UVec2,
+    colors: Vec<Target>,
+    depth: Target,
+}
+
+impl Renderer {
+    /// Takes the best adapter there is, software at the last.
+    ///
+    /// # Errors
+    /// [`RenderError::NoAdapter`], or [`RenderError::NoDevice`] from an adapter that fails.
+    pub fn new() -> Result<Self, RenderError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        let adapter = pollster::block_on(instance.request_adapter(&options));
+        let adapter = adapter.map_err(|_| RenderError::NoAdapter)?;
+        let name = adapter.get_info().name;
+        let descriptor = wgpu::DeviceDescriptor {
+            // Buffers of large models.
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let device = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) = device.map_err(|source| RenderError::NoDevice {
+            adapter: name.clone(),
+            source,
+        })?;
+        Ok(Self::with_device(device, queue, name))
+    }
+
+    fn with_device(device: wgpu::Device, queue: wgpu::Queue, adapter: String) -> Self {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: None,
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let color_pipeline = pipeline(&device, &layout, "color", &[COLOR]);
+        let details_pipeline = pipeline(&device, &layout, "details", &DETAILS);
+        Self {
+            device,
+            queue,
+            adapter,
+            layout,
+            color_pipeline,
+            details_pipeline,
+            targets: RefCell::new(None),
+        }
+    }
+
+    /// The name of the adapter.
+    #[must_use]
+    pub fn adapter(&self) -> &str {
+        &self.adapter
+    }
+
+    /// Brings a hierarchy to the adapter.
+    #[must_use]
+    pub fn upload(&self, hierarchy: &Hierarchy) -> DrawnModel {
+        DrawnModel::new(&self.device, hierarchy)
+    }
+
+    /// Draws some units of a model.
+    ///
+    /// # Errors
+    /// [`RenderError::Orthographic`]; [`RenderError::Lost`] from an adapter that stops.
+    pub fn draw(
+        &self,
+        model: &DrawnModel,
+        eye: &Eye,
+        units: &[u32],
+    ) -> Result<Picture, RenderError> {
+        Ok(self.draw_timed(model, eye, units)?.0)
+    }
+
+    /// Draws some units of a model, and tells the time from the first command to the last texel.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`].
+    pub fn draw_timed(
+        &self,
+        model: &DrawnModel,
+        eye: &Eye,
+        units: &[u32],
+    ) -> Result<(Picture, Duration), RenderError> {
+        let (size_px, uniform) = camera::of_eye(eye)?;
+        self.with_targets(size_px * SUPERSAMPLING, |targets| {
+            let start = Instant::now();
+            self.submit(model, &uniform, units, targets, false);
+            wait(&self.device)?;
+            let elapsed = start.elapsed();
+            let texels = targets.colors[0].read(&self.device, &self.queue)?;
+            Ok((Picture::of_texels(targets.size, &texels), elapsed))
+        })
+    }
+
+    /// Draws some units of a model and tells what each texel shows.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`].
+    pub fn draw_details(
+        &self,
+        model: &DrawnModel,
+        eye: &Eye,
+        units: &[u32],
+    ) -> Result<(Picture, Details), RenderError> {
+        let (size_px, uniform) = camera::of_eye(eye)?;
+        self.with_targets(size_px * SUPERSAMPLING, |targets| {
+            self.submit(model, &uniform, units, targets, true);
+            let texels = targets.colors[0].read(&self.device, &self.queue)?;
+            let picture = Picture::of_texels(targets.size, &texels);
+            Ok((picture, self.read_details(targets)?))
+        })
+    }
+
+    fn with_targets<T>(
+        &self,
+        size: UVec2,
+        draw: impl FnOnce(&Targets) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        let mut kept = self.targets.borrow_mut();
+        let targets = match kept.take() {
+            Some(targets) if targets.size == size => targets,
+            _ => Targets::new(&self.device, size),
+        };
+        draw(kept.insert(targets))
+    }
+
+    fn submit(
+        &self,
+        model: &DrawnModel,
+        uniform: &Uniform,
+        units: &[u32],
+        targets: &Targets,
+        with_details: bool,
+    ) {
+        let bindings = self.bindings(uniform);
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let count = if with_details { DETAILS.len() } else { 1 };
+        let attachments: Vec<_> = targets.colors[..count].iter().map(cleared).collect();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &attachments,
+            depth_stencil_attachment: Some(targets.depth_attachment()),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(if with_details {
+            &self.details_pipeline
+        } else {
+            &self.color_pipeline
+        });
+        pass.set_bind_group(0, &bindings, &[]);
+        pass.set_vertex_buffer(0, model.vertices.slice(..));
+        pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
+        for &unit in units {
+            pass.draw_indexed(model.units[unit as usize].clone(), 0, unit..unit + 1);
+        }
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    fn bindings(&self, uniform: &Uniform) -> wgpu::BindGroup {
+        let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::bytes_of(uniform),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: buffer.as_entire_binding(),
+            }],
+        })
+    }
+
+    fn read_details(&self, targets: &Targets) -> Result<Details, RenderError> {
+        let (device, queue) = (&self.device, &self.queue);
+        let normals: Vec<[u8; 4]> = targets.colors[1].read(device, queue)?;
+        let depth: Vec<f32> = targets.colors[2].read(device, queue)?;
+        let units: Vec<u32> = targets.colors[3].read(device, queue)?;
+        let unit: Vec<Option<u32>> = units.iter().map(|unit| unit.checked_sub(1)).collect();
+        let with = |index: usize| unit[index].is_some();
+        let normal = |(index, texel): (usize, &[u8; 4])| {
+            let [x, y, z, _] = texel.map(|level| f32::from(level) / 127.5 - 1.0);
+            if with(index) {
+                Vec3::new(x, y, z)
+            } else {
+                Vec3::ZERO
+            }
+        };
+        let depth = depth.iter().enumerate();
+        Ok(Details {
+            size_texels: targets.size,
+            depth: depth
+                .map(|(index, &depth)| if with(index) { depth } else { f32::INFINITY })
+                .collect(),
+            normal: normals.iter().enumerate().map(normal).collect(),
+            unit,
+        })
+    }
+}
+
+impl Targets {
+    fn new(device: &wgpu::Device, size: UVec2) -> Self {
+        Self {
+            size,
+            colors: DETAILS
+                .map(|format| Target::new(device, size, format))
+                .into(),
+            depth: Target::new(device, size, DEPTH_BUFFER),
+        }
+    }
+
+    fn depth_attachment(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+        wgpu::RenderPassDepthStencilAttachment {
+            view: &self.depth.view,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(0.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }
+    }
+}
+
+fn cleared(target: &Target) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view: &target.view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        },
+    })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    bindings: &wgpu::BindGroupLayout,
+    fragment: &str,
+    formats: &[wgpu::TextureFormat],
+) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::include_wgsl!("shader.wgsl"));
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        bind_group_layouts: &[Some(bindings)],
+        ..wgpu::PipelineLayoutDescriptor::default()
+    });
+    let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
+    let options = wgpu::PipelineCompilationOptions::default();
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: options.clone(),
+            buffers: &[wgpu::VertexBufferLayout {
+                array_stride: size_of::<Vertex>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &Vertex::ATTRIBUTES,
+            }],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_BUFFER,
+            depth_write_enabled: Some(true),
+            // Nearness: greater is nearer.
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some(fragment),
+            compilation_options: options,
+            targets: &targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

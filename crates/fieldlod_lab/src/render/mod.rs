@@ -1,0 +1,52 @@
+//! The reference renderer: any cut of a hierarchy as a picture, on whatever adapter there is.
+//!
+//! [`Renderer`] draws without a window, with two texels to a pixel along each axis, averaged in linear
+//! light. The same picture comes out each time on the same adapter, software or not. [`Renderer::draw`]
+//! gives colours and coverage, [`Renderer::draw_details`] depth, normal and unit of every texel.
+//!
+//! # Shading
+//! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals; a pattern
+//! of waves on the texture coordinates in place of a texture, so that a texture that slides shows.
+//! Both sides of a triangle are drawn. Instances stand at the origin.
+//!
+//! # Out of scope
+//! Materials, shadows, transparency; orthographic views.
+
+mod camera;
+mod gpu;
+mod model;
+mod picture;
+mod target;
+
+use thiserror::Error;
+
+pub use gpu::Renderer;
+pub use model::DrawnModel;
+pub use picture::{Details, Picture};
+
+/// Texels to a pixel along each axis.
+pub const SUPERSAMPLING: u32 = 2;
+
+/// Why nothing can be drawn.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    /// There is no graphics adapter at all.
+    #[error(
+        "no graphics adapter: on Debian or Ubuntu, the package mesa-vulkan-drivers has one in software"
+    )]
+    NoAdapter,
+    /// The adapter gives no device.
+    #[error("the graphics adapter {adapter} refuses: {source}")]
+    NoDevice {
+        /// Its name.
+        adapter: String,
+        /// What it says.
+        source: wgpu::RequestDeviceError,
+    },
+    /// The adapter stopped while it drew.
+    #[error("the graphics adapter stopped: {0}")]
+    Lost(String),
+    /// Only perspective views can be drawn.
+    #[error("orthographic views cannot be drawn")]
+    Orthographic,
+}

@@ -1,0 +1,92 @@
+//! A hierarchy on the adapter.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Vec2, Vec3};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// A hierarchy's vertices and the triangles of all its units, ready to be drawn.
+#[derive(Debug)]
+pub struct DrawnModel {
+    pub(super) vertices: wgpu::Buffer,
+    pub(super) indices: wgpu::Buffer,
+    /// Where each unit's indices lie.
+    pub(super) units: Vec<Range<u32>>,
+}
+
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Vertex {
+    position: [f32; 3],
+    normal: [f32; 3],
+    uv: [f32; 2],
+}
+
+impl Vertex {
+    pub(super) const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2];
+}
+
+impl DrawnModel {
+    pub(super) fn new(device: &wgpu::Device, hierarchy: &Hierarchy) -> Self {
+        let (indices, units) = indices_of(hierarchy);
+        let buffer = |contents: &[u8], usage| {
+            device.create_buffer_init(&BufferInitDescriptor {
+                label: None,
+                contents,
+                usage,
+            })
+        };
+        let vertices = vertices_of(hierarchy);
+        Self {
+            vertices: buffer(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+            indices: buffer(bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            units,
+        }
+    }
+}
+
+fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
+    let source = &hierarchy.vertices;
+    let computed;
+    let normals = if source.normals.is_empty() {
+        computed = smooth_normals(hierarchy);
+        &computed
+    } else {
+        &source.normals
+    };
+    let vertex = |index: usize| Vertex {
+        position: source.positions[index].to_array(),
+        normal: normals[index].to_array(),
+        uv: source.uvs.get(index).map_or([0.0; 2], Vec2::to_array),
+    };
+    (0..source.positions.len()).map(vertex).collect()
+}
+
+/// Area-weighted means over the source triangles.
+fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
+    let positions = &hierarchy.vertices.positions;
+    let mut normals = vec![Vec3::ZERO; positions.len()];
+    let source = hierarchy.units.iter().filter(|u| u.producer().is_none());
+    for triangle in source.flat_map(|unit| hierarchy.source_triangles_of(unit)) {
+        let [a, b, c] = triangle.map(|v| positions[v as usize]);
+        for vertex in triangle {
+            normals[vertex as usize] += (b - a).cross(c - a);
+        }
+    }
+    normals.into_iter().map(Vec3::normalize_or_zero).collect()
+}
+
+/// All units' triangles by vertices of the hierarchy, one unit after the other.
+fn indices_of(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<Range<u32>>) {
+    let mut indices = Vec::new();
+    let mut units = Vec::with_capacity(hierarchy.units.len());
+    for unit in &hierarchy.units {
+        let first = indices.len() as u32;
+        indices.extend(hierarchy.source_triangles_of(unit).flatten());
+        units.push(first..indices.len() as u32);
+    }
+    (indices, units)
+}

@@ -1,0 +1,132 @@
+//! Pictures as they come back from the adapter.
+
+use std::path::Path;
+
+use glam::UVec2;
+
+use super::SUPERSAMPLING;
+
+/// What is behind all surfaces, encoded, 0 to 255.
+const BACKGROUND: [u8; 3] = [46, 54, 66];
+
+/// Colours of pixels, and which texels a surface covers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size_px: UVec2,
+    /// Red, green and blue by rows, encoded as sRGB, 0 to 255 with fractions.
+    pub colors: Vec<[f32; 3]>,
+    /// Whether each texel shows a surface, by rows; [`SUPERSAMPLING`] times as many each way.
+    pub covered: Vec<bool>,
+}
+
+/// What each texel of a picture shows, by rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Details {
+    /// Width and height in texels.
+    pub size_texels: UVec2,
+    /// Depth along the axis in world units; infinite where nothing is.
+    pub depth: Vec<f32>,
+    /// Unit normal in local space, to 8 bits; zero where nothing is.
+    pub normal: Vec<glam::Vec3>,
+    /// The unit drawn.
+    pub unit: Vec<Option<u32>>,
+}
+
+impl Picture {
+    /// Averages texels with coverage in alpha.
+    pub(super) fn of_texels(size_texels: UVec2, texels: &[[u8; 4]]) -> Self {
+        let size_px = size_texels / SUPERSAMPLING;
+        let linear: Vec<f32> = (0..=255u8).map(|level| decoded(f32::from(level))).collect();
+        let mut colors = Vec::with_capacity((size_px.x * size_px.y) as usize);
+        for y in 0..size_px.y {
+            for x in 0..size_px.x {
+                let mut sum = [0.0f32; 3];
+                for (dx, dy) in
+                    (0..SUPERSAMPLING).flat_map(|x| (0..SUPERSAMPLING).map(move |y| (x, y)))
+                {
+                    let row = y * SUPERSAMPLING + dy;
+                    let texel = texels[(row * size_texels.x + x * SUPERSAMPLING + dx) as usize];
+                    let [red, green, blue, _] = on_background(texel);
+                    for (sum, level) in sum.iter_mut().zip([red, green, blue]) {
+                        *sum += linear[usize::from(level)];
+                    }
+                }
+                colors.push(sum.map(|sum| encoded(sum / (SUPERSAMPLING * SUPERSAMPLING) as f32)));
+            }
+        }
+        Self {
+            size_px,
+            colors,
+            covered: texels.iter().map(|texel| texel[3] > 0).collect(),
+        }
+    }
+
+    /// Red, green and blue by rows, 0 to 255.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let levels = self.colors.as_flattened().iter();
+        levels.map(|level| level.round() as u8).collect()
+    }
+
+    /// Writes a PNG file.
+    ///
+    /// # Errors
+    /// What the encoder or the system says.
+    pub fn save(&self, path: &Path) -> Result<(), image::ImageError> {
+        let UVec2 { x, y } = self.size_px;
+        image::save_buffer(path, &self.to_bytes(), x, y, image::ColorType::Rgb8)
+    }
+}
+
+fn on_background(texel: [u8; 4]) -> [u8; 4] {
+    if texel[3] > 0 {
+        texel
+    } else {
+        let [red, green, blue] = BACKGROUND;
+        [red, green, blue, 0]
+    }
+}
+
+/// From sRGB, 0 to 255, to linear light, 0 to 1.
+fn decoded(level: f32) -> f32 {
+    let share = level / 255.0;
+    if share <= 0.04045 {
+        share / 12.92
+    } else {
+        ((share + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The other way round.
+fn encoded(linear: f32) -> f32 {
+    let share = if linear <= 0.003_130_8 {
+        linear * 12.92
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    share * 255.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_texels_average_to_themselves() {
+        let texels = [[200, 100, 7, 255]; 4];
+        let picture = Picture::of_texels(UVec2::splat(2), &texels);
+        for (level, expected) in picture.colors[0].into_iter().zip([200.0, 100.0, 7.0]) {
+            assert!((level - expected).abs() < 1e-3, "{level}");
+        }
+        assert_eq!(picture.to_bytes(), [200, 100, 7]);
+    }
+
+    /// Half of the light of white is encoded as 188, not as 128.
+    #[test]
+    fn texels_are_averaged_in_linear_light() {
+        let (white, black) = ([255; 4], [0, 0, 0, 255]);
+        let picture = Picture::of_texels(UVec2::splat(2), &[white, black, black, white]);
+        assert_eq!(picture.to_bytes(), [188; 3]);
+    }
+}

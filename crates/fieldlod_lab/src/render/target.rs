@@ -1,0 +1,84 @@
+//! Textures that are drawn to and read back.
+
+use glam::UVec2;
+
+use super::RenderError;
+
+/// Rows of a copied texture start at multiples of this.
+const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// A texture of four bytes a texel.
+#[derive(Debug)]
+pub(super) struct Target {
+    texture: wgpu::Texture,
+    pub(super) view: wgpu::TextureView,
+}
+
+impl Target {
+    pub(super) fn new(device: &wgpu::Device, size: UVec2, format: wgpu::TextureFormat) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: extent(size),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { texture, view }
+    }
+
+    /// The texels by rows.
+    pub(super) fn read<T: bytemuck::Pod>(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Vec<T>, RenderError> {
+        let size = self.texture.size();
+        let row_bytes = (size.width * 4).next_multiple_of(ROW_ALIGNMENT);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(row_bytes) * u64::from(size.height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            self.texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row_bytes),
+                    rows_per_image: None,
+                },
+            },
+            size,
+        );
+        queue.submit([encoder.finish()]);
+        buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+        wait(device)?;
+        let bytes = buffer.slice(..).get_mapped_range();
+        let rows = bytes.chunks_exact(row_bytes as usize);
+        let row =
+            |row: &[u8]| bytemuck::pod_collect_to_vec::<u8, T>(&row[..size.width as usize * 4]);
+        Ok(rows.flat_map(row).collect())
+    }
+}
+
+pub(super) fn extent(size: UVec2) -> wgpu::Extent3d {
+    wgpu::Extent3d {
+        width: size.x,
+        height: size.y,
+        depth_or_array_layers: 1,
+    }
+}
+
+/// Until all that was submitted is done.
+pub(super) fn wait(device: &wgpu::Device) -> Result<(), RenderError> {
+    let done = device.poll(wgpu::PollType::wait_indefinitely());
+    done.map(|_| ())
+        .map_err(|error| RenderError::Lost(error.to_string()))
+}

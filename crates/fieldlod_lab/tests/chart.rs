@@ -1,0 +1,111 @@
+//! Charts of a small model: what is measured, what is kept, what is written.
+
+mod common;
+
+use std::cell::Cell;
+
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_lab::chart::{
+    ChartError, Measure, ModelResult, Options, Report, Store, Way, chart_model, write_charts,
+};
+use fieldlod_lab::render::Renderer;
+use glam::UVec2;
+
+fn rock() -> Hierarchy {
+    bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap()
+}
+
+fn options(ways: &[Way]) -> Options {
+    Options {
+        poses: 2,
+        seed: 5,
+        size_px: UVec2::new(160, 90),
+        ways: ways.to_vec(),
+        with_extras: false,
+    }
+}
+
+fn charted(renderer: &Renderer, options: &Options, store: &Store) -> (ModelResult, usize) {
+    let steps = Cell::new(0);
+    let step = || steps.set(steps.get() + 1);
+    let result = chart_model(renderer, "rock", rock(), options, store, &step);
+    (result.unwrap(), steps.get())
+}
+
+#[test]
+fn clusterlod_is_its_own_equal_and_the_oracle_needs_no_more() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::new(folder.path()).unwrap();
+    let options = options(&[Way::Quality, Way::Clusterlod, Way::Oracle]);
+    let (model, steps) = charted(&renderer, &options, &store);
+    assert_eq!(steps, options.steps());
+    let report = Report::new(&[model], &options, renderer.adapter());
+    let ratio = |way| report.ratio(way, Measure::Rmse, 1.0).unwrap();
+    assert!((ratio(Way::Clusterlod).mean - 1.0).abs() < 1e-9);
+    assert_eq!(ratio(Way::Clusterlod).poses, 2);
+    assert!(ratio(Way::Oracle).mean < 1.0, "{:?}", ratio(Way::Oracle));
+    assert!(ratio(Way::Oracle).mean < ratio(Way::Quality).mean);
+}
+
+/// What was measured before comes from the folder: the numbers, times included, are the same.
+#[test]
+fn a_stopped_run_goes_on_where_it_was() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::new(folder.path()).unwrap();
+    let options = options(&[Way::Quality, Way::Clusterlod]);
+    let (first, _) = charted(&renderer, &options, &store);
+    let files = || std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(files(), options.poses);
+    let (second, steps) = charted(&renderer, &options, &store);
+    assert!(first.poses == second.poses, "other numbers, or other times");
+    assert_eq!(steps, options.steps());
+    let poses = options.poses;
+    let more = Options {
+        poses: 3,
+        ..options
+    };
+    charted(&renderer, &more, &store);
+    assert!(files() > poses, "other poses are kept beside");
+}
+
+#[test]
+fn charts_are_written_with_their_numbers() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::new(&folder.path().join("results")).unwrap();
+    let options = Options {
+        with_extras: true,
+        poses: 1,
+        ..options(&[Way::Quality, Way::Clusterlod])
+    };
+    let (model, _) = charted(&renderer, &options, &store);
+    let report = Report::new(&[model], &options, renderer.adapter());
+    write_charts(&report, folder.path()).unwrap();
+    for name in ["triangles", "selection", "frame", "promise", "temporal"] {
+        let picture = image::open(folder.path().join(format!("{name}.png"))).unwrap();
+        assert!(picture.width() > 600, "{name}");
+    }
+    for name in ["ratios.csv", "costs.csv", "promise.csv", "temporal.csv"] {
+        let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert!(text.lines().count() > 2, "{name}");
+    }
+    let text = std::fs::read(folder.path().join("report.json")).unwrap();
+    let read: Report = serde_json::from_slice(&text).unwrap();
+    assert_eq!(read.ratios, report.ratios);
+}
+
+#[test]
+fn a_file_in_place_of_the_folder_is_named() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let refused = Store::new(file.path()).unwrap_err();
+    assert!(matches!(&refused, ChartError::Write { path, .. } if path == file.path()));
+}

@@ -1,0 +1,128 @@
+//! The reference renderer draws what geometry says, and the same each time.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_lab::measure::image_error;
+use fieldlod_lab::render::{RenderError, SUPERSAMPLING};
+use fieldlod_lab::rivals::Eye;
+use glam::{UVec2, Vec2, Vec3};
+
+const SIZE_PX: Vec2 = Vec2::new(320.0, 180.0);
+
+fn sphere() -> Hierarchy {
+    bake_mesh(&fixtures::icosphere(5), &BakeConfig::fine_grained()).unwrap()
+}
+
+fn source(hierarchy: &Hierarchy) -> Vec<u32> {
+    let units = hierarchy.units.iter().zip(0..);
+    units
+        .filter(|(unit, _)| unit.producer().is_none())
+        .map(|(_, index)| index)
+        .collect()
+}
+
+fn eye(distance: f32) -> Eye {
+    let eye = Eye::perspective(40.0, SIZE_PX, 0.01);
+    eye.looking_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO)
+}
+
+/// A sphere of radius 1 at distance d is a disk of radius f/√(d² − 1).
+#[test]
+fn the_silhouette_of_a_sphere_has_its_area() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let sphere = sphere();
+    let model = renderer.upload(&sphere);
+    for distance in [3.0f32, 8.0] {
+        let picture = renderer.draw(&model, &eye(distance), &source(&sphere));
+        let covered = picture.unwrap().covered;
+        let texels = covered.iter().filter(|covered| **covered).count() as f64;
+        let px2 = texels / f64::from(SUPERSAMPLING * SUPERSAMPLING);
+        let radius_px =
+            f64::from(eye(distance).focal_px()) / (f64::from(distance).powi(2) - 1.0).sqrt();
+        let disk = PI * radius_px * radius_px;
+        assert!((px2 - disk).abs() < 0.005 * disk, "{px2} {disk}");
+    }
+}
+
+#[test]
+fn details_agree_with_the_sphere() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let sphere = sphere();
+    let model = renderer.upload(&sphere);
+    let (picture, details) = renderer
+        .draw_details(&model, &eye(3.0), &source(&sphere))
+        .unwrap();
+    let size = details.size_texels;
+    assert_eq!(size, picture.size_px * SUPERSAMPLING);
+    let middle = (size.y / 2 * size.x + size.x / 2) as usize;
+    assert!((details.depth[middle] - 2.0).abs() < 0.01);
+    assert!(details.normal[middle].dot(Vec3::Z) > 0.99);
+    let unit = details.unit[middle].unwrap();
+    assert!(sphere.units[unit as usize].aabb.max.z > 0.9);
+    assert_eq!((details.depth[0], details.unit[0]), (f32::INFINITY, None));
+    let drawn: Vec<bool> = details.unit.iter().map(Option::is_some).collect();
+    assert_eq!(drawn, picture.covered);
+}
+
+#[test]
+fn the_same_cut_gives_the_same_picture() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let sphere = sphere();
+    let model = renderer.upload(&sphere);
+    let draw = |distance| {
+        renderer
+            .draw(&model, &eye(distance), &source(&sphere))
+            .unwrap()
+    };
+    let first = draw(3.0);
+    assert_eq!(first.size_px, UVec2::new(320, 180));
+    assert_ne!(draw(4.0), first);
+    assert_eq!(draw(3.0), first);
+}
+
+/// A coarser sphere is further off, in every measure.
+#[test]
+fn coarser_levels_have_larger_errors() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let sphere = sphere();
+    let model = renderer.upload(&sphere);
+    let reference = renderer.draw(&model, &eye(3.0), &source(&sphere)).unwrap();
+    let mut last = 0.0;
+    for level in 1..sphere.level_count().min(5) {
+        let units = sphere.units.iter().zip(0..);
+        let of_level = units.filter(|(unit, _)| sphere.level_of(unit) == level);
+        let units: Vec<u32> = of_level.map(|(_, index)| index).collect();
+        let picture = renderer.draw(&model, &eye(3.0), &units).unwrap();
+        let error = image_error(&reference, &picture, true);
+        assert!(error.rmse > last, "level {level}: {error:?}, before {last}");
+        let flip = error.flip.unwrap();
+        assert!(
+            error.silhouette_px > 0.0 && flip > 0.0 && flip < 0.5,
+            "{error:?}"
+        );
+        last = error.rmse;
+    }
+}
+
+#[test]
+fn orthographic_views_are_refused() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let sphere = sphere();
+    let model = renderer.upload(&sphere);
+    let refused = renderer.draw(&model, &Eye::orthographic(3.0, SIZE_PX), &[]);
+    assert!(matches!(refused, Err(RenderError::Orthographic)));
+}

@@ -150,6 +150,8 @@ fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGrou
         bounds: finished.bounds,
         error_in_local: raw.error_in_local,
         deviation_in_local: raw.deviation_in_local,
+        normal_error: 0.0,
+        uv_error: 0.0,
         mean_normal: finished.mean_normal,
         level: raw.level,
         first_finer,

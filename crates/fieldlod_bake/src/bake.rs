@@ -4,6 +4,7 @@ use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
 
 use crate::assemble::{assemble, finish_group};
+use crate::attribute_errors::measure_attribute_errors;
 use crate::deviation::measure_deviations;
 use crate::input::SimplifierInput;
 use crate::levels::build_levels;
@@ -45,7 +46,8 @@ pub(crate) fn bake_mesh_with_progress(
     measure_deviations(&mesh.indices, &input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
-    let hierarchy = assemble(mesh, &groups, &finished);
+    let mut hierarchy = assemble(mesh, &groups, &finished);
+    measure_attribute_errors(&mut hierarchy, &input.positions);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

@@ -66,6 +66,7 @@ fn run(
         attribute_protect_mask: input.protect_mask,
     };
     let config = ClodConfig {
+        cluster_spatial: input.is_crowded,
         partition_size: config.group_clusters,
         // Neighbouring groups follow each other, so that a part of the mesh is a part of the file.
         partition_sort: true,

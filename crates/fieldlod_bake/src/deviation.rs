@@ -80,6 +80,7 @@ pub(crate) fn measure_deviations(
                 waiting[consumer as usize].push(patch);
             }
             let own = measured.deviation * input.local_from_scaled;
+            let own = own.max(groups[index].deviation_in_local);
             groups[index].deviation_in_local = monotone(own, &groups[index], groups);
         }
     }

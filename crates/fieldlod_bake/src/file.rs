@@ -7,7 +7,7 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use rayon::prelude::*;
 
 use crate::bake::bake_mesh_with_progress;
-use crate::{BakeConfig, ImportError, ImportedPrimitive, Skipped, import_gltf};
+use crate::{BakeConfig, BakeReport, ImportError, ImportedPrimitive, Skipped, import_gltf};
 
 /// How far a bake has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,8 @@ pub struct BakeProgress {
 pub struct BakeOutcome {
     /// The hierarchies, ready to be written.
     pub file: BakedFile,
+    /// How the bake of each primitive of `file` went, in the same order.
+    pub reports: Vec<BakeReport>,
     /// The primitives that have none, and why.
     pub skipped: Vec<Skipped>,
 }
@@ -45,34 +47,33 @@ pub fn bake_file(
         return Err(nothing_to_bake(&import.skipped));
     }
     let tracker = Tracker::new(&import.primitives, progress);
-    let primitives = import.primitives.par_iter().map(|primitive| {
-        let share = tracker.share_of(primitive);
-        let hierarchy = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
-        share.finish();
-        let (mut hierarchy, _report) = hierarchy.map_err(|fault| ImportError::Mesh {
-            place: primitive.place(),
-            fault,
-        })?;
-        primitive.extra.give_to(&mut hierarchy.vertices);
-        let ImportedPrimitive {
-            mesh_index,
-            primitive_index,
-            name,
-            ..
-        } = primitive;
-        Ok(BakedPrimitive::new(
-            *mesh_index,
-            *primitive_index,
-            name,
-            hierarchy,
-        ))
-    });
+    let baked = import.primitives.par_iter();
+    let baked = baked.map(|primitive| bake_primitive(primitive, config, &tracker));
+    let baked = baked.collect::<Result<Vec<_>, ImportError>>()?;
+    let (primitives, reports) = baked.into_iter().unzip();
     Ok(BakeOutcome {
-        file: BakedFile {
-            primitives: primitives.collect::<Result<_, ImportError>>()?,
-        },
+        file: BakedFile { primitives },
+        reports,
         skipped: import.skipped,
     })
+}
+
+fn bake_primitive(
+    primitive: &ImportedPrimitive,
+    config: &BakeConfig,
+    tracker: &Tracker<'_>,
+) -> Result<(BakedPrimitive, BakeReport), ImportError> {
+    let share = tracker.share_of(primitive);
+    let baked = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
+    share.finish();
+    let (mut hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
+        place: primitive.place(),
+        fault,
+    })?;
+    primitive.extra.give_to(&mut hierarchy.vertices);
+    let (mesh, index) = (primitive.mesh_index, primitive.primitive_index);
+    let baked = BakedPrimitive::new(mesh, index, &*primitive.name, hierarchy);
+    Ok((baked, report))
 }
 
 fn nothing_to_bake(skipped: &[Skipped]) -> ImportError {

@@ -22,7 +22,14 @@ pub(crate) struct SimplifierInput {
     pub(crate) same_position: Vec<u32>,
     /// For each vertex, whether it lies on a seam to keep.
     pub(crate) locks: Vec<SimplifyVertex>,
+    /// Whether so many triangles share a place that growing clusters from neighbour to neighbour
+    /// would take the square of their number.
+    pub(crate) is_crowded: bool,
 }
+
+/// Triangles around the place of a corner, on average, from which on a mesh is crowded. There are
+/// 6 as a rule; growing clusters takes about 8 ns a triangle for each of them.
+const CROWD: u64 = 200;
 
 impl SimplifierInput {
     pub(crate) fn of(mesh: &SourceMesh, config: &BakeConfig) -> Self {
@@ -49,8 +56,10 @@ impl SimplifierInput {
             protect_mask,
             same_position: Vec::new(),
             locks: vec![SimplifyVertex::empty(); mesh.positions.len()],
+            is_crowded: false,
         };
         input.same_position = meshopt::generate_position_remap(&input.vertices());
+        input.is_crowded = is_crowded(&mesh.indices, &input.same_position);
         input.protect_seams();
         input
     }
@@ -62,6 +71,11 @@ impl SimplifierInput {
             Ok(vertices) => vertices,
             Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
         }
+    }
+
+    pub(crate) fn has_uvs(&self) -> bool {
+        // Three for normals, two for texture coordinates.
+        self.weights.len() % 3 == 2
     }
 
     pub(crate) fn is_locked(&self, vertex: u32) -> bool {
@@ -110,6 +124,15 @@ pub(crate) fn power_of_two_above(positions: &[Vec3]) -> f32 {
         .fold(0.0, f32::max);
     // The exponent alone; that of zero and of denormals is left at the smallest with a reciprocal.
     f32::from_bits(largest.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE)
+}
+
+fn is_crowded(indices: &[u32], same_position: &[u32]) -> bool {
+    let mut corners_at = vec![0u64; same_position.len()];
+    for &vertex in indices {
+        corners_at[same_position[vertex as usize] as usize] += 1;
+    }
+    let squares: u64 = corners_at.iter().map(|count| count * count).sum();
+    squares > CROWD * indices.len() as u64
 }
 
 fn usable_normals(mesh: &SourceMesh) -> Vec<Vec3> {

@@ -15,7 +15,7 @@ pub(crate) struct RawGroup {
     pub(crate) level: u32,
     /// Never less than that of a finer group; infinite for a terminal group.
     pub(crate) error_in_local: f32,
-    /// Filled in when all groups are known; see [`crate::deviation`].
+    /// The least to be stated, until all groups are known and measured; see [`crate::deviation`].
     pub(crate) deviation_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
 }

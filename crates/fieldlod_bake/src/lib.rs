@@ -38,8 +38,8 @@
 //! import_gltf -- -max_total_time=600`.
 
 mod assemble;
+mod attribute_errors;
 mod attributes;
-
 mod bake;
 mod bounds;
 mod clusterlod;

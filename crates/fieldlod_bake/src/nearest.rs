@@ -48,7 +48,15 @@ struct Pending {
 impl TriangleTree {
     /// Coordinates must be finite.
     pub(crate) fn of(corners: impl Iterator<Item = [Vec3; 3]>) -> Self {
-        let given: Vec<Triangle> = corners.map(Triangle::new).collect();
+        let mut given: Vec<Triangle> = Vec::with_capacity(corners.size_hint().0);
+        let mut given_ids: Vec<u32> = Vec::with_capacity(corners.size_hint().0);
+        for (id, triangle) in (0..).zip(corners.map(Triangle::new)) {
+            // A hundred thousand copies of one would take the builder the square of that.
+            if given.last() != Some(&triangle) {
+                given.push(triangle);
+                given_ids.push(id);
+            }
+        }
         let boxes: Vec<Aabb> = given.iter().map(Triangle::aabb).collect();
         let ids = (0..given.len() as u32).collect();
         let tree = PlocBuilder::with_capacity(boxes.len()).build(
@@ -58,21 +66,21 @@ impl TriangleTree {
             SortPrecision::U64,
             0,
         );
-        Self::from_bvh(&given, &tree)
+        Self::from_bvh(&given, &given_ids, &tree)
     }
 
-    fn from_bvh(given: &[Triangle], tree: &Bvh2) -> Self {
+    fn from_bvh(given: &[Triangle], given_ids: &[u32], tree: &Bvh2) -> Self {
         let node = |node: &obvhs::bvh2::node::Bvh2Node| Node {
             min: Vec3A::from_array(node.aabb().min.to_array()),
             max: Vec3A::from_array(node.aabb().max.to_array()),
             first: node.first_index,
             triangle_count: node.prim_count,
         };
-        let ids = tree.primitive_indices.clone();
+        let order = || tree.primitive_indices.iter().map(|&index| index as usize);
         Self {
             nodes: tree.nodes.iter().map(node).collect(),
-            triangles: ids.iter().map(|&id| given[id as usize]).collect(),
-            ids,
+            triangles: order().map(|index| given[index]).collect(),
+            ids: order().map(|index| given_ids[index]).collect(),
         }
     }
 
@@ -160,7 +168,7 @@ impl TriangleTree {
 }
 
 /// A triangle as a corner and the two edges from it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Triangle {
     a: Vec3A,
     ab: Vec3A,

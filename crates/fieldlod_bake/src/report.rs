@@ -1,5 +1,7 @@
 //! What a bake had to do, beside the hierarchy.
 
+use std::fmt;
+
 /// How a bake went: what resisted, and what was done about it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
@@ -11,8 +13,19 @@ pub struct BakeReport {
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
     /// What was done where simplification got stuck altogether. If `coarsest_triangles` is above
-    /// 512, not even this helped.
+    /// [`MOST_COARSEST`](Self::MOST_COARSEST), not even this helped.
     pub treatments: Vec<Treatment>,
+}
+
+impl BakeReport {
+    /// More triangles than this at the coarsest level are a failure to simplify.
+    pub const MOST_COARSEST: usize = 512;
+
+    /// Whether the coarsest level has too many triangles, after all that was tried.
+    #[must_use]
+    pub fn is_stuck(&self) -> bool {
+        self.coarsest_triangles > Self::MOST_COARSEST
+    }
 }
 
 /// One step beyond plain simplification. Its deviation is measured as that of any group.
@@ -37,4 +50,14 @@ pub enum TreatmentKind {
     AttributesIgnored,
     /// Vertices were merged on a grid, which opens closed surfaces.
     Sloppy,
+}
+
+impl fmt::Display for TreatmentKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pruned => "small components left out",
+            Self::AttributesIgnored => "attributes ignored",
+            Self::Sloppy => "vertices merged on a grid",
+        })
+    }
 }

@@ -1,5 +1,6 @@
 //! The calls into meshoptimizer that build the levels of the tail.
 
+use glam::Vec3;
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, clod_default_config};
 
 use crate::BakeConfig;
@@ -46,15 +47,26 @@ impl<'a> Simplifier<'a> {
     /// Splits a triangle list into clusters, each ordered for the vertex cache.
     pub(crate) fn clusterize(&self, corners: &[u32], produced_by: u32) -> Vec<Cluster> {
         let limits = clod_default_config(self.config.cluster_triangles);
-        let meshlets = meshopt::build_meshlets_flex(
-            corners,
-            &self.vertices,
-            limits.max_vertices,
-            limits.min_triangles,
-            limits.max_triangles,
-            0.0,
-            limits.cluster_split_factor,
-        );
+        let meshlets = if self.input.is_crowded {
+            meshopt::build_meshlets_spatial(
+                corners,
+                &self.vertices,
+                limits.max_vertices,
+                limits.min_triangles,
+                limits.max_triangles,
+                limits.cluster_fill_weight,
+            )
+        } else {
+            meshopt::build_meshlets_flex(
+                corners,
+                &self.vertices,
+                limits.max_vertices,
+                limits.min_triangles,
+                limits.max_triangles,
+                0.0,
+                limits.cluster_split_factor,
+            )
+        };
         let cluster = |meshlet: meshopt::Meshlet<'_>| {
             let corners = meshlet
                 .triangles
@@ -70,6 +82,22 @@ impl<'a> Simplifier<'a> {
 
     pub(crate) fn is_coarser(&self, simplified: &Simplified, corners_before: usize) -> bool {
         simplified.corners.len() as f32 <= corners_before as f32 * self.config.stuck_ratio
+    }
+
+    /// How far a texture may be off that was torn: by a triangle, so that torn triangles are drawn
+    /// where they are no larger than what is promised. 0 if none can be torn.
+    pub(crate) fn wrong_texture_in_scaled(&self, simplified: &Simplified, means: Means) -> f32 {
+        let tears = matches!(means, Means::PositionsOnly | Means::Sloppy);
+        if !tears || !self.input.has_uvs() {
+            return 0.0;
+        }
+        let position = |vertex: u32| Vec3::from(self.input.positions[vertex as usize]);
+        let (triangles, _) = simplified.corners.as_chunks::<3>();
+        let edges = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let lengths = edges.map(|(from, to)| position(from).distance(position(to)));
+        lengths.fold(0.0, f32::max)
     }
 
     pub(crate) fn simplify(

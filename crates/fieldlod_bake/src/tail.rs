@@ -11,7 +11,7 @@ use crate::simplify::{Means, Simplified, Simplifier};
 
 /// Where the tail ends.
 const FEWEST_TRIANGLES: usize = 12;
-/// What tears textures or opens closed surfaces is the lesser evil above this only.
+/// What opens closed surfaces is the lesser evil above this only.
 const MOST_TRIANGLES: usize = 512;
 /// Keeps a unit's vertices within the reach of 16-bit indices: 256 at most in a cluster.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
@@ -34,13 +34,12 @@ pub(crate) fn simplify_tail(
             break;
         };
         let (from, to) = (corners.len() / 3, simplified.corners.len() / 3);
-        error_in_local =
-            error_in_local.max(simplified.error_in_scaled * simplifier.input.local_from_scaled);
-        let group = groups.add(
-            clusters,
-            error_in_local.min(f32::MAX),
-            MOST_CLUSTERS_IN_A_UNIT,
-        );
+        let least = simplifier.wrong_texture_in_scaled(&simplified, means);
+        let [least, own] = [least, simplified.error_in_scaled.max(least)]
+            .map(|length| (length * simplifier.input.local_from_scaled).min(f32::MAX));
+        error_in_local = error_in_local.max(own);
+        let group = groups.add(clusters, error_in_local, MOST_CLUSTERS_IN_A_UNIT);
+        groups.0[group as usize].deviation_in_local = least;
         if let Some(kind) = kind_of(means) {
             report.treatments.push(Treatment {
                 kind,
@@ -77,8 +76,7 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
         Means::PositionsOnly,
         Means::Sloppy,
     ] {
-        let tears = matches!(means, Means::PositionsOnly | Means::Sloppy);
-        if tears && triangles <= MOST_TRIANGLES {
+        if means == Means::Sloppy && triangles <= MOST_TRIANGLES {
             return None;
         }
         if means == Means::PositionsOnly {

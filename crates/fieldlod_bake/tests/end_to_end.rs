@@ -6,8 +6,8 @@ use std::sync::Mutex;
 
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, BakeProgress, ImportedPrimitive, SourceMesh, bake_file, bake_mesh, fixtures,
-    import_gltf,
+    BakeConfig, BakeProgress, ImportedPrimitive, SourceMesh, bake_file, bake_mesh,
+    bake_mesh_with_report, fixtures, import_gltf,
 };
 use fieldlod_hierarchy::BakedFile;
 use glam::{Vec2, Vec3};
@@ -198,12 +198,14 @@ fn several_meshes_bake_in_the_order_of_the_file() {
     let listen = |progress| heard.lock().unwrap().push(progress);
     let outcome = bake_file(&file.glb(), &BakeConfig::default(), &listen).unwrap();
     assert_eq!(outcome.file.primitives.len(), 3);
+    assert_eq!(outcome.reports.len(), 3);
     for (index, mesh) in meshes.iter().take(2).enumerate() {
         let baked = outcome.file.find(index as u32, 0).unwrap();
         assert_eq!(baked.name, "part");
         assert_eq!(baked.hierarchy.source, mesh.source_hash());
-        let alone = bake_mesh(mesh, &BakeConfig::default()).unwrap();
+        let (alone, report) = bake_mesh_with_report(mesh, &BakeConfig::default()).unwrap();
         assert!(baked.hierarchy == alone);
+        assert_eq!(outcome.reports[index], report);
     }
     let heard = heard.into_inner().unwrap();
     let done = heard.iter().map(|progress| progress.triangles_done).max();

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
 use fieldlod_hierarchy::{BakedFile, Precision};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,10 +14,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::output::{bytes_text, print, print_json, thousands, write_whole};
 use crate::summary::PrimitiveSummary;
-
-/// More triangles than this at the coarsest level are worth a word: something kept the simplifier
-/// from going on.
-const STUCK_TRIANGLES: u64 = 512;
+use crate::treatments::{PrimitiveBake, treatment_lines};
 
 /// Bake the static meshes of a glTF file.
 #[derive(Args, Debug)]
@@ -31,9 +28,32 @@ pub(crate) struct Arguments {
     /// vertices from the glTF file are not concerned.
     #[arg(long)]
     quantize: bool,
+    /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
+    #[arg(long, value_enum, default_value = "default")]
+    preset: Preset,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
+}
+
+/// The presets of [`BakeConfig`].
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Preset {
+    Fast,
+    Default,
+    FineGrained,
+    MaxQuality,
+}
+
+impl Preset {
+    fn config(self) -> BakeConfig {
+        match self {
+            Self::Fast => BakeConfig::fast(),
+            Self::Default => BakeConfig::default(),
+            Self::FineGrained => BakeConfig::fine_grained(),
+            Self::MaxQuality => BakeConfig::max_quality(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -45,6 +65,11 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
+    /// How the bake of each of `primitives` went.
+    bakes: Vec<PrimitiveBake>,
+    /// The same, as lines of text.
+    #[serde(skip)]
+    treatments: String,
     skipped: Vec<SkippedReport>,
 }
 
@@ -62,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let output = arguments.output.clone().unwrap_or_else(beside);
     let started = Instant::now();
     check_writable(input, &output)?;
-    let mut outcome = bake_with_progress(input)?;
+    let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
     let precision = if arguments.quantize {
         Precision::Quantized16
     } else {
@@ -84,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn bake_with_progress(input: &Path) -> Result<BakeOutcome, Failure> {
+fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, Failure> {
     // Draws on standard error, and nothing where that is not a terminal.
     let bar = ProgressBar::new(0);
     if let Ok(style) =
@@ -96,7 +121,7 @@ fn bake_with_progress(input: &Path) -> Result<BakeOutcome, Failure> {
         bar.set_length(progress.triangles_total);
         bar.set_position(progress.triangles_done);
     };
-    let outcome = bake_file(input, &BakeConfig::default(), &show);
+    let outcome = bake_file(input, config, &show);
     bar.finish_and_clear();
     outcome.map_err(|error| Failure::new(input, error))
 }
@@ -127,6 +152,10 @@ impl Report {
     fn new(input: &Path, output: &Path, outcome: &BakeOutcome, seconds: f64, bytes: u64) -> Self {
         let primitives = outcome.file.primitives.iter().map(PrimitiveSummary::of);
         let primitives: Vec<PrimitiveSummary> = primitives.collect();
+        let bakes = || primitives.iter().zip(&outcome.reports);
+        let treatments = bakes().map(|(p, report)| treatment_lines(&p.title(), report));
+        let treatments = treatments.collect();
+        let bakes = bakes().map(|(p, report)| PrimitiveBake::of(p.mesh, p.primitive, report));
         Self {
             input: input.display().to_string(),
             output: output.display().to_string(),
@@ -134,6 +163,8 @@ impl Report {
             bytes,
             source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
             coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
+            bakes: bakes.collect(),
+            treatments,
             primitives,
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
         }
@@ -152,14 +183,7 @@ impl Report {
             bytes_text(self.bytes),
             self.seconds,
         );
-        for stuck in self
-            .primitives
-            .iter()
-            .filter(|p| p.coarsest_triangles > STUCK_TRIANGLES)
-        {
-            let (title, left) = (stuck.title(), thousands(stuck.coarsest_triangles));
-            let _ = write!(text, "\nstuck: {title}: {left} triangles at its coarsest");
-        }
+        text.push_str(&self.treatments);
         for skipped in &self.skipped {
             let SkippedReport {
                 mesh,

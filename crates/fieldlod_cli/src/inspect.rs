@@ -21,6 +21,9 @@ pub(crate) struct Arguments {
     /// Draw the levels of the primitive with the most triangles side by side into a PNG file.
     #[arg(long, value_name = "OUT")]
     png: Option<PathBuf>,
+    /// Width of the texture in texels: shows how far it slides in texels instead of in widths.
+    #[arg(long, value_name = "TEXELS")]
+    texture_size: Option<u32>,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -55,12 +58,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         print_json(&report)
     } else {
-        print(&report.text())
+        print(&report.text(arguments.texture_size))
     }
 }
 
 impl Report {
-    fn text(&self) -> String {
+    fn text(&self, texture_size: Option<u32>) -> String {
         let (size, count) = (bytes_text(self.bytes), self.primitives.len());
         let version = self.format_version;
         let mut text = format!(
@@ -68,13 +71,13 @@ impl Report {
             self.file
         );
         for primitive in &self.primitives {
-            let _ = write!(text, "\n{}", primitive_text(primitive));
+            let _ = write!(text, "\n{}", primitive_text(primitive, texture_size));
         }
         text
     }
 }
 
-fn primitive_text(primitive: &PrimitiveSummary) -> String {
+fn primitive_text(primitive: &PrimitiveSummary, texture_size: Option<u32>) -> String {
     let mut text = format!(
         "{}: {} triangles, {} vertices, {} clusters\n",
         primitive.title(),
@@ -86,34 +89,52 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
         let error = primitive.position_error_in_local;
         let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
     }
+    let slide = if texture_size.is_some() {
+        "texels"
+    } else {
+        "uv"
+    };
     let _ = writeln!(
         text,
-        "level  groups  terminal   units    triangles  error min    median       max  \
-         deviation min median     max  radius min    median       max"
+        "level  groups   units    triangles    area  deviation min     median        max      \
+         error     radius  normal  {slide:>9}"
     );
     for level in &primitive.levels {
-        let _ = writeln!(text, "{}", level_text(level));
+        let _ = writeln!(text, "{}", level_text(level, texture_size));
     }
+    let _ = writeln!(
+        text,
+        "lengths in units of the mesh; area as a share of the source's; error, radius, normal \
+         (degrees off) and {slide} (slide of the texture): medians"
+    );
     text
 }
 
-fn level_text(level: &LevelSummary) -> String {
+fn level_text(level: &LevelSummary, texture_size: Option<u32>) -> String {
+    let deviation = |part: fn(Spread) -> f32| length_text(level.deviation_in_local.map(part));
+    let median = |spread: Option<Spread>| spread.map(|spread| spread.median);
+    let slide = median(level.uv_error).map(|uv| uv * texture_size.unwrap_or(1) as f32);
+    let normal = median(level.normal_error_in_degrees);
     format!(
-        "{:>5}  {:>6}  {:>8}  {:>6}  {:>11}  {}  {}  {}",
+        "{:>5}  {:>6}  {:>6}  {:>11}  {:>5.1}%     {}  {}  {}  {}  {}  {:>6}  {}",
         level.level,
         level.groups,
-        level.terminal_groups,
         level.units,
         thousands(level.triangles),
-        spread_text(level.error_in_local),
-        spread_text(level.deviation_in_local),
-        spread_text(level.radius_in_local),
+        level.area_share * 100.0,
+        deviation(|spread| spread.min),
+        deviation(|spread| spread.median),
+        deviation(|spread| spread.max),
+        length_text(median(level.error_in_local)),
+        length_text(median(level.radius_in_local)),
+        normal.map_or("-".to_owned(), |degrees| format!("{degrees:.1}\u{b0}")),
+        length_text(slide),
     )
 }
 
-fn spread_text(spread: Option<Spread>) -> String {
-    match spread {
-        Some(Spread { min, median, max }) => format!("{min:>9.3e} {median:>9.3e} {max:>9.3e}"),
-        None => format!("{:>9} {:>9} {:>9}", "-", "-", "-"),
+fn length_text(length: Option<f32>) -> String {
+    match length {
+        Some(length) => format!("{length:>9.3e}"),
+        None => format!("{:>9}", "-"),
     }
 }

@@ -51,7 +51,7 @@ pub(crate) fn draw_levels(hierarchy: &Hierarchy) -> Result<Vec<u8>, ImageError> 
 }
 
 /// The cut that refines the groups from `level` on, and those that nothing coarser replaces.
-fn units_of_cut(hierarchy: &Hierarchy, level: u32) -> impl Iterator<Item = &Unit> {
+pub(crate) fn units_of_cut(hierarchy: &Hierarchy, level: u32) -> impl Iterator<Item = &Unit> {
     let is_refined = move |group: u32| {
         let group = &hierarchy.groups[group as usize];
         group.level >= level || group.is_terminal()

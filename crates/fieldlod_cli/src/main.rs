@@ -14,6 +14,7 @@ mod output;
 mod paper;
 mod stability;
 mod summary;
+mod treatments;
 mod verify;
 
 use std::process::ExitCode;

@@ -3,6 +3,8 @@
 use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
 use serde::Serialize;
 
+use crate::levels::units_of_cut;
+
 /// One primitive, in numbers.
 #[derive(Debug, Serialize)]
 pub(crate) struct PrimitiveSummary {
@@ -35,6 +37,13 @@ pub(crate) struct LevelSummary {
     /// Of the same: measured against the source.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
+    /// Of the groups that are not terminal: the angle by which normals are off at half of the
+    /// vertices removed.
+    pub(crate) normal_error_in_degrees: Option<Spread>,
+    /// Likewise for texture coordinates, in texture widths.
+    pub(crate) uv_error: Option<Spread>,
+    /// Area of the mesh drawn at this level, as a share of the source's.
+    pub(crate) area_share: f64,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -68,7 +77,7 @@ impl PrimitiveSummary {
             vertices: hierarchy.vertices.positions.len(),
             position_error_in_local: primitive.position_error_in_local,
             source_triangles: hierarchy.source_triangle_count(),
-            coarsest_triangles: terminal.map(|group| triangles_of(hierarchy, group)).sum(),
+            coarsest_triangles: terminal.map(|g| hierarchy.triangle_count_of(g)).sum(),
             groups: hierarchy.groups.len(),
             units: hierarchy.units.len(),
             clusters: hierarchy.clusters.len(),
@@ -95,6 +104,8 @@ impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
         let groups = hierarchy.groups.iter().filter(|group| group.level == level);
         let groups: Vec<&Group> = groups.collect();
+        let with_normals = !hierarchy.vertices.normals.is_empty();
+        let with_uvs = !hierarchy.vertices.uvs.is_empty();
         let simplified = || groups.iter().filter(|group| !group.is_terminal());
         Self {
             level,
@@ -103,20 +114,32 @@ impl LevelSummary {
             units: groups.iter().map(|group| group.units().len()).sum(),
             triangles: groups
                 .iter()
-                .map(|group| triangles_of(hierarchy, group))
+                .map(|group| hierarchy.triangle_count_of(group))
                 .sum(),
             error_in_local: Spread::of(simplified().map(|group| group.error_in_local)),
             deviation_in_local: Spread::of(simplified().map(|group| group.deviation_in_local)),
             radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
+            normal_error_in_degrees: with_normals
+                .then(|| Spread::of(simplified().map(|group| group.normal_error_in_degrees())))
+                .flatten(),
+            uv_error: with_uvs
+                .then(|| Spread::of(simplified().map(|group| group.uv_error)))
+                .flatten(),
+            area_share: area_share(hierarchy, level),
         }
     }
 }
 
-/// The triangles that `group` consumes.
-fn triangles_of(hierarchy: &Hierarchy, group: &Group) -> u64 {
-    let units = &hierarchy.units[group.units()];
-    units
-        .iter()
-        .map(|unit| u64::from(unit.triangle_count))
-        .sum()
+/// The area of the cut that is drawn at `level`, as a share of the source's.
+fn area_share(hierarchy: &Hierarchy, level: u32) -> f64 {
+    let area_of = |level| -> f64 {
+        let units = units_of_cut(hierarchy, level);
+        units.map(|unit| hierarchy.area_of_unit(unit)).sum()
+    };
+    let source = area_of(0);
+    if source > 0.0 {
+        area_of(level) / source
+    } else {
+        1.0
+    }
 }

@@ -113,6 +113,10 @@ fn json_is_one_object_on_standard_output() {
     let bake = fieldlod(&["bake", "--json", text(&input)]);
     let report: Value = serde_json::from_slice(&bake.stdout).unwrap();
     assert_eq!(report["source_triangles"], 8_192);
+    let bake = &report["bakes"][0];
+    assert_eq!(bake["stuck"], false);
+    assert_eq!(bake["coarsest_triangles"], report["coarsest_triangles"]);
+    assert_eq!(bake["treatments"], json!([]));
     assert_eq!(
         report["skipped"][0]["reason"],
         "it is made of points or lines"
@@ -229,7 +233,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
         (&b""[..], "not a .fieldlod file"),
         (
             &stale,
-            "format version 1, but this program reads version 2: bake again",
+            "format version 1, but this program reads version 3: bake again",
         ),
         (&corrupt, "corrupt: the checksum does not fit"),
         (cut, "truncated: the file ends after"),
@@ -272,7 +276,12 @@ fn inspect_draws_the_levels() {
     let report = fieldlod(&["inspect", text(&output), "--json"]);
     let report: Value = serde_json::from_slice(&report.stdout).unwrap();
     let level = &report["primitives"][0]["levels"][0];
-    for spread in ["error_in_local", "deviation_in_local", "radius_in_local"] {
+    for spread in [
+        "error_in_local",
+        "deviation_in_local",
+        "radius_in_local",
+        "normal_error_in_degrees",
+    ] {
         assert!(level[spread]["median"].is_number(), "{spread}");
     }
 }

@@ -46,7 +46,7 @@ use reader::Reader;
 use section::Section;
 
 /// The version that this crate writes, and the only one that it reads.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 // The arrays are written as they lie in memory.
 const _: () = assert!(cfg!(target_endian = "little"));

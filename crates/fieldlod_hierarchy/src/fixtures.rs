@@ -26,6 +26,8 @@ pub fn two_level_strip() -> Hierarchy {
         bounds,
         error_in_local,
         deviation_in_local: error_in_local,
+        normal_error: 0.0,
+        uv_error: 0.0,
         mean_normal: Vec3::Z,
         level,
         first_finer,

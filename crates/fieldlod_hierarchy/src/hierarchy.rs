@@ -75,6 +75,17 @@ pub struct Group {
     /// way round, whichever is more, in local units: measured, at the places where they are
     /// furthest apart. Never less than that of any finer group. Infinite for a terminal group.
     pub deviation_in_local: f32,
+    /// How far the simplified surface's normals are off where it lost a vertex of the surface
+    /// that it replaces: half of these vertices are off by no more. The length of the difference
+    /// between the unit normals, 0 to 2; see
+    /// [`normal_error_in_degrees`](Self::normal_error_in_degrees). 0 without normals.
+    ///
+    /// The median, because the largest says nothing: nearly every mesh has a crease or a second
+    /// side somewhere near, which makes 70° to 180° of it from the first simplification on.
+    pub normal_error: f32,
+    /// Likewise for the first texture coordinates: the length of their difference, in texture
+    /// widths. 0 without texture coordinates.
+    pub uv_error: f32,
     /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
     /// piece, near 0 for a closed one.
     pub mean_normal: Vec3,
@@ -137,6 +148,12 @@ impl Group {
     #[must_use]
     pub fn is_terminal(&self) -> bool {
         self.error_in_local == f32::INFINITY
+    }
+
+    /// [`normal_error`](Self::normal_error) as an angle.
+    #[must_use]
+    pub fn normal_error_in_degrees(&self) -> f32 {
+        (2.0 * (self.normal_error * 0.5).asin()).to_degrees()
     }
 
     /// The units that this group consumes, as indices into [`Hierarchy::units`].

@@ -278,6 +278,22 @@ fn rejects_deviations_that_are_no_lengths_or_end_early() {
 }
 
 #[test]
+fn rejects_impossible_attribute_errors() {
+    for error in [f32::NAN, -1.0, 2.5] {
+        assert_rejects!(
+            |h| h.groups[0].normal_error = error,
+            Fault::BadAttributeError { group: 0, .. }
+        );
+    }
+    for error in [f32::NAN, -1.0, f32::INFINITY] {
+        assert_rejects!(
+            |h| h.groups[1].uv_error = error,
+            Fault::BadAttributeError { group: 1, .. }
+        );
+    }
+}
+
+#[test]
 fn rejects_impossible_mean_normals() {
     for normal in [Vec3::splat(1.0), Vec3::splat(f32::NAN)] {
         assert_rejects!(

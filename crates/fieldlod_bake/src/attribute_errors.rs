@@ -1,0 +1,174 @@
+//! How far normals and texture coordinates are off where a simplification removed vertices.
+//!
+//! Each removed vertex is compared with the surface at the place nearest to it. Those at seams and
+//! on thin pieces may find themselves compared with another side; the median passes over them.
+
+use std::collections::HashSet;
+
+use fieldlod_hierarchy::{Group, Hierarchy, Vertices};
+use glam::{Vec3, Vec3A};
+use rayon::prelude::*;
+
+use crate::nearest::TriangleTree;
+
+/// Most vertices that are looked at in one group.
+const MOST_VERTICES: usize = 64;
+
+/// Fills in the attribute errors of all groups. `positions` are those of the vertices, in a scale
+/// in which their squares do not overflow.
+pub(crate) fn measure_attribute_errors(hierarchy: &mut Hierarchy, positions: &[[f32; 3]]) {
+    if hierarchy.vertices.normals.is_empty() && hierarchy.vertices.uvs.is_empty() {
+        return;
+    }
+    let ruler = AttributeRuler::new(hierarchy, positions);
+    let groups = (0..hierarchy.groups.len()).into_par_iter();
+    let medians = groups.map(|group| {
+        let found = ruler.differences(group, MOST_VERTICES);
+        [median(found.normals), median(found.uvs)]
+    });
+    let medians: Vec<[f32; 2]> = medians.collect();
+    for (group, [normal, uv]) in hierarchy.groups.iter_mut().zip(medians) {
+        group.normal_error = normal.min(2.0);
+        group.uv_error = uv.min(f32::MAX);
+    }
+}
+
+/// What was found at the vertices that a simplification removed.
+#[derive(Debug, Default)]
+pub(crate) struct Differences {
+    /// Lengths of the differences of unit normals.
+    pub(crate) normals: Vec<f32>,
+    /// Lengths of the differences of texture coordinates.
+    pub(crate) uvs: Vec<f32>,
+}
+
+/// A hierarchy whose attributes are compared with themselves.
+pub(crate) struct AttributeRuler<'a> {
+    hierarchy: &'a Hierarchy,
+    positions: &'a [[f32; 3]],
+    /// For each group, the units that it produced.
+    simplified: Vec<Vec<u32>>,
+}
+
+impl<'a> AttributeRuler<'a> {
+    pub(crate) fn new(hierarchy: &'a Hierarchy, positions: &'a [[f32; 3]]) -> Self {
+        let mut simplified = vec![Vec::new(); hierarchy.groups.len()];
+        for (index, unit) in hierarchy.units.iter().enumerate() {
+            if let Some(group) = unit.producer() {
+                simplified[group as usize].push(index as u32);
+            }
+        }
+        Self {
+            hierarchy,
+            positions,
+            simplified,
+        }
+    }
+
+    fn position(&self, vertex: u32) -> Vec3A {
+        Vec3A::from_array(self.positions[vertex as usize])
+    }
+
+    /// At `most` of the vertices that the simplification of `group` removed.
+    pub(crate) fn differences(&self, group: usize, most: usize) -> Differences {
+        let hierarchy = self.hierarchy;
+        let units = self.simplified[group].iter();
+        let units = units.map(|&unit| &hierarchy.units[unit as usize]);
+        let triangles = units.flat_map(|unit| hierarchy.source_triangles_of(unit));
+        let triangles: Vec<[u32; 3]> = triangles.collect();
+        let removed = removed_vertices(hierarchy, &hierarchy.groups[group], &triangles, most);
+        let corners = |triangle: &[u32; 3]| triangle.map(|v| Vec3::from(self.position(v)));
+        let tree = TriangleTree::of(triangles.iter().map(corners));
+        let mut found = Differences::default();
+        let mut guess = 0;
+        for vertex in removed {
+            let Some(hit) = tree.nearest(self.position(vertex), 0.0, guess) else {
+                break;
+            };
+            guess = hit.slot;
+            let triangle = triangles[tree.id(hit.slot) as usize];
+            let corners = triangle.map(|corner| self.position(corner));
+            let place = nearest_place(self.position(vertex), corners);
+            found.add(&hierarchy.vertices, vertex, triangle, place);
+        }
+        found
+    }
+}
+
+impl Differences {
+    /// Compares a vertex with a place on a triangle.
+    fn add(&mut self, vertices: &Vertices, vertex: u32, triangle: [u32; 3], place: Vec3) {
+        let normal = vertices.normals.get(vertex as usize);
+        let normal = normal.and_then(|normal| normal.try_normalize());
+        if let Some(normal) = normal {
+            let [a, b, c] = triangle.map(|corner| vertices.normals[corner as usize]);
+            let mixed = (a * place.x + b * place.y + c * place.z).normalize_or_zero();
+            self.normals.push(mixed.distance(normal));
+        }
+        if let Some(uv) = vertices.uvs.get(vertex as usize) {
+            let [a, b, c] = triangle.map(|corner| vertices.uvs[corner as usize]);
+            let mixed = a * place.x + b * place.y + c * place.z;
+            self.uvs.push(mixed.distance(*uv));
+        }
+    }
+}
+
+/// Some of the vertices that `group` consumes and its simplification does not use, spread evenly.
+fn removed_vertices(
+    hierarchy: &Hierarchy,
+    group: &Group,
+    simplified: &[[u32; 3]],
+    most: usize,
+) -> Vec<u32> {
+    let mut seen: HashSet<u32> = simplified.iter().flatten().copied().collect();
+    let units = &hierarchy.units[group.units()];
+    let consumed = units.iter().flat_map(|unit| hierarchy.vertices_of(unit));
+    let removed = consumed.copied().filter(|&vertex| seen.insert(vertex));
+    let removed: Vec<u32> = removed.collect();
+    let stride = removed.len().div_ceil(most).max(1);
+    removed.into_iter().step_by(stride).collect()
+}
+
+/// The shares of the corners at the place of a triangle that is nearest to `point`; of a place near
+/// that if it is on the outline.
+fn nearest_place(point: Vec3A, [a, b, c]: [Vec3A; 3]) -> Vec3 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (bb, bc, cc) = (ab.dot(ab), ab.dot(ac), ac.dot(ac));
+    let (pb, pc) = (ap.dot(ab), ap.dot(ac));
+    let area_squared = bb * cc - bc * bc;
+    let at_b = (cc * pb - bc * pc) / area_squared;
+    let at_c = (bb * pc - bc * pb) / area_squared;
+    let shares = Vec3::new(1.0 - at_b - at_c, at_b, at_c).max(Vec3::ZERO);
+    let place = shares / shares.element_sum();
+    if place.is_finite() { place } else { Vec3::X }
+}
+
+/// 0 of nothing.
+fn median(mut values: Vec<f32>) -> f32 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_found_inside_on_the_outline_and_on_needles() {
+        let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y];
+        let inside = nearest_place(Vec3A::new(0.25, 0.5, 3.0), corners);
+        assert!(inside.distance(Vec3::new(0.25, 0.25, 0.5)) < 1e-6);
+        let corner = nearest_place(Vec3A::new(-1.0, -2.0, 0.0), corners);
+        assert!(corner.distance(Vec3::X) < 1e-6);
+        assert_eq!(nearest_place(Vec3A::ONE, [Vec3A::ZERO; 3]), Vec3::X);
+    }
+
+    #[test]
+    fn half_of_the_values_are_no_larger_than_the_median() {
+        assert_eq!(median(vec![5.0, 1.0, 4.0, 2.0, 3.0]), 3.0);
+        assert_eq!(median(Vec::new()), 0.0);
+    }
+}

@@ -1,0 +1,112 @@
+//! What a bake had to do to get to the coarse end, in words and numbers.
+
+use std::fmt::Write;
+
+use fieldlod_bake::{BakeReport, Treatment, TreatmentKind};
+use serde::Serialize;
+
+use crate::output::thousands;
+
+/// How the bake of one primitive went.
+#[derive(Debug, Serialize)]
+pub(crate) struct PrimitiveBake {
+    mesh: u32,
+    primitive: u32,
+    stuck_groups: usize,
+    tail_levels: usize,
+    coarsest_triangles: usize,
+    /// Whether the coarsest level has more triangles than it should, whatever was tried.
+    stuck: bool,
+    treatments: Vec<Step>,
+}
+
+#[derive(Debug, Serialize)]
+struct Step {
+    what: String,
+    group: u32,
+    from: usize,
+    to: usize,
+}
+
+impl PrimitiveBake {
+    pub(crate) fn of(mesh: u32, primitive: u32, report: &BakeReport) -> Self {
+        let step = |treatment: &Treatment| Step {
+            what: treatment.kind.to_string(),
+            group: treatment.group,
+            from: treatment.from,
+            to: treatment.to,
+        };
+        Self {
+            mesh,
+            primitive,
+            stuck_groups: report.stuck_groups,
+            tail_levels: report.tail_levels,
+            coarsest_triangles: report.coarsest_triangles,
+            stuck: report.is_stuck(),
+            treatments: report.treatments.iter().map(step).collect(),
+        }
+    }
+}
+
+/// One line for each kind of step that was taken, and one if all was in vain; each begins with a
+/// line break.
+pub(crate) fn treatment_lines(title: &str, report: &BakeReport) -> String {
+    let mut text = String::new();
+    for kind in [
+        TreatmentKind::Pruned,
+        TreatmentKind::AttributesIgnored,
+        TreatmentKind::Sloppy,
+    ] {
+        let steps = report.treatments.iter().filter(|step| step.kind == kind);
+        let steps: Vec<&Treatment> = steps.collect();
+        let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+            continue;
+        };
+        let (from, to) = (thousands(first.from as u64), thousands(last.to as u64));
+        let _ = write!(
+            text,
+            "\ntreated: {title}: {kind} from {from} to {to} triangles"
+        );
+    }
+    if report.is_stuck() {
+        let left = thousands(report.coarsest_triangles as u64);
+        let _ = write!(
+            text,
+            "\nstuck: {title}: {left} triangles at its coarsest: no means got on from there",
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_done_is_told_step_by_step_and_in_vain_at_the_end() {
+        let step = |kind, from, to| Treatment {
+            kind,
+            group: 7,
+            from,
+            to,
+        };
+        let mut report = BakeReport {
+            coarsest_triangles: 512,
+            treatments: vec![
+                step(TreatmentKind::Pruned, 9_000, 4_000),
+                step(TreatmentKind::Sloppy, 4_000, 2_000),
+                step(TreatmentKind::Sloppy, 2_000, 512),
+            ],
+            ..BakeReport::default()
+        };
+        let treated = "\ntreated: m: small components left out from 9,000 to 4,000 triangles\
+            \ntreated: m: vertices merged on a grid from 4,000 to 512 triangles";
+        assert_eq!(treatment_lines("m", &report), treated);
+        report.coarsest_triangles = 513;
+        let said = treatment_lines("m", &report);
+        assert!(said.starts_with(treated), "{said}");
+        assert!(
+            said.ends_with("\nstuck: m: 513 triangles at its coarsest: no means got on from there")
+        );
+    }
+}

@@ -9,8 +9,8 @@ use image::RgbaImage;
 use crate::picture::{count, difference};
 use crate::stage::{Eye, Stage, bevy_mesh};
 
-const FINE_PX: f32 = 0.5;
-const COARSE_PX: f32 = 200.0;
+const FINE_PX: f32 = 1.0;
+const COARSE_PX: f32 = 400.0;
 
 /// A boulder over a plane, under a low sun.
 fn add_scene(stage: &mut Stage, casts_shadow: bool) {

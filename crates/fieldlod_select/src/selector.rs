@@ -335,7 +335,7 @@ mod tests {
             for step in 0..200u8 {
                 let eye = Vec3::new(30.0, 1.5, 10.0 - f32::from(step) * 0.2);
                 let view = View::new(camera, &Affine3A::from_translation(eye));
-                selector.select(&scene, &view, &LodSettings::default());
+                selector.select(&scene, &view, &LodSettings::with_error_px(2.0));
             }
             selector.capacity()
         };

@@ -4,7 +4,7 @@ use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
 use glam::Vec3;
 use wide::f32x8;
 
-use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance};
+use crate::criterion::{SILHOUETTE_WEIGHT, VISIBLE_WEIGHT, normal_variance};
 
 /// Groups in a register.
 pub(crate) const LANES: usize = 8;
@@ -214,8 +214,8 @@ fn of_simplified(group: &Group, value: f32) -> f32 {
 fn error_weighed(group: &Group) -> f32 {
     let facing = group.mean_normal.length();
     let variance = normal_variance(group.mean_normal);
-    let visible_share = 0.5 * (facing + (facing * facing + variance).sqrt());
-    let weight = visible_share + SILHOUETTE_WEIGHT;
+    let visible = 0.5 * VISIBLE_WEIGHT * (facing + (facing * facing + variance).sqrt());
+    let weight = visible + SILHOUETTE_WEIGHT;
     of_simplified(group, group.error_in_local) * weight.sqrt()
 }
 

@@ -8,11 +8,11 @@ use crate::rivals::Seen;
 /// The terms and constants of the criterion; [`Default`] is the criterion as it is.
 ///
 /// ```text
-/// screen error = e √( c (V + w p) )
+/// screen error = e √( 4 c (V + w p) )
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
-    /// Whether surfaces count by the projection factor, as `V + w p`; if not, all count in full.
+    /// Whether surfaces count by the projection factor, as `4 (V + w p)`; if not, as 1.
     pub projection_factor: bool,
     /// Whether the field's strength knows the stretch off the axis; if not, it is that of the
     /// distance.
@@ -22,6 +22,8 @@ pub struct Terms {
     pub bounded: bool,
     /// `w`: 0 leaves out the silhouette.
     pub silhouette_weight: f32,
+    /// Whether surfaces are seen from behind as from the front, with |m·s| in place of m·s.
+    pub two_sided: bool,
 }
 
 impl Default for Terms {
@@ -31,6 +33,7 @@ impl Default for Terms {
             off_axis: true,
             bounded: true,
             silhouette_weight: 0.1,
+            two_sided: false,
         }
     }
 }
@@ -76,10 +79,11 @@ impl Terms {
 
     fn picture_weight(&self, mean_normal: Vec3, to_camera: Vec3) -> f32 {
         let facing = mean_normal.dot(to_camera);
+        let facing = if self.two_sided { facing.abs() } else { facing };
         let variance = (1.0 - mean_normal.length_squared()).max(0.0) * 0.25;
         let visible = 0.5 * (facing + (facing * facing + variance).sqrt());
         let u = facing * facing / (2.0 * variance + 0.005);
-        visible.max(0.0) + self.silhouette_weight / (1.0 + u + 0.5 * u * u)
+        4.0 * (visible.max(0.0) + self.silhouette_weight / (1.0 + u + 0.5 * u * u))
     }
 }
 

@@ -12,15 +12,12 @@ use super::{ChartError, CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Re
 use crate::canvas::Color;
 
 const PURPLE: Color = Color::new(130, 72, 170);
-const BROWN: Color = Color::new(140, 96, 60);
 
 /// The ways in the charts of costs, and how they look.
-const SHOWN: [(Way, Color, bool); 6] = [
+const SHOWN: [(Way, Color, bool); 4] = [
     (Way::Quality, Color::BLUE, false),
     (Way::Clusterlod, Color::ORANGE, false),
     (Way::Godot, Color::GREEN, false),
-    (Way::VisibilityRange, Color::RED, false),
-    (Way::ProjectedSize, BROWN, false),
     (Way::Oracle, Color::GRAY, true),
 ];
 
@@ -232,14 +229,16 @@ fn ratios_csv(report: &Report) -> String {
 }
 
 fn costs_csv(report: &Report) -> String {
-    let mut text = "way,clusterlod_px,rmse,triangles,units,select_us,frame_ms\n".to_owned();
+    let mut text =
+        "way,clusterlod_px,rmse,threshold_px,triangles,units,select_us,frame_ms\n".to_owned();
     for c in &report.costs {
         let _ = writeln!(
             text,
-            "{},{},{:.4},{:.0},{:.1},{:.2},{:.3}",
+            "{},{:.2},{:.4},{:.4},{:.0},{:.1},{:.2},{:.3}",
             c.way.name(),
             c.at_px,
             c.rmse,
+            c.threshold_px,
             c.triangles,
             c.units,
             c.select_us,

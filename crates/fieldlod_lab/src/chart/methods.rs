@@ -27,6 +27,8 @@ pub enum Way {
     NoBound,
     /// Quality without the silhouette's term.
     NoSilhouette,
+    /// Quality that takes all surfaces for two-sided.
+    TwoSided,
     /// meshoptimizer's clusterlod: what others are compared with.
     Clusterlod,
     /// Unreal's Nanite.
@@ -49,7 +51,7 @@ pub enum Way {
 
 impl Way {
     /// All ways.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Quality,
         Self::Guaranteed,
         Self::Both,
@@ -57,6 +59,7 @@ impl Way {
         Self::NoOffAxis,
         Self::NoBound,
         Self::NoSilhouette,
+        Self::TwoSided,
         Self::Clusterlod,
         Self::Nanite,
         Self::Depth,
@@ -79,6 +82,7 @@ impl Way {
             Self::NoOffAxis => "no off-axis stretch",
             Self::NoBound => "no bound over spheres",
             Self::NoSilhouette => "no silhouette term",
+            Self::TwoSided => "two-sided",
             Self::Clusterlod => "clusterlod",
             Self::Nanite => "Nanite",
             Self::Depth => "depth",
@@ -108,6 +112,10 @@ impl Way {
             },
             Self::NoSilhouette => Terms {
                 silhouette_weight: 0.0,
+                ..all
+            },
+            Self::TwoSided => Terms {
+                two_sided: true,
                 ..all
             },
             _ => return None,

@@ -54,6 +54,8 @@ pub struct CostAtError {
     pub at_px: f64,
     /// Root mean squared difference of the picture, in levels of 255.
     pub rmse: f64,
+    /// The threshold at which the way has that error, in pixels.
+    pub threshold_px: f64,
     /// Triangles of units in view.
     pub triangles: f64,
     /// Units in view: draw commands.
@@ -128,7 +130,8 @@ fn costs(poses: &[&PoseResult], ways: &[Way]) -> Vec<CostAtError> {
         .collect()
 }
 
-/// Clusterlod's mean cost times the mean ratio to it, over the poses that have one.
+/// Clusterlod's mean cost times the mean ratio to it, over the poses that have one. Nothing where
+/// clusterlod draws the source itself in some pose.
 fn cost(poses: &[&PoseResult], way: Way, at_px: f64) -> Option<CostAtError> {
     let pairs = poses.iter().filter_map(|pose| Pair::new(pose, way, at_px));
     let pairs: Vec<Pair> = pairs.collect();
@@ -136,7 +139,8 @@ fn cost(poses: &[&PoseResult], way: Way, at_px: f64) -> Option<CostAtError> {
         .iter()
         .filter_map(|pose| Pair::new(pose, Way::Clusterlod, at_px));
     let based: Vec<Pair> = based.collect();
-    if pairs.is_empty() || (pairs.len() as f64) < LEAST_SHARE * poses.len() as f64 {
+    let enough = LEAST_SHARE * poses.len() as f64;
+    if pairs.is_empty() || (pairs.len() as f64) < enough || based.len() < poses.len() {
         return None;
     }
     let mean = |of: fn(&Point) -> f64| {
@@ -148,6 +152,7 @@ fn cost(poses: &[&PoseResult], way: Way, at_px: f64) -> Option<CostAtError> {
         way,
         at_px,
         rmse: geometric_mean(based.iter().map(|pair| pair.error)),
+        threshold_px: mean(|point| point.threshold),
         triangles: mean(|point| point.triangles as f64),
         units: mean(|point| point.units as f64),
         select_us: mean(|point| point.select_us),

@@ -4,7 +4,7 @@ use camera_field::{Intrinsics, OrthographicIntrinsics};
 use wide::f32x8;
 
 use super::lanes::{INFINITE, ONE, V3, ZERO, splat};
-use crate::criterion::{FLATNESS_FLOOR, SILHOUETTE_WEIGHT};
+use crate::criterion::{FLATNESS_FLOOR, SILHOUETTE_WEIGHT, VISIBLE_WEIGHT};
 
 /// As in `camera_field`'s bounds.
 pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
@@ -112,9 +112,8 @@ pub(super) fn beyond_side(across: f32x8, slope: f32, z: f32x8, radius: f32x8) ->
 #[inline]
 pub(super) fn picture_weight(facing: f32x8, variance: f32x8) -> f32x8 {
     let facing_squared = facing * facing;
-    let visible_share = splat(0.5) * (facing + (facing_squared + variance).sqrt());
+    let visible = splat(0.5 * VISIBLE_WEIGHT) * (facing + (facing_squared + variance).sqrt());
     let u = facing_squared / (splat(2.0) * variance + splat(FLATNESS_FLOOR));
     let silhouette = ONE / (ONE + u + splat(0.5) * u * u);
-    visible_share.simd_gt(ZERO).bitselect(visible_share, ZERO)
-        + splat(SILHOUETTE_WEIGHT) * silhouette
+    visible.simd_gt(ZERO).bitselect(visible, ZERO) + splat(SILHOUETTE_WEIGHT) * silhouette
 }

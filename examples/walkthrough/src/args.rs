@@ -29,6 +29,15 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N")]
     pub(crate) still: Option<u32>,
 
+    /// Spread the frames over this stretch of the path instead of a whole round, as shares of a
+    /// round.
+    #[arg(long, value_name = "FROM-TO", value_parser = parse_stretch)]
+    pub(crate) stretch: Option<Stretch>,
+
+    /// Join the pictures to an animation, 400 pixels wide at most.
+    #[arg(long, value_name = "FILE.gif", requires = "offscreen")]
+    pub(crate) animation: Option<PathBuf>,
+
     /// Size of the pictures, or of the window, in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: Size,
@@ -40,6 +49,10 @@ pub(crate) struct Args {
     /// Split the picture: levels of detail on the left, full detail on the right.
     #[arg(long)]
     pub(crate) split: bool,
+
+    /// By night: moon and lamps.
+    #[arg(long)]
+    pub(crate) night: bool,
 
     /// Paint each level of detail in its own colour.
     #[arg(long)]
@@ -53,6 +66,13 @@ pub(crate) struct Size {
     pub(crate) height: u32,
 }
 
+/// A part of the path, in rounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stretch {
+    pub(crate) from: f32,
+    pub(crate) to: f32,
+}
+
 impl Args {
     /// Where pictures go; `None` to open a window.
     pub(crate) fn picture_directory(&self) -> Option<PathBuf> {
@@ -64,9 +84,18 @@ impl Args {
         self.offscreen.clone().or_else(default)
     }
 
+    /// What part of the path to show.
+    pub(crate) fn stretch(&self) -> Stretch {
+        self.stretch.unwrap_or(Stretch { from: 0.0, to: 1.0 })
+    }
+
     /// The frames to show, as (number, fraction of a round on the path).
     pub(crate) fn frames(&self) -> Result<Vec<(u32, f32)>, String> {
-        let frame = |number: u32| (number, number as f32 / self.frames as f32);
+        let Stretch { from, to } = self.stretch();
+        let frame = |number: u32| {
+            let share = number as f32 / self.frames as f32;
+            (number, from + (to - from) * share)
+        };
         match self.still {
             Some(number) if number >= self.frames => Err(format!(
                 "--still {number}: the path has the frames 0 to {}",
@@ -90,6 +119,24 @@ fn parse_size(text: &str) -> Result<Size, String> {
         width: side(width)?,
         height: side(height)?,
     })
+}
+
+fn parse_stretch(text: &str) -> Result<Stretch, String> {
+    let (from, to) = text
+        .split_once('-')
+        .ok_or("write it as two shares of a round, like 0.25-0.5")?;
+    let share = |text: &str| match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err(format!("{text} is not a number from 0 to 1")),
+    };
+    let stretch = Stretch {
+        from: share(from)?,
+        to: share(to)?,
+    };
+    match stretch.from < stretch.to {
+        true => Ok(stretch),
+        false => Err(format!("{text} ends before it begins")),
+    }
 }
 
 fn parse_error_px(text: &str) -> Result<f32, String> {
@@ -124,6 +171,16 @@ mod tests {
             height: 360,
         };
         assert_eq!(parse_size("640x360"), Ok(size));
+    }
+
+    #[test]
+    fn frames_are_spread_over_a_stretch() {
+        for stretch in ["", "0.5", "0.5-0.2", "0.2-1.5", "a-b", "-0.2-0.5"] {
+            assert!(parse_stretch(stretch).is_err(), "{stretch}");
+        }
+        let args = ["walkthrough", "--stretch", "0.25-0.75", "--frames", "2"];
+        let args = Args::parse_from(args);
+        assert_eq!(args.frames(), Ok(vec![(0, 0.25), (1, 0.5)]));
     }
 
     #[test]

@@ -1,15 +1,14 @@
 //! The camera, and its twin for the split screen.
 
-use bevy::camera::{RenderTarget, Viewport};
+use bevy::camera::{RenderTarget, ShadowLodOrigin, Viewport};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::light::EnvironmentMapLight;
-use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
-use crate::sky;
+use crate::hours::Hours;
 
-/// Vertical field of view.
+/// Vertical field of view in free flight, until the wheel changes it.
 pub(crate) const FIELD_OF_VIEW_IN_RAD: f32 = 0.95;
 /// Distance of the near plane.
 pub(crate) const NEAR_IN_M: f32 = 0.1;
@@ -29,7 +28,13 @@ pub(crate) struct Look {
     pub(crate) error_px: f32,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
+    /// Whether the moon and the lamps shine, not the sun.
+    pub(crate) night: bool,
 }
+
+/// The light of the sky, by day and by night.
+#[derive(Resource)]
+struct Skylights([EnvironmentMapLight; 2]);
 
 /// Where the cameras draw to; `None` is the window.
 #[derive(Resource, Clone, Debug, Default)]
@@ -39,7 +44,12 @@ pub(crate) struct CameraTarget(pub(crate) Option<RenderTarget>);
 pub(crate) fn plugin(app: &mut App) {
     app.add_systems(PreStartup, spawn).add_systems(
         PostUpdate,
-        (follow, apply_look).before(TransformSystems::Propagate),
+        (
+            follow,
+            apply_look,
+            apply_hours.run_if(resource_changed::<Look>),
+        )
+            .before(TransformSystems::Propagate),
     );
 }
 
@@ -48,21 +58,26 @@ pub(crate) fn seeing_nothing() -> Transform {
     Transform::from_xyz(0.0, -500.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::X)
 }
 
+/// Sets the vertical field of view.
+pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
+    if let Projection::Perspective(perspective) = projection {
+        perspective.fov = fov_in_rad;
+    }
+}
+
 fn spawn(mut commands: Commands, mut images: ResMut<Assets<Image>>, target: Res<CameraTarget>) {
-    let skylight = EnvironmentMapLight {
-        intensity: 650.0,
-        ..EnvironmentMapLight::hemispherical_gradient(
-            &mut images,
-            Color::linear_rgb(0.55, 0.75, 1.1),
-            Color::linear_rgb(0.75, 0.70, 0.65),
-            Color::linear_rgb(0.34, 0.26, 0.18),
-        )
-    };
-    let main = camera(&mut commands, &target, &skylight, 0);
+    commands.insert_resource(Skylights([Hours::Day, Hours::Night].map(|hours| {
+        let (intensity, [above, around, below]) = hours.skylight();
+        EnvironmentMapLight {
+            intensity,
+            ..EnvironmentMapLight::hemispherical_gradient(&mut images, above, around, below)
+        }
+    })));
+    let main = camera(&mut commands, &target, 0);
     commands
         .entity(main)
-        .insert((MainCamera, IsDefaultUiCamera));
-    let full_detail = camera(&mut commands, &target, &skylight, 1);
+        .insert((MainCamera, IsDefaultUiCamera, ShadowLodOrigin));
+    let full_detail = camera(&mut commands, &target, 1);
     commands.entity(full_detail).insert((
         FullDetailCamera,
         LodView {
@@ -72,13 +87,7 @@ fn spawn(mut commands: Commands, mut images: ResMut<Assets<Image>>, target: Res<
     ));
 }
 
-fn camera(
-    commands: &mut Commands,
-    target: &CameraTarget,
-    skylight: &EnvironmentMapLight,
-    order: isize,
-) -> Entity {
-    let horizon = Color::linear_rgb(sky::HORIZON.x, sky::HORIZON.y, sky::HORIZON.z);
+fn camera(commands: &mut Commands, target: &CameraTarget, order: isize) -> Entity {
     let camera = commands.spawn((
         Camera3d::default(),
         Camera { order, ..default() },
@@ -89,13 +98,6 @@ fn camera(
             ..default()
         }),
         Tonemapping::AcesFitted,
-        DistanceFog {
-            color: horizon,
-            directional_light_color: Color::linear_rgba(1.0, 0.7, 0.4, 0.35),
-            directional_light_exponent: 12.0,
-            falloff: FogFalloff::ExponentialSquared { density: 0.0034 },
-        },
-        skylight.clone(),
         LodView::default(),
         seeing_nothing(),
     ));
@@ -106,11 +108,33 @@ fn camera(
     camera
 }
 
-fn follow(
-    main: Single<&Transform, With<MainCamera>>,
-    mut twin: Single<&mut Transform, (With<FullDetailCamera>, Without<MainCamera>)>,
+/// Gives the cameras the air and the sky of the hour.
+fn apply_hours(
+    mut commands: Commands,
+    look: Res<Look>,
+    skylights: Res<Skylights>,
+    cameras: Query<Entity, With<Camera3d>>,
 ) {
-    twin.set_if_neq(**main);
+    let hours = Hours::of(&look);
+    let Skylights([day, night]) = &*skylights;
+    for camera in &cameras {
+        let skylight = if look.night { night } else { day };
+        commands
+            .entity(camera)
+            .insert((hours.fog(), skylight.clone()));
+    }
+}
+
+fn follow(
+    main: Single<(&Transform, &Projection), With<MainCamera>>,
+    twin: Single<(&mut Transform, &mut Projection), (With<FullDetailCamera>, Without<MainCamera>)>,
+) {
+    let (mut place, mut projection) = twin.into_inner();
+    place.set_if_neq(*main.0);
+    // The aspect ratio stays the twin's own.
+    if let Projection::Perspective(main) = main.1 {
+        zoom(&mut projection, main.fov);
+    }
 }
 
 /// Brings viewports and thresholds in line with [`Look`] and with the size of the target.

@@ -1,16 +1,17 @@
 //! Where the camera is: on its path, or flown by hand.
 
-use bevy::input::mouse::AccumulatedMouseMotion;
+use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::prelude::*;
-use bevy::render::renderer::RenderAdapterInfo;
 use bevy_fieldlod::prelude::*;
 
-use crate::cameras::MainCamera;
+use crate::cameras::{self, MainCamera};
 use crate::path::{CameraPath, DURATION_IN_S, Pose};
 
 const SPEED_IN_M_PER_S: f32 = 6.0;
 const FAST: f32 = 5.0;
 const RAD_PER_PIXEL: f32 = 0.0025;
+const NARROWEST_IN_RAD: f32 = 0.03;
+const WIDEST_IN_RAD: f32 = 2.0;
 
 /// Whether the camera walks by itself, and how far around it has come.
 #[derive(Resource, Debug)]
@@ -29,19 +30,24 @@ pub(crate) fn plugin(app: &mut App) {
     })
     .add_systems(
         Update,
-        (leave_or_join, walk, fly).chain().run_if(worth_drawing),
+        (leave_or_join, walk, fly, zoom)
+            .chain()
+            .run_if(worth_drawing),
     );
 }
 
-/// A software renderer takes minutes for the source meshes: there, the camera stays where it sees
-/// nothing until the first levels of detail are ready.
+/// The source meshes are too many triangles for most machines: the camera stays where it sees nothing
+/// until the first levels of detail are ready.
 fn worth_drawing(
-    adapter: Res<RenderAdapterInfo>,
     status: Res<LodStatus>,
+    time: Res<Time<Real>>,
     mut since_before: Local<bool>,
 ) -> bool {
-    let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
-    *since_before |= !is_software || status.waiting == 0 && status.ready > 0;
+    if !*since_before && status.waiting == 0 && status.ready > 0 {
+        *since_before = true;
+        let seconds = time.elapsed_secs();
+        eprintln!("walkthrough: levels of detail ready after {seconds:.1} s");
+    }
     *since_before
 }
 
@@ -65,12 +71,39 @@ fn leave_or_join(
 fn walk(
     time: Res<Time>,
     mut walk: ResMut<Walk>,
-    mut camera: Single<&mut Transform, With<MainCamera>>,
+    camera: Single<(&mut Transform, &mut Projection), With<MainCamera>>,
 ) {
     if walk.on_path {
+        let (mut place, mut projection) = camera.into_inner();
         walk.round = (walk.round + time.delta_secs() / DURATION_IN_S).fract();
-        **camera = at_pose(walk.path.pose(walk.round));
+        let pose = walk.path.pose(walk.round);
+        *place = at_pose(pose);
+        cameras::zoom(&mut projection, pose.fov_in_rad);
     }
+}
+
+/// In free flight, the wheel is the telescope.
+fn zoom(
+    scroll: Res<AccumulatedMouseScroll>,
+    walk: Res<Walk>,
+    mut projection: Single<&mut Projection, With<MainCamera>>,
+) {
+    let notches = match scroll.unit {
+        MouseScrollUnit::Line => scroll.delta.y,
+        MouseScrollUnit::Pixel => scroll.delta.y / MouseScrollUnit::SCROLL_UNIT_CONVERSION_FACTOR,
+    };
+    if !walk.on_path
+        && notches != 0.0
+        && let Projection::Perspective(perspective) = &mut **projection
+    {
+        perspective.fov = zoomed(perspective.fov, notches);
+    }
+}
+
+/// One notch makes things an eighth larger.
+fn zoomed(fov_in_rad: f32, notches: f32) -> f32 {
+    let half = (fov_in_rad / 2.0).tan() * 1.125_f32.powf(-notches);
+    (2.0 * half.atan()).clamp(NARROWEST_IN_RAD, WIDEST_IN_RAD)
 }
 
 fn fly(
@@ -115,6 +148,15 @@ fn direction(keys: &ButtonInput<KeyCode>) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_wheel_zooms_there_and_back_within_bounds() {
+        let there = zoomed(0.9, 7.0);
+        assert!(there < 0.45);
+        assert!((zoomed(there, -7.0) - 0.9).abs() < 1e-5);
+        assert_eq!(zoomed(0.9, 1e3), NARROWEST_IN_RAD);
+        assert_eq!(zoomed(0.9, -1e3), WIDEST_IN_RAD);
+    }
 
     #[test]
     fn looking_around_keeps_the_horizon_level_and_never_turns_over() {

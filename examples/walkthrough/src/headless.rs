@@ -11,11 +11,11 @@ use fieldlod_select::{Cut, InstanceView, LodSettings, View, select};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
 use crate::args::Args;
-use crate::cameras::{FIELD_OF_VIEW_IN_RAD, NEAR_IN_M};
-use crate::path::CameraPath;
+use crate::cameras::NEAR_IN_M;
+use crate::path::{CameraPath, Pose};
 use crate::report::{self, FrameNumbers, SceneNumbers};
 use crate::scene::{self, Placed};
-use crate::shapes::{self, Shape};
+use crate::shapes::{self, Shape, ShapeId};
 
 /// A placed hierarchy with the memory of its cuts.
 struct Instance<'a> {
@@ -28,7 +28,10 @@ struct Instance<'a> {
 pub(crate) fn run(args: &Args) -> Result<(), String> {
     let frames = args.frames()?;
     let start = Instant::now();
-    let (hierarchies, placed) = bake_scene()?;
+    let shapes = shapes::generate_all();
+    let generation_time = start.elapsed();
+    let start = Instant::now();
+    let (hierarchies, placed) = bake_scene(shapes)?;
     let guests = bake_guests(&args.models);
     let bake_time = start.elapsed();
 
@@ -44,10 +47,10 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
             .iter()
             .map(|i| i.hierarchy.source_triangle_count())
             .sum(),
+        generation_time,
         bake_time,
     };
 
-    let camera = camera(args)?;
     // As the plugin selects.
     let settings = LodSettings {
         offscreen_margin: LodView::default().offscreen_margin,
@@ -55,25 +58,27 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     };
     let path = CameraPath::new();
     let along_the_path = frames.into_iter().map(|(_, round)| {
-        let view = View::new(camera, &path.pose(round).world_from_view());
-        select_frame(&mut instances, &view, &settings)
+        let pose = path.pose(round);
+        let view = View::new(camera(args, &pose)?, &pose.world_from_view());
+        Ok(select_frame(&mut instances, &view, &settings))
     });
-    let frames: Vec<_> = along_the_path.collect();
+    let frames = along_the_path.collect::<Result<Vec<_>, String>>()?;
     report::print(args, &numbers, &frames);
     Ok(())
 }
 
-fn camera(args: &Args) -> Result<Camera, String> {
+fn camera(args: &Args, pose: &Pose) -> Result<Camera, String> {
     let size = Vec2::new(args.size.width as f32, args.size.height as f32);
     let projection =
-        Mat4::perspective_infinite_reverse_rh(FIELD_OF_VIEW_IN_RAD, size.x / size.y, NEAR_IN_M);
+        Mat4::perspective_infinite_reverse_rh(pose.fov_in_rad, size.x / size.y, NEAR_IN_M);
     Camera::from_projection(&projection, size).map_err(|fault| fault.to_string())
 }
 
 /// The hierarchies of all shapes, and for each instance the index of its hierarchy and its place.
-fn bake_scene() -> Result<(Vec<Hierarchy>, Vec<(usize, Affine3A)>), String> {
+fn bake_scene(
+    shapes: Vec<(ShapeId, Shape)>,
+) -> Result<(Vec<Hierarchy>, Vec<(usize, Affine3A)>), String> {
     eprintln!("walkthrough: baking the scene");
-    let shapes = shapes::generate_all();
     let index_of = |placed: &Placed| {
         let index = shapes.iter().position(|(id, _)| *id == placed.shape);
         index.expect("every shape has been generated")

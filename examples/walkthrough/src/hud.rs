@@ -8,8 +8,8 @@ use crate::cameras::{FullDetailCamera, Look, MainCamera};
 use crate::flight::Walk;
 use crate::report::in_short;
 
-const HELP: &str = "WASD QE fly   right mouse look   Shift fast   P path\n\
-                    L levels   F freeze   +/- pixel error   V split   Esc quit";
+const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P path\n\
+                    L levels   F freeze   +/- pixel error   V split   N night   Esc quit";
 
 /// The panel of numbers.
 #[derive(Component)]
@@ -110,13 +110,18 @@ fn update_panel(
     debug: Res<LodDebug>,
     status: Res<LodStatus>,
     diagnostics: Res<DiagnosticsStore>,
-    stats: Single<&LodViewStats, With<MainCamera>>,
+    main: Single<(&LodViewStats, &Projection), With<MainCamera>>,
     mut panel: Single<&mut Text, With<Panel>>,
 ) {
     let frame_ms = diagnostics
         .get(&FrameTimeDiagnosticsPlugin::FRAME_TIME)
         .and_then(Diagnostic::smoothed)
         .unwrap_or(0.0);
+    let (stats, projection) = *main;
+    let fov_in_deg = match projection {
+        Projection::Perspective(perspective) => perspective.fov.to_degrees(),
+        _ => 0.0,
+    };
     let share = stats.triangles_drawn as f64 / stats.triangles_full.max(1) as f64;
     let lines = [
         format!("frame        {frame_ms:.1} ms"),
@@ -132,6 +137,7 @@ fn update_panel(
             stats.selection_time.as_secs_f64() * 1e3
         ),
         format!("pixel error  {:.2}", look.error_px),
+        format!("view angle   {fov_in_deg:.0} degrees"),
         format!("meshes       {}", status_line(&status)),
         modes(&walk, &debug),
         HELP.to_owned(),

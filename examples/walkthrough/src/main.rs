@@ -1,10 +1,11 @@
-//! A scene to walk through: generated ruins of more than ten million triangles, drawn with
-//! view-dependent levels of detail.
+//! A scene to walk through: generated ruins in wooded hills, two hundred million triangles of
+//! them, drawn with view-dependent levels of detail.
 //!
 //! With a display it opens a window; without one it renders the camera path to pictures; without
 //! any graphics adapter it still selects along the path and prints the numbers.
 
 mod adapter;
+mod animation;
 mod args;
 mod cameras;
 mod contact_sheet;
@@ -12,7 +13,9 @@ mod flight;
 mod ground;
 mod guests;
 mod headless;
+mod hours;
 mod hud;
+mod lamps;
 mod noise;
 mod offscreen;
 mod path;
@@ -22,6 +25,7 @@ mod shapes;
 mod sky;
 mod stage;
 mod windowed;
+mod woods;
 
 use std::process::ExitCode;
 

@@ -54,6 +54,23 @@ pub(crate) fn ridges(p: Vec3, octaves: u32, seed: u32) -> f32 {
     (0..octaves).map(octave).sum()
 }
 
+/// Distance from `p` to the nearest of points strewn one to a unit cube: 0 to about 1.
+pub(crate) fn cells(p: Vec3, seed: u32) -> f32 {
+    let floor = p.floor();
+    let f = p - floor;
+    let mut nearest = f32::MAX;
+    for (x, y, z) in
+        (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| (x, y, z))))
+    {
+        let offset = IVec3::new(x, y, z);
+        let bits = hash(floor.as_ivec3() + offset, seed);
+        let part = |shift: u32| ((bits >> shift) & 0x3ff) as f32 / 1023.0;
+        let point = offset.as_vec3() + Vec3::new(part(0), part(10), part(20));
+        nearest = nearest.min(point.distance_squared(f));
+    }
+    nearest.sqrt()
+}
+
 pub(crate) fn lerp(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
 }
@@ -78,6 +95,18 @@ mod tests {
             (least, most, last) = (least.min(value), most.max(value), value);
         }
         assert!((-1.6..-0.3).contains(&least) && (0.3..1.6).contains(&most));
+    }
+
+    #[test]
+    fn no_point_of_space_is_far_from_a_cell_and_none_is_jumped_over() {
+        let mut last = cells(Vec3::ZERO, 1);
+        for i in 1..20_000 {
+            let step = Vec3::new(0.01, 0.003, -0.007);
+            let distance = cells(step * i as f32, 1);
+            assert!((0.0..1.5).contains(&distance));
+            assert!((distance - last).abs() <= step.length() + 1e-3);
+            last = distance;
+        }
     }
 
     #[test]

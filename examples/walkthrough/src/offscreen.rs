@@ -17,11 +17,12 @@ use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
 use image::RgbImage;
 
+use crate::animation::Animation;
 use crate::args::Args;
-use crate::cameras::{CameraTarget, MainCamera};
+use crate::cameras::{self, CameraTarget, MainCamera};
 use crate::contact_sheet::ContactSheet;
 use crate::guests::Guests;
-use crate::path::CameraPath;
+use crate::path::{CameraPath, DURATION_IN_S, Pose};
 use crate::report::{self, FrameNumbers, SceneNumbers};
 use crate::stage::{self, SceneSize};
 use crate::{flight, hud};
@@ -48,7 +49,7 @@ pub(crate) fn run(args: &Args, directory: &Path) -> Result<(), String> {
     let mut album = Album::new(directory, &frames, args);
     let mut numbers = Vec::new();
     for &(number, round) in &frames {
-        numbers.push(studio.shoot(number, flight::at_pose(path.pose(round))));
+        numbers.push(studio.shoot(number, path.pose(round)));
         for (number, picture) in studio.pictures.try_iter() {
             album.add(number, picture)?;
         }
@@ -153,17 +154,19 @@ impl Studio {
         bake_time
     }
 
-    fn place_camera(&mut self, place: Transform) {
+    fn place_camera(&mut self, pose: Pose) {
         let world = self.app.world_mut();
-        let mut cameras = world.query_filtered::<&mut Transform, With<MainCamera>>();
-        for mut camera in cameras.iter_mut(world) {
-            *camera = place;
+        let mut cameras =
+            world.query_filtered::<(&mut Transform, &mut Projection), With<MainCamera>>();
+        for (mut place, mut projection) in cameras.iter_mut(world) {
+            *place = flight::at_pose(pose);
+            cameras::zoom(&mut projection, pose.fov_in_rad);
         }
     }
 
     /// Renders one frame; its picture arrives during a later update.
-    fn shoot(&mut self, number: u32, place: Transform) -> FrameNumbers {
-        self.place_camera(place);
+    fn shoot(&mut self, number: u32, pose: Pose) -> FrameNumbers {
+        self.place_camera(pose);
         self.update();
         while self.compiles_pipelines() {
             self.update();
@@ -211,6 +214,7 @@ impl Studio {
             adapter: Some(world.resource::<RenderAdapterInfo>().name.clone()),
             instances: own.instances + guests.instances,
             source_triangles: own.source_triangles + guests.source_triangles,
+            generation_time: own.generation_time,
             bake_time,
         }
     }
@@ -221,6 +225,7 @@ struct Album {
     directory: PathBuf,
     numbers: Vec<u32>,
     sheet: ContactSheet,
+    animation: Option<Animation>,
     missing: usize,
 }
 
@@ -231,6 +236,11 @@ impl Album {
             directory: directory.to_owned(),
             numbers: frames.iter().map(|(number, _)| *number).collect(),
             sheet: ContactSheet::new(frames.len() as u32, size),
+            animation: args.animation.as_deref().map(|file| {
+                let stretch = args.stretch();
+                let duration_in_s = (stretch.to - stretch.from) * DURATION_IN_S;
+                Animation::new(file, frames.len(), duration_in_s)
+            }),
             missing: frames.len(),
         }
     }
@@ -243,6 +253,9 @@ impl Album {
         self.save(&format!("frame_{number:03}.png"), &picture)?;
         if let Some(index) = self.numbers.iter().position(|n| *n == number) {
             self.sheet.put(index as u32, &picture);
+            if let Some(animation) = &mut self.animation {
+                animation.put(index, &picture);
+            }
         }
         self.missing -= 1;
         Ok(())
@@ -264,7 +277,7 @@ impl Album {
             let sheet = std::mem::replace(&mut self.sheet, ContactSheet::new(1, (1, 1)));
             self.save("contact_sheet.png", &sheet.into_image())?;
         }
-        Ok(())
+        self.animation.take().map_or(Ok(()), Animation::save)
     }
 
     fn save(&self, name: &str, picture: &RgbImage) -> Result<(), String> {

@@ -2,37 +2,80 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use crate::shapes::terrain;
+use crate::noise::{lerp, smoothstep};
+use crate::shapes::terrain::{self, TOMB, TOMB_HEIGHT_IN_M};
 
 /// Time for one round.
-pub(crate) const DURATION_IN_S: f32 = 48.0;
+pub(crate) const DURATION_IN_S: f32 = 60.0;
 
 /// Samples of the curve by which its length is measured.
 const SAMPLES: usize = 1024;
 
-/// Where the camera passes, as (x, height above the ground, z), and the point it looks at there.
-const KNOTS: [(Vec3, Vec3); 14] = [
-    (Vec3::new(1.5, 2.6, 96.0), Vec3::new(0.0, 4.4, 60.0)),
-    (Vec3::new(0.3, 2.1, 78.0), Vec3::new(0.0, 3.2, 30.0)),
-    (Vec3::new(-0.4, 1.9, 60.0), Vec3::new(1.2, 3.0, 30.0)),
-    (Vec3::new(-2.2, 1.8, 40.0), Vec3::new(3.5, 2.8, 12.0)),
-    (Vec3::new(1.6, 1.8, 20.0), Vec3::new(-0.6, 4.2, -20.0)),
-    (Vec3::new(1.5, 2.2, 4.0), Vec3::new(-1.5, 4.0, -20.0)),
-    (Vec3::new(-7.5, 2.4, -11.0), Vec3::new(2.5, 3.8, -22.0)),
-    (Vec3::new(-7.5, 2.6, -27.0), Vec3::new(4.0, 3.4, -19.0)),
-    (Vec3::new(3.5, 3.0, -32.0), Vec3::new(4.0, 3.0, -12.0)),
-    (Vec3::new(18.0, 3.6, -32.5), Vec3::new(2.0, 3.0, -8.0)),
-    (Vec3::new(37.0, 7.0, -22.0), Vec3::new(-4.0, 2.0, 0.0)),
-    (Vec3::new(48.0, 9.0, 12.0), Vec3::new(-14.0, 2.0, 6.0)),
-    (Vec3::new(41.0, 8.0, 54.0), Vec3::new(-8.0, 2.0, 20.0)),
-    (Vec3::new(20.0, 5.0, 88.0), Vec3::new(-6.0, 3.0, 46.0)),
+/// A point of the way.
+struct Knot {
+    /// x, height above the ground, z.
+    eye: Vec3,
+    target: Vec3,
+    /// Vertical field of view. A narrow one is that of the telescope, which looks at [`FAR_SIGHT`].
+    fov_in_deg: f32,
+}
+
+impl Knot {
+    fn is_telescope(&self) -> bool {
+        self.fov_in_deg == NARROW_IN_DEG
+    }
+}
+
+const fn knot(eye: [f32; 3], target: [f32; 3], fov_in_deg: f32) -> Knot {
+    Knot {
+        eye: Vec3::from_array(eye),
+        target: Vec3::from_array(target),
+        fov_in_deg,
+    }
+}
+
+/// Field of view of an ordinary look.
+const EASY_IN_DEG: f32 = 54.0;
+/// Between the columns: 110 degrees across at 16 to 9.
+const WIDE_IN_DEG: f32 = 78.0;
+/// A telescope: 14 degrees across at 16 to 9.
+const NARROW_IN_DEG: f32 = 8.0;
+
+/// What the telescope finds: the round temple in the far hills.
+const FAR_SIGHT: Vec3 = Vec3::new(TOMB.x, TOMB_HEIGHT_IN_M + 4.0, TOMB.y);
+/// Between the eye and the point that it looks at through the telescope.
+const FOCUS_IN_M: f32 = 20.0;
+
+/// Up the avenue, around the great knot, and back over the western slope, with a look through the
+/// telescope from there.
+const KNOTS: [Knot; 18] = [
+    knot([1.5, 2.6, 96.0], [0.0, 4.4, 60.0], EASY_IN_DEG),
+    knot([0.3, 2.1, 78.0], [0.0, 3.2, 30.0], EASY_IN_DEG),
+    knot([-0.4, 1.9, 60.0], [1.2, 3.4, 30.0], WIDE_IN_DEG),
+    knot([-2.2, 1.8, 40.0], [3.5, 3.4, 12.0], WIDE_IN_DEG),
+    knot([1.6, 1.8, 20.0], [-0.6, 4.2, -20.0], EASY_IN_DEG),
+    knot([1.5, 2.2, 4.0], [-1.5, 4.0, -20.0], EASY_IN_DEG),
+    knot([7.5, 2.4, -11.0], [-2.5, 3.8, -22.0], EASY_IN_DEG),
+    knot([7.5, 2.6, -27.0], [-4.0, 3.4, -19.0], EASY_IN_DEG),
+    knot([-3.5, 3.0, -32.0], [-4.0, 3.0, -12.0], EASY_IN_DEG),
+    knot([-18.0, 3.6, -32.5], [-6.0, 3.0, -6.0], EASY_IN_DEG),
+    knot([-36.0, 6.0, -22.0], [-26.0, 4.0, 2.0], EASY_IN_DEG),
+    knot([-35.0, 4.4, -8.0], [-34.0, 6.5, 12.0], EASY_IN_DEG),
+    knot([-31.0, 3.4, 5.0], [-16.0, 7.0, 8.0], EASY_IN_DEG),
+    knot([-29.5, 3.2, 15.0], [-12.0, 8.0, 10.0], NARROW_IN_DEG),
+    knot([-29.5, 3.4, 28.0], [-12.0, 8.0, 20.0], NARROW_IN_DEG),
+    knot([-29.0, 6.0, 46.0], [-10.0, 5.0, 36.0], EASY_IN_DEG),
+    knot([-20.0, 6.5, 72.0], [0.0, 3.5, 46.0], EASY_IN_DEG),
+    knot([-8.0, 4.4, 90.0], [0.0, 3.8, 56.0], EASY_IN_DEG),
 ];
 
-/// Where the camera is and what it looks at, in world space.
+/// Where the camera is, what it looks at, in world space, and how wide it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     pub(crate) eye: Vec3,
     pub(crate) target: Vec3,
+    /// Vertical field of view.
+    pub(crate) fov_in_rad: f32,
 }
 
 impl Pose {
@@ -79,14 +122,26 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     let scaled = parameter * KNOTS.len() as f32;
     let first = scaled.floor() as usize;
     let t = scaled - scaled.floor();
-    let knot = |offset: usize| KNOTS[(first + KNOTS.len() - 1 + offset) % KNOTS.len()];
+    let knot = |offset: usize| &KNOTS[(first + KNOTS.len() - 1 + offset) % KNOTS.len()];
     let [a, b, c, d] = [knot(0), knot(1), knot(2), knot(3)];
-    let above_ground = catmull_rom(a.0, b.0, c.0, d.0, t);
+    let above_ground = catmull_rom(a.eye, b.eye, c.eye, d.eye, t);
     let ground = terrain::broad_height(Vec2::new(above_ground.x, above_ground.z));
+    let eye = above_ground + Vec3::Y * ground;
+    let easy_target = catmull_rom(a.target, b.target, c.target, d.target, t);
+    let far_target = eye + (FAR_SIGHT - eye).normalize() * FOCUS_IN_M;
+    let [from, to] = [b, c].map(|knot| f32::from(u8::from(knot.is_telescope())));
+    let far = lerp(from, to, smoothstep(0.0, 1.0, t));
     Pose {
-        eye: above_ground + Vec3::Y * ground,
-        target: catmull_rom(a.1, b.1, c.1, d.1, t),
+        eye,
+        target: easy_target.lerp(far_target, far),
+        fov_in_rad: zoom(b.fov_in_deg.to_radians(), c.fov_in_deg.to_radians(), t),
     }
+}
+
+/// The field of view between two: things grow and shrink at an even rate, without a jerk.
+fn zoom(from_in_rad: f32, to_in_rad: f32, t: f32) -> f32 {
+    let [from, to] = [from_in_rad, to_in_rad].map(|fov| (fov / 2.0).tan().ln());
+    2.0 * lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()
 }
 
 fn catmull_rom(a: Vec3, b: Vec3, c: Vec3, d: Vec3, t: f32) -> Vec3 {
@@ -117,7 +172,24 @@ mod tests {
             let moved = from.eye.distance(to.eye);
             assert!((0.5..1.5).contains(&(moved / step)), "{i}: {moved} m");
             assert!(from.target.distance(to.target) < 0.2);
+            let zoomed = from.fov_in_rad / to.fov_in_rad;
+            assert!((0.97..1.03).contains(&zoomed), "{i}: {zoomed}");
         }
+    }
+
+    #[test]
+    fn the_path_looks_through_a_telescope_and_through_a_wide_lens() {
+        let path = CameraPath::new();
+        let share = |is: fn(f32) -> bool| {
+            let looks = (0..1000).map(|i| path.pose(i as f32 / 1000.0).fov_in_rad.to_degrees());
+            looks.filter(|fov| is(*fov)).count()
+        };
+        assert!(share(|fov| fov < 12.0) > 30);
+        // Across, at 16 to 9.
+        let across = |fov: f32| 2.0 * ((fov.to_radians() / 2.0).tan() * 16.0 / 9.0).atan();
+        let widest = across(WIDE_IN_DEG).to_degrees();
+        assert!((100.0..=111.0).contains(&widest), "{widest}");
+        assert!(share(|fov| fov > 0.99 * WIDE_IN_DEG) > 30);
     }
 
     #[test]

@@ -24,6 +24,9 @@ pub(crate) struct SceneNumbers {
     pub(crate) adapter: Option<String>,
     pub(crate) instances: u64,
     pub(crate) source_triangles: u64,
+    /// Making the meshes and the picture on the ground.
+    pub(crate) generation_time: Duration,
+    /// Until every mesh had its levels of detail.
     pub(crate) bake_time: Duration,
 }
 
@@ -35,6 +38,7 @@ struct Summary {
     error_px: f32,
     instances: u64,
     source_triangles: u64,
+    generate_s: f64,
     bake_s: f64,
     frames: usize,
     triangles_drawn: Spread,
@@ -86,7 +90,8 @@ fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summ
         error_px: args.error_px,
         instances: scene.instances,
         source_triangles: scene.source_triangles,
-        bake_s: (scene.bake_time.as_secs_f64() * 1e3).round() / 1e3,
+        generate_s: seconds(scene.generation_time),
+        bake_s: seconds(scene.bake_time),
         frames: frames.len(),
         triangles_drawn,
         triangles_full,
@@ -95,6 +100,11 @@ fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summ
         selection_ms: spread(|f| milliseconds(f.selection_time)),
         frame_ms: (frame_ms.clone().count() > 0).then(|| Spread::of(frame_ms)),
     }
+}
+
+/// To the millisecond.
+fn seconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e3).round() / 1e3
 }
 
 fn milliseconds(time: Duration) -> f64 {

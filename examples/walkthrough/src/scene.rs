@@ -7,7 +7,8 @@ use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
 use crate::noise::{fbm, lerp, random};
 use crate::path::CameraPath;
 use crate::shapes::ShapeId;
-use crate::shapes::terrain::{self, PLAZA, TEMPLE, TEMPLE_HEIGHT_IN_M};
+use crate::shapes::terrain::{self, PLAZA, TEMPLE, TEMPLE_HEIGHT_IN_M, TOMB, TOMB_HEIGHT_IN_M};
+use crate::woods;
 
 /// One instance of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +25,7 @@ impl Placed {
         Affine3A::from_scale_rotation_translation(scale, self.rotation, self.position)
     }
 
-    fn on_ground(shape: ShapeId, at: Vec2, facing_in_rad: f32, scale: f32) -> Self {
+    pub(crate) fn on_ground(shape: ShapeId, at: Vec2, facing_in_rad: f32, scale: f32) -> Self {
         Self {
             shape,
             position: Vec3::new(at.x, terrain::height(at), at.y),
@@ -45,8 +46,12 @@ pub(crate) fn layout() -> Vec<Placed> {
     scene.extend(avenue());
     scene.extend(plaza());
     scene.extend(temple());
+    scene.extend(tomb());
     scene.extend(fallen_drums());
-    scene.extend(rocks(&CameraPath::new()));
+    scene.extend(lamps());
+    let path = CameraPath::new();
+    scene.extend(rocks(&path));
+    scene.extend(woods::grow(&path));
     scene
 }
 
@@ -131,7 +136,7 @@ fn plaza() -> Vec<Placed> {
         let angle = TAU * i as f32 / 22.0;
         let at = PLAZA + Vec2::from_angle(angle) * 20.5;
         let on_the_way = at.x.abs() < 7.5 && at.y > PLAZA.y;
-        let before_the_exit = at.distance(Vec2::new(18.5, -32.5)) < 4.5;
+        let before_the_exit = at.distance(Vec2::new(-18.5, -32.5)) < 4.5;
         if !on_the_way && !before_the_exit {
             placed.push(column(at, 100 + i, 0.35));
         }
@@ -160,6 +165,29 @@ fn temple() -> Vec<Placed> {
         ..Placed::on_ground(ShapeId::SeatedFigure, TEMPLE, FRAC_PI_2, 1.7)
     });
     placed
+}
+
+/// A round temple in the far hills: a ring of columns around a knot.
+fn tomb() -> Vec<Placed> {
+    let at_height = |shape, at: Vec2, facing_in_rad, scale| Placed {
+        position: Vec3::new(at.x, TOMB_HEIGHT_IN_M + 0.1, at.y),
+        ..Placed::on_ground(shape, at, facing_in_rad, scale)
+    };
+    let ring = (0..9).map(|i| {
+        let at = TOMB + Vec2::from_angle(TAU * i as f32 / 9.0) * 5.4;
+        let shape = column(at, 300 + i, 0.25).shape;
+        at_height(shape, at, facing(at, TOMB), 1.0)
+    });
+    let knot = at_height(ShapeId::Knot, TOMB, -FRAC_PI_2, 1.5);
+    ring.chain([knot]).collect()
+}
+
+/// Fire bowls beside the way; by night they burn.
+pub(crate) fn lamps() -> impl Iterator<Item = Placed> {
+    let spots = [(3.9, 47.0), (-3.9, 23.0), (8.8, -9.0), (-8.6, -27.5)];
+    spots
+        .into_iter()
+        .map(|(x, z)| Placed::on_ground(ShapeId::Lamp, Vec2::new(x, z), 0.0, 1.0))
 }
 
 /// Stumps lying beside the avenue and on the plaza.
@@ -233,15 +261,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_scene_has_a_few_hundred_instances_and_ten_million_triangles() {
+    fn the_scene_has_thousands_of_instances_and_more_than_a_hundred_million_triangles() {
         let shapes = crate::shapes::generated();
         let scene = layout();
         let triangles: u64 = scene
             .iter()
             .map(|p| shapes[&p.shape].triangle_count())
             .sum();
-        assert!((200..400).contains(&scene.len()), "{}", scene.len());
-        assert!(triangles >= 10_000_000, "{triangles}");
+        assert!((3_000..=6_000).contains(&scene.len()), "{}", scene.len());
+        assert!(triangles > 100_000_000, "{triangles}");
     }
 
     #[test]
@@ -267,10 +295,10 @@ mod tests {
                 let aside = Vec2::new(eye.x, eye.z)
                     .distance(Vec2::new(placed.position.x, placed.position.z));
                 let above = eye.y - placed.position.y;
-                let tallest = if let ShapeId::Rock(_) = placed.shape {
-                    1.5
-                } else {
-                    7.5
+                let tallest = match placed.shape {
+                    ShapeId::Rock(_) | ShapeId::Stone | ShapeId::Bush | ShapeId::Tuft => 1.5,
+                    ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => 10.0,
+                    _ => 7.5,
                 };
                 let clear = aside > reach + 0.5 || above > tallest * placed.scale + 0.5;
                 assert!(clear, "{placed:?} at round {}, {eye}", i as f32 / 1000.0);

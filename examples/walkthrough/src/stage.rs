@@ -1,7 +1,7 @@
 //! The scene as Bevy entities.
 
 use std::collections::HashMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use bevy::app::PluginGroupBuilder;
 use bevy::asset::{RenderAssetUsages, UnapprovedPathMode};
@@ -15,13 +15,14 @@ use crate::cameras::{self, Look};
 use crate::guests::{self, Guests};
 use crate::scene::{self, Placed};
 use crate::shapes::{self, Shape, ShapeId};
-use crate::{ground, sky};
+use crate::{ground, hours, lamps, sky};
 
 /// What is generated before the app starts.
 #[derive(Resource)]
 struct Ingredients {
     shapes: Vec<(ShapeId, Shape)>,
     ground: Image,
+    generation_time: Duration,
 }
 
 /// The size of the scene without guests.
@@ -29,6 +30,7 @@ struct Ingredients {
 pub(crate) struct SceneSize {
     pub(crate) instances: u64,
     pub(crate) source_triangles: u64,
+    pub(crate) generation_time: Duration,
 }
 
 /// Bevy's plugins as every rendering mode needs them; the caller adds its window.
@@ -59,15 +61,29 @@ pub(crate) fn set(app: &mut App, args: &Args) {
             ground.join().expect("the ground is painted without panics"),
         )
     });
-    let seconds = start.elapsed().as_secs_f32();
+    let generation_time = start.elapsed();
+    let seconds = generation_time.as_secs_f32();
     eprintln!("walkthrough: scene generated in {seconds:.1} s");
-    app.insert_resource(Ingredients { shapes, ground })
+    let ingredients = Ingredients {
+        shapes,
+        ground,
+        generation_time,
+    };
+    app.insert_resource(ingredients)
         .insert_resource(Look {
             error_px: args.error_px,
             split: args.split,
+            night: args.night,
         })
         .insert_resource(Guests::new(&args.models))
-        .add_plugins((FieldLodPlugin, sky::plugin, cameras::plugin, guests::plugin))
+        .add_plugins((
+            FieldLodPlugin,
+            hours::plugin,
+            sky::plugin,
+            lamps::plugin,
+            cameras::plugin,
+            guests::plugin,
+        ))
         .insert_resource(LodDebug {
             color_levels: args.levels,
             ..default()
@@ -96,6 +112,7 @@ fn build(world: &mut World) {
     let mut size = SceneSize {
         instances: 0,
         source_triangles: 0,
+        generation_time: ingredients.generation_time,
     };
     for placed in scene::layout() {
         let (mesh, material, triangles) = &kinds[&placed.shape];
@@ -121,7 +138,7 @@ pub(crate) fn transform(placed: &Placed) -> Transform {
 }
 
 /// The mesh, with vertex colours relative to their mean, and that mean.
-fn mesh(shape: Shape) -> (Mesh, Vec3) {
+pub(crate) fn mesh(shape: Shape) -> (Mesh, Vec3) {
     let count = shape.colors.len().max(1) as f32;
     let mean = match shape.colors.iter().sum::<Vec3>() / count {
         Vec3::ZERO => Vec3::ONE,

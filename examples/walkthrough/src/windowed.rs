@@ -45,6 +45,7 @@ fn switch(
         match key {
             KeyCode::KeyL => debug.color_levels = !debug.color_levels,
             KeyCode::KeyF => debug.freeze = !debug.freeze,
+            KeyCode::KeyN => look.night = !look.night,
             KeyCode::KeyV => look.split = !look.split,
             KeyCode::Equal | KeyCode::NumpadAdd => {
                 look.error_px = (look.error_px * SQRT_2).min(1e3);

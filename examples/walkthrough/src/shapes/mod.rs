@@ -1,11 +1,15 @@
 //! The generated shapes of the scene: pure functions from nothing to triangles.
 
 mod column;
+pub(crate) mod lamp;
+mod leaves;
 mod mesh;
 mod rock;
 mod sdf;
 mod statue;
 pub(crate) mod terrain;
+mod tree;
+mod undergrowth;
 
 pub(crate) use mesh::Shape;
 
@@ -26,11 +30,25 @@ pub(crate) enum ShapeId {
     Knot,
     /// An arched gate, 7.5 m tall, to walk through along Z.
     Gate,
+    /// One of two broad-leaved trees, about 7 m tall.
+    Oak(u8),
+    /// One of two umbrella pines, about 9 m tall.
+    Pine(u8),
+    /// A cypress, about 9 m tall.
+    Cypress,
+    /// A bush, 0.9 m tall.
+    Bush,
+    /// A tuft of grass, 0.5 m tall.
+    Tuft,
+    /// A stone, about 1 m in radius, to be scaled down.
+    Stone,
+    /// A fire bowl on a stand, 2.3 m tall.
+    Lamp,
 }
 
 impl ShapeId {
     /// All of them, the costly ones first.
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::Terrain,
         Self::SeatedFigure,
         Self::Knot,
@@ -40,6 +58,15 @@ impl ShapeId {
         Self::Rock(2),
         Self::Column,
         Self::BrokenColumn,
+        Self::Oak(0),
+        Self::Oak(1),
+        Self::Pine(0),
+        Self::Pine(1),
+        Self::Cypress,
+        Self::Lamp,
+        Self::Bush,
+        Self::Tuft,
+        Self::Stone,
     ];
 
     /// Makes the shape. Takes some 100 ms; always gives the same triangles.
@@ -52,6 +79,13 @@ impl ShapeId {
             Self::SeatedFigure => statue::seated_figure(),
             Self::Knot => statue::knot(),
             Self::Gate => statue::gate(),
+            Self::Oak(variant) => tree::oak(u32::from(variant)),
+            Self::Pine(variant) => tree::pine(u32::from(variant)),
+            Self::Cypress => tree::cypress(),
+            Self::Bush => undergrowth::bush(),
+            Self::Tuft => undergrowth::tuft(),
+            Self::Stone => rock::stone(),
+            Self::Lamp => lamp::lamp(),
         }
     }
 
@@ -65,6 +99,13 @@ impl ShapeId {
             Self::SeatedFigure => "seated figure",
             Self::Knot => "knot",
             Self::Gate => "gate",
+            Self::Oak(_) => "oak",
+            Self::Pine(_) => "pine",
+            Self::Cypress => "cypress",
+            Self::Bush => "bush",
+            Self::Tuft => "tuft",
+            Self::Stone => "stone",
+            Self::Lamp => "lamp",
         }
     }
 }
@@ -98,10 +139,12 @@ mod tests {
         for (&id, shape) in generated() {
             shape.assert_valid();
             let triangles = shape.triangle_count();
-            assert!(
-                (40_000..1_500_000).contains(&triangles),
-                "{id:?}: {triangles}"
-            );
+            let expected = match id {
+                ShapeId::Bush | ShapeId::Tuft | ShapeId::Stone => 1_000..6_000,
+                ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => 15_000..60_000,
+                _ => 40_000..1_500_000,
+            };
+            assert!(expected.contains(&triangles), "{id:?}: {triangles}");
             if id != ShapeId::Terrain {
                 assert_eq!(shape.unmatched_edges(), 0, "{id:?}");
                 assert!(shape.signed_volume() > 0.0, "{id:?} is inside out");

@@ -7,8 +7,10 @@ use glam::Vec3;
 use super::Shape;
 use crate::noise::{fbm, gradient, random, ridges, smoothstep};
 
-/// Halvings of the icosahedron's edges: 20 · 4⁶ = 81 920 triangles.
-const SUBDIVISIONS: u32 = 6;
+/// Halvings of the icosahedron's edges for a boulder: 20 · 4⁶ = 81 920 triangles.
+const BOULDER_SUBDIVISIONS: u32 = 6;
+/// For a stone: 20 · 4³ = 1280 triangles.
+const STONE_SUBDIVISIONS: u32 = 3;
 
 const GRANITE: Vec3 = Vec3::new(0.23, 0.21, 0.18);
 const GRANITE_DARK: Vec3 = Vec3::new(0.10, 0.09, 0.08);
@@ -16,7 +18,16 @@ const LICHEN: Vec3 = Vec3::new(0.16, 0.19, 0.06);
 
 /// A boulder of about 1 m radius around the origin; each `variant` another one.
 pub(crate) fn rock(variant: u32) -> Shape {
-    let (mut positions, indices) = icosphere(SUBDIVISIONS);
+    worn_sphere(variant, BOULDER_SUBDIVISIONS)
+}
+
+/// A small stone, modelled at the size of a boulder.
+pub(crate) fn stone() -> Shape {
+    worn_sphere(3, STONE_SUBDIVISIONS)
+}
+
+fn worn_sphere(variant: u32, subdivisions: u32) -> Shape {
+    let (mut positions, indices) = icosphere(subdivisions);
     let seed = 100 + 50 * variant;
     let cuts = cutting_planes(seed);
     let squash = Vec3::new(1.1, 0.72 + 0.12 * variant as f32, 0.9);
@@ -60,7 +71,7 @@ fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
 }
 
 /// A unit sphere with welded vertices.
-fn icosphere(subdivisions: u32) -> (Vec<Vec3>, Vec<u32>) {
+pub(super) fn icosphere(subdivisions: u32) -> (Vec<Vec3>, Vec<u32>) {
     let (mut positions, mut triangles) = icosahedron();
     for _ in 0..subdivisions {
         let mut middles = HashMap::with_capacity(triangles.len() * 3 / 2);

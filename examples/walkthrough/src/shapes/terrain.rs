@@ -6,8 +6,8 @@ use super::Shape;
 use crate::noise::{fbm, gradient, lerp, ridges, smoothstep};
 
 /// Side of the square of ground, centred on the origin.
-pub(crate) const SIDE_IN_M: f32 = 260.0;
-/// Squares along a side, of two triangles each.
+pub(crate) const SIDE_IN_M: f32 = 480.0;
+/// Squares along a side, of two triangles each; the finest are in the middle.
 const SQUARES: u32 = 620;
 
 /// The avenue runs along Z between these points of the ground plane, and ends in the plaza.
@@ -20,18 +20,21 @@ pub(crate) const PLAZA_RADIUS_IN_M: f32 = 27.0;
 pub(crate) const TEMPLE: Vec2 = Vec2::new(-46.0, 22.0);
 /// Height of the temple's terrace.
 pub(crate) const TEMPLE_HEIGHT_IN_M: f32 = 5.0;
+/// Middle of the round temple's terrace in the far hills, which the telescope finds.
+pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
+/// Height of its terrace.
+pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
 /// The ground as one open mesh of 768 800 triangles, with texture coordinates from 0 to 1.
 pub(crate) fn terrain() -> Shape {
-    let step = SIDE_IN_M / SQUARES as f32;
     let vertices = (0..=SQUARES).flat_map(|z| (0..=SQUARES).map(move |x| (x, z)));
-    let positions = vertices.clone().map(|(x, z)| {
-        let p = Vec2::new(x as f32, z as f32) * step - SIDE_IN_M / 2.0;
+    let uvs: Vec<_> = vertices
+        .map(|(x, z)| Vec2::new(x as f32, z as f32) / SQUARES as f32)
+        .collect();
+    let positions = uvs.iter().map(|&uv| {
+        let p = point_at(uv);
         Vec3::new(p.x, height(p), p.y)
     });
-    let ground_points =
-        vertices.map(|(x, z)| Vec2::new(x as f32, z as f32) * step - SIDE_IN_M / 2.0);
-    let uvs = ground_points.map(uv_at);
     let corner = |x: u32, z: u32| z * (SQUARES + 1) + x;
     let squares = (0..SQUARES).flat_map(|z| (0..SQUARES).map(move |x| (x, z)));
     let indices = squares.flat_map(|(x, z)| {
@@ -40,31 +43,19 @@ pub(crate) fn terrain() -> Shape {
         [a, c, b, b, c, d]
     });
     let mut shape = Shape::smooth(positions.collect(), indices.collect(), |_, _| Vec3::ONE);
-    shape.uvs = uvs.collect();
+    shape.uvs = uvs;
     shape.colors.clear();
     shape
 }
 
-/// How much finer than on average the picture of the ground is in the middle, across and along the
-/// avenue: there one walks on it.
-const MIDDLE_SHARE: Vec2 = Vec2::new(0.26, 0.55);
+/// How much finer than on average the ground and its picture are in the middle, across and along
+/// the avenue: there one walks on it.
+const MIDDLE_SHARE: Vec2 = Vec2::new(0.16, 0.36);
 
 /// The point of the ground plane that a texture coordinate shows.
 pub(crate) fn point_at(uv: Vec2) -> Vec2 {
     let s = uv * 2.0 - 1.0;
     s * (MIDDLE_SHARE + (1.0 - MIDDLE_SHARE) * s * s) * (SIDE_IN_M / 2.0)
-}
-
-/// The texture coordinate that shows a point of the ground plane.
-fn uv_at(p: Vec2) -> Vec2 {
-    let wanted = p / (SIDE_IN_M / 2.0);
-    let mut s = wanted;
-    // Newton's method; the cubic rises everywhere.
-    for _ in 0..12 {
-        let value = s * (MIDDLE_SHARE + (1.0 - MIDDLE_SHARE) * s * s);
-        s -= (value - wanted) / (MIDDLE_SHARE + 3.0 * (1.0 - MIDDLE_SHARE) * s * s);
-    }
-    (s + 1.0) * 0.5
 }
 
 /// Height of the ground above a point of the ground plane, in metres.
@@ -81,19 +72,33 @@ pub(crate) fn broad_height(p: Vec2) -> f32 {
     let away = smoothstep(6.0, 75.0, distance_to_way(p));
     let hills = 9.0 + 9.0 * gradient(q * 0.021, 201) + 13.0 * (ridges(q * 0.012, 3, 205) - 0.45);
     let ground = away * hills.max(-1.0) + 0.5 * away * gradient(q * 0.05, 209);
+    let rim = away
+        * (8.0 * smoothstep(90.0, 150.0, p.length()) + 26.0 * smoothstep(140.0, 260.0, p.length()));
     let terrace = 1.0 - smoothstep(11.0, 26.0, p.distance(TEMPLE));
-    let rim = smoothstep(95.0, 135.0, p.length()) * 14.0;
-    lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim * away
+    let tomb = 1.0 - smoothstep(9.0, 40.0, p.distance(TOMB));
+    let hills = lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim;
+    lerp(hills, TOMB_HEIGHT_IN_M, tomb)
 }
 
 /// 1 where the ground is paved, 0 in the wild.
 fn levelled(p: Vec2) -> f32 {
     let way = 1.0 - smoothstep(3.0, 12.0, distance_to_way(p));
-    way.max(1.0 - smoothstep(10.0, 18.0, p.distance(TEMPLE)))
+    let terraces = p.distance(TEMPLE).min(p.distance(TOMB));
+    way.max(1.0 - smoothstep(10.0, 18.0, terraces))
+}
+
+/// How densely trees stand around a point of the ground plane, from 0 to 1.
+pub(crate) fn woodland(p: Vec2) -> f32 {
+    let q = Vec3::new(p.x, 3.0, p.y);
+    let groves = fbm(q * 0.021, 3, 221) + 0.25 * gradient(q * 0.11, 227);
+    let hills = smoothstep(60.0, 120.0, p.length());
+    let clear = smoothstep(5.0, 32.0, distance_to_way(p));
+    let grove = 0.95 * (1.0 - smoothstep(30.0, 130.0, p.distance(TOMB)));
+    clear * smoothstep(-0.25, 0.30, groves + 0.42 * hills + grove - 0.22)
 }
 
 /// Distance from the edge of the avenue or the plaza; negative on the plaza.
-fn distance_to_way(p: Vec2) -> f32 {
+pub(crate) fn distance_to_way(p: Vec2) -> f32 {
     let [from, to] = AVENUE;
     let along = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
     let to_avenue = p.distance(from.lerp(to, along)) - 7.0;
@@ -102,6 +107,8 @@ fn distance_to_way(p: Vec2) -> f32 {
 
 const GRASS: Vec3 = Vec3::new(0.115, 0.135, 0.035);
 const DRY_GRASS: Vec3 = Vec3::new(0.27, 0.215, 0.085);
+/// Below trees.
+const LITTER: Vec3 = Vec3::new(0.095, 0.085, 0.035);
 const SOIL: Vec3 = Vec3::new(0.22, 0.145, 0.085);
 const CLIFF: Vec3 = Vec3::new(0.20, 0.175, 0.145);
 const PAVING: Vec3 = Vec3::new(0.36, 0.305, 0.225);
@@ -112,7 +119,9 @@ pub(crate) fn color(p: Vec2, slope: f32) -> Vec3 {
     let q = Vec3::new(p.x, 0.0, p.y);
     let patches = fbm(q * 0.11, 4, 301);
     let tufts = gradient(q * 1.9, 311) + 0.6 * gradient(q * 5.1, 313);
-    let meadow = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
+    let open = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
+    let shaded = 0.85 * smoothstep(0.1, 0.9, woodland(p) + 0.15 * tufts);
+    let meadow = open.lerp(LITTER * (1.0 + 0.3 * tufts), shaded);
     let slope = slope + 0.06 * tufts;
     let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, slope));
     let wild = earth.lerp(
@@ -156,12 +165,14 @@ impl Slopes {
     }
 }
 
-fn distance_to_paving(p: Vec2) -> f32 {
+/// Distance from the paved ground; negative on it.
+pub(crate) fn distance_to_paving(p: Vec2) -> f32 {
     let [from, to] = AVENUE;
     let aside = (p.x - from.x).abs().max(p.y - from.y).max(to.y - p.y);
     let plaza = p.distance(PLAZA) - 21.0;
     let terrace = (p - TEMPLE).abs().max_element() - 8.5;
-    (aside - 3.6).min(plaza).min(terrace)
+    let tomb = p.distance(TOMB) - 7.0;
+    (aside - 3.6).min(plaza).min(terrace).min(tomb)
 }
 
 fn paving(p: Vec2, tufts: f32) -> Vec3 {
@@ -182,9 +193,21 @@ mod tests {
 
     #[test]
     fn the_picture_of_the_ground_lies_where_it_is_painted() {
-        for (x, z) in [(-130.0, 130.0), (0.0, 0.0), (3.0, -77.0), (-99.0, 12.0)] {
-            let p = Vec2::new(x, z);
-            assert!(point_at(uv_at(p)).distance(p) < 1e-2, "{p}");
+        let ground = terrain();
+        assert_eq!(ground.uvs.len(), ground.positions.len());
+        for (uv, p) in ground.uvs.iter().zip(&ground.positions).step_by(97) {
+            assert!(point_at(*uv).distance(Vec2::new(p.x, p.z)) < 1e-3, "{p}");
+        }
+    }
+
+    #[test]
+    fn the_ground_ends_at_its_sides_and_never_folds() {
+        let half = SIDE_IN_M / 2.0;
+        assert_eq!(point_at(Vec2::ZERO), Vec2::splat(-half));
+        assert_eq!(point_at(Vec2::ONE), Vec2::splat(half));
+        for i in 0..1000 {
+            let [from, to] = [i, i + 1].map(|i| point_at(Vec2::splat(i as f32 / 1000.0)));
+            assert!(to.cmpgt(from).all(), "{from}");
         }
     }
 }

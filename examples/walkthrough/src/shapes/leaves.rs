@@ -1,0 +1,98 @@
+//! Leaves: thin closed scales that stand out of a surface, so that crowns have no smooth outline.
+
+use glam::Vec3;
+
+use super::Shape;
+use crate::noise::{lerp, random};
+
+/// How leaves stand and look.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foliage {
+    pub(super) length_in_m: f32,
+    pub(super) width_in_m: f32,
+    /// How much they point up rather than away from the surface, from 0 to 1.
+    pub(super) rise: f32,
+    pub(super) seed: u32,
+}
+
+impl Foliage {
+    /// Adds a leaf at about `count` of the vertices that `grows` there, coloured after them.
+    pub(super) fn sprout(&self, shape: &mut Shape, count: usize, grows: impl Fn(Vec3) -> bool) {
+        let vertices = 0..shape.positions.len() as u32;
+        let fertile: Vec<_> = vertices
+            .filter(|&v| grows(shape.positions[v as usize]))
+            .collect();
+        let share = count as f32 / fertile.len().max(1) as f32;
+        for vertex in fertile
+            .into_iter()
+            .filter(|&v| random(v, self.seed) < share)
+        {
+            self.add_leaf(shape, vertex);
+        }
+    }
+
+    /// A flat tetrahedron, folded along the line from its stalk to its tip.
+    fn add_leaf(&self, shape: &mut Shape, vertex: u32) {
+        let draw = |k: u32| random(vertex, self.seed + 1 + k);
+        let [at, normal] = [
+            shape.positions[vertex as usize],
+            shape.normals[vertex as usize],
+        ];
+        let aside = Vec3::new(draw(0), draw(1), draw(2)) * 2.0 - 1.0;
+        let outward = normal.lerp(Vec3::Y, self.rise);
+        let along = (outward + 0.9 * aside).normalize_or(Vec3::Y);
+        let across = along
+            .cross(normal + 0.3 * aside)
+            .normalize_or(along.any_orthonormal_vector());
+        let back = across.cross(along);
+        let size = lerp(0.65, 1.25, draw(3));
+        let (length, half) = (self.length_in_m * size, 0.5 * self.width_in_m * size);
+        let stalk = at - 0.25 * length * along;
+        let middle = stalk + 0.55 * length * along - 0.35 * half * back;
+        let corners = [
+            stalk,
+            stalk + length * along,
+            middle + half * across,
+            middle - half * across,
+        ];
+        let first = shape.positions.len() as u32;
+        // Shaded mostly as the crown that they are part of.
+        let normals =
+            corners.map(|corner| (normal + (corner - middle) / length).normalize_or(normal));
+        let tint = shape.colors[vertex as usize] * lerp(0.7, 1.45, draw(4));
+        shape.positions.extend(corners);
+        shape.normals.extend(normals);
+        shape.colors.extend([tint * 0.75, tint * 1.15, tint, tint]);
+        let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        shape
+            .indices
+            .extend(sides.as_flattened().iter().map(|corner| first + corner));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_are_closed_and_outside_out() {
+        let mut shape = Shape {
+            positions: vec![Vec3::ZERO],
+            normals: vec![Vec3::Y],
+            colors: vec![Vec3::ONE],
+            ..Shape::default()
+        };
+        let foliage = Foliage {
+            length_in_m: 0.3,
+            width_in_m: 0.15,
+            rise: 0.3,
+            seed: 1,
+        };
+        for _ in 0..9 {
+            foliage.sprout(&mut shape, usize::MAX, |p| p == Vec3::ZERO);
+        }
+        assert_eq!(shape.triangle_count(), 9 * 4);
+        assert_eq!(shape.unmatched_edges(), 0);
+        assert!(shape.signed_volume() > 0.0);
+    }
+}

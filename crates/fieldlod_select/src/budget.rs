@@ -9,7 +9,7 @@ use wide::f32x8;
 
 use crate::kernel::Kernel;
 use crate::scene::Scene;
-use crate::table::{GroupTable, LANES};
+use crate::table::{CHUNK, GroupTable, LANES};
 use crate::{InstanceView, LodSettings, Promise, View};
 
 /// Low bits of an error that do not matter: thresholds differ by 0.2 %.
@@ -59,11 +59,13 @@ impl Search {
         let table = scene.table(mesh);
         let instance_view = InstanceView::new(view, &data.world_from_local);
         let kernel = Kernel::new(&instance_view, settings);
+        let refined = refined.unwrap_or(&table.coarsest_refined);
         let blocks = 0..table.group_count().div_ceil(LANES);
         self.errors.clear();
-        self.errors
-            .extend(blocks.flat_map(|block| f32x8::to_array(kernel.error_px(table, block))));
-        let refined = refined.unwrap_or(&table.coarsest_refined);
+        self.errors.extend(blocks.flat_map(|block| {
+            let was_refined = refined[block * LANES / CHUNK] >> (block * LANES % CHUNK);
+            f32x8::to_array(kernel.error_px(table, block, was_refined as u32 & 0xff))
+        }));
         let share = settings.resolution_scale * data.bias;
         self.close(table, refined, share, settings.hysteresis.min(1.0));
         for group in 0..table.group_count() {

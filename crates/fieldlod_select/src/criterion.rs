@@ -29,7 +29,7 @@ use camera_field::{Camera, Intrinsics, SphereBound, SphereExtent};
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::Vec3;
 
-use crate::{InstanceView, LodSettings, Promise};
+use crate::{InstanceView, LodSettings, Offscreen, Promise};
 
 /// Of V: 1 over that of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
@@ -42,7 +42,7 @@ pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
 /// [`LodSettings::error_px`] by default.
 ///
-/// Zero outside the field of view; infinite for a terminal group and where the group's sphere
+/// Zero outside the field of view ([`Offscreen::Coarsest`]); infinite for a terminal group and where the group's sphere
 /// reaches the camera plane inside the field of view. Never negative; NaN only for input that holds
 /// NaN.
 ///
@@ -72,10 +72,26 @@ pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
 /// `error_px / cap_px`. Zero, infinite and NaN as in [`screen_error_px`].
 #[must_use]
 pub fn promised_error_px(group: &Group, instance: &InstanceView, settings: &LodSettings) -> f32 {
+    promised_px(group, instance, settings, false)
+}
+
+/// [`promised_error_px`] of a group that was refined in the last cut: it leaves a wider view than it
+/// entered, if the view has [margins](crate::View::with_margins). Never less.
+#[must_use]
+pub fn kept_error_px(group: &Group, instance: &InstanceView, settings: &LodSettings) -> f32 {
+    promised_px(group, instance, settings, true)
+}
+
+pub(crate) fn promised_px(
+    group: &Group,
+    instance: &InstanceView,
+    settings: &LodSettings,
+    was_refined: bool,
+) -> f32 {
     if group.is_terminal() {
         return f32::INFINITY;
     }
-    let seen = SeenGroup::new(group, instance);
+    let seen = SeenGroup::new(group, instance, was_refined);
     match settings.promise {
         Promise::Quality => seen.quality_px(settings),
         Promise::Guaranteed => seen.displacement_px(settings),
@@ -97,22 +113,31 @@ struct SeenGroup<'a> {
     instance: &'a InstanceView,
     sphere: Sphere,
     distance: f32,
+    extent: SphereExtent,
 }
 
 impl<'a> SeenGroup<'a> {
-    fn new(group: &'a Group, instance: &'a InstanceView) -> Self {
+    fn new(group: &'a Group, instance: &'a InstanceView, was_refined: bool) -> Self {
         let sphere = instance.sphere_in_camera(&group.bounds);
+        let extent = match extent(&instance.kept_camera, &sphere) {
+            // So that nothing leaves where it enters: the wider view may exclude more of what reaches
+            // from behind the camera plane to before it.
+            SphereExtent::Outside => SphereExtent::Outside,
+            leaving if was_refined => leaving,
+            _ => extent(&instance.camera, &sphere),
+        };
         Self {
             group,
             instance,
             sphere,
             distance: sphere.center.length(),
+            extent,
         }
     }
 
     /// `e √(c (4 V + 0.4 p))`.
     fn quality_px(&self, settings: &LodSettings) -> f32 {
-        let SphereBound::Bounded(strength) = self.strength(settings.max_curl) else {
+        let SphereBound::Bounded(strength) = self.strength(settings) else {
             return f32::INFINITY;
         };
         let mean_normal = self.group.mean_normal;
@@ -126,10 +151,7 @@ impl<'a> SeenGroup<'a> {
 
     /// `d √(c / cos φ)`.
     fn displacement_px(&self, settings: &LodSettings) -> f32 {
-        let Sphere { center, radius } = self.sphere;
-        let SphereBound::Bounded(scale) =
-            self.instance.camera.pixel_scale_over_sphere(center, radius)
-        else {
+        let SphereBound::Bounded(scale) = self.pixel_scale(settings) else {
             return f32::INFINITY;
         };
         let deviation = self.group.deviation_in_local * self.stretch();
@@ -140,16 +162,41 @@ impl<'a> SeenGroup<'a> {
         self.instance.stretch_seen(&self.sphere, self.distance)
     }
 
-    /// The field's strength for the whole group: its bound over the sphere, zero outside the field
-    /// of view, or one sample where the field is flat enough.
-    fn strength(&self, max_curl: f32) -> SphereBound {
-        let Sphere { center, radius } = self.sphere;
-        let Camera::Perspective(camera) = &self.instance.camera else {
-            return self.instance.camera.strength_over_sphere(center, radius);
+    fn pixel_scale(&self, settings: &LodSettings) -> SphereBound {
+        match &self.instance.camera {
+            Camera::Perspective(camera) if self.is_on_axis(settings) => {
+                bounded(camera.focal_px.x.max(camera.focal_px.y) / self.distance)
+            }
+            Camera::Perspective(camera) => camera.pixel_scale_over_extent(self.extent),
+            Camera::Orthographic(camera) => {
+                let scale = camera.pixels_per_unit.x.max(camera.pixels_per_unit.y);
+                self.constant(scale, settings)
+            }
+        }
+    }
+
+    /// Whether the group is outside the view and counts still.
+    fn is_on_axis(&self, settings: &LodSettings) -> bool {
+        self.extent == SphereExtent::Outside && settings.offscreen == Offscreen::OnAxis
+    }
+
+    /// The field's strength for the whole group: its bound over the sphere, or one sample where the
+    /// field is flat enough; outside the field of view zero or that on the axis.
+    fn strength(&self, settings: &LodSettings) -> SphereBound {
+        let center = self.sphere.center;
+        let camera = match &self.instance.camera {
+            Camera::Perspective(camera) => camera,
+            Camera::Orthographic(camera) => {
+                let strength = camera.pixels_per_unit.x * camera.pixels_per_unit.y;
+                return self.constant(strength, settings);
+            }
         };
-        let extent = camera.sphere_extent(center, radius);
-        let bound = camera.strength_over_extent(extent);
-        if !(matches!(extent, SphereExtent::Visible { .. }) && self.is_flat(max_curl)) {
+        if self.is_on_axis(settings) {
+            return bounded(camera.constant_px2() / (self.distance * self.distance));
+        }
+        let bound = camera.strength_over_extent(self.extent);
+        if !(matches!(self.extent, SphereExtent::Visible { .. }) && self.is_flat(settings.max_curl))
+        {
             return bound;
         }
         let sample = camera.constant_px2() * self.distance / (center.z * center.z * center.z);
@@ -158,6 +205,15 @@ impl<'a> SeenGroup<'a> {
             SphereBound::Bounded(sample)
         } else {
             bound
+        }
+    }
+
+    /// A bound that does not depend on where the sphere is.
+    fn constant(&self, value: f32, settings: &LodSettings) -> SphereBound {
+        match self.extent {
+            SphereExtent::Outside if !self.is_on_axis(settings) => SphereBound::Bounded(0.0),
+            SphereExtent::Unbounded => SphereBound::Unbounded,
+            _ => bounded(value),
         }
     }
 
@@ -184,6 +240,32 @@ impl<'a> SeenGroup<'a> {
             }
             _ => 1.0,
         }
+    }
+}
+
+fn bounded(value: f32) -> SphereBound {
+    if (0.0..f32::INFINITY).contains(&value) {
+        SphereBound::Bounded(value)
+    } else {
+        SphereBound::Unbounded
+    }
+}
+
+/// Of a sphere in the view. Where the field is constant it has neither secant nor depth.
+fn extent(camera: &Camera, sphere: &Sphere) -> SphereExtent {
+    let Sphere { center, radius } = *sphere;
+    match camera {
+        Camera::Perspective(camera) => camera.sphere_extent(center, radius),
+        Camera::Orthographic(_) if !(center.is_finite() && radius >= 0.0) => {
+            SphereExtent::Unbounded
+        }
+        Camera::Orthographic(camera) if camera.touches_sphere(center, radius) => {
+            SphereExtent::Visible {
+                secant_max: 1.0,
+                depth_min: 1.0,
+            }
+        }
+        Camera::Orthographic(_) => SphereExtent::Outside,
     }
 }
 

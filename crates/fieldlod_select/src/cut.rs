@@ -3,7 +3,8 @@
 use fieldlod_hierarchy::{Hierarchy, Unit};
 use glam::Affine3A;
 
-use crate::{InstanceView, LodSettings, View, promised_error_px};
+use crate::criterion::promised_px;
+use crate::{InstanceView, LodSettings, View};
 
 /// The cut of one instance in one view. Keep it from frame to frame: it is the memory of the
 /// hysteresis, and reusing it allocates nothing.
@@ -63,10 +64,10 @@ pub fn select(
     settings: &LodSettings,
     cut: &mut Cut,
 ) {
-    let view = view.widened(settings.offscreen_margin);
+    let view = view.with_margins(settings);
     let instance = InstanceView::new(&view, world_from_local);
-    select_with(hierarchy, settings, cut, |group| {
-        promised_error_px(&hierarchy.groups[group], &instance, settings)
+    select_by(hierarchy, settings, cut, |group, was_refined| {
+        promised_px(&hierarchy.groups[group], &instance, settings, was_refined)
     });
 }
 
@@ -80,6 +81,15 @@ pub fn select_with(
     cut: &mut Cut,
     error_px: impl Fn(usize) -> f32,
 ) {
+    select_by(hierarchy, settings, cut, |group, _| error_px(group));
+}
+
+fn select_by(
+    hierarchy: &Hierarchy,
+    settings: &LodSettings,
+    cut: &mut Cut,
+    error_px: impl Fn(usize, bool) -> f32,
+) {
     let thresholds = settings.thresholds(1.0);
     // A cut of another hierarchy has nothing to remember.
     cut.refined.resize(hierarchy.groups.len(), false);
@@ -87,9 +97,10 @@ pub fn select_with(
         // Closure: finer groups come first, so one pass makes the cut valid.
         let finer = hierarchy.finer_groups(group);
         let finer_refined = finer.iter().any(|&finer| cut.refined[finer as usize]);
+        let was_refined = cut.refined[index];
         cut.refined[index] = group.is_terminal()
             || finer_refined
-            || thresholds.exceeded_by(error_px(index), cut.refined[index]);
+            || thresholds.exceeded_by(error_px(index, was_refined), was_refined);
     }
     gather_units(hierarchy, cut);
 }

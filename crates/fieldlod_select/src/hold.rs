@@ -8,10 +8,10 @@ use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
 
-use crate::decide::ErrorScale;
+use crate::decide::conservative::ErrorScale;
 use crate::settings::Thresholds;
 use crate::stretch::is_similarity;
-use crate::{LodSettings, View};
+use crate::{LodSettings, Offscreen, View};
 
 /// Allowance for the rounding of coordinates, relative to their size.
 const POSITION_SLACK: f32 = 1e-5;
@@ -96,7 +96,10 @@ impl Hold {
 /// Spheres and errors of whole objects against one view.
 pub(crate) struct WholeTest<'a> {
     view: &'a View,
-    scale: ErrorScale,
+    entering: ErrorScale,
+    leaving: ErrorScale,
+    /// Of what is outside the view, if that counts.
+    on_axis: Option<ErrorScale>,
     thresholds: Thresholds,
     now: Odometer,
     usable: bool,
@@ -118,7 +121,10 @@ impl<'a> WholeTest<'a> {
         let rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
         Self {
             view,
-            scale: ErrorScale::of_view(&view.camera, settings),
+            entering: ErrorScale::of_view(&view.camera, settings),
+            leaving: ErrorScale::of_view(&view.kept_camera, settings),
+            on_axis: (settings.offscreen == Offscreen::OnAxis)
+                .then(|| ErrorScale::on_axis(&view.camera, settings)),
             thresholds,
             now,
             usable: rigid && thresholds.coarsen_below_px >= 0.0,
@@ -128,11 +134,9 @@ impl<'a> WholeTest<'a> {
     /// For how long nothing in `whole` is refined but what always is; `None` if that cannot be told.
     /// `is_coarsest` tells that nothing in it was refined before.
     pub(crate) fn coarsest(&self, whole: &Whole, is_coarsest: bool) -> Option<Hold> {
-        let threshold_px = if is_coarsest {
-            self.thresholds.refine_above_px
-        } else {
-            self.thresholds.coarsen_below_px
-        };
+        if !self.usable {
+            return None;
+        }
         let Sphere { center, radius } = whole.bounds;
         let from_eye = center - self.view.eye_in_world;
         let distance = from_eye.length();
@@ -141,28 +145,58 @@ impl<'a> WholeTest<'a> {
             center: self.view.camera_from_world * from_eye,
             radius: radius * SLACK + size * POSITION_SLACK,
         };
-        let error = (whole.error_weighed * self.scale.of_weighed_error)
-            .max(whole.deviation * self.scale.of_deviation)
-            / threshold_px;
-        let far = match self.view.camera {
-            Camera::Perspective(_) => distance - error - sphere.radius,
-            Camera::Orthographic(_) if error < 1.0 => f32::INFINITY,
-            Camera::Orthographic(_) => -1.0,
+        let (scale, threshold_px) = if is_coarsest {
+            (&self.entering, self.thresholds.refine_above_px)
+        } else {
+            (&self.leaving, self.thresholds.coarsen_below_px)
         };
         let hold = |slack: f32, reach: f32| Hold {
             slack: slack * 0.999,
             reach,
             since: self.now,
         };
-        if !self.usable {
-            None
-        } else if far > 0.0 {
-            Some(hold(far, 0.0))
+        let far = self.distance_below(scale, threshold_px, whole, distance - sphere.radius);
+        if far > 0.0 {
+            return Some(hold(far, 0.0));
+        }
+        let camera = if is_coarsest {
+            &self.view.camera
         } else {
-            let outside = distance_outside(&self.view.camera, &sphere);
-            (outside > 0.0).then(|| hold(outside, (distance + outside) * SLACK))
+            &self.view.kept_camera
+        };
+        let mut outside = distance_outside(camera, &sphere);
+        if let Some(scale) = &self.on_axis {
+            let gap = distance - sphere.radius;
+            outside = lesser(
+                outside,
+                self.distance_below(scale, threshold_px, whole, gap),
+            );
+        }
+        (outside > 0.0).then(|| hold(outside, (distance + outside) * SLACK))
+    }
+
+    /// By how much nearer than `gap` the errors stay below a threshold.
+    fn distance_below(
+        &self,
+        scale: &ErrorScale,
+        threshold_px: f32,
+        whole: &Whole,
+        gap: f32,
+    ) -> f32 {
+        let error = (whole.error_weighed * scale.of_weighed_error)
+            .max(whole.deviation * scale.of_deviation)
+            / threshold_px;
+        match self.view.camera {
+            Camera::Perspective(_) => gap - error,
+            Camera::Orthographic(_) if error < 1.0 => f32::INFINITY,
+            Camera::Orthographic(_) => -1.0,
         }
     }
+}
+
+/// The lesser of two numbers; NaN if either is.
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b || a.is_nan() { a } else { b }
 }
 
 /// How far a sphere in camera space is from the field of view, at least; negative inside.

@@ -1,5 +1,6 @@
 //! The criterion for eight groups at once, equal bit for bit to
-//! [`promised_error_px`](crate::promised_error_px).
+//! [`promised_error_px`](crate::promised_error_px) and, for groups that were refined,
+//! [`kept_error_px`](crate::kept_error_px).
 //!
 //! Every line computes what the scalar code and `camera_field`'s bounds compute, in the same order,
 //! with operations that IEEE 754 rounds exactly, so that lanes and scalars agree on every machine.
@@ -12,11 +13,11 @@ use glam::Vec3;
 use wide::f32x8;
 
 use crate::criterion::ASPECT_ROUNDING;
-use crate::decide::DepthScale;
+use crate::decide::conservative::Tests;
 use crate::stretch::{STRETCH_ROUNDING, SeenStretch};
 use crate::table::GroupTable;
-use crate::{InstanceView, LodSettings, Promise};
-use bounds::{Extent, ROUNDING, Seen, beyond_edges, beyond_sides, picture_weight, unusable};
+use crate::{InstanceView, LodSettings, Offscreen, Promise};
+use bounds::{Edge, Extent, ROUNDING, Seen, picture_weight};
 use lanes::{INFINITE, M3, ONE, V3, ZERO, splat};
 
 /// One instance in one view under one set of settings.
@@ -26,25 +27,36 @@ pub(crate) struct Kernel<'a> {
     camera_from_local: M3,
     origin: V3,
     normal_map: M3,
+    corner: f32,
+    /// Where refined groups leave another view than they entered.
+    kept_corner: Option<f32>,
 }
 
 impl<'a> Kernel<'a> {
     pub(crate) fn new(instance: &'a InstanceView, settings: &'a LodSettings) -> Self {
+        let corner = |camera: &Camera| match camera {
+            Camera::Perspective(camera) => camera.max_secant(),
+            Camera::Orthographic(_) => 1.0,
+        };
+        let keeps = instance.kept_camera != instance.camera;
         Self {
             instance,
             settings,
+            corner: corner(&instance.camera),
+            kept_corner: keeps.then(|| corner(&instance.kept_camera)),
             camera_from_local: M3::splat(&instance.camera_from_local),
             origin: V3::splat(instance.origin_in_camera),
             normal_map: M3::splat(&instance.normal_in_camera_from_local),
         }
     }
 
-    /// The promised error of the groups of one block. Terminal groups give that of no error.
+    /// The promised error of the groups of one block, of which `was_refined` has the bits. Terminal
+    /// groups give that of no error.
     #[inline]
-    pub(crate) fn error_px(&self, table: &GroupTable, block: usize) -> f32x8 {
+    pub(crate) fn error_px(&self, table: &GroupTable, block: usize, was_refined: u32) -> f32x8 {
         let seen = self.seen(table, block);
-        let outside = self.outside(&seen);
-        self.error_px_of(&seen, outside, table, block)
+        let edge = self.edge(&seen, was_refined);
+        self.error_px_of(&seen, &edge, table, block)
     }
 
     /// [`Kernel::error_px`], or `None` where each group is outside the view, deep enough, or among
@@ -53,50 +65,63 @@ impl<'a> Kernel<'a> {
     pub(crate) fn error_px_unless(
         &self,
         others: f32x8,
-        depth: &DepthScale,
+        tests: &Tests,
         table: &GroupTable,
         block: usize,
+        was_refined: u32,
     ) -> Option<f32x8> {
         let seen = self.seen(table, block);
-        let outside = self.outside(&seen);
-        let mut shows_to = table.error_weighed[block] * splat(depth.of_weighed_error);
-        if depth.of_deviation != 0.0 {
-            let deviation = table.deviation[block] * splat(depth.of_deviation);
-            shows_to = shows_to.simd_gt(deviation).bitselect(shows_to, deviation);
+        let edge = self.edge(&seen, was_refined);
+        let below = |scale: &crate::decide::conservative::DepthScale, distance: f32x8| {
+            let mut shows_to = table.groups.error_weighed[block] * splat(scale.of_weighed_error);
+            if scale.of_deviation != 0.0 {
+                let deviation = table.groups.deviation[block] * splat(scale.of_deviation);
+                shows_to = shows_to.simd_gt(deviation).bitselect(shows_to, deviation);
+            }
+            let reach = shows_to + seen.radius * splat(1.001) + splat(scale.slack);
+            reach.simd_lt(distance)
+        };
+        let unseen = match &tests.on_axis {
+            None => edge.outside,
+            Some(on_axis) => edge.outside & below(on_axis, seen.distance),
+        };
+        let mut idle = unseen | others;
+        if tests.facing.is_none() {
+            idle |= below(&tests.depth, seen.center.z);
         }
-        let reach = shows_to + seen.radius * splat(1.001) + splat(depth.slack);
-        let idle = (outside | others | reach.simd_lt(seen.center.z)).all();
-        (!idle).then(|| self.error_px_of(&seen, outside, table, block))
+        let idle = idle.all();
+        (!idle).then(|| self.error_px_of(&seen, &edge, table, block))
     }
 
     #[inline]
-    fn error_px_of(&self, seen: &Seen, outside: f32x8, table: &GroupTable, block: usize) -> f32x8 {
+    fn error_px_of(&self, seen: &Seen, edge: &Edge, table: &GroupTable, block: usize) -> f32x8 {
         match &self.instance.camera {
             Camera::Perspective(camera) => {
-                let extent = Extent::new(camera, seen, outside);
+                let extent = Extent::new(seen, edge);
                 self.perspective_px(camera, seen, &extent, table, block)
             }
-            Camera::Orthographic(camera) => {
-                self.orthographic_px(camera, seen, outside, table, block)
-            }
+            Camera::Orthographic(camera) => self.orthographic_px(camera, seen, edge, table, block),
         }
     }
 
     #[inline]
-    fn outside(&self, seen: &Seen) -> f32x8 {
-        let beyond = match &self.instance.camera {
-            Camera::Perspective(camera) => beyond_sides(camera, seen),
-            Camera::Orthographic(camera) => beyond_edges(camera, seen),
-        };
-        beyond & !unusable(seen)
+    fn edge(&self, seen: &Seen, was_refined: u32) -> Edge {
+        let entering = Edge::new(&self.instance.camera, self.corner, seen);
+        match self.kept_corner {
+            Some(corner) => {
+                let leaving = Edge::new(&self.instance.kept_camera, corner, seen);
+                entering.or_kept(was_refined, &leaving)
+            }
+            None => entering,
+        }
     }
 
     #[inline]
     fn seen(&self, table: &GroupTable, block: usize) -> Seen {
         let local = V3 {
-            x: table.x[block],
-            y: table.y[block],
-            z: table.z[block],
+            x: table.groups.x[block],
+            y: table.groups.y[block],
+            z: table.groups.z[block],
         };
         let turned = self.camera_from_local.of(local);
         let center = V3 {
@@ -107,7 +132,7 @@ impl<'a> Kernel<'a> {
         let distance_squared = center.dot(center);
         Seen {
             center,
-            radius: splat(self.instance.camera_per_local) * table.radius[block],
+            radius: splat(self.instance.camera_per_local) * table.groups.radius[block],
             distance_squared,
             distance: distance_squared.sqrt(),
         }
@@ -125,18 +150,18 @@ impl<'a> Kernel<'a> {
         let strength = || {
             let constant = splat(camera.constant_px2());
             let bound = constant * extent.secant / (extent.depth * extent.depth);
-            let bound = extent.or_infinity(bound * splat(1.0 + ROUNDING));
+            let bound = self.unless_outside(extent, bound * splat(1.0 + ROUNDING), || {
+                constant / (seen.distance * seen.distance)
+            });
             self.sampled_where_flat(constant, seen, extent, bound)
         };
         let pixel_scale = || {
             let focal = splat(camera.focal_px.x.max(camera.focal_px.y));
-            extent.or_infinity(focal * extent.secant / extent.depth * splat(1.0 + ROUNDING))
+            let bound = focal * extent.secant / extent.depth * splat(1.0 + ROUNDING);
+            self.unless_outside(extent, bound, || focal / seen.distance)
         };
-        let stretch = match &self.instance.seen_stretch {
-            None => splat(self.instance.camera_per_local),
-            Some(stretch) => self.stretch_seen(stretch, seen),
-        };
-        let relaxation = self.relaxation(camera, seen);
+        let stretch = self.stretch(seen);
+        let relaxation = self.relaxation(seen);
         self.promised(
             table,
             block,
@@ -153,28 +178,43 @@ impl<'a> Kernel<'a> {
         &self,
         camera: &OrthographicIntrinsics,
         seen: &Seen,
-        outside: f32x8,
+        edge: &Edge,
         table: &GroupTable,
         block: usize,
     ) -> f32x8 {
-        let extent = Extent::constant(seen, outside);
+        let extent = Extent::constant(seen, edge);
         let pixels = camera.pixels_per_unit;
-        let strength = || extent.or_infinity(splat(pixels.x * pixels.y));
-        let pixel_scale = || extent.or_infinity(splat(pixels.x.max(pixels.y)));
+        let constant = |value: f32x8| self.unless_outside(&extent, value, || value);
+        let strength = || constant(splat(pixels.x * pixels.y));
+        let pixel_scale = || constant(splat(pixels.x.max(pixels.y)));
+        let stretch = self.stretch(seen);
+        self.promised(table, block, strength, pixel_scale, stretch, ONE, seen)
+    }
+
+    /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives.
+    #[inline]
+    fn unless_outside(&self, extent: &Extent, bound: f32x8, on_axis: impl Fn() -> f32x8) -> f32x8 {
+        let bound = extent.or_infinity(bound);
+        if self.settings.offscreen == Offscreen::Coarsest {
+            return bound;
+        }
+        let on_axis = on_axis();
+        let usable = on_axis.simd_ge(ZERO) & on_axis.simd_lt(INFINITE);
+        let on_axis = usable.bitselect(on_axis, INFINITE);
+        extent.outside.bitselect(on_axis, bound)
+    }
+
+    #[inline]
+    fn stretch(&self, seen: &Seen) -> f32x8 {
         let most = self.instance.camera_per_local;
-        let stretch = self.instance.seen_stretch.map_or(most, |stretch| {
-            let seen = stretch.across(Vec3::Z);
-            if seen < most { seen } else { most }
-        });
-        self.promised(
-            table,
-            block,
-            strength,
-            pixel_scale,
-            splat(stretch),
-            ONE,
-            seen,
-        )
+        match (&self.instance.seen_stretch, &self.instance.camera) {
+            (None, _) => splat(most),
+            (Some(stretch), Camera::Perspective(_)) => self.stretch_seen(stretch, seen),
+            (Some(stretch), Camera::Orthographic(_)) => {
+                let seen = stretch.across(Vec3::Z);
+                splat(if seen < most { seen } else { most })
+            }
+        }
     }
 
     #[inline]
@@ -194,13 +234,13 @@ impl<'a> Kernel<'a> {
                 self.facing(seen, table, block),
                 table.normal_variance[block],
             );
-            let error = table.error[block] * stretch;
+            let error = table.facings.error[block] * stretch;
             let quality = error * (strength * weight).sqrt() * relaxation;
             strength.simd_ge(INFINITE).bitselect(INFINITE, quality)
         };
         let displacement = || {
             let scale = pixel_scale();
-            let displacement = table.deviation[block] * stretch * scale * relaxation;
+            let displacement = table.groups.deviation[block] * stretch * scale * relaxation;
             scale.simd_ge(INFINITE).bitselect(INFINITE, displacement)
         };
         match self.settings.promise {
@@ -219,9 +259,9 @@ impl<'a> Kernel<'a> {
     #[inline]
     fn facing(&self, seen: &Seen, table: &GroupTable, block: usize) -> f32x8 {
         let normal = V3 {
-            x: table.normal[0][block],
-            y: table.normal[1][block],
-            z: table.normal[2][block],
+            x: table.facings.normal[0][block],
+            y: table.facings.normal[1][block],
+            z: table.facings.normal[2][block],
         };
         let turned = self.normal_map.of(normal);
         let (along, distance) = match self.instance.camera {
@@ -287,7 +327,7 @@ impl<'a> Kernel<'a> {
     }
 
     #[inline]
-    fn relaxation(&self, camera: &Intrinsics, seen: &Seen) -> f32x8 {
+    fn relaxation(&self, seen: &Seen) -> f32x8 {
         let min_aspect_ratio = self.settings.min_aspect_ratio;
         if min_aspect_ratio.is_nan() || min_aspect_ratio <= 0.0 {
             return ONE;
@@ -301,7 +341,7 @@ impl<'a> Kernel<'a> {
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
         let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
-        let least = splat(1.0 / camera.max_secant());
+        let least = splat(1.0 / self.corner);
         let widest = cosine + splat(ASPECT_ROUNDING);
         let widest = widest.simd_gt(least).bitselect(widest, least);
         let aspect = off_axis.simd_le(radius).bitselect(ONE, widest);

@@ -69,11 +69,11 @@ mod table;
 mod tree;
 mod view;
 
-pub use criterion::{promised_error_px, screen_displacement_px, screen_error_px};
+pub use criterion::{kept_error_px, promised_error_px, screen_displacement_px, screen_error_px};
 pub use cut::{Cut, select, select_with};
 pub use decide::refine;
 pub use scene::{InstanceId, MeshId, Scene};
 pub use selector::{Change, Selector, Statistics};
-pub use settings::{LodSettings, Promise};
+pub use settings::{LodSettings, Offscreen, Promise};
 pub use table::GroupTable;
 pub use view::{InstanceView, View};

@@ -48,6 +48,8 @@ pub struct Selector {
     odometer: Odometer,
     last: Option<Frame>,
     memories: Vec<Memory>,
+    /// For how long each instance, tested by itself, stays as it is.
+    holds: Vec<Hold>,
     nodes: Vec<Vec<NodeMemory>>,
     pending: Vec<Pending>,
     spare: Vec<Slot>,
@@ -98,7 +100,7 @@ impl Selector {
         self.entered.clear();
         self.left.clear();
         self.statistics = Statistics::default();
-        let view = view.widened(settings.offscreen_margin);
+        let view = view.with_margins(settings);
         let Some(budget) = settings.triangle_budget else {
             return self.step(scene, &view, settings, parallel);
         };
@@ -159,6 +161,7 @@ impl Selector {
     fn take_over(&mut self, scene: &Scene, frame: &Frame) {
         self.memories
             .resize(scene.instances.len(), Memory::default());
+        self.holds.resize(scene.instances.len(), Hold::NONE);
         let last = self.last.replace(*frame);
         let same_criterion = last.is_some_and(|last| {
             last.settings == frame.settings && last.view.camera() == frame.view.camera()
@@ -168,9 +171,7 @@ impl Selector {
         }
         if !(same_criterion && self.odometer.is_usable()) {
             self.odometer = Odometer::default();
-            self.memories
-                .iter_mut()
-                .for_each(|memory| memory.hold = Hold::NONE);
+            self.holds.fill(Hold::NONE);
             self.nodes
                 .iter_mut()
                 .flatten()
@@ -289,6 +290,7 @@ impl Selector {
         self.last = None;
         self.odometer = Odometer::default();
         self.memories.clear();
+        self.holds.clear();
         self.nodes.iter_mut().for_each(Vec::clear);
         self.spare.append(&mut self.slots);
         self.free_slots.clear();
@@ -310,6 +312,7 @@ mod tests {
         fn capacity(&self) -> usize {
             let slots = self.slots.iter().chain(&self.spare).map(Slot::capacity);
             self.memories.capacity()
+                + self.holds.capacity()
                 + self.nodes.iter().map(Vec::capacity).sum::<usize>()
                 + self.pending.capacity()
                 + self.changes.capacity()
@@ -340,7 +343,7 @@ mod tests {
             selector.capacity()
         };
         // Slots go from instance to instance until each is as large as any needs.
-        let warm = (0..6).map(|_| lap()).last();
+        let warm = (0..12).map(|_| lap()).last();
         assert_eq!(Some(lap()), warm);
     }
 }

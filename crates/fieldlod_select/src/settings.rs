@@ -17,6 +17,17 @@ pub enum Promise {
     },
 }
 
+/// How groups outside the view are judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Offscreen {
+    /// At their coarsest: nobody sees them.
+    #[default]
+    Coarsest,
+    /// As if they stood on the view's axis, as far away and turned towards the eye as they are: with the
+    /// field's strength `f²/ρ²` there. For what casts shadows into the view.
+    OnAxis,
+}
+
 /// What decides how fine a cut is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LodSettings {
@@ -49,9 +60,14 @@ pub struct LodSettings {
     /// doubles both. `error_px` is counted in rendered pixels.
     pub resolution_scale: f32,
     /// Margin around the image that counts as seen, as a share of the image's size on each side:
-    /// for shadows of what is just outside, and fast turns. What is further out is drawn at its
-    /// coarsest.
+    /// for shadows of what is just outside, and fast turns.
     pub offscreen_margin: f32,
+    /// How what is further out is judged.
+    pub offscreen: Offscreen,
+    /// Margin around that, as a share of the image's size on each side, in which a refined group
+    /// counts as seen still: it leaves the view later than it entered. Keeps an eye that nods from
+    /// swapping levels along the image's edge. Negative counts as 0.
+    pub edge_hysteresis: f32,
     /// Triangles that a view may draw. The threshold that meets it takes the place of `error_px`
     /// ([`Selector`](crate::Selector)); [`select`](crate::select), which sees one instance only,
     /// does not read it.
@@ -59,7 +75,8 @@ pub struct LodSettings {
 }
 
 impl Default for LodSettings {
-    /// 1 px of quality, coarsening below 0.8 px; the bound everywhere, no margin, no budget.
+    /// 1 px of quality, coarsening below 0.8 px or 10 % of the image beyond its edge; the bound
+    /// everywhere, no margin, no budget.
     fn default() -> Self {
         Self {
             error_px: 1.0,
@@ -69,6 +86,8 @@ impl Default for LodSettings {
             max_curl: 0.0,
             resolution_scale: 1.0,
             offscreen_margin: 0.0,
+            offscreen: Offscreen::Coarsest,
+            edge_hysteresis: 0.1,
             triangle_budget: None,
         }
     }

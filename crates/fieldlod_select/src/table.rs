@@ -1,10 +1,14 @@
 //! A hierarchy laid out for selection: structures of arrays, eight groups to a register.
 
-use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
-use glam::Vec3;
+mod bounds;
+
+use fieldlod_hierarchy::{Group, Hierarchy};
 use wide::f32x8;
 
 use crate::criterion::{SILHOUETTE_WEIGHT, VISIBLE_WEIGHT, normal_variance};
+use crate::hold::Whole;
+pub(crate) use bounds::{Bounds, Facings};
+use bounds::{around, of_one};
 
 /// Groups in a register.
 pub(crate) const LANES: usize = 8;
@@ -13,26 +17,23 @@ pub(crate) const CHUNK: usize = 64;
 
 /// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
 ///
-/// The conservative test reads [`GroupTable::BYTES_TESTED`] a group, and one `Chunk` for 64 groups
-/// before; the full criterion reads [`GroupTable::BYTES_FULL`].
+/// Tests ask for 64 groups at once first, then for eight, then for each: see the constants.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
     pub(crate) group_count: usize,
-    pub(crate) x: Vec<f32x8>,
-    pub(crate) y: Vec<f32x8>,
-    pub(crate) z: Vec<f32x8>,
-    pub(crate) radius: Vec<f32x8>,
-    /// `e √W` with the greatest weight W that any direction gives: only for the conservative test.
-    pub(crate) error_weighed: Vec<f32x8>,
-    pub(crate) error: Vec<f32x8>,
-    pub(crate) deviation: Vec<f32x8>,
-    pub(crate) normal: [Vec<f32x8>; 3],
+    /// Groups, eight to an element.
+    pub(crate) groups: Bounds,
+    /// Elements of `groups`, eight to an element: one for each word of bits.
+    pub(crate) blocks: Bounds,
+    /// Elements of `blocks`, eight to an element.
+    pub(crate) chunks: Bounds,
+    pub(crate) facings: Facings,
+    pub(crate) block_facings: Facings,
     pub(crate) normal_length: Vec<f32x8>,
     pub(crate) normal_variance: Vec<f32x8>,
-    pub(crate) chunks: Vec<Chunk>,
     /// One bit for each group, set if it is terminal.
     pub(crate) terminal: Vec<u64>,
-    pub(crate) whole: Chunk,
+    pub(crate) whole: Whole,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -44,15 +45,6 @@ pub struct GroupTable {
     pub(crate) coarsest_triangle_count: u64,
 }
 
-/// Bounds of 64 groups: a sphere around their spheres and the largest errors of those that are not
-/// terminal. NaN counts as infinite.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Chunk {
-    pub(crate) bounds: Sphere,
-    pub(crate) error_weighed: f32,
-    pub(crate) deviation: f32,
-}
-
 #[derive(Clone, Copy, Debug)]
 struct TableUnit {
     produced_by: u32,
@@ -60,9 +52,14 @@ struct TableUnit {
 }
 
 impl GroupTable {
-    /// Bytes of a group that the conservative test reads for the quality promise.
-    pub const BYTES_TESTED: usize = 5 * size_of::<f32>();
-    /// Bytes of a group that the full criterion reads for the quality promise.
+    /// Bytes read for 64 groups that are told at once: a sphere, an error, terminal bits in and bits
+    /// out, for the quality promise.
+    pub const BYTES_PER_WORD: usize = 5 * size_of::<f32>() + 2 * size_of::<u64>();
+    /// Bytes read for eight groups that are told at once: a sphere, an error, how they face.
+    pub const BYTES_PER_BLOCK: usize = 9 * size_of::<f32>();
+    /// Bytes read for a group that a conservative test tells.
+    pub const BYTES_TESTED: usize = 9 * size_of::<f32>();
+    /// Bytes read for a group that the full criterion decides: no more than its normal's variance.
     pub const BYTES_FULL: usize = 10 * size_of::<f32>();
 
     /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
@@ -77,25 +74,18 @@ impl GroupTable {
                 .collect()
         };
         let (first_coarser, coarser) = coarser_links(hierarchy);
+        let words = groups.len().div_ceil(CHUNK);
         let table = Self {
             group_count: groups.len(),
-            x: lanes(&|g| g.bounds.center.x),
-            y: lanes(&|g| g.bounds.center.y),
-            z: lanes(&|g| g.bounds.center.z),
-            radius: lanes(&|g| g.bounds.radius),
-            error_weighed: lanes(&error_weighed),
-            error: lanes(&|g| of_simplified(g, g.error_in_local)),
-            deviation: lanes(&|g| of_simplified(g, g.deviation_in_local)),
-            normal: [
-                lanes(&|g| g.mean_normal.x),
-                lanes(&|g| g.mean_normal.y),
-                lanes(&|g| g.mean_normal.z),
-            ],
+            groups: Bounds::new(groups.iter().map(of_one), words * LANES),
+            blocks: Bounds::new(groups.chunks(LANES).map(around), words),
+            chunks: Bounds::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
+            facings: Facings::new(groups, 1, words * LANES),
+            block_facings: Facings::new(groups, LANES, words),
             normal_length: lanes(&|g| g.mean_normal.length()),
             normal_variance: lanes(&|g| normal_variance(g.mean_normal)),
-            chunks: groups.chunks(CHUNK).map(Chunk::around).collect(),
             terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
-            whole: Chunk::around(groups),
+            whole: around(groups),
             coarser,
             first_coarser,
             first_unit: groups.iter().map(|g| g.first_unit).collect(),
@@ -190,13 +180,18 @@ impl GroupTable {
 
 /// The indices of the bits that are set, ascending.
 pub(crate) fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
-    words.iter().enumerate().flat_map(|(index, &word)| {
-        let mut rest = word;
-        std::iter::from_fn(move || {
-            let bit = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
-            rest &= rest - 1;
-            Some(index * CHUNK + bit)
-        })
+    let in_word = |(index, &word)| set_bits_of(word).map(move |bit| index * CHUNK + bit);
+    words.iter().enumerate().flat_map(in_word)
+}
+
+/// The same of one word.
+#[inline]
+pub(crate) fn set_bits_of(word: impl Into<u64>) -> impl Iterator<Item = usize> {
+    let mut rest: u64 = word.into();
+    std::iter::from_fn(move || {
+        let bit = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
+        rest &= rest - 1;
+        Some(bit)
     })
 }
 
@@ -222,31 +217,6 @@ fn error_weighed(group: &Group) -> f32 {
 fn terminal_bits(groups: &[Group]) -> u64 {
     let bit = |(index, group): (usize, &Group)| u64::from(group.is_terminal()) << index;
     groups.iter().enumerate().map(bit).sum()
-}
-
-impl Chunk {
-    fn around(groups: &[Group]) -> Self {
-        let largest = |value: &dyn Fn(&Group) -> f32| {
-            let or_infinity = |x: f32| if x.is_nan() { f32::INFINITY } else { x };
-            groups
-                .iter()
-                .map(|g| or_infinity(value(g)))
-                .fold(0.0, f32::max)
-        };
-        let corners = groups.iter().flat_map(|group| {
-            let Sphere { center, radius } = group.bounds;
-            [center - Vec3::splat(radius), center + Vec3::splat(radius)]
-        });
-        let center = Sphere::around(corners).center;
-        Self {
-            bounds: Sphere {
-                center,
-                radius: largest(&|g| g.bounds.center.distance(center) + g.bounds.radius) * 1.0001,
-            },
-            error_weighed: largest(&error_weighed),
-            deviation: largest(&|g| of_simplified(g, g.deviation_in_local)),
-        }
-    }
 }
 
 fn table_units(hierarchy: &Hierarchy) -> Vec<TableUnit> {

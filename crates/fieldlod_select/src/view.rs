@@ -4,12 +4,15 @@ use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics, OrthographicIntrinsics}
 use fieldlod_hierarchy::Sphere;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
+use crate::LodSettings;
 use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 
 /// A camera with its place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub(crate) camera: Camera,
+    /// The camera that refined groups leave: as wide or wider.
+    pub(crate) kept_camera: Camera,
     /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
     /// the origin.
     pub(crate) camera_from_world: Mat3,
@@ -23,6 +26,7 @@ impl View {
         let view_from_world = Mat3::from(world_from_view.matrix3).inverse();
         Self {
             camera,
+            kept_camera: camera,
             camera_from_world: CAMERA_FROM_VIEW * view_from_world,
             eye_in_world: Vec3::from(world_from_view.translation),
         }
@@ -38,25 +42,45 @@ impl View {
     /// same pixels per unit.
     #[must_use]
     pub fn widened(&self, margin: f32) -> Self {
-        let outward = |min: Vec2, max: Vec2| {
-            let border = (max - min) * margin;
-            (min - border, max + border)
-        };
-        let camera = match self.camera {
-            Camera::Perspective(camera) => {
-                let (slope_min, slope_max) = outward(camera.slope_min, camera.slope_max);
-                Camera::Perspective(Intrinsics {
-                    slope_min,
-                    slope_max,
-                    ..camera
-                })
-            }
-            Camera::Orthographic(camera) => {
-                let (min, max) = outward(camera.min, camera.max);
-                Camera::Orthographic(OrthographicIntrinsics { min, max, ..camera })
-            }
-        };
-        Self { camera, ..*self }
+        Self {
+            camera: widened(&self.camera, margin),
+            kept_camera: widened(&self.kept_camera, margin),
+            ..*self
+        }
+    }
+
+    /// The view that selection with `settings` looks at: wider by their `offscreen_margin`, and for
+    /// refined groups by their `edge_hysteresis` more.
+    #[must_use]
+    pub fn with_margins(&self, settings: &LodSettings) -> Self {
+        let view = self.widened(settings.offscreen_margin);
+        // Not narrower, or a group would leave where it enters.
+        let margin = settings.edge_hysteresis.max(0.0);
+        Self {
+            kept_camera: widened(&view.camera, margin),
+            ..view
+        }
+    }
+}
+
+fn widened(camera: &Camera, margin: f32) -> Camera {
+    let outward = |min: Vec2, max: Vec2| {
+        let border = (max - min) * margin;
+        (min - border, max + border)
+    };
+    match *camera {
+        Camera::Perspective(camera) => {
+            let (slope_min, slope_max) = outward(camera.slope_min, camera.slope_max);
+            Camera::Perspective(Intrinsics {
+                slope_min,
+                slope_max,
+                ..camera
+            })
+        }
+        Camera::Orthographic(camera) => {
+            let (min, max) = outward(camera.min, camera.max);
+            Camera::Orthographic(OrthographicIntrinsics { min, max, ..camera })
+        }
     }
 }
 
@@ -65,6 +89,7 @@ impl View {
 #[derive(Clone, Copy, Debug)]
 pub struct InstanceView {
     pub(crate) camera: Camera,
+    pub(crate) kept_camera: Camera,
     pub(crate) camera_from_local: Mat3,
     pub(crate) origin_in_camera: Vec3,
     /// Takes normals along. Keeps lengths if the instance is a similarity; else the length is of no
@@ -95,6 +120,7 @@ impl InstanceView {
         };
         Self {
             camera: view.camera,
+            kept_camera: view.kept_camera,
             camera_from_local,
             origin_in_camera: view.camera_from_world * origin_from_eye,
             normal_in_camera_from_local,

@@ -9,7 +9,7 @@ use common::{
 };
 use fieldlod_select::{
     Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View,
-    promised_error_px, select_with,
+    kept_error_px, promised_error_px, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -172,15 +172,22 @@ impl Watcher {
 
 fn select_one(placed: &Placed, view: &View, settings: &LodSettings, cut: &mut Cut) {
     let hierarchy = &hierarchies()[placed.mesh];
-    let view = view.widened(settings.offscreen_margin);
+    let view = view.with_margins(settings);
     let instance = InstanceView::new(&view, &placed.placement);
     // A bias is a threshold of one's own.
     let biased = LodSettings {
         resolution_scale: settings.resolution_scale * placed.bias,
         ..*settings
     };
+    let before = cut.refined().to_vec();
     select_with(hierarchy, &biased, cut, |group| {
-        promised_error_px(&hierarchy.groups[group], &instance, settings)
+        let was_refined = before.get(group) == Some(&true);
+        let error = if was_refined {
+            kept_error_px
+        } else {
+            promised_error_px
+        };
+        error(&hierarchy.groups[group], &instance, settings)
     });
 }
 

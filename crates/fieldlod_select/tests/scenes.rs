@@ -8,7 +8,8 @@ use common::{
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, naive, promised_error_px,
+    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, kept_error_px, naive,
+    promised_error_px,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -22,7 +23,7 @@ struct Naive {
 impl Naive {
     fn select(&mut self, placed: &[Placed], view: &View, settings: &LodSettings) -> Vec<Vec<u32>> {
         self.refined.resize(placed.len(), Vec::new());
-        let view = view.widened(settings.offscreen_margin);
+        let view = view.with_margins(settings);
         let one = |(refined, placed): (&mut Vec<bool>, &Placed)| {
             let hierarchy = &hierarchies()[placed.mesh];
             refined.resize(hierarchy.groups.len(), false);
@@ -31,7 +32,15 @@ impl Naive {
             let errors: Vec<f32> = hierarchy
                 .groups
                 .iter()
-                .map(|g| promised_error_px(g, &instance, settings))
+                .zip(&before)
+                .map(|(group, was_refined)| {
+                    let error = if *was_refined {
+                        kept_error_px
+                    } else {
+                        promised_error_px
+                    };
+                    error(group, &instance, settings)
+                })
                 .collect();
             // A bias is a threshold of one's own.
             let settings = LodSettings {

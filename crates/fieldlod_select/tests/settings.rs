@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{any_camera, any_placement, any_view, hierarchies, look, perspective};
-use fieldlod_hierarchy::Group;
+use common::{any_camera, any_placement, any_settings, any_view, hierarchies, look, perspective};
+use fieldlod_hierarchy::{Group, Sphere};
 use fieldlod_select::{
-    Cut, InstanceView, LodSettings, Promise, promised_error_px, screen_displacement_px,
-    screen_error_px, select,
+    Cut, InstanceView, LodSettings, Offscreen, Promise, kept_error_px, promised_error_px,
+    screen_displacement_px, screen_error_px, select,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -90,6 +90,31 @@ proptest! {
     }
 
     #[test]
+    fn what_is_refined_is_never_judged_more_leniently(which in 0usize..4, view in any_view(), placement in any_placement(), settings in any_settings()) {
+        let instance = InstanceView::new(&view.with_margins(&settings), &placement);
+        for group in &hierarchies()[which].groups {
+            let is_less = kept_error_px(group, &instance, &settings) < promised_error_px(group, &instance, &settings);
+            prop_assert!(!is_less);
+        }
+    }
+
+    #[test]
+    fn on_axis_changes_what_is_outside_the_view_alone(which in 0usize..4, view in any_view(), placement in any_placement(), settings in any_settings()) {
+        let instance = InstanceView::new(&view, &placement);
+        let [coarsest, on_axis] = [Offscreen::Coarsest, Offscreen::OnAxis].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
+        for group in &hierarchies()[which].groups {
+            let (hidden, beside) = (promised_error_px(group, &instance, &coarsest), promised_error_px(group, &instance, &on_axis));
+            let Sphere { center, radius } = instance.sphere_in_camera(&group.bounds);
+            if group.is_terminal() || view.camera().touches_sphere(center, radius) {
+                prop_assert_eq!(hidden.to_bits(), beside.to_bits());
+                continue;
+            }
+            prop_assert_eq!(hidden, 0.0);
+            prop_assert!(beside > 0.0 || group.mean_normal != Vec3::ZERO);
+        }
+    }
+
+    #[test]
     fn fewer_rendered_pixels_never_refine(which in 0usize..4, view in any_view(), resolution_scale in 0.1f32..1.0) {
         let plain = cut_of(which, &view, &LodSettings::default());
         let upscaled = LodSettings { resolution_scale, ..LodSettings::default() };
@@ -130,4 +155,86 @@ fn presets_differ_as_their_names_say() {
     assert!(guaranteed > quality);
     assert_eq!(triangles(LodSettings::capped(1.0, 1.0)), guaranteed);
     assert_eq!(triangles(LodSettings::capped(1.0, 1e9)), quality);
+}
+
+/// A caster beside or behind the camera counts as it would on the axis, as far away.
+#[test]
+fn a_caster_beside_the_camera_counts_as_on_the_axis() {
+    let small = Group {
+        mean_normal: Vec3::ZERO,
+        bounds: Sphere {
+            center: Vec3::ZERO,
+            radius: 0.01,
+        },
+        ..hierarchies()[3].groups[5]
+    };
+    for distance in [1.0, 10.0, 1000.0] {
+        for settings in [LodSettings::default(), LodSettings::guaranteed(1.0)] {
+            let error = |target: Vec3, offscreen| {
+                let view = look(perspective(1.0), Vec3::Z * distance, target);
+                let settings = LodSettings {
+                    offscreen,
+                    ..settings
+                };
+                let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
+                promised_error_px(&small, &instance, &settings)
+            };
+            let on_axis = error(Vec3::ZERO, Offscreen::OnAxis);
+            for away in [Vec3::Z * 2.0, Vec3::new(3.0, 0.5, 1.0)] {
+                let beside = error(away * distance, Offscreen::OnAxis);
+                assert!((beside / on_axis - 1.0).abs() < 0.03, "{beside} {on_axis}");
+                assert_eq!(error(away * distance, Offscreen::Coarsest), 0.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn casters_outside_the_view_are_fine_near_by_and_coarse_far_away() {
+    let triangles = |distance: f32, offscreen| {
+        let view = look(
+            perspective(1.0),
+            Vec3::Z * distance,
+            Vec3::Z * distance * 2.0,
+        );
+        cut_of(
+            0,
+            &view,
+            &LodSettings {
+                offscreen,
+                ..LodSettings::default()
+            },
+        )
+        .triangle_count()
+    };
+    let coarsest = triangles(4.0, Offscreen::Coarsest);
+    assert!(triangles(4.0, Offscreen::OnAxis) > 4 * coarsest);
+    assert_eq!(triangles(1e5, Offscreen::OnAxis), coarsest);
+}
+
+#[test]
+fn a_refined_group_leaves_the_view_later_than_it_entered() {
+    // Past the edge of the image and back: where the last group leaves and the first one enters.
+    let edges = |edge_hysteresis: f32| {
+        let settings = LodSettings {
+            edge_hysteresis,
+            ..LodSettings::default()
+        };
+        let mut cut = Cut::default();
+        let mut more_triangles = |step: u8| {
+            let before = cut.triangle_count();
+            let target = Vec3::X * (2.0 + f32::from(step) * 0.2);
+            let view = look(perspective(1.0), Vec3::Z * 4.0, target);
+            let placement = Affine3A::IDENTITY;
+            select(&hierarchies()[0], &placement, &view, &settings, &mut cut);
+            cut.triangle_count().cmp(&before)
+        };
+        let left = (0..=60).filter(|&step| more_triangles(step).is_lt()).max();
+        let entered = (0..60).rev().find(|&step| more_triangles(step).is_gt());
+        (left.unwrap(), entered.unwrap())
+    };
+    let (left, entered) = edges(0.0);
+    assert!(left.abs_diff(entered) <= 1, "{left} {entered}");
+    let (left, entered) = edges(0.2);
+    assert!(left > entered + 2, "{left} {entered}");
 }

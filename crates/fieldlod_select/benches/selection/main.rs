@@ -2,9 +2,11 @@
 //! `cargo bench -p fieldlod_select`.
 //!
 //! Each result is checked before it is timed. Ratios are of medians of interleaved rounds, so that what
-//! else the machine does weighs on both alike.
+//! else the machine does weighs on both alike. `FIELDLOD_SIZES_SVG=PATH` writes the picture of cost
+//! against the size of the scene; `RECORD.md` has both.
 
 mod rival;
+mod sizes;
 #[path = "../../tests/common/synthetic.rs"]
 mod synthetic;
 
@@ -59,7 +61,9 @@ fn ball_with_coarsest_error(levels: u32, error: f32) -> Hierarchy {
 
 /// The criterion over all groups of one mesh.
 fn criterion_over_groups(criterion: &mut Criterion) {
-    println!("\ngroups   height  ours ns/group  rival ns/group  ratio  refined  rival GB/s");
+    println!(
+        "\ngroups   height  ours ns/group  rival ns/group  ratio  refined  rival GB/s, of 20 bytes a group"
+    );
     let settings = LodSettings::default();
     for levels in [6, 8, 10] {
         let hierarchy = ball_with_coarsest_error(levels, 0.02);
@@ -100,7 +104,7 @@ fn criterion_over_groups(criterion: &mut Criterion) {
             );
             let refined: u32 = bits.iter().map(|word| word.count_ones()).sum();
             let (ours, rival) = (ns(ours, count * repeats), ns(rival, count * repeats));
-            let gb_per_s = GroupTable::BYTES_TESTED as f64 / rival;
+            let gb_per_s = 20.0 / rival;
             println!(
                 "{count:8} {height:6}  {ours:13.3}  {rival:14.3}  {:5.2}  {refined:7}  {gb_per_s:6.1}",
                 ours / rival
@@ -113,7 +117,9 @@ fn criterion_over_groups(criterion: &mut Criterion) {
         }
     }
     println!(
-        "bytes a group: {} tested, {} more in the band",
+        "bytes a group: {:.2} where words of 64 are told at once, {:.2} where blocks of eight, {} where groups, {} with the criterion",
+        GroupTable::BYTES_PER_WORD as f64 / 64.0,
+        GroupTable::BYTES_PER_BLOCK as f64 / 8.0,
         GroupTable::BYTES_TESTED,
         GroupTable::BYTES_FULL
     );
@@ -197,6 +203,7 @@ fn whole_frames(criterion: &mut Criterion) {
     let mut bits = Vec::new();
     let no_memory = LodSettings {
         hysteresis: 1.0,
+        edge_hysteresis: 0.0,
         ..settings
     };
     for step in 0..100 {
@@ -253,26 +260,39 @@ fn whole_frames(criterion: &mut Criterion) {
 }
 
 /// The same dozen balls in front of the camera, and ever more far ahead and behind.
-fn scene_sizes(_: &mut Criterion) {
-    println!("\ninstances  from scratch us  incremental us  triangles near");
-    let settings = LodSettings::default();
-    for count in [1u32, 10, 100, 1_000, 10_000, 100_000] {
-        let mut scene = Scene::default();
-        let mesh = scene.add_mesh(&synthetic::ball(3, 0.004));
-        for index in 0..count {
-            let (x, z) = ((index % 12) as f32 * 3.0 - 16.0, (index / 12) as f32 * 3.0);
-            let place = match index {
-                0..12 => Vec3::new(x * 0.5, 0.0, 8.0),
-                _ if index % 2 == 0 => Vec3::new(x * 8.0, 0.0, 40.0 + z),
-                _ => Vec3::new(x * 8.0, 0.0, -150.0 - z),
-            };
-            scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
+fn scene_of_size(count: u32, hierarchy: &Hierarchy) -> (Scene, Vec<Vec3>) {
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(hierarchy);
+    let place = |index: u32| {
+        let (x, z) = ((index % 12) as f32 * 3.0 - 16.0, (index / 12) as f32 * 3.0);
+        match index {
+            0..12 => Vec3::new(x * 0.5, 0.0, 8.0),
+            _ if index.is_multiple_of(2) => Vec3::new(x * 8.0, 0.0, 40.0 + z),
+            _ => Vec3::new(x * 8.0, 0.0, -150.0 - z),
         }
-        scene.update();
+    };
+    let places: Vec<Vec3> = (0..count).map(place).collect();
+    for &place in &places {
+        scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
+    }
+    scene.update();
+    (scene, places)
+}
+
+fn scene_sizes(_: &mut Criterion) {
+    println!("\ninstances  from scratch us  incremental us  scan us  triangles near");
+    let settings = LodSettings::default();
+    let hierarchy = synthetic::ball(3, 0.004);
+    let spheres = SphereTable::new(&hierarchy);
+    let mut found = Vec::new();
+    for instances in [1u32, 10, 100, 1_000, 10_000, 100_000] {
+        let (scene, places) = scene_of_size(instances, &hierarchy);
         let [mut fresh, mut kept] = [Selector::default(), Selector::default()];
+        let mut bits = Vec::new();
         let step = std::cell::Cell::new(0);
-        let [scratch, walking] = medians(
-            300,
+        let rounds = if instances < 100_000 { 300 } else { 60 };
+        let [scratch, walking, scan] = medians(
+            rounds,
             [
                 &mut || {
                     step.set(step.get() + 1);
@@ -280,20 +300,57 @@ fn scene_sizes(_: &mut Criterion) {
                     fresh.select(&scene, &walk(step.get()).1, &settings);
                 },
                 &mut || kept.select(&scene, &walk(step.get()).1, &settings),
+                &mut || {
+                    bits.clear();
+                    let eye = walk(step.get()).0;
+                    for &place in &places {
+                        spheres.refine(eye - place, FOCAL_PX, &mut bits);
+                    }
+                    black_box(&bits);
+                },
             ],
         );
+        let [scratch_us, walking_us, scan_us] =
+            [scratch, walking, scan].map(|time| time.as_secs_f64() * 1e6);
         println!(
-            "{count:9}  {:15.2}  {:14.2}  {}",
-            scratch.as_secs_f64() * 1e6,
-            walking.as_secs_f64() * 1e6,
+            "{instances:9}  {scratch_us:15.2}  {walking_us:14.2}  {scan_us:7.2}  {}",
             kept.triangle_count()
         );
+        found.push(sizes::Size {
+            instances,
+            scratch_us,
+            walking_us,
+            scan_us,
+        });
     }
+    sizes::write_if_asked(&found);
+}
+
+/// What the machine reads from memory, on one thread: the best of a few sums over 256 MiB.
+fn bandwidth(_: &mut Criterion) {
+    let words = vec![1u64; 1 << 25];
+    let lanes = || {
+        let (chunks, _) = words.as_chunks::<8>();
+        chunks.iter().fold([0u64; 8], |sum, chunk| {
+            std::array::from_fn(|lane| sum[lane].wrapping_add(chunk[lane]))
+        })
+    };
+    let best = (0..9).map(|_| {
+        let start = Instant::now();
+        black_box(lanes());
+        start.elapsed()
+    });
+    let seconds = best.min().map_or(f64::NAN, |time| time.as_secs_f64());
+    let bytes = size_of_val(words.as_slice()) as f64;
+    println!(
+        "\nmemory: {:.1} GB/s read on one thread",
+        bytes / seconds / 1e9
+    );
 }
 
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = criterion_over_groups, whole_frames, scene_sizes
+    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes
 }
 criterion_main!(benches);

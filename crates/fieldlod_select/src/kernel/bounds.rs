@@ -1,6 +1,6 @@
 //! `camera_field`'s bounds over eight spheres at once.
 
-use camera_field::{Intrinsics, OrthographicIntrinsics};
+use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 use wide::f32x8;
 
 use super::lanes::{INFINITE, ONE, V3, ZERO, splat};
@@ -17,6 +17,44 @@ pub(super) struct Seen {
     pub(super) distance: f32x8,
 }
 
+/// How eight spheres lie to the edge of a view.
+pub(super) struct Edge {
+    pub(super) outside: f32x8,
+    /// Secant of the widest corner.
+    pub(super) corner: f32x8,
+}
+
+impl Edge {
+    #[inline]
+    pub(super) fn new(camera: &Camera, corner: f32, seen: &Seen) -> Self {
+        let beyond = match camera {
+            Camera::Perspective(camera) => beyond_sides(camera, seen),
+            Camera::Orthographic(camera) => beyond_edges(camera, seen),
+        };
+        Self {
+            outside: beyond & !unusable(seen),
+            corner: splat(corner),
+        }
+    }
+
+    /// For groups that leave another view than they enter; `was_refined` has their bits. Nothing
+    /// leaves where it enters.
+    #[inline]
+    pub(super) fn or_kept(self, was_refined: u32, leaving: &Self) -> Self {
+        let was_refined = mask_of(was_refined);
+        Self {
+            outside: leaving.outside | (self.outside & !was_refined),
+            corner: was_refined.bitselect(leaving.corner, self.corner),
+        }
+    }
+}
+
+/// The lanes whose bits are set.
+fn mask_of(bits: u32) -> f32x8 {
+    let lane = |index: usize| f32::from_bits(0u32.wrapping_sub(bits >> index & 1));
+    f32x8::from(std::array::from_fn(lane))
+}
+
 /// What the view knows of eight spheres: masks, and bounds where neither is set.
 pub(super) struct Extent {
     pub(super) outside: f32x8,
@@ -27,7 +65,7 @@ pub(super) struct Extent {
 
 impl Extent {
     #[inline]
-    pub(super) fn new(camera: &Intrinsics, seen: &Seen, outside: f32x8) -> Self {
+    pub(super) fn new(seen: &Seen, edge: &Edge) -> Self {
         let Seen {
             center,
             radius,
@@ -40,7 +78,7 @@ impl Extent {
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine =
             (center.z * tangent_length - off_axis * radius) / distance_squared - splat(ROUNDING);
-        let corner = splat(camera.max_secant());
+        let (outside, corner) = (edge.outside, edge.corner);
         let secant = (cosine * corner)
             .simd_gt(ONE)
             .bitselect(ONE / cosine, corner);
@@ -55,9 +93,9 @@ impl Extent {
 
     /// Where the field is constant, its bounds hold nothing of the sphere.
     #[inline]
-    pub(super) fn constant(seen: &Seen, outside: f32x8) -> Self {
+    pub(super) fn constant(seen: &Seen, edge: &Edge) -> Self {
         Self {
-            outside,
+            outside: edge.outside,
             unbounded: unusable(seen),
             secant: ONE,
             depth: ONE,

@@ -16,18 +16,18 @@ pub(super) struct Frame {
     pub(super) tree_revision: u64,
 }
 
-/// What is known of an instance.
-#[derive(Clone, Copy, Debug)]
+/// What an instance draws.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Memory {
     pub(super) state: State,
     /// Which of the instances that had the index one after the other.
     pub(super) generation: u32,
-    pub(super) hold: Hold,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum State {
     /// Not selected yet, or removed: draws nothing.
+    #[default]
     Empty,
     /// Only what always is refined is refined. The scene may have removed the instance since.
     Coarsest(MeshId),
@@ -73,16 +73,6 @@ impl State {
         match self {
             Self::Mixed(slot) => Some(slot as usize),
             _ => None,
-        }
-    }
-}
-
-impl Default for Memory {
-    fn default() -> Self {
-        Self {
-            state: State::Empty,
-            generation: 0,
-            hold: Hold::NONE,
         }
     }
 }

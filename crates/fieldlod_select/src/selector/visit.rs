@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Selector;
-use super::memory::{Memory, NodeMemory, Pending, State, coarsest_of, record};
+use super::memory::{NodeMemory, Pending, State, coarsest_of, record};
 use crate::InstanceId;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
@@ -60,21 +60,21 @@ impl Selector {
         let is_coarsest = !matches!(memory.state, State::Mixed(_));
         let data = &context.scene.instances[instance as usize];
         let unchanged = data.node.changed_at <= context.seen_revision;
-        if unchanged && memory.hold.lasts(&context.now) {
-            return NodeMemory {
-                hold: memory.hold,
-                is_coarsest,
-            };
+        let hold = self.holds[instance as usize];
+        if unchanged && hold.lasts(&context.now) {
+            return NodeMemory { hold, is_coarsest };
         }
         self.statistics.instances_tested += 1;
         if context.scene.occupants[instance as usize].mesh.is_none() {
             let hold = Hold::forever(&context.now);
+            self.holds[instance as usize] = hold;
             return self.settle_instance(context, instance, hold);
         }
         if let Some(hold) = context.test.coarsest(&data.node.whole, is_coarsest) {
+            self.holds[instance as usize] = hold;
             return self.settle_instance(context, instance, hold);
         }
-        self.memories[instance as usize].hold = Hold::NONE;
+        self.holds[instance as usize] = Hold::NONE;
         let slot = match memory.state {
             State::Mixed(slot) => std::mem::take(&mut self.slots[slot as usize]),
             _ => self.spare.pop().unwrap_or_default(),
@@ -92,7 +92,13 @@ impl Selector {
     }
 
     /// Everything below is at its coarsest, as long as `hold` lasts.
+    ///
+    /// The holds of instances tested by themselves stay, but for those that have changed: `hold` ends
+    /// when the node is visited again, and they may last.
     fn settle(&mut self, context: &Context, level: usize, index: usize, hold: Hold) -> NodeMemory {
+        let changed_at = context.scene.tree.levels[level][index].changed_at;
+        // All holds of the first selection are new.
+        let forgets = context.seen_revision > 0 && changed_at > context.seen_revision;
         for child in children(context.scene, level, index) {
             if level > 0 {
                 let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
@@ -103,7 +109,11 @@ impl Selector {
                     self.settle(context, level - 1, child, hold);
                 }
             } else {
-                self.settle_instance(context, context.scene.tree.order[child], hold);
+                let instance = context.scene.tree.order[child];
+                self.settle_instance(context, instance, hold);
+                if forgets {
+                    self.holds[instance as usize] = Hold::NONE;
+                }
             }
         }
         let memory = NodeMemory {
@@ -121,7 +131,6 @@ impl Selector {
             None => State::Empty,
         };
         self.change_state(context.scene, instance, state);
-        self.memories[instance as usize].hold = hold;
         NodeMemory {
             hold,
             is_coarsest: true,
@@ -129,14 +138,12 @@ impl Selector {
     }
 
     /// If `index` has gone to another instance, what the last one drew leaves.
-    pub(super) fn welcome(&mut self, context: &Context, index: u32) {
+    fn welcome(&mut self, context: &Context, index: u32) {
         let generation = context.scene.occupants[index as usize].generation;
         if self.memories[index as usize].generation != generation {
             self.change_state(context.scene, index, State::Empty);
-            self.memories[index as usize] = Memory {
-                generation,
-                ..Memory::default()
-            };
+            self.memories[index as usize].generation = generation;
+            self.holds[index as usize] = Hold::NONE;
         }
     }
 

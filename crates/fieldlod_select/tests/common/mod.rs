@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Promise, View};
+use fieldlod_select::{LodSettings, Offscreen, Promise, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -110,6 +110,7 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
         error_px,
         0.0f32..=1.0,
         0.3f32..1.5,
+        (any::<bool>(), ratio()),
     )
         .prop_map(
             |(
@@ -120,6 +121,7 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                 error_px,
                 hysteresis,
                 resolution_scale,
+                (is_on_axis, edge_hysteresis),
             )| {
                 LodSettings {
                     error_px,
@@ -129,6 +131,12 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                     max_curl,
                     resolution_scale,
                     offscreen_margin,
+                    offscreen: if is_on_axis {
+                        Offscreen::OnAxis
+                    } else {
+                        Offscreen::Coarsest
+                    },
+                    edge_hysteresis,
                     triangle_budget: None,
                 }
             },

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_lab::promise::{self, Effort, PromiseRun};
 use fieldlod_lab::rivals::{ErrorSource, LodObject};
-use fieldlod_lab::stability::{self, Report};
+use fieldlod_lab::stability::{self, Fixture, Report};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
@@ -19,6 +20,13 @@ use crate::output::{print, print_json};
 pub(crate) struct Arguments {
     /// The .gltf or .glb files to run on instead.
     models: Vec<PathBuf>,
+    /// Measure the guaranteed promise of 1 px instead, and clusterlod's metric beside it, from random
+    /// cameras, each with a placement of its own.
+    #[arg(long)]
+    promise: bool,
+    /// How many cameras that is.
+    #[arg(long, default_value_t = 500, requires = "promise")]
+    cameras: usize,
     /// Print all figures as a JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -33,6 +41,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     bar.set_message("baking");
     let models = arguments.models.iter().map(|path| bake(path));
     let models = models.collect::<Result<Vec<_>, Failure>>()?;
+    if arguments.promise {
+        return run_promise(arguments, models, &bar);
+    }
     bar.set_message("cases");
     let report = stability::run(&models, &|done, total| {
         bar.set_length(total as u64);
@@ -43,6 +54,38 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         print_json(&report)
     } else {
         print(&text(&report))
+    }
+}
+
+fn run_promise(
+    arguments: &Arguments,
+    models: Vec<(String, LodObject)>,
+    bar: &ProgressBar,
+) -> Result<(), Failure> {
+    let objects = if models.is_empty() {
+        let fixtures = Fixture::ALL.iter();
+        fixtures
+            .map(|fixture| (format!("{fixture:?}").to_lowercase(), fixture.bake()))
+            .collect()
+    } else {
+        models
+    };
+    let effort = Effort {
+        cameras: arguments.cameras,
+        ..Effort::default()
+    };
+    bar.set_length(effort.cameras as u64);
+    let measure = |(name, object): &(String, LodObject)| {
+        bar.set_message(name.clone());
+        let progress = |done| bar.set_position(done as u64);
+        promise::measure(name, object, stability::THRESHOLD_PX, effort, &progress)
+    };
+    let runs: Vec<PromiseRun> = objects.iter().map(measure).collect();
+    bar.finish_and_clear();
+    if arguments.json {
+        print_json(&runs)
+    } else {
+        print(promise::table(&runs).trim_end())
     }
 }
 

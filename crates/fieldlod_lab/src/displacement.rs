@@ -90,6 +90,18 @@ impl<'a> SourceSurface<'a> {
         eye: &Eye,
         two_sided: bool,
     ) -> Displacement {
+        summary(self.displacements(cut, instance, eye, two_sided))
+    }
+
+    /// The displacement of every sample that is in the picture, in pixels.
+    #[must_use]
+    pub fn displacements(
+        &self,
+        cut: &CutSurface,
+        instance: &Instance,
+        eye: &Eye,
+        two_sided: bool,
+    ) -> Vec<f64> {
         let projector = Projector::new(instance, eye, two_sided);
         let mut displaced_px = Vec::new();
         for sample in projector.visible(&self.samples) {
@@ -104,7 +116,7 @@ impl<'a> SourceSurface<'a> {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
             }
         }
-        summary(displaced_px)
+        displaced_px
     }
 }
 

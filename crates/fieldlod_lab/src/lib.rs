@@ -5,6 +5,7 @@
 //! - [`rivals`] are the criteria of other systems, written on our hierarchies.
 //! - [`displacement`] measures how far a cut lies from its source on the screen, [`holes`] where it
 //!   is open and what flickers.
+//! - [`promise`] measures the guarantee with random cameras and placements.
 //! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
 //! Everything here is a measure or a picture of other crates' work; no other library depends on it.
@@ -18,6 +19,7 @@ pub mod holes;
 pub mod measure;
 mod nearest;
 pub mod paper;
+pub mod promise;
 #[cfg(feature = "chart")]
 pub mod render;
 pub mod rivals;

@@ -1,0 +1,64 @@
+//! The guaranteed promise holds from anywhere, under any placement, in both directions.
+
+use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_lab::promise::{self, Effort, PromiseRun};
+use fieldlod_lab::rivals::{ErrorSource, LodObject};
+use fieldlod_lab::stability::Fixture;
+
+fn measured(name: &str, object: &LodObject, effort: Effort) -> PromiseRun {
+    let run = promise::measure(name, object, 1.0, effort, &|_| ());
+    print!("{}", promise::table(std::slice::from_ref(&run)));
+    run
+}
+
+fn assert_kept(run: &PromiseRun) {
+    let [ours, clusterlod] = &run.methods[..] else {
+        panic!("two methods")
+    };
+    assert!(ours.samples > run.cameras * 100, "{ours:?}");
+    assert!(ours.max_px <= 1.0, "{}: {ours:?}", run.name);
+    assert!(ours.over == 0.0, "{}: {ours:?}", run.name);
+    // The measure can fail: who bounds no corners exceeds it.
+    assert!(
+        clusterlod.max_px > ours.max_px,
+        "{}: {clusterlod:?}",
+        run.name
+    );
+}
+
+#[test]
+fn no_displacement_exceeds_the_promise_from_anywhere_under_any_placement() {
+    for (seed, fixture) in (1..).zip(Fixture::ALL) {
+        let effort = Effort {
+            cameras: 130,
+            samples: 2_000,
+            seed,
+        };
+        let run = measured(&format!("{fixture:?}"), &fixture.bake(), effort);
+        assert_kept(&run);
+        assert!(run.methods[1].over > 0.0, "{run:?}");
+    }
+}
+
+/// `FIELDLOD_MODELS` names a folder of GLB files; 500 cameras each.
+#[test]
+fn no_displacement_of_models_exceeds_the_promise() {
+    let Ok(folder) = std::env::var("FIELDLOD_MODELS") else {
+        return;
+    };
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|e| e == "glb"));
+    files.sort();
+    for file in files {
+        let baked = bake_file(&file, &BakeConfig::default(), &|_| ()).unwrap();
+        for primitive in baked.file.primitives {
+            let object = LodObject::new(primitive.hierarchy, ErrorSource::Measured);
+            assert_kept(&measured(
+                &file.file_stem().unwrap().to_string_lossy(),
+                &object,
+                Effort::default(),
+            ));
+        }
+    }
+}

@@ -11,7 +11,7 @@ use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{Cut, InstanceId, LodSettings, Promise, Scene, Selector, View, select};
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
-const EXPECTED: u64 = 0x9991_8c10_6b21_f50f;
+const EXPECTED: u64 = 0x1e4f_5576_231b_1e1b;
 const FRAMES: u16 = 600;
 
 fn ball() -> &'static Hierarchy {

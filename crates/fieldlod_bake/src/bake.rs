@@ -43,7 +43,7 @@ pub(crate) fn bake_mesh_with_progress(
     mesh.validate()?;
     let mut input = SimplifierInput::of(mesh, config);
     let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
-    measure_deviations(&mesh.indices, &input, &mut groups);
+    measure_deviations(&input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
     let mut hierarchy = assemble(mesh, &groups, &finished);

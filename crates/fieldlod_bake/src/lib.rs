@@ -55,6 +55,7 @@ mod nearest;
 mod patch;
 mod report;
 mod simplify;
+mod surface;
 mod tail;
 mod verify;
 mod watertight;

@@ -157,10 +157,6 @@ impl TriangleTree {
         })
     }
 
-    pub(crate) fn triangle(&self, slot: u32) -> &Triangle {
-        &self.triangles[slot as usize]
-    }
-
     /// Which of the triangles given lies in `slot`.
     pub(crate) fn id(&self, slot: u32) -> u32 {
         self.ids[slot as usize]
@@ -183,6 +179,11 @@ impl Triangle {
             ab: b - a,
             ac: c - a,
         }
+    }
+
+    pub(crate) fn between(a: Vec3A, b: Vec3A, c: Vec3A) -> Self {
+        let (ab, ac) = (b - a, c - a);
+        Self { a, ab, ac }
     }
 
     fn aabb(&self) -> Aabb {
@@ -243,7 +244,7 @@ impl Triangle {
 
     /// Where the way from `from` to `to` leaves the prism that stands on this triangle, and the
     /// point of the triangle's edge below (or above).
-    pub(crate) fn crossing(&self, from: Vec3A, to: Vec3A) -> Crossing {
+    pub(crate) fn crossing(&self, [from, to]: [Vec3A; 2]) -> Crossing {
         let normal = self.ab.cross(self.ac);
         let corners = self.corners();
         let mut exit: Option<f32> = None;

@@ -1,156 +1,209 @@
 //! Triangles of one surface, sampled for their distance from the other.
 
 use glam::{Vec2, Vec3A};
+use rayon::prelude::*;
 
-use crate::nearest::TriangleTree;
+use super::Ruler;
+use super::furthest::Furthest;
+use super::output::Output;
+use crate::surface::{NONE, Surface};
 
-/// Samples on a simplified triangle per source vertex above as much area.
-const SAMPLES_PER_VERTEX: f32 = 0.5;
-/// A simplified triangle with less than this share of the source vertices that its area would
-/// have on average may span a gap.
+/// Simplified triangles that are sampled together.
+const FACES_PER_TASK: usize = 256;
+/// Samples per source vertex above as much area.
+const SAMPLES_PER_VERTEX: f32 = 0.1;
+/// Most rows of samples on one triangle.
+const MAX_ROWS: f32 = 8.0;
+/// Samples per source vertex above as much area, where there may be a gap in the source.
+const SAMPLES_PER_VERTEX_IN_GAPS: f32 = 0.5;
+/// Least rows of samples there.
+const MIN_ROWS_IN_GAPS: f32 = 5.0;
+/// Most rows of samples there.
+const MAX_ROWS_IN_GAPS: f32 = 24.0;
+/// A triangle with less than this share of the source vertices that its area would have on average
+/// may span a gap.
 const GAP_SHARE: f32 = 0.5;
-/// Least rows of samples on one simplified triangle: a single one may miss what lies beside its
-/// middle.
-const MIN_ROWS: f32 = 3.0;
-/// Most rows of samples on one simplified triangle.
-const MAX_ROWS: f32 = 24.0;
 /// A sample this share of the largest distance so far is worth a climb: a summit may be near it.
 const CLIMB_FROM: f32 = 0.7;
+/// How many samples of a group are worth a climb: the furthest.
+const MOST_CLIMBS: usize = 16;
 /// Where a climb to the furthest place of a triangle ends: with steps of this share of the first.
 const SMALLEST_STEP: f32 = 0.03;
 
-/// A triangle to be sampled.
-pub(super) struct Face {
-    pub(super) corners: [Vec3A; 3],
-    /// Bit k is set if the edge from corner k to the next is sampled with this triangle and not
-    /// with its neighbour.
-    pub(super) sides: u8,
-}
-
-/// The triangles given, as source vertices welded by place; each edge is sampled with one of them.
-pub(super) fn faces_of(welded: &[[u32; 3]], position: impl Fn(u32) -> Vec3A) -> Vec<Face> {
-    let edges = EdgeSet::of(welded);
-    let once = |from: u32, to: u32| from < to || !edges.contains(to, from);
-    let face = |&[a, b, c]: &[u32; 3]| Face {
-        corners: [a, b, c].map(&position),
-        sides: u8::from(once(a, b)) | u8::from(once(b, c)) << 1 | u8::from(once(c, a)) << 2,
-    };
-    welded.iter().map(face).collect()
-}
-
-/// The directed edges of some triangles.
-struct EdgeSet(Vec<u64>);
-
-impl EdgeSet {
-    fn of(triangles: &[[u32; 3]]) -> Self {
-        let edges = triangles.len() * 3;
-        let mut set = Self(vec![u64::MAX; (edges * 2).next_power_of_two()]);
-        for &[a, b, c] in triangles {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let slot = set.slot_of(from, to);
-                set.0[slot] = key(from, to);
-            }
+/// The largest squared distance of the simplified surface from the source, or `furthest`. `above`
+/// says how many source vertices stand above each triangle.
+pub(super) fn furthest_face(
+    ruler: &Ruler<'_>,
+    output: &Output<'_>,
+    above: &[u32],
+    furthest: f32,
+) -> f32 {
+    let density = density_of(&output.surface, above);
+    let tasks = above.par_chunks(FACES_PER_TASK).enumerate();
+    let tasks = tasks.map(|(task, above)| {
+        let mut walk = FaceWalk::over(&ruler.source, furthest);
+        for (triangle, &above) in (task * FACES_PER_TASK..).zip(above) {
+            let triangle = triangle as u32;
+            let corner = output.surface.corners()[triangle as usize][0];
+            walk.guess = ruler.triangle_at[corner as usize];
+            let corners = output.surface.corner_positions(triangle);
+            let rows = Rows::on(output, triangle, density * area(corners), above);
+            walk.sample(corners, &rows);
         }
-        set
-    }
-
-    fn contains(&self, from: u32, to: u32) -> bool {
-        self.0[self.slot_of(from, to)] != u64::MAX
-    }
-
-    fn slot_of(&self, from: u32, to: u32) -> usize {
-        let key = key(from, to);
-        let mut slot =
-            (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & (self.0.len() - 1);
-        while self.0[slot] != u64::MAX && self.0[slot] != key {
-            slot = (slot + 1) & (self.0.len() - 1);
-        }
-        slot
-    }
-}
-
-fn key(from: u32, to: u32) -> u64 {
-    u64::from(from) << 32 | u64::from(to)
-}
-
-/// How finely each simplified triangle is sampled: about as finely as the source has vertices
-/// there, and twice as finely where there are fewer source vertices than elsewhere, since it may
-/// span a gap. `under` names the triangle that each of those vertices is near to.
-pub(super) fn rows_of(faces: &[Face], under: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut above = vec![0u32; faces.len()];
-    for face in under {
-        above[face as usize] += 1;
-    }
-    let areas: Vec<f32> = faces
-        .iter()
-        .map(
-            |Face {
-                 corners: [a, b, c], ..
-             }| (*b - *a).cross(*c - *a).length(),
-        )
-        .collect();
-    let total: f32 = areas.iter().sum();
-    let vertices: u32 = above.iter().sum();
-    let rows = areas.iter().zip(above).map(|(area, above)| {
-        let expected = (area / total.max(f32::MIN_POSITIVE)) * vertices as f32;
-        let gap = if (above as f32) < expected * GAP_SHARE {
-            2.0
-        } else {
-            1.0
-        };
-        ((expected * SAMPLES_PER_VERTEX).sqrt() * gap)
-            .ceil()
-            .clamp(MIN_ROWS, MAX_ROWS) as u32
+        walk
     });
-    rows.collect()
+    let tasks: Vec<FaceWalk<'_>> = tasks.collect();
+    let mut all = FaceWalk::over(&ruler.source, furthest);
+    for task in tasks {
+        all.slopes.extend(task.slopes);
+        all.furthest.join([task.furthest]);
+    }
+    all.climb()
+}
+
+/// Source vertices above a surface, for each (twofold) area.
+fn density_of(surface: &Surface<'_>, above: &[u32]) -> f32 {
+    let triangles = 0..above.len() as u32;
+    let areas = triangles.map(|triangle| area(surface.corner_positions(triangle)));
+    let total: f32 = areas.sum();
+    above.iter().sum::<u32>() as f32 / total.max(f32::MIN_POSITIVE)
+}
+
+/// Twice the area.
+fn area([a, b, c]: [Vec3A; 3]) -> f32 {
+    (b - a).cross(c - a).length()
+}
+
+/// How finely a triangle is sampled.
+pub(super) struct Rows {
+    pub(super) inside: u32,
+    /// Samples on the edge from each corner to the next.
+    pub(super) sides: [u32; 3],
+}
+
+impl Rows {
+    /// Where the source was seen to go over all edges of a triangle and to have about as many
+    /// vertices above it as above others, few samples are enough. Elsewhere it may have a gap.
+    fn on(output: &Output<'_>, triangle: u32, expected: f32, above: u32) -> Self {
+        let covered = (expected * SAMPLES_PER_VERTEX).sqrt().ceil();
+        let covered = covered.clamp(1.0, MAX_ROWS) as u32;
+        let gap = (expected * SAMPLES_PER_VERTEX_IN_GAPS).sqrt() * 2.0;
+        let gap = gap.ceil().clamp(MIN_ROWS_IN_GAPS, MAX_ROWS_IN_GAPS) as u32;
+        let is_sparse = (above as f32) < (expected * GAP_SHARE).floor();
+        let across = output.surface.neighbours()[triangle as usize];
+        let is_crossed = output.crossed(triangle);
+        let rows = |has_gap: bool| if has_gap { gap } else { covered };
+        let side = |k: usize| {
+            // Each edge is sampled with the later of its triangles.
+            let own = across[k] == NONE || across[k] < triangle;
+            // An odd number, so that the middle is among them: there, edges stray furthest.
+            u32::from(own) * (rows(!is_crossed[k]) | 1)
+        };
+        Self {
+            inside: rows(is_sparse || is_crossed.contains(&false)),
+            sides: [side(0), side(1), side(2)],
+        }
+    }
 }
 
 /// Goes over triangles of one surface and asks how far they are from the other.
 pub(super) struct FaceWalk<'a> {
-    pub(super) surface: &'a TriangleTree,
-    /// The largest squared distance so far.
-    pub(super) furthest: f32,
+    furthest: Furthest<'a>,
     /// The triangle to try first.
     pub(super) guess: u32,
+    /// Samples with a summit near them, one on each triangle at most.
+    slopes: Vec<Slope>,
 }
 
-impl FaceWalk<'_> {
+/// A place on a triangle that is nearly as far as the furthest.
+#[derive(Clone, Copy)]
+struct Slope {
+    distance_squared: f32,
+    corners: [Vec3A; 3],
+    /// As shares of the edges from the first corner.
+    place: Vec2,
+    /// To the next sample, as such a share.
+    step: f32,
+    guess: u32,
+}
+
+impl Slope {
+    fn point(&self, place: Vec2) -> Vec3A {
+        let [a, b, c] = self.corners;
+        a + (b - a) * place.x + (c - a) * place.y
+    }
+}
+
+impl<'a> FaceWalk<'a> {
+    pub(super) fn over(surface: &'a Surface<'a>, furthest: f32) -> Self {
+        Self {
+            furthest: Furthest::from(surface, furthest),
+            guess: 0,
+            slopes: Vec::new(),
+        }
+    }
+
     /// The squared distance of `point`, if it is above `floor`.
     fn beyond(&mut self, point: Vec3A, floor: f32) -> Option<f32> {
-        let hit = self.surface.nearest(point, floor, self.guess)?;
-        self.guess = hit.slot;
-        self.furthest = self.furthest.max(hit.distance_squared);
+        let hit = self.furthest.see(point, self.guess, floor);
+        self.guess = hit.triangle;
         (hit.distance_squared > floor).then_some(hit.distance_squared)
     }
 
-    /// Samples the sides that count and the inside of a triangle, in `rows` rows.
-    pub(super) fn sample(&mut self, face: &Face, rows: u32) {
-        let step = 1.0 / rows as f32;
-        // An odd number, so that the middle is among them: there, edges stray furthest as a rule.
-        let parts = rows | 1;
-        for part in 0..parts {
-            let along = (part as f32 + 0.5) / parts as f32;
-            for side in 0..3 {
-                if face.sides & 1 << side != 0 {
-                    let place = [(along, 0.0), (1.0 - along, along), (0.0, 1.0 - along)][side];
-                    self.sample_at(face, Vec2::from(place), step);
+    /// Samples the sides and the inside of a triangle.
+    pub(super) fn sample(&mut self, corners: [Vec3A; 3], rows: &Rows) {
+        let step = 1.0 / rows.inside as f32;
+        let mut best = Slope {
+            distance_squared: self.furthest.squared * CLIMB_FROM * CLIMB_FROM,
+            corners,
+            place: Vec2::ZERO,
+            step,
+            guess: NONE,
+        };
+        for (side, &parts) in rows.sides.iter().enumerate() {
+            for part in 0..parts {
+                let along = (part as f32 + 0.5) / parts as f32;
+                let place = [(along, 0.0), (1.0 - along, along), (0.0, 1.0 - along)][side];
+                self.sample_at(Vec2::from(place), &mut best);
+            }
+        }
+        for row in 0..rows.inside {
+            for column in 0..rows.inside - row {
+                let corner = Vec2::new(column as f32, row as f32);
+                self.sample_at((corner + 1.0 / 3.0) * step, &mut best);
+                if column + row + 1 < rows.inside {
+                    self.sample_at((corner + 2.0 / 3.0) * step, &mut best);
                 }
             }
         }
-        for row in 0..rows {
-            for column in 0..rows - row {
-                let corner = Vec2::new(column as f32, row as f32);
-                self.sample_at(face, (corner + 1.0 / 3.0) * step, step);
-                if column + row + 1 < rows {
-                    self.sample_at(face, (corner + 2.0 / 3.0) * step, step);
-                }
-            }
+        if best.guess != NONE {
+            self.slopes.push(best);
         }
     }
 
-    /// Samples one place, and if it is nearly as far as the furthest before, climbs from there to
-    /// where it is furthest. Places are shares of the edges from the first corner.
-    fn sample_at(&mut self, face: &Face, mut place: Vec2, mut step: f32) {
+    fn sample_at(&mut self, place: Vec2, best: &mut Slope) {
+        if let Some(further) = self.beyond(best.point(place), best.distance_squared) {
+            best.distance_squared = further;
+            best.place = place;
+            best.guess = self.guess;
+        }
+    }
+
+    /// Climbs from the furthest samples to where it is furthest, and returns how far that is.
+    pub(super) fn climb(mut self) -> f32 {
+        self.furthest.settle();
+        let mut slopes = std::mem::take(&mut self.slopes);
+        slopes.sort_by(|a, b| b.distance_squared.total_cmp(&a.distance_squared));
+        for slope in slopes.into_iter().take(MOST_CLIMBS) {
+            if slope.distance_squared > self.furthest.squared * CLIMB_FROM * CLIMB_FROM {
+                self.climb_from(slope);
+                self.furthest.settle();
+            }
+        }
+        self.furthest.squared
+    }
+
+    fn climb_from(&mut self, mut slope: Slope) {
         const DIRECTIONS: [(f32, f32); 6] = [
             (1.0, 0.0),
             (0.0, 1.0),
@@ -159,28 +212,21 @@ impl FaceWalk<'_> {
             (0.0, -1.0),
             (1.0, -1.0),
         ];
-        let floor = self.furthest * CLIMB_FROM * CLIMB_FROM;
-        let Some(mut distance_squared) = self.beyond(face.point(place), floor) else {
-            return;
-        };
-        let smallest = step * SMALLEST_STEP;
-        while step > smallest {
+        self.guess = slope.guess;
+        let smallest = slope.step * SMALLEST_STEP;
+        while slope.step > smallest {
             let further = DIRECTIONS.into_iter().find_map(|direction| {
-                let place = within(place + Vec2::from(direction) * step);
-                Some((place, self.beyond(face.point(place), distance_squared)?))
+                let place = within(slope.place + Vec2::from(direction) * slope.step);
+                Some((
+                    place,
+                    self.beyond(slope.point(place), slope.distance_squared)?,
+                ))
             });
             match further {
-                Some(further) => (place, distance_squared) = further,
-                None => step *= 0.5,
+                Some(further) => (slope.place, slope.distance_squared) = further,
+                None => slope.step *= 0.5,
             }
         }
-    }
-}
-
-impl Face {
-    fn point(&self, place: Vec2) -> Vec3A {
-        let [a, b, c] = self.corners;
-        a + (b - a) * place.x + (c - a) * place.y
     }
 }
 

@@ -1,0 +1,198 @@
+//! What a group was simplified to.
+
+use std::sync::atomic::AtomicU8;
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::Ruler;
+use super::seats::Seats;
+use crate::input::SimplifierInput;
+use crate::levels::RawGroup;
+use crate::patch::{Patch, Rider};
+use crate::surface::{NONE, Surface};
+
+/// For each group, the units that it produced: the group that consumes each and its index there.
+pub(super) fn outputs_of(groups: &[RawGroup]) -> Vec<Vec<(u32, usize)>> {
+    let mut outputs = vec![Vec::new(); groups.len()];
+    for (consumer, group) in groups.iter().enumerate() {
+        for (index, unit) in group.units.iter().enumerate() {
+            if let Some(units) = outputs.get_mut(unit.produced_by as usize) {
+                units.push((consumer as u32, index));
+            }
+        }
+    }
+    outputs
+}
+
+/// The simplified surface of a group.
+pub(super) struct Output<'a> {
+    pub(super) surface: Surface<'a>,
+    /// The groups that consume it, each once.
+    consumers: Vec<u32>,
+    /// For each triangle, which of `consumers` consumes it.
+    part_of: Vec<u32>,
+    /// For each triangle, bit k if source triangles were seen to go over the edge from corner k to
+    /// the next.
+    crossed: Vec<AtomicU8>,
+}
+
+impl<'a> Output<'a> {
+    /// `seats` are all free, and are so again afterwards.
+    pub(super) fn of(
+        input: &'a SimplifierInput,
+        units: &[(u32, usize)],
+        groups: &[RawGroup],
+        seats: &mut Seats,
+    ) -> Self {
+        let (mut consumers, mut part_of, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+        for &(consumer, unit) in units {
+            if consumers.last() != Some(&consumer) {
+                consumers.push(consumer);
+            }
+            for cluster in &groups[consumer as usize].units[unit].clusters {
+                corners.extend(input.welded(cluster));
+            }
+            part_of.resize(corners.len(), consumers.len() as u32 - 1);
+        }
+        let crossed = corners.iter().map(|_| AtomicU8::new(0)).collect();
+        Self {
+            surface: Surface::of(&input.positions, corners, seats),
+            crossed,
+            consumers,
+            part_of,
+        }
+    }
+
+    /// Notes that a source triangle stands above these and goes over the edges between them.
+    pub(super) fn cross(&self, seats: [u32; 3]) {
+        for from in 0..3 {
+            let to = (from + 1) % 3;
+            if seats[from] != seats[to] && seats[from] != NONE && seats[to] != NONE {
+                self.cross_between(seats[from], seats[to]);
+                self.cross_between(seats[to], seats[from]);
+            }
+        }
+    }
+
+    fn cross_between(&self, from: u32, to: u32) {
+        let across = self.surface.neighbours()[from as usize];
+        if let Some(edge) = across.iter().position(|&neighbour| neighbour == to) {
+            self.cross_edge(from, edge);
+        }
+    }
+
+    /// Notes that a source triangle at a corner of `seat` has these vertices: an edge between two
+    /// corners is an edge of the source too.
+    pub(super) fn share_edge(&self, seat: u32, vertices: [u32; 3]) {
+        let corners = self.surface.corners()[seat as usize];
+        let is_vertex = corners.map(|corner| vertices.contains(&corner));
+        for edge in 0..3 {
+            if is_vertex[edge] && is_vertex[(edge + 1) % 3] {
+                self.cross_edge(seat, edge);
+            }
+        }
+    }
+
+    fn cross_edge(&self, triangle: u32, edge: usize) {
+        let crossed = &self.crossed[triangle as usize];
+        if crossed.load(Relaxed) & 1 << edge == 0 {
+            crossed.fetch_or(1 << edge, Relaxed);
+        }
+    }
+
+    /// Whether source triangles were seen to go over the edge from each corner to the next.
+    pub(super) fn crossed(&self, triangle: u32) -> [bool; 3] {
+        let crossed = self.crossed[triangle as usize].load(Relaxed);
+        [0, 1, 2].map(|edge| crossed & 1 << edge != 0)
+    }
+
+    /// For each triangle, how many source vertices stand above it, apart from its corners.
+    pub(super) fn vertices_above(
+        &self,
+        seats: &Seats,
+        removed: &[u32],
+        riders: &[Rider],
+    ) -> Vec<u32> {
+        let mut above = vec![0; self.part_of.len()];
+        let riders = riders.iter().map(|rider| rider.vertex);
+        for vertex in removed.iter().copied().chain(riders) {
+            above[seats[vertex as usize] as usize] += 1;
+        }
+        above
+    }
+
+    /// Divides the source below among the groups that come next.
+    pub(super) fn pass_on(
+        &self,
+        ruler: &Ruler<'_>,
+        seats: &Seats,
+        removed: &[u32],
+        mut patch: Patch,
+    ) -> Vec<(u32, Patch)> {
+        let mut parts: Vec<Patch> = Vec::new();
+        parts.resize_with(self.consumers.len(), Patch::default);
+        let removed = removed.iter().map(|&vertex| self.rider(seats, vertex));
+        if parts.len() == 1 {
+            for rider in &mut patch.riders {
+                *rider = self.rider(seats, rider.vertex);
+            }
+            patch.riders.extend(removed);
+            parts[0] = patch;
+        } else {
+            let riders = patch.riders.iter();
+            let riders = riders.map(|rider| self.rider(seats, rider.vertex));
+            for rider in riders.chain(removed) {
+                let part = self.part_of[seats[rider.vertex as usize] as usize];
+                parts[part as usize].riders.push(rider);
+            }
+            self.divide_triangles(ruler, seats, &patch, &mut parts);
+        }
+        self.consumers.iter().copied().zip(parts).collect()
+    }
+
+    fn rider(&self, seats: &Seats, vertex: u32) -> Rider {
+        let on = self.nearest_corner(seats[vertex as usize], vertex);
+        Rider { vertex, on }
+    }
+
+    fn nearest_corner(&self, triangle: u32, vertex: u32) -> u32 {
+        let point = self.surface.position(vertex);
+        let corners = self.surface.corners()[triangle as usize];
+        let distance = |corner: u32| self.surface.position(corner).distance_squared(point);
+        let [a, b, c] = corners.map(distance);
+        if a <= b && a <= c {
+            corners[0]
+        } else if b <= c {
+            corners[1]
+        } else {
+            corners[2]
+        }
+    }
+
+    fn divide_triangles(
+        &self,
+        ruler: &Ruler<'_>,
+        seats: &Seats,
+        patch: &Patch,
+        parts: &mut [Patch],
+    ) {
+        let part_at = |vertex: u32| match seats[vertex as usize] {
+            NONE => NONE,
+            seat => self.part_of[seat as usize],
+        };
+        for triangle in patch.triangles() {
+            let [a, b, c] = ruler.source.corners()[triangle as usize].map(part_at);
+            if a == b && b == c && a != NONE {
+                parts[a as usize].inside.push(triangle);
+                continue;
+            }
+            let mut give = |part: u32| {
+                if part != NONE {
+                    parts[part as usize].across.push(triangle);
+                }
+            };
+            give(a);
+            give(if b == a { NONE } else { b });
+            give(if c == a || c == b { NONE } else { c });
+        }
+    }
+}

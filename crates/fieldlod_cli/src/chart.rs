@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Size of the pictures in pixels.
-    #[arg(long, default_value = "480x270", value_parser = parse_size)]
+    #[arg(long, default_value = "640x360", value_parser = parse_size)]
     size: (u32, u32),
     /// Only the comparison of triangles, without promises and the path.
     #[arg(long)]
@@ -188,6 +188,7 @@ fn text(report: &Report, out: &Path) -> String {
         }
         text.push('\n');
     }
+    text.push_str(&thresholds_text(report));
     text.push_str("\nquality at equal image RMSE, by model\n");
     for model in &report.models {
         let cells = COMPARED_AT_PX.map(|at| match model.ratio(Way::Quality, Measure::Rmse, at) {
@@ -198,4 +199,20 @@ fn text(report: &Report, out: &Path) -> String {
     }
     let _ = write!(text, "\ncharts and numbers: {}", out.display());
     text
+}
+
+/// What our threshold means beside that of others.
+fn thresholds_text(report: &Report) -> String {
+    let of_quality = report.costs.iter().filter(|cost| cost.way == Way::Quality);
+    let at = of_quality.filter(|cost| {
+        COMPARED_AT_PX
+            .iter()
+            .any(|px| (px - cost.at_px).abs() < 1e-4)
+    });
+    let pairs = at.map(|cost| format!("{:.1} px: {:.2} px", cost.at_px, cost.threshold_px));
+    let pairs: Vec<String> = pairs.collect();
+    format!(
+        "\nour error_px with the image error of clusterlod's  {}\n",
+        pairs.join("   ")
+    )
 }

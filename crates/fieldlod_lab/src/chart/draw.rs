@@ -7,19 +7,12 @@ use std::path::Path;
 use glam::DVec2;
 
 use super::figure::{Figure, Panel, Series};
+use super::report::CHARTED;
 use super::store::write_error;
 use super::{ChartError, CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
 use crate::canvas::Color;
 
 const PURPLE: Color = Color::new(130, 72, 170);
-
-/// The ways in the charts of costs, and how they look.
-const SHOWN: [(Way, Color, bool); 4] = [
-    (Way::Quality, Color::BLUE, false),
-    (Way::Clusterlod, Color::ORANGE, false),
-    (Way::Godot, Color::GREEN, false),
-    (Way::Oracle, Color::GRAY, true),
-];
 
 /// Writes all charts into a folder: pictures, a CSV file beside each, and `report.json`.
 ///
@@ -31,9 +24,11 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
     type Cost = fn(&CostAtError) -> f64;
     let costs: [(&str, &str, Cost); 3] = [
         ("triangles", "triangles in view", |c| c.triangles),
-        ("selection", "time to choose, in microseconds", |c| {
-            c.select_us
-        }),
+        (
+            "selection",
+            "time to choose by plain scalar code, in microseconds",
+            |c| c.select_us,
+        ),
         ("frame", "time to draw a frame, in milliseconds", |c| {
             c.frame_ms
         }),
@@ -58,9 +53,10 @@ fn write_file(path: &Path, text: &str) -> Result<(), ChartError> {
 }
 
 fn json(report: &Report) -> String {
-    serde_json::to_string_pretty(report).unwrap_or_default()
+    serde_json::to_string(report).unwrap_or_default()
 }
 
+/// On what it was measured.
 fn subject(report: &Report) -> String {
     let names: Vec<&str> = report
         .models
@@ -77,23 +73,24 @@ fn subject(report: &Report) -> String {
 }
 
 fn cost_figure(report: &Report, label: &str, cost: fn(&CostAtError) -> f64) -> Figure {
-    let series = SHOWN.iter().map(|&(way, color, is_dashed)| {
+    let series = CHARTED.iter().map(|&way| {
         let of_way = report
             .costs
             .iter()
             .filter(|c| c.way == way && cost(c) > 0.0);
         Series {
             name: way.name().to_owned(),
-            color,
-            is_dashed,
+            color: color_of(way),
+            is_dashed: way == Way::Oracle,
             points: of_way.map(|c| DVec2::new(c.rmse, cost(c))).collect(),
         }
     });
     Figure {
         title: title_of_costs(report, label),
         note: format!(
-            "Geometric means over {}.\nLower is better.",
-            subject(report)
+            "Geometric means over {}.\nGodot chooses whole levels; the oracle knows the pictures. Drawn by {}.",
+            subject(report),
+            report.adapter
         ),
         panels: vec![Panel {
             name: String::new(),
@@ -101,6 +98,15 @@ fn cost_figure(report: &Report, label: &str, cost: fn(&CostAtError) -> f64) -> F
             y: label.to_owned(),
             series: series.filter(|s| !s.points.is_empty()).collect(),
         }],
+    }
+}
+
+fn color_of(way: Way) -> Color {
+    match way {
+        Way::Clusterlod => Color::ORANGE,
+        Way::Godot => Color::GREEN,
+        Way::Oracle => Color::GRAY,
+        _ => Color::BLUE,
     }
 }
 
@@ -120,13 +126,22 @@ fn promise_figure(report: &Report) -> Figure {
         .iter()
         .map(|&fov| promise_panel(report, fov));
     Figure {
-        title: "Guaranteed keeps what it promises, towards the picture's corner too".to_owned(),
+        title: promise_title(report),
         note: format!(
             "Displacement of the surface on screen against the pixels asked for; the worst of {}.\n\
              Solid: greatest. Dashed: one point in a thousand is beyond. Gray: what was asked for.",
             subject(report)
         ),
         panels: panels.collect(),
+    }
+}
+
+fn promise_title(report: &Report) -> String {
+    let mut guaranteed = report.promise.iter().filter(|k| k.way == Way::Guaranteed);
+    if guaranteed.all(|kept| kept.max_px <= kept.requested_px) {
+        "Guaranteed keeps what it promises, towards the picture's corner too".to_owned()
+    } else {
+        "Guaranteed does not keep what it promises".to_owned()
     }
 }
 
@@ -191,7 +206,7 @@ fn temporal_figure(report: &Report) -> Figure {
     Figure {
         title: "What flickers while one walks by".to_owned(),
         note: format!(
-            "Change from frame to frame beyond the scene's own, over {}.",
+            "Change from frame to frame beyond the scene's own, half a second of a walk.\n{}.",
             subject(report)
         ),
         panels: vec![Panel {

@@ -51,22 +51,27 @@ impl Figure {
             let at = DVec2::new(24.0, 58.0 + 20.0 * line as f64);
             canvas.text(at, Align::Left, text, Color::INK);
         }
+        // One scale for all panels, so that they can be compared.
+        let series = self.panels.iter().flat_map(|panel| &panel.series);
+        let all: Vec<DVec2> = series.flat_map(|series| &series.points).copied().collect();
+        let axes = Axes {
+            x: LogAxis::around(all.iter().map(|p| p.x)),
+            y: LogAxis::around(all.iter().map(|p| p.y)),
+        };
         for (index, panel) in self.panels.iter().enumerate() {
             let left = LEFT + step * index as f64;
             let area = Rect::new(left, ABOVE, PANEL_SIZE.x, PANEL_SIZE.y);
-            panel.draw(&mut canvas, area);
+            panel.draw(&mut canvas, area, &axes);
         }
         canvas.save(path)
     }
 }
 
 impl Panel {
-    fn draw(&self, canvas: &mut Canvas, area: Rect) {
-        let all = || self.series.iter().flat_map(|series| &series.points);
-        let x = LogAxis::around(all().map(|p| p.x));
-        let y = LogAxis::around(all().map(|p| p.y));
+    fn draw(&self, canvas: &mut Canvas, area: Rect, axes: &Axes) {
+        let Axes { x, y } = axes;
         let place = |p: DVec2| area.min + DVec2::new(x.share(p.x), 1.0 - y.share(p.y)) * area.size;
-        self.draw_frame(canvas, area, &x, &y);
+        self.draw_frame(canvas, area, x, y);
         for series in &self.series {
             let points: Vec<DVec2> = series.points.iter().map(|&p| place(p)).collect();
             if series.is_dashed {
@@ -153,6 +158,11 @@ fn dashes(canvas: &mut Canvas, points: &[DVec2], color: Color) {
             canvas.line(at(0.0), at(0.5), 2.0, color);
         }
     }
+}
+
+struct Axes {
+    x: LogAxis,
+    y: LogAxis,
 }
 
 /// A logarithmic axis.

@@ -13,6 +13,19 @@
 //! - Whole-object ways have few cuts to offer; between them, their curves are interpolated as if there
 //!   were more.
 //!
+//! # Training and test
+//! The constants of our criterion (the weights of visible share and silhouette, the root, and what
+//! 1 px means) were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of
+//! Khronos' glTF samples, from six poses each (`--seed 11`). What is reported is measured on
+//! [`Generated::TEST`], or on models that a user brings, from other poses.
+//!
+//! # What the limit is made of
+//! By the oracle's sums on the training set, knowing what is hidden would save a fifth of the triangles
+//! on hills seen from the ground and a fiftieth on closed objects; the rest of its lead is shading.
+//! Two-sided surfaces are refined too little from behind: the cloth needs up to 1.27 times clusterlod's
+//! triangles there, and 1.04 times with |m·s| ([`Way::TwoSided`]), which costs closed objects all that
+//! the projection factor gains.
+//!
 //! # Simplifications
 //! Pictures are small, for adapters in software. Thresholds in pixels scale with the picture, so that
 //! a small picture of a mesh in small units stands for a large one of a finer mesh.

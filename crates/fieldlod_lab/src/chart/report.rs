@@ -8,6 +8,10 @@ use super::{
     THRESHOLDS_PX, Way, ratios, triangles_at_error,
 };
 
+/// The ways whose costs are charted.
+pub(super) const CHARTED: [Way; 4] = [Way::Quality, Way::Clusterlod, Way::Godot, Way::Oracle];
+/// The ways that are told apart by model.
+const BY_MODEL: [Way; 2] = [Way::Quality, Way::Oracle];
 /// Ways are shown at an error only where at least this share of poses can be compared.
 const LEAST_SHARE: f64 = 0.6;
 
@@ -75,7 +79,7 @@ impl Report {
             ModelRatios {
                 name: model.name.clone(),
                 triangles: model.triangles,
-                ratios: all_ratios(&poses, &options.ways),
+                ratios: all_ratios(&poses, &BY_MODEL),
             }
         };
         let poses: Vec<&PoseResult> = models.iter().flat_map(|model| &model.poses).collect();
@@ -86,7 +90,7 @@ impl Report {
             poses: options.poses,
             ratios: all_ratios(&poses, &options.ways),
             models: models.iter().map(of_model).collect(),
-            costs: costs(&poses, &options.ways),
+            costs: costs(&poses),
             promise: worst_promises(models),
             temporal: mean_paths(models),
         }
@@ -123,9 +127,11 @@ fn all_ratios(poses: &[&PoseResult], ways: &[Way]) -> Vec<Ratios> {
     all
 }
 
-fn costs(poses: &[&PoseResult], ways: &[Way]) -> Vec<CostAtError> {
+fn costs(poses: &[&PoseResult]) -> Vec<CostAtError> {
     let at = THRESHOLDS_PX.map(f64::from);
-    let all = ways.iter().flat_map(|&way| at.map(|at_px| (way, at_px)));
+    let all = CHARTED
+        .into_iter()
+        .flat_map(|way| at.map(|at_px| (way, at_px)));
     all.filter_map(|(way, at_px)| cost(poses, way, at_px))
         .collect()
 }

@@ -19,6 +19,8 @@ pub(crate) struct Simplified {
 pub(crate) enum Means {
     /// As in the levels below: topology is kept, seams are kept.
     Careful,
+    /// Topology and seams are kept, other attributes count nothing.
+    ShapeOnly,
     /// Small components vanish.
     Prune,
     /// Attributes and seams count nothing.
@@ -150,11 +152,12 @@ impl<'a> Simplifier<'a> {
             | SimplifyOptions::ErrorAbsolute
             | SimplifyOptions::ErrorClamped
             | SimplifyOptions::Permissive;
-        if means != Means::Careful {
+        if means == Means::Prune {
             options |= SimplifyOptions::Prune;
         }
         let input = self.input;
-        if input.weights.is_empty() || means == Means::PositionsOnly {
+        let shape_only = matches!(means, Means::ShapeOnly | Means::PositionsOnly);
+        if input.weights.is_empty() || shape_only {
             return meshopt::simplify_with_locks(
                 corners,
                 &self.vertices,

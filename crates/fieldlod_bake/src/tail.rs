@@ -3,8 +3,11 @@
 //! Nothing needs to be locked here, since nothing is left beside. So this is also the way out for
 //! what is stuck: pieces in all groups that could not be simplified on their own.
 
+mod area;
+
 use meshopt::SimplifyVertex;
 
+use self::area::{area_of, keep_area};
 use crate::levels::{Cluster, Groups, triangle_count};
 use crate::report::{BakeReport, Treatment, TreatmentKind};
 use crate::simplify::{Means, Simplified, Simplifier};
@@ -13,6 +16,8 @@ use crate::simplify::{Means, Simplified, Simplifier};
 const FEWEST_TRIANGLES: usize = 12;
 /// What opens closed surfaces is the lesser evil above this only.
 const MOST_TRIANGLES: usize = 512;
+/// A step that keeps less than this share of the area is taken only if no other means keeps more.
+const LEAST_AREA: f64 = 0.5;
 /// Keeps a unit's vertices within the reach of 16-bit indices: 256 at most in a cluster.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
 
@@ -57,7 +62,7 @@ pub(crate) fn simplify_tail(
 
 fn kind_of(means: Means) -> Option<TreatmentKind> {
     match means {
-        Means::Careful => None,
+        Means::Careful | Means::ShapeOnly => None,
         Means::Prune => Some(TreatmentKind::Pruned),
         Means::PositionsOnly => Some(TreatmentKind::AttributesIgnored),
         Means::Sloppy => Some(TreatmentKind::Sloppy),
@@ -70,6 +75,9 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
     let wanted = (triangles as f32 * simplifier.config.simplify_ratio) as usize;
     let target = wanted.max(FEWEST_TRIANGLES.min(triangles / 2)) * 3;
     let mut locks = simplifier.input.locks.clone();
+    let least_area = area_of(simplifier.input, corners) * LEAST_AREA;
+    // What is left if nothing better is found.
+    let mut token = None;
     for means in [
         Means::Careful,
         Means::Prune,
@@ -77,18 +85,26 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
         Means::Sloppy,
     ] {
         if means == Means::Sloppy && triangles <= MOST_TRIANGLES {
-            return None;
+            break;
         }
         if means == Means::PositionsOnly {
             locks.fill(SimplifyVertex::empty());
         }
         let simplified = simplifier.simplify(corners, &locks, target, means);
         let enough = triangles > MOST_TRIANGLES || !vanishes(&simplified);
-        if simplifier.is_coarser(&simplified, corners.len()) && enough {
+        if !simplifier.is_coarser(&simplified, corners.len()) || !enough {
+            continue;
+        }
+        let simplified = match means {
+            Means::Careful => keep_area(simplifier, corners, target, simplified),
+            _ => simplified,
+        };
+        if area_of(simplifier.input, &simplified.corners) >= least_area {
             return Some((simplified, means));
         }
+        token.get_or_insert((simplified, means));
     }
-    None
+    token
 }
 
 /// Whether only a token is left: a single triangle stands for little.

@@ -180,7 +180,7 @@ mod tests {
     use crate::fixtures;
 
     fn check(mesh: &crate::SourceMesh, scales: &[f32]) {
-        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(glam::Vec3::to_array).collect();
         let (corners, _) = mesh.indices.as_chunks::<3>();
         let mut last_edge = vec![NONE; positions.len()];
         let surface = Surface::of(&positions, corners.to_vec(), &mut last_edge);

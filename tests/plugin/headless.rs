@@ -18,21 +18,35 @@ use bevy::render::RenderPlugin;
 use bevy::render::settings::WgpuSettings;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
+use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
 
 /// An app with the plugin that reads assets from `folder`.
 pub(crate) fn app(folder: &Path) -> App {
+    let mut app = unfinished(AssetPlugin {
+        file_path: folder.display().to_string(),
+        ..default()
+    });
+    finish(&mut app);
+    app
+}
+
+/// Lets an app's plugins do what they do once all are there.
+pub(crate) fn finish(app: &mut App) {
+    app.finish();
+    app.cleanup();
+}
+
+/// An app with the plugin that may get more plugins before [`finish`].
+pub(crate) fn unfinished(assets: AssetPlugin) -> App {
     listen();
     let mut app = App::new();
     let plugins = DefaultPlugins
         .build()
         .disable::<WinitPlugin>()
         .disable::<LogPlugin>()
-        .set(AssetPlugin {
-            file_path: folder.display().to_string(),
-            ..default()
-        })
+        .set(assets)
         .set(WindowPlugin {
             primary_window: None,
             exit_condition: ExitCondition::DontExit,
@@ -46,10 +60,29 @@ pub(crate) fn app(folder: &Path) -> App {
             .into(),
             ..default()
         });
-    app.add_plugins((plugins, FieldLodPlugin));
-    app.finish();
-    app.cleanup();
+    app.add_plugins((plugins, FieldLodPlugin))
+        .init_resource::<Told>()
+        .add_systems(Last, note_events);
     app
+}
+
+/// All events so far.
+#[derive(Resource, Default)]
+pub(crate) struct Told(pub(crate) Vec<FieldLodEvent>);
+
+fn note_events(mut events: MessageReader<FieldLodEvent>, mut told: ResMut<Told>) {
+    told.0.extend(events.read().cloned());
+}
+
+/// Where the hierarchies came from, in order.
+pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
+    let events = app.world().resource::<Told>().0.iter();
+    events
+        .filter_map(|event| match event {
+            FieldLodEvent::Ready { origin, .. } => Some(*origin),
+            _ => None,
+        })
+        .collect()
 }
 
 /// Runs frames until `done`.
@@ -64,6 +97,27 @@ pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App
 
 pub(crate) fn status(app: &App) -> LodStatus {
     *app.world().resource::<LodStatus>()
+}
+
+/// Runs frames until `count` objects are drawn with levels of detail, and one more.
+pub(crate) fn ready(app: &mut App, count: u32) {
+    run_until(app, "objects are ready", |app| status(app).ready == count);
+    app.update();
+}
+
+pub(crate) fn stats(app: &App, camera: Entity) -> LodViewStats {
+    *app.world().get::<LodViewStats>(camera).unwrap()
+}
+
+pub(crate) fn entity_count(app: &mut App) -> usize {
+    app.world_mut().query::<&Mesh3d>().iter(app.world()).len()
+}
+
+/// Moves a camera of [`spawn_camera`] to another distance and runs a frame.
+pub(crate) fn move_camera(app: &mut App, camera: Entity, distance: f32) {
+    let mut pose = app.world_mut().get_mut::<Transform>(camera).unwrap();
+    pose.translation.z = distance;
+    app.update();
 }
 
 /// Spawns a mesh under the plugin's care.

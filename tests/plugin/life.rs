@@ -4,23 +4,14 @@ use std::any::TypeId;
 use std::path::Path;
 
 use bevy::camera::visibility::VisibleEntities;
+use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodSurfaceMaterial};
 
-use crate::headless::{app, bevy_mesh, run_until, spawn_camera, spawn_object, status};
-
-fn ready(app: &mut App, count: u32) {
-    run_until(app, "objects are ready", |app| status(app).ready == count);
-    app.update();
-}
-
-fn stats(app: &App, camera: Entity) -> LodViewStats {
-    *app.world().get::<LodViewStats>(camera).unwrap()
-}
-
-fn entity_count(app: &mut App) -> usize {
-    app.world_mut().query::<&Mesh3d>().iter(app.world()).len()
-}
+use crate::headless::{
+    app, bevy_mesh, entity_count, ready, run_until, spawn_camera, spawn_object, stats, status,
+};
 
 #[test]
 fn a_mesh_is_drawn_in_full_until_its_hierarchy_is_ready() {
@@ -72,9 +63,9 @@ fn instances_share_one_hierarchy() {
 #[test]
 fn despawning_leaves_nothing_behind() {
     let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, 30.0);
+    let camera = spawn_camera(&mut app, 2.5);
     let before = entity_count(&mut app);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
     ready(&mut app, 1);
     assert!(entity_count(&mut app) > before + 10);
     app.world_mut().entity_mut(object).despawn();
@@ -170,33 +161,123 @@ fn a_guarantee_costs_triangles() {
 
 #[test]
 fn level_colours_and_a_new_material_reach_the_units() {
-    let mut app = app(Path::new("."));
+    let mut app = app_with_debug();
+    for distance in [2.0, 6.0, 20.0, 60.0, 200.0] {
+        spawn_camera(&mut app, distance);
+    }
     let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
     ready(&mut app, 1);
-    let materials = |app: &App| {
-        let units = app.world().get::<Children>(object).unwrap().iter();
-        let material = |unit| app.world().get::<MeshMaterial3d<StandardMaterial>>(unit);
-        let mut ids: Vec<_> = units.map(|unit| material(unit).unwrap().id()).collect();
-        ids.sort_unstable();
-        ids.dedup();
-        ids
-    };
-    let own = materials(&app);
+    let own = worn(&app, object);
     assert_eq!(own.len(), 1);
     app.world_mut().resource_mut::<LodDebug>().color_levels = true;
     app.update();
-    assert!(materials(&app).len() > 3 && !materials(&app).contains(&own[0]));
+    let levels = painted_levels(&app, object);
+    assert!(levels.len() > 3, "{levels:?}");
+    assert!(worn(&app, object).is_empty());
     let mut assets = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
     let red = assets.add(StandardMaterial::from(Color::srgb(1.0, 0.0, 0.0)));
     app.world_mut()
         .entity_mut(object)
         .insert(MeshMaterial3d(red.clone()));
     app.update();
-    assert!(
-        materials(&app).len() > 3,
+    assert_eq!(
+        painted_levels(&app, object),
+        levels,
         "a new material must not paint over the levels"
     );
+    assert!(worn(&app, object).is_empty());
     app.world_mut().resource_mut::<LodDebug>().color_levels = false;
     app.update();
-    assert_eq!(materials(&app), [red.id()]);
+    assert_eq!(worn(&app, object), [red.id()]);
+    assert!(painted_levels(&app, object).is_empty());
+}
+
+fn app_with_debug() -> App {
+    let mut app = crate::headless::unfinished(AssetPlugin::default());
+    app.add_plugins(FieldLodDebugPlugin);
+    crate::headless::finish(&mut app);
+    app
+}
+
+/// The materials of a game's that the units of `object` wear.
+fn worn(app: &App, object: Entity) -> Vec<AssetId<StandardMaterial>> {
+    let units = app.world().get::<Children>(object).unwrap().iter();
+    let material = |unit| app.world().get::<MeshMaterial3d<StandardMaterial>>(unit);
+    let mut ids: Vec<_> = units.filter_map(material).map(|worn| worn.id()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// The levels in which its units are painted.
+fn painted_levels(app: &App, object: Entity) -> Vec<u32> {
+    let units = app.world().get::<Children>(object).unwrap().iter();
+    let is_painted = |unit: &Entity| {
+        let painted = app.world().get::<MeshMaterial3d<LodSurfaceMaterial>>(*unit);
+        painted.is_some()
+    };
+    let tag = |unit| app.world().get::<MeshTag>(unit).unwrap().0 >> 24;
+    let mut levels: Vec<u32> = units.filter(is_painted).map(tag).collect();
+    levels.sort_unstable();
+    levels.dedup();
+    levels
+}
+
+#[test]
+fn a_painted_prop_gets_back_what_it_wore() {
+    let mut app = app_with_debug();
+    spawn_camera(&mut app, 50.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
+    app.world_mut().entity_mut(object).insert(MeshTag(77));
+    ready(&mut app, 1);
+    let wears = |app: &App| {
+        let entity = app.world().entity(object);
+        let own = entity.get::<MeshMaterial3d<StandardMaterial>>();
+        let painted = entity.contains::<MeshMaterial3d<LodSurfaceMaterial>>();
+        (
+            own.map(|own| own.id()),
+            painted,
+            entity.get::<MeshTag>().unwrap().0,
+        )
+    };
+    let before = wears(&app);
+    assert!(before.0.is_some() && !before.1 && before.2 == 77);
+    let mut debug = app.world_mut().resource_mut::<LodDebug>();
+    debug.heat_map = Some(HeatMap::PixelError);
+    app.update();
+    let painted = wears(&app);
+    assert!(
+        painted.0.is_none() && painted.1 && painted.2 >> 24 > 0,
+        "{painted:?}"
+    );
+    let mut debug = app.world_mut().resource_mut::<LodDebug>();
+    debug.heat_map = None;
+    app.update();
+    assert_eq!(wears(&app), before);
+}
+
+#[test]
+fn the_overlay_comes_and_goes() {
+    let mut app = app_with_debug();
+    spawn_camera(&mut app, 50.0);
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
+    ready(&mut app, 1);
+    app.world_mut().resource_mut::<LodDebug>().overlay = true;
+    app.world_mut().resource_mut::<LodDebug>().bounds = true;
+    app.update();
+    app.update();
+    let text = app
+        .world_mut()
+        .query::<&Text>()
+        .single(app.world())
+        .unwrap();
+    assert!(
+        text.0.contains("1 ready") && text.0.contains("of 5120 triangles"),
+        "{}",
+        text.0
+    );
+    app.world_mut().resource_mut::<LodDebug>().overlay = false;
+    app.update();
+    app.update();
+    assert_eq!(app.world_mut().query::<&Text>().iter(app.world()).len(), 0);
 }

@@ -1,5 +1,6 @@
 //! The plugin in an app without a renderer: what it takes in, what it leaves alone, what it says.
 
+mod cache;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
 #[expect(
     dead_code,
@@ -7,6 +8,11 @@
 )]
 mod gltf_file;
 mod headless;
+mod kinds;
 mod life;
+mod processed;
 mod rejects;
 mod scenes;
+mod stock;
+mod textures;
+mod views;

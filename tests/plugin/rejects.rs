@@ -10,8 +10,11 @@ use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
 
-use crate::headless::{app, bevy_mesh, logged, run_until, spawn_camera, spawn_object, status};
+use crate::headless::{
+    Told, app, bevy_mesh, logged, run_until, spawn_camera, spawn_object, status,
+};
 
 /// Whether `object` stays plain and visible, and one line tells its id and all of `words`.
 fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, words: &[&str]) {
@@ -23,6 +26,10 @@ fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, wor
     let id = format!("{:?}", id.untyped());
     let words: Vec<&str> = words.iter().copied().chain([id.as_str()]).collect();
     assert!(logged(level, &words), "{words:?}");
+    let expected = app.world().get::<Mesh3d>(object).unwrap().id();
+    let events = &app.world().resource::<Told>().0;
+    let failed = |event: &FieldLodEvent| matches!(event, FieldLodEvent::Failed { mesh, .. } if *mesh == expected);
+    assert_eq!(events.iter().any(failed), level == Level::ERROR);
 }
 
 fn rejects(mesh: Mesh, words: &[&str]) {
@@ -34,14 +41,14 @@ fn rejects(mesh: Mesh, words: &[&str]) {
 
 #[test]
 fn rejects_positions_of_nan() {
-    let mut rock = fieldlod_tests::rock(2, 1);
+    let mut rock = fieldlod_tests::rock(3, 1);
     rock.positions[7].y = f32::NAN;
     rejects(bevy_mesh(&rock), &["vertex 7"]);
 }
 
 #[test]
 fn rejects_indices_out_of_range() {
-    let mut rock = fieldlod_tests::rock(2, 1);
+    let mut rock = fieldlod_tests::rock(3, 1);
     rock.indices[5] = 1_000_000;
     rejects(bevy_mesh(&rock), &["1000000"]);
 }
@@ -49,8 +56,8 @@ fn rejects_indices_out_of_range() {
 #[test]
 fn rejects_lines() {
     let mesh = Mesh::new(PrimitiveTopology::LineList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 2])
-        .with_inserted_indices(Indices::U32(vec![0, 1]));
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 3000])
+        .with_inserted_indices(Indices::U32((0..3000).collect()));
     rejects(mesh, &["LineList"]);
 }
 

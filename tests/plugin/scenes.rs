@@ -4,12 +4,13 @@ use std::path::Path;
 
 use bevy::log::tracing::Level;
 use bevy::prelude::*;
+use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{BakeConfig, bake_file};
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{app, logged, run_until, status};
+use crate::headless::{app, logged, origins, ready, run_until, spawn_camera, stats, status};
 
 /// A file with one scene of two rocks.
 fn two_rocks() -> GltfFile {
@@ -59,6 +60,128 @@ fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
         status(app).ready == 2
     });
     assert!(!logged(Level::ERROR, &["good.fieldlod"]));
+}
+
+#[test]
+fn a_file_beside_the_asset_is_found() {
+    let mut file = two_rocks();
+    let glb = file.glb();
+    file.write("mesh.fieldlod", &bake(&glb));
+    let mut app = app(file.folder());
+    spawn_scene(&mut app, None);
+    run_until(&mut app, "both meshes are ready", |app| {
+        status(app).ready == 2
+    });
+    assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
+}
+
+#[test]
+fn a_file_beside_the_asset_is_not_looked_for_if_not_wanted() {
+    let mut file = two_rocks();
+    let glb = file.glb();
+    file.write("mesh.fieldlod", &bake(&glb));
+    let mut app = app(file.folder());
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.look_beside_assets = false;
+    spawn_scene(&mut app, None);
+    run_until(&mut app, "both meshes are ready", |app| {
+        status(app).ready == 2
+    });
+    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
+}
+
+#[test]
+fn a_stale_file_beside_the_asset_is_told_of_and_the_mesh_baked() {
+    let mut file = two_rocks();
+    let glb = file.glb();
+    file.write("mesh.fieldlod", &bake(&glb));
+    let mut changed = GltfFile::of(&fieldlod_tests::rock(4, 10));
+    changed.json["nodes"] = json!([{ "mesh": 0 }]);
+    changed.json["scenes"] = json!([{ "nodes": [0] }]);
+    file.write("mesh.glb", &changed.glb_bytes());
+    let mut app = app(file.folder());
+    spawn_scene(&mut app, None);
+    run_until(&mut app, "the mesh is ready", |app| status(app).ready == 1);
+    assert_eq!(origins(&app), [LodOrigin::Baked]);
+    let words = ["mesh.glb#Mesh0/Primitive0", "mesh.fieldlod", "stale"];
+    assert!(logged(Level::WARN, &words));
+}
+
+#[test]
+fn a_corrupt_file_beside_the_asset_is_told_of_and_the_mesh_baked() {
+    let mut file = two_rocks();
+    let glb = file.glb();
+    let mut bytes = bake(&glb);
+    bytes[1000] ^= 1;
+    file.write("mesh.fieldlod", &bytes);
+    let mut app = app(file.folder());
+    spawn_scene(&mut app, None);
+    run_until(&mut app, "both meshes are ready", |app| {
+        status(app).ready == 2
+    });
+    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
+    assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
+}
+
+#[test]
+fn a_reloaded_file_is_baked_anew() {
+    let mut file = GltfFile::of(&fieldlod_tests::rock(4, 1));
+    file.json["nodes"] = json!([{ "mesh": 0 }]);
+    file.json["scenes"] = json!([{ "nodes": [0] }]);
+    file.glb();
+    let mut app = app(file.folder());
+    let camera = spawn_camera(&mut app, 3.0);
+    // Without a watcher, the asset server reloads what someone holds.
+    let whole: Handle<Gltf> = app.world().resource::<AssetServer>().load("mesh.glb");
+    spawn_scene(&mut app, None);
+    ready(&mut app, 1);
+    assert_eq!(stats(&app, camera).triangles_full, 5120);
+    let mut changed = GltfFile::of(&fieldlod_tests::rock(3, 1));
+    changed.json["nodes"] = json!([{ "mesh": 0 }]);
+    changed.json["scenes"] = json!([{ "nodes": [0] }]);
+    file.write("mesh.glb", &changed.glb_bytes());
+    app.world().resource::<AssetServer>().reload("mesh.glb");
+    run_until(&mut app, "the changed mesh is drawn", |app| {
+        stats(app, camera).triangles_full == 1280
+    });
+    ready(&mut app, 1);
+    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
+    drop(whole);
+}
+
+#[test]
+fn scenes_that_come_and_go_leave_nothing_behind() {
+    let mut file = two_rocks();
+    file.glb();
+    let mut app = app(file.folder());
+    spawn_camera(&mut app, 3.0);
+    let counts = |app: &mut App| {
+        let entities = app.world_mut().query::<Entity>().iter(app.world()).count();
+        (entities, app.world().resource::<Assets<Mesh>>().len())
+    };
+    app.update();
+    let empty = app.world().resource::<Assets<Mesh>>().len();
+    let assets = app.world().resource::<AssetServer>();
+    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("mesh.glb"));
+    let mut first = None;
+    for round in 0..100 {
+        let root = (
+            WorldAssetRoot(scene.clone()),
+            AutoLod::of_kind(LodKind::Clusters),
+        );
+        let root = app.world_mut().spawn(root).id();
+        ready(&mut app, 2);
+        app.world_mut().entity_mut(root).despawn();
+        app.update();
+        app.update();
+        assert_eq!(status(&app), FieldLodProgress::default());
+        let now = counts(&mut app);
+        assert_eq!(*first.get_or_insert(now), now, "round {round}");
+    }
+    drop(scene);
+    run_until(&mut app, "the meshes go with the scene", |app| {
+        app.world().resource::<Assets<Mesh>>().len() == empty
+    });
 }
 
 #[test]

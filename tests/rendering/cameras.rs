@@ -129,3 +129,31 @@ fn full_detail_draws_the_source_mesh() {
     assert_eq!(stats.triangles_drawn, stats.triangles_full);
     assert_eq!(stats.units_drawn, 0);
 }
+
+#[test]
+fn a_camera_that_is_gone_has_no_say() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    add_scene(&mut stage, false);
+    let prop = stage.add(bevy_mesh(&fieldlod_tests::rock(4, 7)));
+    let prop = stage.spawn((Mesh3d(prop.clone()), AutoLod::default()));
+    let fine_eye = add_eye(&mut stage, 0.1);
+    let coarse_eye = add_eye(&mut stage, COARSE_PX);
+    stage.settle();
+    let worn = |stage: &Stage| stage.app.world().get::<Mesh3d>(prop).unwrap().id();
+    let fine = worn(&stage);
+    stage.app.world_mut().entity_mut(fine_eye.entity).despawn();
+    stage.app.update();
+    stage.app.update();
+    assert_ne!(worn(&stage), fine);
+    let mut config = stage.app.world_mut().resource_mut::<FieldLodConfig>();
+    config.idle_frames = 1;
+    for _ in 0..5 {
+        stage.app.update();
+    }
+    let world = stage.app.world_mut();
+    let units = world.query::<&bevy_fieldlod::LodUnit>().iter(world).len();
+    // All that is left is what the other camera draws, the prop apart.
+    assert_eq!(units as u32 + 1, stage.stats(&coarse_eye).units_drawn);
+}

@@ -4,7 +4,9 @@
 //! is set (as in continuous integration), which makes that a failure.
 
 mod cameras;
+mod debug;
 mod holes;
 mod picture;
 mod stage;
+mod stock;
 mod swap;

@@ -16,6 +16,16 @@ pub(crate) fn difference(a: &RgbaImage, b: &RgbaImage) -> Vec<bool> {
         .collect()
 }
 
+/// How many pixels differ by more than `limit` in some channel.
+pub(crate) fn count_beyond(a: &RgbaImage, b: &RgbaImage, limit: u8) -> usize {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let beyond = |(a, b): &(&image::Rgba<u8>, &image::Rgba<u8>)| {
+        let mut channels = a.0.iter().zip(b.0);
+        channels.any(|(&a, b)| a.abs_diff(b) > limit)
+    };
+    a.pixels().zip(b.pixels()).filter(beyond).count()
+}
+
 /// How many entries of a mask are set.
 pub(crate) fn count(mask: &[bool]) -> usize {
     mask.iter().filter(|&&set| set).count()

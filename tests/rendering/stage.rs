@@ -39,6 +39,13 @@ pub(crate) struct Stage {
 impl Stage {
     /// An empty scene; `None`, said loudly, without an adapter.
     pub(crate) fn new() -> Option<Self> {
+        let mut stage = Self::unfinished()?;
+        stage.finish();
+        Some(stage)
+    }
+
+    /// As [`Stage::new`], but more plugins may be added before [`Stage::finish`].
+    pub(crate) fn unfinished() -> Option<Self> {
         if !has_adapter() {
             assert!(
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
@@ -66,12 +73,16 @@ impl Stage {
                 ..default()
             });
         app.add_plugins((plugins, FieldLodPlugin));
-        while app.plugins_state() == PluginsState::Adding {
+        Some(Self { app })
+    }
+
+    /// Lets the plugins do what they do once all are there.
+    pub(crate) fn finish(&mut self) {
+        while self.app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
-        app.finish();
-        app.cleanup();
-        Some(Self { app })
+        self.app.finish();
+        self.app.cleanup();
     }
 
     /// Spawns into the world.

@@ -1,5 +1,7 @@
 //! `.fieldlod` files as Bevy assets.
 
+use std::sync::Arc;
+
 use bevy::asset::io::Reader;
 use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
@@ -10,7 +12,7 @@ use thiserror::Error;
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct BakedLods {
     /// The file's contents, validated.
-    pub file: BakedFile,
+    pub file: Arc<BakedFile>,
 }
 
 /// Loads `.fieldlod` files.
@@ -43,7 +45,9 @@ impl AssetLoader for BakedLodsLoader {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
         let file = BakedFile::from_bytes(&bytes)?;
-        Ok(BakedLods { file })
+        Ok(BakedLods {
+            file: Arc::new(file),
+        })
     }
 
     fn extensions(&self) -> &[&str] {

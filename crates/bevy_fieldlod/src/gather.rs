@@ -9,13 +9,13 @@ use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues};
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
-/// The mesh of `unit`: its vertices taken from `source`, 16-bit indices, for the GPU only.
+/// The mesh of `unit`: its vertices taken from `source`, 16-bit indices.
 pub(crate) fn unit_mesh(
     source: &Mesh,
     hierarchy: &Hierarchy,
     unit: &Unit,
+    usage: RenderAssetUsages,
 ) -> Result<Mesh, MeshAccessError> {
-    let usage = RenderAssetUsages::RENDER_WORLD;
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     let vertices = hierarchy.vertices_of(unit);
     for (attribute, values) in source.try_attributes()? {

@@ -1,6 +1,4 @@
-//! Automatic, view-dependent level of detail for Bevy.
-//!
-//! Add the plugin, mark a scene, done:
+//! Automatic, view-dependent level of detail for Bevy: add it, mark a scene, done.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -17,54 +15,110 @@
 //!     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("statue.glb"));
 //!     commands.spawn((WorldAssetRoot(scene), AutoLod::default()));
 //!     // One pixel of error is the default; a camera may want another.
-//!     commands.spawn((Camera3d::default(), LodView::with_error_px(2.0)));
+//!     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(2.0)));
 //! }
 //! ```
 //!
+//! # Five minutes
+//! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or
+//!    mark nothing and set [`FieldLodConfig::whole_world`].
+//! 2. Run. Meshes are baked in background tasks and drawn in full meanwhile; [`FieldLodProgress`]
+//!    tells how far that is, [`FieldLodEvent`] what became of each mesh.
+//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] says what to
+//!    turn.
+//! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work, and ship with
+//!    `FieldLodProcessorPlugin`'s files or with `fieldlod bake statue.glb`, whose `statue.fieldlod` is
+//!    found beside the asset.
+//!
+//! Coming from hand-made levels: [`guide::migration`]. What works with what: [`guide::compatibility`].
+//!
 //! # What happens
-//! Each mesh under an [`AutoLod`] is baked into a hierarchy of levels of detail in a background
-//! task, or its hierarchy is taken from a `.fieldlod` file. Until then it is drawn as it is. Then
-//! one entity per *drawable unit* of the hierarchy is spawned below the mesh's entity, and in every
-//! frame each camera's list of visible entities, and that of its shadow cascades, is cut down to the
-//! units of that camera's cut, after Bevy's own culling. The standard renderer and material draw
-//! them; no shader and no special hardware is involved.
+//! Small meshes stay as they are. Props are exchanged as a whole: one entity, whose [`Mesh3d`] becomes
+//! that of the level which the finest of all views that see it asks for, so that instances are still
+//! drawn together. Of large meshes, each view draws its own *cut*: every piece of the surface at the
+//! coarsest level that errs by no more than the camera's pixels allow. The entities of the pieces
+//! ("units") are children of the mesh's entity, spawned when a view first wants them; after Bevy's
+//! culling, each camera's list of visible entities, and those of its shadow maps, are cut down to what
+//! its cut draws. The standard renderer draws them, with the material of their mesh, whatever it is; no
+//! shader and no special hardware is involved.
+//!
+//! Errors are counted with the camera-sampling field (Lin and Lee, 2004), so that field of view,
+//! resolution, scale and place in the image count as they look.
 //!
 //! # Limits
-//! Skinned and morphed meshes and materials other than [`StandardMaterial`] are left as they are,
-//! with one line in the log. Entities with `NoCpuCulling` bypass the lists of visible entities and
-//! must not be marked.
+//! Skinned and morphed meshes are left as they are. Entities with `NoCpuCulling` bypass the lists of
+//! visible entities and must not be marked. Whoever reads the [`Mesh3d`] of a prop gets that of a level;
+//! removing [`AutoLod`] puts the source back.
 //!
 //! # Features
-//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files are used, and no
-//!   C++ is linked.
-//!
-//! [`StandardMaterial`]: bevy::prelude::StandardMaterial
+//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets
+//!   are used, and no C++ is linked.
+//! - `debug`: `FieldLodDebugPlugin`.
 
 mod asset;
+mod chain;
 mod components;
+mod config;
+#[cfg(feature = "debug")]
 mod debug;
 pub mod diagnostics;
+mod events;
+mod filter;
 mod gather;
+mod glb;
+mod inherit;
 mod library;
+mod marks;
 mod objects;
 mod prepare;
+#[cfg(feature = "bake")]
+mod processor;
+mod slots;
+mod textures;
+mod units;
 mod upload;
 mod views;
+mod world;
 
 use bevy::camera::CameraUpdateSystems;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::light::SimulationLightSystems;
+use bevy::mesh::mark_3d_meshes_as_changed_if_their_assets_changed;
 use bevy::prelude::*;
 
 pub use asset::{BakedLods, BakedLodsError};
-pub use components::{AutoLod, LodDebug, LodStatus, LodView, LodViewStats};
+pub use components::{
+    AutoLod, FieldLodProgress, FieldLodSettings, HeatMap, LodDebug, LodStatus, LodView,
+    LodViewStats, NoLod,
+};
+pub use config::{FieldLodConfig, LodKind};
+#[cfg(feature = "debug")]
+pub use debug::{FieldLodDebugPlugin, LodGizmos, LodSurfaceMaterial};
+pub use events::{FieldLodEvent, LodOrigin};
+pub use inherit::FieldLodAppExt;
 pub use prepare::PrepareError;
+#[cfg(feature = "bake")]
+pub use processor::{BakeIntoGlb, FieldLodProcessorPlugin};
+pub use textures::{TextureDemand, TextureDetail, TextureDetailPlugin};
+pub use units::LodUnit;
 
 /// What a game imports.
 pub mod prelude {
     pub use crate::{
-        AutoLod, BakedLods, FieldLodPlugin, LodDebug, LodStatus, LodView, LodViewStats,
+        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodEvent, FieldLodPlugin,
+        FieldLodProgress, FieldLodSettings, LodDebug, LodKind, LodStatus, LodView, LodViewStats,
+        NoLod,
     };
+}
+
+/// Guides.
+pub mod guide {
+    #[doc = include_str!("../docs/compatibility.md")]
+    pub mod compatibility {}
+    #[doc = include_str!("../docs/migration.md")]
+    pub mod migration {}
+    #[doc = include_str!("../docs/tuning.md")]
+    pub mod tuning {}
 }
 
 /// Automatic levels of detail for everything under an [`AutoLod`].
@@ -74,9 +128,11 @@ pub struct FieldLodPlugin;
 /// The phases of this plugin, to order other systems against.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FieldLodSystems {
-    /// In `PostUpdate`, before transforms propagate: finds mesh entities, follows their hierarchies, spawns their units.
+    /// In `PostUpdate`, before transforms propagate: finds mesh entities and follows their levels of
+    /// detail.
     Prepare,
-    /// In `PostUpdate`, once cameras and transforms are final: selects the cut of each view.
+    /// In `PostUpdate`, once cameras and transforms are final and before Bevy's culling: selects the
+    /// cut of each view, exchanges whole meshes and spawns units.
     Select,
     /// In `PostUpdate`, after Bevy's culling: edits the lists of visible entities.
     Filter,
@@ -84,58 +140,69 @@ pub enum FieldLodSystems {
 
 impl Plugin for FieldLodPlugin {
     fn build(&self, app: &mut App) {
-        app.init_asset::<BakedLods>()
+        app.init_asset::<Mesh>()
+            .init_asset::<BakedLods>()
             .init_asset_loader::<asset::BakedLodsLoader>()
-            .register_type::<AutoLod>()
-            .register_type::<LodView>()
-            .register_type::<LodViewStats>()
+            .register_type::<MeshMaterial3d<StandardMaterial>>()
+            .add_message::<FieldLodEvent>()
+            .init_resource::<FieldLodConfig>()
+            .init_resource::<FieldLodProgress>()
             .init_resource::<LodDebug>()
-            .init_resource::<LodStatus>()
             .init_resource::<library::LodLibrary>()
-            .init_resource::<views::Slots>()
+            .init_resource::<world::LodWorld>()
+            .init_resource::<inherit::Inheritance>()
+            .init_resource::<inherit::Outdated>()
             .add_plugins((upload::plugin, diagnostics::plugin))
-            .add_observer(objects::despawn_units);
+            .add_observer(objects::undress)
+            .add_observer(units::replace_lost)
+            .add_observer(views::release_view);
         configure_phases(app);
-        app.add_systems(
-            PostUpdate,
-            (
-                (
-                    objects::follow_mesh_changes,
-                    objects::find_objects,
-                    objects::refuse_unsupported,
-                    library::collect_prepared,
-                    objects::advance_waiting,
-                    objects::follow_material_changes,
-                    debug::color_levels.run_if(resource_exists::<debug::LevelMaterials>),
-                    objects::update_status,
-                    views::add_view_components,
-                )
-                    .chain()
-                    .in_set(FieldLodSystems::Prepare),
-                (
-                    views::number_slots.run_if(objects::objects_changed),
-                    views::select_cuts,
-                )
-                    .chain()
-                    .in_set(FieldLodSystems::Select),
-                (views::filter_cameras, views::filter_shadows).in_set(FieldLodSystems::Filter),
-            ),
-        );
+        add_systems(app);
     }
+}
 
-    fn finish(&self, app: &mut App) {
-        if app.world().contains_resource::<Assets<StandardMaterial>>() {
-            app.init_resource::<debug::LevelMaterials>();
-        }
-    }
+fn add_systems(app: &mut App) {
+    app.add_systems(
+        PostUpdate,
+        (
+            (
+                objects::follow_mesh_changes,
+                objects::find_objects,
+                objects::refuse_unsupported,
+                library::collect_prepared,
+                objects::advance_waiting,
+                objects::update_progress,
+                views::add_view_components,
+                inherit::find_outdated,
+                inherit::renew_units.run_if(inherit::any_outdated),
+            )
+                .chain()
+                .in_set(FieldLodSystems::Prepare),
+            (
+                views::place_instances,
+                views::select_views,
+                views::exchange_levels,
+                units::spawn_units.run_if(units::any_wanted),
+                units::despawn_idle,
+            )
+                .chain()
+                .in_set(FieldLodSystems::Select),
+            (
+                filter::filter_cameras,
+                filter::filter_shadows.run_if(|world: Res<world::LodWorld>| world.has_clusters()),
+            )
+                .in_set(FieldLodSystems::Filter),
+        ),
+    );
 }
 
 fn configure_phases(app: &mut App) {
     app.configure_sets(
         PostUpdate,
         (
-            // Units spawned in this frame still get their transforms and visibility in it.
+            // Bevy must hear of changed materials in the frame in which it extracts them.
             FieldLodSystems::Prepare
+                .before(mark_3d_meshes_as_changed_if_their_assets_changed)
                 .before(TransformSystems::Propagate)
                 .before(VisibilitySystems::VisibilityPropagate)
                 .before(VisibilitySystems::CalculateBounds),
@@ -143,7 +210,9 @@ fn configure_phases(app: &mut App) {
                 .after(FieldLodSystems::Prepare)
                 .after(CameraUpdateSystems)
                 .after(TransformSystems::Propagate)
-                .after(VisibilitySystems::UpdateFrusta),
+                .after(VisibilitySystems::UpdateFrusta)
+                .after(VisibilitySystems::VisibilityPropagate)
+                .before(VisibilitySystems::CheckVisibility),
             FieldLodSystems::Filter
                 .after(FieldLodSystems::Select)
                 .after(VisibilitySystems::CheckVisibility)

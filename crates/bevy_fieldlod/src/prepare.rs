@@ -1,32 +1,63 @@
 //! From a Bevy mesh to its hierarchy and the meshes of its units: the work of one background task.
 
+mod beside;
+mod cache;
+mod source;
+
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use bevy::math::{Vec2, Vec3};
-use bevy::mesh::{Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues};
-use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash};
+use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
+use bevy::camera::primitives::Aabb;
+use bevy::log::warn;
+use bevy::mesh::{Mesh, MeshAccessError, PrimitiveTopology};
+use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_select::GroupTable;
 use thiserror::Error;
 
+use crate::chain::chain_of;
 use crate::gather::unit_mesh;
+use crate::{LodKind, LodOrigin};
+pub(crate) use beside::Beside;
+use source::{Source, find_in};
 
-/// Where a mesh's hierarchy comes from.
-#[derive(Clone, Debug)]
-pub(crate) enum Origin {
-    /// A `.fieldlod` file, named for messages.
-    File { name: String, file: Arc<BakedFile> },
-    /// Baked here and now.
-    Bake,
+/// What a background task is asked to do.
+pub(crate) struct Job {
+    pub(crate) mesh: Mesh,
+    /// For messages.
+    pub(crate) name: String,
+    pub(crate) kind: LodKind,
+    /// A `.fieldlod` file, named for messages, that must hold the hierarchy.
+    pub(crate) file: Option<(String, Arc<BakedFile>)>,
+    /// Where the mesh was loaded from, to look for a file there.
+    pub(crate) beside: Option<(AssetServer, AssetPath<'static>, Arc<Beside>)>,
+    pub(crate) cache_folder: Option<PathBuf>,
 }
 
-/// A hierarchy and, for each of its units, the mesh that draws it.
-#[derive(Debug)]
+/// A mesh with levels of detail, but for its place in the world's collections.
 pub(crate) struct Prepared {
-    pub(crate) hierarchy: Hierarchy,
-    pub(crate) unit_meshes: Vec<Mesh>,
+    pub(crate) kind: LodKind,
+    pub(crate) origin: LodOrigin,
+    pub(crate) table: GroupTable,
+    pub(crate) pieces: Vec<PreparedPiece>,
+    pub(crate) triangles_full: u32,
+    pub(crate) whole: Option<Aabb>,
+    pub(crate) uv_per_area: f32,
+}
+
+/// What draws one unit.
+pub(crate) struct PreparedPiece {
+    /// `None` for a whole mesh at its finest: the source mesh.
+    pub(crate) mesh: Option<Mesh>,
+    pub(crate) aabb: Aabb,
+    pub(crate) level: u32,
+    pub(crate) triangles: u32,
+    /// How far it may lie from the source, in local units.
+    pub(crate) error_in_local: f32,
 }
 
 /// Why a mesh has no levels of detail.
-#[derive(Clone, Debug, Error)]
+#[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum PrepareError {
     /// The vertices live on the GPU only.
@@ -47,13 +78,19 @@ pub enum PrepareError {
         /// The `.fieldlod` file.
         file: String,
     },
+    /// The file could not be loaded; the asset server has logged why.
+    #[error("{file} could not be loaded")]
+    FileNotLoaded {
+        /// The `.fieldlod` file.
+        file: String,
+    },
     /// The mesh cannot be baked.
     #[cfg(feature = "bake")]
     #[error(transparent)]
     Bake(#[from] fieldlod_bake::MeshError),
-    /// No file was given and baking is compiled out.
+    /// No file was found and baking is compiled out.
     #[cfg(not(feature = "bake"))]
-    #[error("no .fieldlod file was given and the `bake` feature is off")]
+    #[error("no .fieldlod file was found and the `bake` feature is off")]
     BakeDisabled,
 }
 
@@ -63,83 +100,80 @@ impl From<MeshAccessError> for PrepareError {
     }
 }
 
-/// Finds or bakes the hierarchy of `mesh` and cuts it into unit meshes.
-pub(crate) fn prepare(mesh: &Mesh, origin: &Origin) -> Result<Prepared, PrepareError> {
-    let source = read_source(mesh)?;
-    let hierarchy = match origin {
-        Origin::File { name, file } => {
-            find(file, &source).ok_or_else(|| PrepareError::Stale { file: name.clone() })?
-        }
-        Origin::Bake => bake(source)?,
+/// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
+pub(crate) async fn prepare(job: Job) -> Result<Prepared, PrepareError> {
+    let source = Source::of(&job.mesh)?;
+    let uv_per_area = source.uv_per_area();
+    let (hierarchy, origin) = hierarchy_of(&job, source).await?;
+    let triangles_full = hierarchy.source_triangle_count() as u32;
+    let chain = match job.kind {
+        LodKind::Chain => chain_of(&hierarchy),
+        _ => None,
     };
-    let unit_meshes = hierarchy.units.iter();
-    let unit_meshes = unit_meshes
-        .map(|unit| unit_mesh(mesh, &hierarchy, unit))
-        .collect::<Result<_, _>>()?;
+    let (kind, hierarchy) = match chain {
+        Some(chain) => (LodKind::Chain, chain),
+        None => (LodKind::Clusters, hierarchy),
+    };
+    // Rays are cast at the source of units, but at the level that a chain wears.
+    let usage = match kind {
+        LodKind::Chain => job.mesh.asset_usage,
+        _ => RenderAssetUsages::RENDER_WORLD,
+    };
+    let pieces = hierarchy.units.iter().enumerate();
+    let pieces = pieces.map(|(index, unit)| {
+        let is_source = kind == LodKind::Chain && index == 0;
+        let mesh = (!is_source).then(|| unit_mesh(&job.mesh, &hierarchy, unit, usage));
+        Ok(PreparedPiece {
+            mesh: mesh.transpose()?,
+            aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
+            level: hierarchy.level_of(unit),
+            triangles: unit.triangle_count,
+            error_in_local: unit
+                .producer()
+                .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
+        })
+    });
     Ok(Prepared {
-        hierarchy,
-        unit_meshes,
+        kind,
+        origin,
+        table: GroupTable::new(&hierarchy),
+        pieces: pieces.collect::<Result<_, MeshAccessError>>()?,
+        triangles_full,
+        whole: hierarchy
+            .aabb()
+            .map(|whole| Aabb::from_min_max(whole.min, whole.max)),
+        uv_per_area,
     })
 }
 
-/// What simplification looks at, out of a Bevy mesh.
-struct Source {
-    positions: Vec<Vec3>,
-    #[cfg_attr(
-        not(feature = "bake"),
-        expect(dead_code, reason = "only baking looks at it")
-    )]
-    normals: Vec<Vec3>,
-    #[cfg_attr(
-        not(feature = "bake"),
-        expect(dead_code, reason = "only baking looks at it")
-    )]
-    uvs: Vec<Vec2>,
-    indices: Vec<u32>,
-}
-
-fn read_source(mesh: &Mesh) -> Result<Source, PrepareError> {
-    if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
-        return Err(PrepareError::Topology(mesh.primitive_topology()));
+/// From the file that was named, else from one beside the asset, else from the cache, else baked.
+async fn hierarchy_of(job: &Job, source: Source) -> Result<(Hierarchy, LodOrigin), PrepareError> {
+    let hash = source.hash();
+    if let Some((file, baked)) = &job.file {
+        let found = find_in(baked, hash).ok_or_else(|| PrepareError::Stale { file: file.clone() });
+        return Ok((found?, LodOrigin::File));
     }
-    if mesh.try_has_morph_targets()? {
-        return Err(PrepareError::Morphed);
+    if let Some((assets, path, beside)) = &job.beside
+        && let Some((file, baked)) = beside.find(assets, path).await
+    {
+        match find_in(&baked, hash) {
+            Some(found) => return Ok((found, LodOrigin::BesideAsset)),
+            None => warn!(
+                "{}: {file} holds no hierarchy that fits it: the file is stale, bake it again",
+                job.name
+            ),
+        }
     }
-    let Some(VertexAttributeValues::Float32x3(positions)) =
-        mesh.try_attribute_option(Mesh::ATTRIBUTE_POSITION)?
-    else {
-        return Err(PrepareError::NoPositions);
-    };
-    let normals = match mesh.try_attribute_option(Mesh::ATTRIBUTE_NORMAL)? {
-        Some(VertexAttributeValues::Float32x3(normals)) => to_vec3(normals),
-        _ => Vec::new(),
-    };
-    let uvs = match mesh.try_attribute_option(Mesh::ATTRIBUTE_UV_0)? {
-        Some(VertexAttributeValues::Float32x2(uvs)) => uvs.iter().map(|&uv| uv.into()).collect(),
-        _ => Vec::new(),
-    };
-    let indices = match mesh.try_indices_option()? {
-        Some(indices) => indices.iter().map(|index| index as u32).collect(),
-        None => (0..positions.len() as u32).collect(),
-    };
-    Ok(Source {
-        positions: to_vec3(positions),
-        normals,
-        uvs,
-        indices,
-    })
-}
-
-fn to_vec3(values: &[[f32; 3]]) -> Vec<Vec3> {
-    values.iter().copied().map(Vec3::from).collect()
-}
-
-fn find(file: &BakedFile, source: &Source) -> Option<Hierarchy> {
-    let hash = SourceHash::of(&source.positions, source.indices.iter().copied());
-    let mut hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
-    hierarchies
-        .find(|hierarchy| hierarchy.source == hash)
-        .cloned()
+    let entry = job.cache_folder.as_ref();
+    let entry = entry.map(|folder| folder.join(source.cache_name()));
+    if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, hash)) {
+        return Ok((found, LodOrigin::Cache));
+    }
+    let baked = bake(source)?;
+    if let Some(path) = &entry {
+        cache::write(path, &baked);
+    }
+    Ok((baked, LodOrigin::Baked))
 }
 
 #[cfg(feature = "bake")]

@@ -1,4 +1,4 @@
-//! Tells when the GPU has the unit meshes, so that a cut is never drawn with pieces missing.
+//! Tells when the GPU has the pieces of meshes, so that a cut is never drawn with pieces missing.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -51,7 +51,8 @@ fn note_uploaded(queue: Res<UploadQueue>, meshes: Res<RenderAssets<RenderMesh>>)
     let has = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
     let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
     queue.retain(|lod| {
-        let complete = lod.unit_meshes.iter().all(has);
+        let mut pieces = lod.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
+        let complete = pieces.all(has);
         if complete {
             lod.uploaded.store(true, Ordering::Release);
         }

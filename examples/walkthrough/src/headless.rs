@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use bevy_fieldlod::LodView;
+use bevy_fieldlod::FieldLodSettings;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, import_gltf};
 use fieldlod_hierarchy::{Hierarchy, Sphere, Unit};
@@ -52,10 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     };
 
     // As the plugin selects.
-    let settings = LodSettings {
-        offscreen_margin: LodView::default().offscreen_margin,
-        ..LodSettings::with_error_px(args.error_px)
-    };
+    let settings = FieldLodSettings::with_error_px(args.error_px).selection(true);
     let path = CameraPath::new();
     let along_the_path = frames.into_iter().map(|(_, round)| {
         let pose = path.pose(round);

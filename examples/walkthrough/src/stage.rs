@@ -8,6 +8,7 @@ use bevy::asset::{RenderAssetUsages, UnapprovedPathMode};
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
+use bevy_fieldlod::FieldLodDebugPlugin;
 use bevy_fieldlod::prelude::*;
 
 use crate::args::Args;
@@ -78,6 +79,7 @@ pub(crate) fn set(app: &mut App, args: &Args) {
         .insert_resource(Guests::new(&args.models))
         .add_plugins((
             FieldLodPlugin,
+            FieldLodDebugPlugin,
             hours::plugin,
             sky::plugin,
             lamps::plugin,

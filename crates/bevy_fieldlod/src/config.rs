@@ -1,0 +1,94 @@
+//! What the plugin as a whole is told.
+
+use std::path::PathBuf;
+
+use bevy::prelude::*;
+
+/// Settings of the plugin. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin);
+/// meshes that are already prepared keep what they got.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// # let mut app = App::new();
+/// app.insert_resource(FieldLodConfig {
+///     whole_world: true,
+///     cache_folder: Some("target/fieldlod-cache".into()),
+///     ..default()
+/// });
+/// ```
+#[derive(Resource, Clone, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Clone, Default)]
+pub struct FieldLodConfig {
+    /// Gives levels of detail to every [`Mesh3d`] of the world, as if each stood under an
+    /// [`AutoLod`](crate::AutoLod); those under a [`NoLod`](crate::NoLod) excepted.
+    pub whole_world: bool,
+    /// Meshes with fewer triangles are drawn as they are.
+    pub plain_below_triangles: u32,
+    /// Meshes with at least as many triangles are cut into units, each at its own level. Those in
+    /// between are exchanged as a whole.
+    pub clusters_from_triangles: u32,
+    /// Whether a file `statue.fieldlod` beside an asset `statue.glb` is looked for.
+    pub look_beside_assets: bool,
+    /// Where baked hierarchies are kept from run to run, keyed by what was baked; `None` keeps
+    /// none. An entry that cannot be read is baked anew. Not on the web.
+    pub cache_folder: Option<PathBuf>,
+    /// How many frames the entity of a unit outlives its last use.
+    pub idle_frames: u32,
+}
+
+impl Default for FieldLodConfig {
+    /// Under 400 triangles nothing, from 20 000 on clusters; files beside assets, no cache.
+    fn default() -> Self {
+        Self {
+            whole_world: false,
+            plain_below_triangles: 400,
+            clusters_from_triangles: 20_000,
+            look_beside_assets: true,
+            cache_folder: None,
+            idle_frames: 60,
+        }
+    }
+}
+
+/// How a mesh is given levels of detail.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Clone, Default, PartialEq)]
+pub enum LodKind {
+    /// By its number of triangles: [`FieldLodConfig`].
+    #[default]
+    Auto,
+    /// Not at all.
+    Plain,
+    /// The whole mesh is exchanged: one entity, and instances of a level are still drawn together.
+    /// All views draw the same level, the finest that one of them asks for.
+    Chain,
+    /// Each piece of the surface at its own level, and each view its own cut.
+    Clusters,
+}
+
+impl FieldLodConfig {
+    /// What `kind` comes to for a mesh of `triangles`.
+    pub(crate) fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
+        match kind {
+            LodKind::Auto if triangles < self.plain_below_triangles as usize => LodKind::Plain,
+            LodKind::Auto if triangles < self.clusters_from_triangles as usize => LodKind::Chain,
+            LodKind::Auto => LodKind::Clusters,
+            chosen => chosen,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kind_follows_the_triangles_unless_it_is_chosen() {
+        let config = FieldLodConfig::default();
+        let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
+        use LodKind::{Chain, Clusters, Plain};
+        assert_eq!(auto, [Plain, Plain, Chain, Chain, Clusters]);
+        assert_eq!(config.kind_for(Clusters, 12), Clusters);
+    }
+}

@@ -1,0 +1,59 @@
+//! The numbers of all cameras, over the picture.
+
+use bevy::prelude::*;
+
+use crate::{FieldLodProgress, LodDebug, LodViewStats};
+
+/// The text of [`LodDebug::overlay`].
+#[derive(Component)]
+pub(crate) struct Overlay;
+
+/// Shows the text, keeps it up to date, or takes it away.
+pub(crate) fn show(
+    mut commands: Commands,
+    debug: Res<LodDebug>,
+    mut overlays: Query<(Entity, &mut Text), With<Overlay>>,
+    views: Query<(&Camera, &LodViewStats)>,
+    progress: Res<FieldLodProgress>,
+) {
+    if !debug.overlay {
+        for (overlay, _) in &overlays {
+            commands.entity(overlay).despawn();
+        }
+        return;
+    }
+    let text = text(&views, &progress);
+    if let Ok((_, mut shown)) = overlays.single_mut() {
+        shown.set_if_neq(Text(text));
+    } else {
+        let place = Node {
+            position_type: PositionType::Absolute,
+            left: px(8.0),
+            top: px(8.0),
+            ..default()
+        };
+        commands.spawn((Overlay, Text(text), TextFont::from_font_size(14.0), place));
+    }
+}
+
+fn text(views: &Query<(&Camera, &LodViewStats)>, progress: &FieldLodProgress) -> String {
+    let mut text = format!(
+        "{} ready, {} plain, {} waiting",
+        progress.ready, progress.plain, progress.waiting
+    );
+    for (_, stats) in views.iter().filter(|(camera, _)| camera.is_active) {
+        let LodViewStats {
+            triangles_drawn,
+            triangles_full,
+            units_drawn,
+            error_px,
+            selection_time,
+        } = stats;
+        let ms = selection_time.as_secs_f64() * 1e3;
+        text += &format!(
+            "\n{triangles_drawn} of {triangles_full} triangles in {units_drawn} meshes at \
+             {error_px:.2} px, selected in {ms:.2} ms"
+        );
+    }
+    text
+}

@@ -1,0 +1,90 @@
+//! `.fieldlod` files beside the assets that they belong to.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use bevy::asset::io::AssetReaderError;
+use bevy::asset::{AssetPath, AssetServer, AssetServerMode};
+use bevy::log::warn;
+use bevy::platform::collections::HashMap;
+use fieldlod_hierarchy::BakedFile;
+
+use crate::glb;
+
+type Found = Option<(String, Arc<BakedFile>)>;
+
+/// What was found beside assets: read once for all meshes of an asset, as long as any is being
+/// prepared.
+#[derive(Debug, Default)]
+pub(crate) struct Beside {
+    files: Mutex<HashMap<AssetPath<'static>, Found>>,
+}
+
+impl Beside {
+    /// Forgets what was read, so that changed files are read again.
+    pub(crate) fn clear(&self) {
+        self.lock().clear();
+    }
+
+    /// The file for the asset at `path`, with its name for messages.
+    pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
+        let path = path.clone().without_label().into_owned();
+        if let Some(found) = self.lock().get(&path) {
+            return found.clone();
+        }
+        let found = read_beside(assets, &path).await;
+        self.lock().insert(path, found.clone());
+        found
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<AssetPath<'static>, Found>> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The file of the same name with the extension `fieldlod`; or what the asset processor put into a
+/// `.glb`.
+async fn read_beside(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
+    let beside = path.path().with_extension("fieldlod");
+    if let Some(bytes) = read(assets, path, &beside).await {
+        return parse(beside.display().to_string(), &bytes);
+    }
+    let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
+    if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
+        let whole = read(assets, path, path.path()).await?;
+        return parse(path.to_string(), glb::find_chunk(&whole)?);
+    }
+    None
+}
+
+fn parse(name: String, bytes: &[u8]) -> Found {
+    match BakedFile::from_bytes(bytes) {
+        Ok(file) => Some((name, Arc::new(file))),
+        Err(fault) => {
+            warn!("{name} is unusable: {fault}");
+            None
+        }
+    }
+}
+
+/// Reads past the asset server, which would log an error for a file that is not there.
+async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> Option<Vec<u8>> {
+    let source = assets.get_source(asset.source()).ok()?;
+    let reader = match assets.mode() {
+        AssetServerMode::Processed if source.should_process() => source.processed_reader().ok()?,
+        _ => source.reader(),
+    };
+    let mut bytes = Vec::new();
+    let result = match reader.read(file).await {
+        Ok(mut reader) => reader.read_to_end(&mut bytes).await,
+        Err(AssetReaderError::NotFound(_)) => return None,
+        Err(fault) => Err(std::io::Error::other(fault)),
+    };
+    match result {
+        Ok(_) => Some(bytes),
+        Err(fault) => {
+            warn!("{} cannot be read: {fault}", PathBuf::from(file).display());
+            None
+        }
+    }
+}

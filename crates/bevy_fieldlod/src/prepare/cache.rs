@@ -1,0 +1,64 @@
+//! Baked hierarchies kept from run to run.
+
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bevy::log::warn;
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash};
+
+use super::source::find_in;
+
+/// The entry at `path`, if it is there and whole; a broken one is told of.
+pub(super) fn read(path: &Path, hash: SourceHash) -> Option<Hierarchy> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(fault) if fault.kind() == io::ErrorKind::NotFound => return None,
+        Err(fault) => {
+            warn!("the cache entry {} cannot be read: {fault}", path.display());
+            return None;
+        }
+    };
+    match BakedFile::from_bytes(&bytes) {
+        Ok(file) => find_in(&file, hash),
+        Err(fault) => {
+            warn!(
+                "the cache entry {} is unusable and is baked anew: {fault}",
+                path.display()
+            );
+            None
+        }
+    }
+}
+
+/// Writes the entry at `path`, whole or not at all. A fault is told of and costs the next run a bake.
+pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
+    let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
+    let bytes = BakedFile {
+        primitives: vec![primitive],
+    }
+    .to_bytes();
+    if let Err(fault) = write_atomically(path, &bytes) {
+        warn!(
+            "the cache entry {} cannot be written: {fault}",
+            path.display()
+        );
+    }
+}
+
+fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Two apps, or two tasks of one, may write the same entry at once.
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    let unfinished = path.with_extension(format!("{}-{count}.part", std::process::id()));
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    if written.is_err() {
+        // Nothing to be done if that fails too.
+        let _ = std::fs::remove_file(&unfinished);
+    }
+    written
+}

@@ -1,0 +1,69 @@
+//! What was baked once is not baked again.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bevy::log::tracing::Level;
+use bevy::prelude::*;
+use bevy_fieldlod::LodOrigin;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{app, bevy_mesh, logged, origins, ready, spawn_object};
+
+/// Where an app with this cache gets the levels of a rock from.
+fn run(folder: &Path, seed: u32) -> LodOrigin {
+    let mut app = app(Path::new("."));
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.cache_folder = Some(folder.into());
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, seed)));
+    ready(&mut app, 1);
+    let origins = origins(&app);
+    assert_eq!(origins.len(), 1);
+    origins[0]
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().path()).collect()
+}
+
+#[test]
+fn the_second_run_reads_what_the_first_baked() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("not/there/yet");
+    assert_eq!(run(&cache, 1), LodOrigin::Baked);
+    assert_eq!(run(&cache, 1), LodOrigin::Cache);
+    assert_eq!(entries(&cache).len(), 1, "and nothing half-written is left");
+}
+
+#[test]
+fn another_mesh_has_another_entry() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
+    assert_eq!(run(folder.path(), 2), LodOrigin::Baked);
+    assert_eq!(entries(folder.path()).len(), 2);
+}
+
+#[test]
+fn a_broken_entry_is_told_of_and_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
+    let entry = entries(folder.path()).remove(0);
+    let mut bytes = fs::read(&entry).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&entry, bytes).unwrap();
+    assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
+    let name = entry.file_name().unwrap().to_str().unwrap();
+    assert!(logged(Level::WARN, &[name, "unusable"]));
+    assert_eq!(run(folder.path(), 1), LodOrigin::Cache);
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_costs_a_line_and_no_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a-file");
+    fs::write(&file, "").unwrap();
+    assert_eq!(run(&file, 1), LodOrigin::Baked);
+    assert!(logged(Level::WARN, &["a-file", "cannot be written"]));
+}

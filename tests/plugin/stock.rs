@@ -1,0 +1,313 @@
+//! What works in Bevy goes on working with levels of detail.
+
+use std::any::TypeId;
+use std::path::Path;
+
+use bevy::asset::AssetPlugin;
+use bevy::camera::CameraPlugin;
+use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange, VisibleEntities};
+use bevy::ecs::system::RunSystemOnce;
+use bevy::mesh::MeshPlugin;
+use bevy::pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin};
+use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
+use bevy::prelude::*;
+use bevy::render::render_resource::AsBindGroup;
+use bevy_fieldlod::LodUnit;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{
+    app, bevy_mesh, entity_count, finish, ready, run_until, spawn_camera, spawn_object, stats,
+    status, unfinished,
+};
+
+fn visible(app: &App, camera: Entity) -> Vec<Entity> {
+    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
+    visible.get(TypeId::of::<Mesh3d>()).to_vec()
+}
+
+fn units(app: &mut App) -> Vec<Entity> {
+    let mut units = app.world_mut().query_filtered::<Entity, With<LodUnit>>();
+    units.iter(app.world()).collect()
+}
+
+fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, distance);
+    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(subdivisions, 1)));
+    ready(&mut app, 1);
+    (app, camera, rock)
+}
+
+/// A material of a game's own.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
+struct Glow {}
+
+impl Material for Glow {}
+
+/// An extension of the standard one.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
+struct Moss {}
+
+impl MaterialExtension for Moss {}
+
+type Mossy = ExtendedMaterial<StandardMaterial, Moss>;
+
+/// Units wear a material of any type, take over another of that type, and one of another type.
+fn wears<M: Material + Default>()
+where
+    M::Data: PartialEq + Eq + std::hash::Hash + Clone,
+{
+    let mut app = unfinished(AssetPlugin::default());
+    app.add_plugins(MaterialPlugin::<M>::default());
+    finish(&mut app);
+    let camera = spawn_camera(&mut app, 3.0);
+    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    let world = app.world_mut();
+    let mut materials = world.resource_mut::<Assets<M>>();
+    let first = materials.add(M::default());
+    let second = materials.add(M::default());
+    let drawn = stats(&app, camera).triangles_drawn;
+    for material in [first, second] {
+        app.world_mut()
+            .entity_mut(rock)
+            .remove::<MeshMaterial3d<StandardMaterial>>()
+            .insert(MeshMaterial3d(material.clone()));
+        app.update();
+        let units = units(&mut app);
+        assert!(!units.is_empty());
+        for unit in units {
+            let unit = app.world().entity(unit);
+            let worn = unit.get::<MeshMaterial3d<M>>().map(|worn| worn.id());
+            assert_eq!(worn, Some(material.id()));
+            assert!(!unit.contains::<MeshMaterial3d<StandardMaterial>>());
+        }
+        assert_eq!(stats(&app, camera).triangles_drawn, drawn);
+    }
+    // Units that are spawned later wear it too.
+    crate::headless::move_camera(&mut app, camera, 2.0);
+    for unit in units(&mut app) {
+        assert!(app.world().get::<MeshMaterial3d<M>>(unit).is_some());
+    }
+}
+
+#[test]
+fn a_custom_material_is_worn() {
+    wears::<Glow>();
+}
+
+#[test]
+fn an_extended_material_is_worn() {
+    wears::<Mossy>();
+}
+
+#[test]
+fn visibility_is_inherited() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let before = visible(&app, camera);
+        assert!(!before.is_empty());
+        let root = app.world_mut().spawn(Visibility::Visible).id();
+        app.world_mut().entity_mut(root).add_child(rock);
+        for (visibility, expected) in [
+            (Visibility::Hidden, Vec::new()),
+            (Visibility::Visible, before),
+        ] {
+            *app.world_mut().get_mut::<Visibility>(root).unwrap() = visibility;
+            app.update();
+            app.update();
+            assert_eq!(visible(&app, camera), expected);
+        }
+    }
+}
+
+#[test]
+fn what_is_not_frustum_culled_is_drawn_outside() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let behind = Transform::from_xyz(0.0, 0.0, 50.0);
+        app.world_mut().entity_mut(rock).insert(behind);
+        app.update();
+        app.update();
+        assert_eq!(visible(&app, camera), []);
+        app.world_mut().entity_mut(rock).insert(NoFrustumCulling);
+        app.update();
+        app.update();
+        let stats = stats(&app, camera);
+        assert!(stats.triangles_drawn > 0, "{stats:?}");
+    }
+}
+
+#[test]
+fn moved_objects_take_their_units_along_in_the_same_frame() {
+    let (mut app, camera, rock) = before_a_camera(5, 4.0);
+    let before = stats(&app, camera).triangles_drawn;
+    for step in 1..40u8 {
+        let place = Transform::from_xyz(0.0, 0.0, 4.0 - f32::from(step));
+        app.world_mut().entity_mut(rock).insert(place);
+        app.update();
+        let place = *app.world().get::<GlobalTransform>(rock).unwrap();
+        for unit in visible(&app, camera) {
+            assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
+        }
+        assert!(stats(&app, camera).triangles_drawn > 0);
+    }
+    assert!(stats(&app, camera).triangles_drawn < before);
+}
+
+#[test]
+fn a_moved_parent_moves_the_cut() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let before = stats(&app, camera).triangles_drawn;
+        let root = app.world_mut().spawn(Transform::default()).id();
+        app.world_mut()
+            .entity_mut(root)
+            .insert(Visibility::default());
+        app.world_mut().entity_mut(root).add_child(rock);
+        app.update();
+        assert_eq!(status(&app).ready, 1);
+        let away = Transform::from_xyz(0.0, 0.0, -200.0);
+        app.world_mut().entity_mut(root).insert(away);
+        app.update();
+        let stats = stats(&app, camera);
+        assert!(stats.triangles_drawn * 2 < before, "{stats:?}");
+    }
+}
+
+#[test]
+fn scaled_objects_are_drawn_as_fine_as_they_look() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 60.0);
+        let small = stats(&app, camera).triangles_drawn;
+        app.world_mut()
+            .entity_mut(rock)
+            .insert(Transform::from_scale(Vec3::splat(20.0)));
+        app.update();
+        assert!(stats(&app, camera).triangles_drawn > 2 * small);
+    }
+}
+
+#[test]
+fn entities_come_under_a_root_and_leave_it_by_their_parent() {
+    let mut app = app(Path::new("."));
+    spawn_camera(&mut app, 40.0);
+    let mesh = bevy_mesh(&fieldlod_tests::rock(5, 1));
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let world = app.world_mut();
+    let rock = world.spawn(Mesh3d(mesh)).id();
+    let bundle = (
+        AutoLod::default(),
+        Transform::default(),
+        Visibility::default(),
+    );
+    let root = world.spawn(bundle).id();
+    app.update();
+    assert_eq!(status(&app), FieldLodProgress::default());
+    app.world_mut().entity_mut(root).add_child(rock);
+    ready(&mut app, 1);
+    assert!(entity_count(&mut app) > 1);
+    app.world_mut().entity_mut(rock).remove::<ChildOf>();
+    app.update();
+    app.update();
+    assert_eq!(status(&app), FieldLodProgress::default());
+    assert_eq!(entity_count(&mut app), 1);
+}
+
+#[test]
+fn ranges_by_hand_stand_beside_ours() {
+    let (mut app, camera, _) = before_a_camera(5, 4.0);
+    let before = visible(&app, camera);
+    let near = bevy_mesh(&fieldlod_tests::rock(2, 3));
+    let near = app.world_mut().resource_mut::<Assets<Mesh>>().add(near);
+    let place = Transform::from_xyz(0.5, 0.0, 0.0);
+    let mut spawn = |range| {
+        let bundle = (Mesh3d(near.clone()), place, range);
+        app.world_mut().spawn(bundle).id()
+    };
+    let shown = spawn(VisibilityRange::abrupt(0.0, 10.0));
+    let hidden = spawn(VisibilityRange::abrupt(10.0, 20.0));
+    app.update();
+    app.update();
+    let after = visible(&app, camera);
+    assert!(after.contains(&shown) && !after.contains(&hidden));
+    assert_eq!(after.len(), before.len() + 1);
+}
+
+#[test]
+fn an_app_without_renderer_and_window_selects() {
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        AssetPlugin::default(),
+        TransformPlugin,
+        MeshPlugin,
+        CameraPlugin,
+        FieldLodPlugin,
+    ));
+    app.finish();
+    app.cleanup();
+    let mesh = bevy_mesh(&fieldlod_tests::rock(5, 1));
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    app.world_mut().spawn((Mesh3d(mesh), AutoLod::default()));
+    // Nobody computes a camera's projection here: it draws in full.
+    app.world_mut().spawn(Camera3d::default());
+    run_until(&mut app, "the mesh is ready", |app| status(app).ready == 1);
+}
+
+#[test]
+fn every_public_component_and_resource_can_be_inspected() {
+    let app = app(Path::new("."));
+    let registry = app.world().resource::<AppTypeRegistry>().read();
+    let names = [
+        "AutoLod",
+        "NoLod",
+        "FieldLodSettings",
+        "LodViewStats",
+        "LodUnit",
+        "FieldLodConfig",
+        "FieldLodProgress",
+        "LodDebug",
+    ];
+    for name in names {
+        let registration = registry.get_with_short_type_path(name);
+        let registration = registration.unwrap_or_else(|| panic!("{name} is not registered"));
+        assert!(
+            registration.data::<ReflectComponent>().is_some()
+                || registration.data::<ReflectResource>().is_some(),
+            "{name}"
+        );
+    }
+}
+
+/// What a ray down the middle of the picture hits.
+fn pick(app: &mut App) -> Vec<(Entity, f32)> {
+    let ray = Ray3d::new(Vec3::new(0.01, 0.02, 50.0), Dir3::NEG_Z);
+    let cast = move |mut caster: MeshRayCast| {
+        let hits = caster.cast_ray(ray, &MeshRayCastSettings::default());
+        let hits = hits.iter().map(|(entity, hit)| (*entity, hit.distance));
+        hits.collect::<Vec<_>>()
+    };
+    app.world_mut().run_system_once(cast).unwrap()
+}
+
+#[test]
+fn rays_hit_the_mesh_entity_where_its_surface_is() {
+    for subdivisions in [4, 5] {
+        let mut app = app(Path::new("."));
+        spawn_camera(&mut app, 12.0);
+        let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(subdivisions, 1)));
+        app.update();
+        app.update();
+        let before = pick(&mut app);
+        assert_eq!(before[0].0, rock);
+        ready(&mut app, 1);
+        let after = pick(&mut app);
+        assert_eq!(after[0].0, rock, "and not one of its units");
+        // A prop is hit where it is drawn, at the level that it wears.
+        assert!(
+            (after[0].1 - before[0].1).abs() < 0.02,
+            "{before:?} {after:?}"
+        );
+    }
+}

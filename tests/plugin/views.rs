@@ -1,0 +1,273 @@
+//! Cameras of every kind, each with its own cut.
+
+use std::any::TypeId;
+use std::path::Path;
+
+use bevy::camera::visibility::{
+    CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleEntities,
+};
+use bevy::camera::{CameraProjection, ScalingMode, ShadowLodOrigin, SubCameraView, Viewport};
+use bevy::light::NotShadowCaster;
+use bevy::math::Vec3A;
+use bevy::prelude::*;
+use bevy_fieldlod::LodUnit;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{app, bevy_mesh, ready, spawn_camera, spawn_object, stats};
+
+/// A rock of clusters before the camera that is returned.
+fn before_a_camera(distance: f32) -> (App, Entity, Entity) {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, distance);
+    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    (app, camera, rock)
+}
+
+fn drawn(app: &App, camera: Entity) -> u64 {
+    stats(app, camera).triangles_drawn
+}
+
+#[test]
+fn a_smaller_viewport_draws_less() {
+    let (mut app, camera, _) = before_a_camera(5.0);
+    let whole = drawn(&app, camera);
+    let other = spawn_camera(&mut app, 5.0);
+    app.world_mut().get_mut::<Camera>(other).unwrap().viewport = Some(Viewport {
+        physical_position: UVec2::new(640, 0),
+        physical_size: UVec2::new(320, 180),
+        ..default()
+    });
+    app.update();
+    app.update();
+    assert_eq!(drawn(&app, camera), whole);
+    assert!(drawn(&app, other) * 2 < whole);
+}
+
+#[test]
+fn a_narrow_field_of_view_draws_more() {
+    let (mut app, camera, _) = before_a_camera(20.0);
+    let wide = drawn(&app, camera);
+    let narrow = PerspectiveProjection {
+        fov: 0.1,
+        ..default()
+    };
+    app.world_mut()
+        .entity_mut(camera)
+        .insert(Projection::Perspective(narrow));
+    app.update();
+    app.update();
+    assert!(drawn(&app, camera) > 2 * wide);
+}
+
+fn orthographic(height: f32) -> Projection {
+    Projection::Orthographic(OrthographicProjection {
+        scaling_mode: ScalingMode::FixedVertical {
+            viewport_height: height,
+        },
+        ..OrthographicProjection::default_3d()
+    })
+}
+
+#[test]
+fn an_orthographic_view_goes_by_its_scale_and_not_by_distance() {
+    let (mut app, camera, _) = before_a_camera(10.0);
+    let mut drawn_at = |height: f32, distance: f32| {
+        let pose = Transform::from_xyz(0.0, 0.0, distance);
+        app.world_mut()
+            .entity_mut(camera)
+            .insert((orthographic(height), pose));
+        app.update();
+        app.update();
+        drawn(&app, camera)
+    };
+    let near = drawn_at(4.0, 10.0);
+    // The memory of the hysteresis is the same: nothing has changed in between.
+    assert_eq!(drawn_at(4.0, 500.0), near);
+    assert!(drawn_at(400.0, 10.0) * 4 < near);
+}
+
+/// A perspective that a game brings along.
+#[derive(Clone, Debug)]
+struct Shifted(PerspectiveProjection);
+
+impl CameraProjection for Shifted {
+    fn get_clip_from_view(&self) -> Mat4 {
+        let mut clip_from_view = self.0.get_clip_from_view();
+        clip_from_view.z_axis.x += 0.2;
+        clip_from_view
+    }
+    fn get_clip_from_view_for_sub(&self, sub_view: &SubCameraView) -> Mat4 {
+        self.0.get_clip_from_view_for_sub(sub_view)
+    }
+    fn update(&mut self, width: f32, height: f32) {
+        self.0.update(width, height);
+    }
+    fn far(&self) -> f32 {
+        self.0.far()
+    }
+    fn get_frustum_corners(&self, z_near: f32, z_far: f32) -> [Vec3A; 8] {
+        self.0.get_frustum_corners(z_near, z_far)
+    }
+}
+
+#[test]
+fn a_custom_projection_has_a_cut() {
+    let (mut app, camera, _) = before_a_camera(20.0);
+    let shifted = Shifted(PerspectiveProjection::default());
+    app.world_mut()
+        .entity_mut(camera)
+        .insert(Projection::custom(shifted));
+    app.update();
+    app.update();
+    let stats = stats(&app, camera);
+    assert!(stats.units_drawn > 0);
+    assert!(
+        stats.triangles_drawn * 2 < stats.triangles_full,
+        "{stats:?}"
+    );
+}
+
+#[test]
+fn an_inactive_camera_wants_nothing() {
+    let (mut app, camera, _) = before_a_camera(2.0);
+    app.world_mut().resource_mut::<FieldLodConfig>().idle_frames = 2;
+    let far = spawn_camera(&mut app, 2000.0);
+    app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = false;
+    for _ in 0..8 {
+        app.update();
+    }
+    let units = app.world_mut().query::<&LodUnit>().iter(app.world()).len();
+    assert_eq!(units, stats(&app, far).units_drawn as usize);
+    app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = true;
+    app.update();
+    assert!(drawn(&app, camera) > drawn(&app, far));
+}
+
+#[test]
+fn render_layers_are_those_of_the_source() {
+    let (mut app, camera, rock) = before_a_camera(4.0);
+    let before = drawn(&app, camera);
+    app.world_mut()
+        .entity_mut(rock)
+        .insert(RenderLayers::layer(2));
+    app.update();
+    app.update();
+    assert_eq!(drawn(&app, camera), 0);
+    let other = spawn_camera(&mut app, 4.0);
+    app.world_mut()
+        .entity_mut(other)
+        .insert(RenderLayers::layer(2));
+    app.update();
+    app.update();
+    assert_eq!(drawn(&app, other), before);
+    app.world_mut().entity_mut(rock).remove::<RenderLayers>();
+    app.update();
+    app.update();
+    assert_eq!((drawn(&app, camera), drawn(&app, other)), (before, 0));
+}
+
+/// What a sun draws into the shadow maps of a camera: all cascades together.
+fn cast(app: &mut App, camera: Entity) -> Vec<Entity> {
+    let mut suns = app.world_mut().query::<&CascadesVisibleEntities>();
+    let sun = suns.single(app.world()).unwrap();
+    let cascades = sun.entities.get(&camera).into_iter().flatten();
+    let mut entities: Vec<Entity> = cascades.flat_map(|list| list.entities.clone()).collect();
+    entities.sort_unstable();
+    entities.dedup();
+    entities
+}
+
+fn spawn_sun(app: &mut App) {
+    app.world_mut().spawn((
+        DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y),
+    ));
+}
+
+#[test]
+fn what_stands_beside_the_image_still_casts_its_shadow() {
+    let mut app = app(Path::new("."));
+    let camera = spawn_camera(&mut app, 10.0);
+    spawn_sun(&mut app);
+    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    // Out of the image to the right, towards the sun.
+    app.world_mut()
+        .entity_mut(rock)
+        .insert(Transform::from_xyz(14.0, 5.0, 0.0));
+    ready(&mut app, 1);
+    app.update();
+    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
+    assert!(visible.get(TypeId::of::<Mesh3d>()).is_empty());
+    let casting = cast(&mut app, camera);
+    assert!(!casting.is_empty());
+    let is_unit = |&entity: &Entity| app.world().get::<LodUnit>(entity).is_some();
+    assert!(
+        casting.iter().all(is_unit),
+        "the source must not be cast too"
+    );
+    app.world_mut().entity_mut(rock).insert(NotShadowCaster);
+    app.update();
+    app.update();
+    assert_eq!(cast(&mut app, camera), []);
+    app.world_mut().entity_mut(rock).remove::<NotShadowCaster>();
+    app.update();
+    app.update();
+    assert!(!cast(&mut app, camera).is_empty());
+}
+
+#[test]
+fn each_cameras_cascades_have_its_cut() {
+    let mut app = app(Path::new("."));
+    let near = spawn_camera(&mut app, 4.0);
+    let far = spawn_camera(&mut app, 60.0);
+    spawn_sun(&mut app);
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    app.update();
+    for camera in [near, far] {
+        let drawn = app.world().get::<VisibleEntities>(camera).unwrap();
+        let drawn = drawn.get(TypeId::of::<Mesh3d>()).to_vec();
+        let cast = cast(&mut app, camera);
+        assert!(!cast.is_empty());
+        assert!(drawn.iter().all(|unit| cast.contains(unit)));
+    }
+    assert_ne!(cast(&mut app, near), cast(&mut app, far));
+}
+
+#[test]
+fn a_lamp_uses_the_cut_of_the_camera_that_is_marked() {
+    let mut app = app(Path::new("."));
+    let near = spawn_camera(&mut app, 4.0);
+    let far = spawn_camera(&mut app, 60.0);
+    app.world_mut().spawn((
+        PointLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(0.0, 5.0, 0.0),
+    ));
+    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    ready(&mut app, 1);
+    let mut lit = |origin: Entity, other: Entity| {
+        app.world_mut()
+            .entity_mut(other)
+            .remove::<ShadowLodOrigin>();
+        app.world_mut().entity_mut(origin).insert(ShadowLodOrigin);
+        app.update();
+        app.update();
+        let mut lamps = app.world_mut().query::<&CubemapVisibleEntities>();
+        let lamp = lamps.single(app.world()).unwrap();
+        let mut lit: Vec<Entity> = lamp.iter().flat_map(|face| face.entities.clone()).collect();
+        lit.sort_unstable();
+        lit.dedup();
+        let drawn = app.world().get::<VisibleEntities>(origin).unwrap();
+        let drawn = drawn.get(TypeId::of::<Mesh3d>());
+        assert!(!drawn.is_empty() && drawn.iter().all(|unit| lit.contains(unit)));
+        lit.len()
+    };
+    assert!(lit(near, far) > lit(far, near));
+}

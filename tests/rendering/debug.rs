@@ -1,0 +1,67 @@
+//! Heat-maps show the field, on whatever is drawn.
+
+use bevy::color::palettes::css;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap};
+use image::{Rgba, RgbaImage};
+
+use crate::stage::{SIZE_PX, Stage, bevy_mesh};
+
+/// A wall across the whole picture, seen with a wide field of view.
+fn wall(heat_map: HeatMap) -> Option<RgbaImage> {
+    let mut stage = Stage::unfinished()?;
+    stage.app.add_plugins(FieldLodDebugPlugin);
+    stage.finish();
+    let wall = stage.add(bevy_mesh(&fieldlod_tests::height_field(24)));
+    let grey = stage.add(StandardMaterial::from(Color::WHITE));
+    let turned = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let place = Transform::from_rotation(turned).with_scale(Vec3::splat(8.0));
+    stage.spawn((
+        Mesh3d(wall),
+        MeshMaterial3d(grey),
+        AutoLod::default(),
+        place,
+    ));
+    let pose = Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    let wide = PerspectiveProjection {
+        fov: 2.0,
+        ..default()
+    };
+    let wide = Projection::Perspective(wide);
+    stage.app.world_mut().entity_mut(eye.entity).insert(wide);
+    stage.app.world_mut().resource_mut::<LodDebug>().heat_map = Some(heat_map);
+    stage.settle();
+    let [picture] = stage.shoot([&eye]);
+    Some(picture)
+}
+
+/// How red a pixel is against blue: what grows with the heat.
+fn heat(pixel: &Rgba<u8>) -> i32 {
+    i32::from(pixel[0]) - i32::from(pixel[2])
+}
+
+fn middle_and_corner(picture: &RgbaImage) -> (i32, i32) {
+    let middle = picture.get_pixel(SIZE_PX / 2, SIZE_PX / 2);
+    let corner = picture.get_pixel(SIZE_PX / 10, SIZE_PX / 10);
+    (heat(middle), heat(corner))
+}
+
+#[test]
+fn the_pattern_is_stretched_in_the_corners() {
+    let Some(picture) = wall(HeatMap::AspectRatio) else {
+        return;
+    };
+    let (middle, corner) = middle_and_corner(&picture);
+    assert!(middle < -50 && corner > middle + 50, "{middle} {corner}");
+}
+
+#[test]
+fn the_curl_vanishes_in_the_middle() {
+    let Some(picture) = wall(HeatMap::Curl) else {
+        return;
+    };
+    let (middle, corner) = middle_and_corner(&picture);
+    assert!(corner > middle + 50, "{middle} {corner}");
+}

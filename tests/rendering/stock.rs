@@ -1,0 +1,226 @@
+//! Whatever Bevy can draw a mesh with, it draws its levels with.
+
+use bevy::anti_alias::taa::TemporalAntiAliasing;
+use bevy::asset::uuid_handle;
+use bevy::color::palettes::css;
+use bevy::core_pipeline::prepass::{
+    DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass,
+};
+use bevy::material::OpaqueRendererMethod;
+use bevy::pbr::{ExtendedMaterial, MaterialExtension, MaterialPlugin};
+use bevy::prelude::*;
+use bevy::render::render_resource::AsBindGroup;
+use bevy::shader::ShaderRef;
+use bevy_fieldlod::prelude::*;
+use image::RgbaImage;
+
+use crate::picture::{count, count_beyond, difference};
+use crate::stage::{Eye, Stage, bevy_mesh};
+
+/// A material of a game's own: stripes by height.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
+struct Stripes {}
+
+const STRIPES: Handle<Shader> = uuid_handle!("6d1d1e6e-3f0b-4a52-9f0e-0c9d7f3b8a11");
+
+const STRIPES_WGSL: &str = "
+#import bevy_pbr::forward_io::VertexOutput
+@fragment
+fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
+    return vec4<f32>(0.5 + 0.5 * sign(sin(in.world_position.y * 9.0)), 0.4, 0.2, 1.0);
+}";
+
+impl Material for Stripes {
+    fn fragment_shader() -> ShaderRef {
+        STRIPES.into()
+    }
+}
+
+/// An extension that changes nothing but the type.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
+struct Plain {}
+
+impl MaterialExtension for Plain {}
+
+type Extended = ExtendedMaterial<StandardMaterial, Plain>;
+
+/// A stage with rocks in two rows, props and large ones, each column of another material; that of the
+/// third is rendered as said. (Bevy panics where a prepass without deferred rendering meets a deferred
+/// material.)
+fn stage_with_rows(third: OpaqueRendererMethod) -> Option<Stage> {
+    let mut stage = Stage::unfinished()?;
+    stage.app.add_plugins((
+        MaterialPlugin::<Stripes>::default(),
+        MaterialPlugin::<Extended>::default(),
+    ));
+    stage.finish();
+    let mut shaders = stage.app.world_mut().resource_mut::<Assets<Shader>>();
+    let shader = Shader::from_wgsl(STRIPES_WGSL, "stripes.wgsl");
+    shaders.insert(STRIPES.id(), shader).unwrap();
+    let stone = StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4));
+    let of_kind = |alpha_mode, opaque_render_method| StandardMaterial {
+        alpha_mode,
+        opaque_render_method,
+        base_color: Color::srgba(0.4, 0.6, 0.5, 0.7),
+        ..default()
+    };
+    let forward = OpaqueRendererMethod::Forward;
+    let standard = [
+        stone.clone(),
+        of_kind(AlphaMode::Mask(0.5), forward),
+        of_kind(AlphaMode::Blend, forward),
+        of_kind(AlphaMode::Opaque, third),
+    ];
+    for (column, material) in standard.into_iter().enumerate() {
+        let material = stage.add(material);
+        add_column(&mut stage, column, MeshMaterial3d(material));
+    }
+    let stripes = stage.add(Stripes {});
+    add_column(&mut stage, 4, MeshMaterial3d(stripes));
+    let extended = stage.add(Extended {
+        base: stone,
+        extension: Plain {},
+    });
+    add_column(&mut stage, 5, MeshMaterial3d(extended));
+    stage.spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::new(-0.5, -0.8, -0.6), Vec3::Y),
+    ));
+    Some(stage)
+}
+
+fn add_column(stage: &mut Stage, column: usize, material: impl Bundle + Clone) {
+    for (row, subdivisions) in [(0u8, 4), (1, 5)] {
+        let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(subdivisions, 7)));
+        let across = column as f32 * 2.2 - 5.5;
+        let place = Transform::from_xyz(across, f32::from(row) * 2.4 - 1.2, 0.0);
+        let place = place.with_rotation(Quat::from_rotation_y(across));
+        stage.spawn((Mesh3d(mesh), material.clone(), AutoLod::default(), place));
+    }
+}
+
+fn add_eye(stage: &mut Stage, technique: impl Bundle) -> Eye {
+    let pose = Transform::from_xyz(0.0, 0.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let view = FieldLodSettings::with_error_px(0.65);
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
+    stage
+        .app
+        .world_mut()
+        .entity_mut(eye.entity)
+        .insert(technique);
+    eye
+}
+
+fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
+    let world = stage.app.world_mut();
+    let mut settings = world.get_mut::<FieldLodSettings>(eye.entity).unwrap();
+    settings.full_detail = full_detail;
+    // The pictures of an eye with a memory settle.
+    for _ in 0..12 {
+        stage.app.update();
+    }
+}
+
+/// How many pixels show anything but the background.
+fn covered(picture: &RgbaImage) -> usize {
+    let background = *picture.get_pixel(0, 0);
+    let pixels = picture.pixels();
+    pixels
+        .filter(|&&pixel| crate::picture::differs(pixel, background))
+        .count()
+}
+
+/// At 0.65 px shades change a little; a rock that is missing or unlit would be a tenth of the picture.
+fn assert_alike(full: &RgbaImage, levels: &RgbaImage) {
+    let differ = count_beyond(full, levels, 64);
+    assert!(
+        differ * 50 < covered(full),
+        "{differ} of {} pixels differ",
+        covered(full)
+    );
+}
+
+/// Draws the rows by `technique` in full and with levels: hardly a pixel differs.
+fn draws_alike(technique: impl Bundle, third: OpaqueRendererMethod) {
+    let Some(mut stage) = stage_with_rows(third) else {
+        return;
+    };
+    let eye = add_eye(&mut stage, technique);
+    stage.settle();
+    set_full_detail(&mut stage, &eye, true);
+    let [full] = stage.shoot([&eye]);
+    assert!(covered(&full) > 9_000, "{} pixels covered", covered(&full));
+    let stats = stage.stats(&eye);
+    assert_eq!(stats.triangles_drawn, stats.triangles_full);
+    set_full_detail(&mut stage, &eye, false);
+    let [levels] = stage.shoot([&eye]);
+    let stats = stage.stats(&eye);
+    assert!(
+        stats.triangles_drawn * 3 < stats.triangles_full,
+        "{stats:?}"
+    );
+    assert!(
+        count(&difference(&full, &levels)) > 0,
+        "the levels are the source"
+    );
+    assert_alike(&full, &levels);
+    let each_way = covered(&full).abs_diff(covered(&levels));
+    assert!(
+        each_way * 100 < covered(&full),
+        "{each_way} pixels appear or vanish"
+    );
+}
+
+#[test]
+fn forward_rendering_draws_levels_in_every_material() {
+    draws_alike((), OpaqueRendererMethod::Forward);
+}
+
+#[test]
+fn multisampling_draws_levels() {
+    draws_alike(Msaa::Sample4, OpaqueRendererMethod::Forward);
+}
+
+#[test]
+fn a_prepass_draws_levels() {
+    let prepass = (DepthPrepass, NormalPrepass, MotionVectorPrepass);
+    draws_alike(prepass, OpaqueRendererMethod::Forward);
+}
+
+#[test]
+fn deferred_rendering_draws_levels() {
+    let prepass = (DepthPrepass, DeferredPrepass);
+    draws_alike(prepass, OpaqueRendererMethod::Deferred);
+}
+
+/// The picture of rocks that move sideways while they come nearer, so that levels change, as an eye
+/// with a memory sees it in the end.
+fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
+    let mut stage = stage_with_rows(OpaqueRendererMethod::Forward)?;
+    let eye = add_eye(&mut stage, TemporalAntiAliasing::default());
+    stage.settle();
+    set_full_detail(&mut stage, &eye, full_detail);
+    let mut counts = Vec::new();
+    for _ in 0..40 {
+        let world = stage.app.world_mut();
+        let mut rocks = world.query_filtered::<&mut Transform, With<AutoLod>>();
+        for mut rock in rocks.iter_mut(world) {
+            rock.translation += Vec3::new(0.01, 0.0, 0.1);
+        }
+        stage.app.update();
+        counts.push(stage.stats(&eye).triangles_drawn);
+    }
+    let [picture] = stage.shoot([&eye]);
+    counts.dedup();
+    Some((picture, counts.len()))
+}
+
+#[test]
+fn temporal_antialiasing_leaves_no_ghosts_where_levels_change() {
+    let (Some((full, _)), Some((levels, changes))) = (after_a_flight(true), after_a_flight(false))
+    else {
+        return;
+    };
+    assert!(changes > 8, "the levels hardly changed");
+    assert_alike(&full, &levels);
+}

@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use bevy::app::PluginGroupBuilder;
 use bevy::asset::{RenderAssetUsages, UnapprovedPathMode};
+use bevy::camera::primitives::MeshAabb;
+use bevy::camera::visibility::NoAutoAabb;
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
@@ -104,12 +106,14 @@ fn build(world: &mut World) {
     for (id, shape) in ingredients.shapes {
         let triangles = shape.triangle_count();
         let (mesh, mean_color) = mesh(shape);
+        // Bevy would work it out anew for each of the thousands of instances.
+        let bounds = mesh.compute_aabb().unwrap_or_default();
         let material = material(id, mean_color, &ground);
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
         let material = world
             .resource_mut::<Assets<StandardMaterial>>()
             .add(material);
-        kinds.insert(id, (mesh, material, triangles));
+        kinds.insert(id, (mesh, material, bounds, triangles));
     }
     let mut size = SceneSize {
         instances: 0,
@@ -117,7 +121,7 @@ fn build(world: &mut World) {
         generation_time: ingredients.generation_time,
     };
     for placed in scene::layout() {
-        let (mesh, material, triangles) = &kinds[&placed.shape];
+        let (mesh, material, bounds, triangles) = &kinds[&placed.shape];
         size.instances += 1;
         size.source_triangles += triangles;
         world.spawn((
@@ -125,6 +129,8 @@ fn build(world: &mut World) {
             Mesh3d(mesh.clone()),
             MeshMaterial3d(material.clone()),
             transform(&placed),
+            *bounds,
+            NoAutoAabb,
             AutoLod::default(),
         ));
     }

@@ -166,7 +166,10 @@ impl Librarian<'_> {
                 }
             }
         };
-        let path = self.assets.get_path(mesh).map(|path| path.into_owned());
+        let path = self
+            .assets
+            .get_path(mesh)
+            .map(bevy::asset::AssetPath::into_owned);
         let job = Job {
             mesh: source.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
@@ -189,7 +192,7 @@ fn triangle_count(mesh: &Mesh) -> usize {
     let corners = indices.map_or_else(
         || {
             mesh.try_attribute(Mesh::ATTRIBUTE_POSITION)
-                .map_or(usize::MAX, |v| v.len())
+                .map_or(usize::MAX, bevy::mesh::VertexAttributeValues::len)
         },
         bevy::mesh::Indices::len,
     );

@@ -180,13 +180,4 @@ impl Slots {
     pub(crate) fn recycle(&mut self) {
         self.free.append(&mut self.freed);
     }
-
-    /// How many are in use.
-    #[cfg(test)]
-    pub(crate) fn in_use(&self) -> usize {
-        self.slots
-            .iter()
-            .filter(|slot| slot.kind != SlotKind::Free)
-            .count()
-    }
 }

@@ -33,7 +33,7 @@ pub use surface::LodSurfaceMaterial;
 pub struct FieldLodDebugPlugin;
 
 /// The gizmos of [`LodDebug::bounds`].
-#[derive(Default, Reflect, GizmoConfigGroup)]
+#[derive(Debug, Default, Reflect, GizmoConfigGroup)]
 pub struct LodGizmos;
 
 impl Plugin for FieldLodDebugPlugin {

@@ -77,8 +77,8 @@ impl Source {
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.update(&FORMAT_VERSION.to_le_bytes());
         hasher.update(&self.hash().0.to_le_bytes());
-        let normals = self.normals.iter().flat_map(|normal| normal.to_array());
-        let uvs = self.uvs.iter().flat_map(|uv| uv.to_array());
+        let normals = self.normals.iter().flat_map(Vec3::to_array);
+        let uvs = self.uvs.iter().flat_map(Vec2::to_array);
         for number in normals.chain([f32::NAN]).chain(uvs) {
             hasher.update(&number.to_bits().to_le_bytes());
         }

@@ -44,6 +44,10 @@ pub(crate) struct Piece {
     pub(crate) level: u32,
     pub(crate) triangles: u32,
     /// How far it may lie from the source, in local units.
+    #[cfg_attr(
+        not(feature = "debug"),
+        expect(dead_code, reason = "heat-maps show it")
+    )]
     pub(crate) error_in_local: f32,
 }
 

@@ -133,6 +133,7 @@ impl LodWorld {
         self.instance(self.instance_of.get(&entity)?.index() as u32)
     }
 
+    #[cfg(feature = "debug")]
     pub(crate) fn instances(&self) -> impl Iterator<Item = &Instance> {
         self.instances.iter().flatten()
     }

@@ -54,6 +54,10 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) night: bool,
 
+    /// Bake all levels of detail anew: neither read nor write those of earlier runs.
+    #[arg(long)]
+    pub(crate) no_cache: bool,
+
     /// Paint each level of detail in its own colour.
     #[arg(long)]
     pub(crate) levels: bool,

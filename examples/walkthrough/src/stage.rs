@@ -1,6 +1,7 @@
 //! The scene as Bevy entities.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bevy::app::PluginGroupBuilder;
@@ -92,7 +93,18 @@ pub(crate) fn set(app: &mut App, args: &Args) {
             color_levels: args.levels,
             ..default()
         })
-        .add_systems(Startup, build);
+        .insert_resource(FieldLodConfig {
+            cache_folder: cache_folder(args),
+            ..default()
+        })
+        .add_systems(Startup, build)
+        .add_systems(Update, choose_kinds);
+}
+
+/// Beside the program, so that `cargo clean` removes it.
+fn cache_folder(args: &Args) -> Option<PathBuf> {
+    let program = std::env::current_exe().ok().filter(|_| !args.no_cache)?;
+    Some(program.parent()?.join("walkthrough-cache"))
 }
 
 fn build(world: &mut World) {
@@ -131,10 +143,42 @@ fn build(world: &mut World) {
             transform(&placed),
             *bounds,
             NoAutoAabb,
-            AutoLod::default(),
+            AutoLod::of_kind(lod_kind(placed.shape, false)),
+            Showing(placed.shape),
         ));
     }
     world.insert_resource(size);
+}
+
+/// What an entity shows.
+#[derive(Component)]
+struct Showing(ShapeId);
+
+/// Trees are exchanged as a whole, so that each of thousands stays one entity. A level so chosen is
+/// the same for all cameras: beside a half at full detail, all is cut into pieces instead.
+fn lod_kind(shape: ShapeId, split: bool) -> LodKind {
+    match shape {
+        _ if split => LodKind::Clusters,
+        ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => LodKind::Chain,
+        _ => LodKind::Auto,
+    }
+}
+
+fn choose_kinds(
+    look: Res<Look>,
+    mut was_split: Local<bool>,
+    mut things: Query<(&Showing, &mut AutoLod)>,
+) {
+    if *was_split == look.split {
+        return;
+    }
+    *was_split = look.split;
+    for (showing, mut lod) in &mut things {
+        let kind = lod_kind(showing.0, look.split);
+        if lod.kind != kind {
+            lod.kind = kind;
+        }
+    }
 }
 
 pub(crate) fn transform(placed: &Placed) -> Transform {

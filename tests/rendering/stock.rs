@@ -201,7 +201,7 @@ fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
     stage.settle();
     set_full_detail(&mut stage, &eye, full_detail);
     let mut counts = Vec::new();
-    for _ in 0..40 {
+    for _ in 0..48 {
         let world = stage.app.world_mut();
         let mut rocks = world.query_filtered::<&mut Transform, With<AutoLod>>();
         for mut rock in rocks.iter_mut(world) {

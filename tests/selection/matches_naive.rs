@@ -51,7 +51,8 @@ proptest! {
         let settings = LodSettings::with_error_px(error_px);
         let mut cut = Cut::default();
         select(hierarchy, &placement, &view, &settings, &mut cut);
-        let instance = InstanceView::new(&view, &placement);
+        // Selection looks at the view with its margins.
+        let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         let criterion = |group: usize| screen_error_px(&hierarchy.groups[group], &instance);
         let expected = naive::select(hierarchy, &settings, &|_| false, &criterion);
         prop_assert_eq!(cut.units(), &expected);

@@ -123,7 +123,11 @@ struct Ruler<'a> {
 
 impl<'a> Ruler<'a> {
     fn of(input: &'a SimplifierInput, groups: &[RawGroup]) -> Self {
-        let mut corners: Vec<[u32; 3]> = Vec::new();
+        let units = groups.iter().flat_map(|group| &group.units);
+        let clusters = units.filter(|unit| unit.is_source());
+        let clusters = clusters.flat_map(|unit| &unit.clusters);
+        let triangles = clusters.map(|cluster| cluster.len() / 3).sum();
+        let mut corners: Vec<[u32; 3]> = Vec::with_capacity(triangles);
         let mut fresh = Vec::with_capacity(groups.len());
         for group in groups {
             let first = corners.len() as u32;

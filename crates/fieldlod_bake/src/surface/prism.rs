@@ -5,13 +5,13 @@ use glam::{Vec3A, Vec4};
 /// A triangle's plane and the three planes that stand on its edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prism {
-    origin: Vec3A,
+    /// The first corner, and how far the second edge is from it: infinite for a triangle without a
+    /// plane.
+    origin: Vec4,
     /// Rows: the unit normal, and the inward normals of the edges from each corner to the next.
     x: Vec4,
     y: Vec4,
     z: Vec4,
-    /// How far the second edge is from the origin; infinite for a triangle without a plane.
-    to_second_edge: f32,
 }
 
 /// Where a point lies.
@@ -35,33 +35,31 @@ impl Prism {
         let row = |k: usize| Vec4::new(unit[k], inward[0][k], inward[1][k], inward[2][k]);
         if is_flat {
             return Self {
-                origin: a,
+                origin: a.extend(f32::INFINITY),
                 x: Vec4::ZERO,
                 y: Vec4::ZERO,
                 z: Vec4::ZERO,
-                to_second_edge: f32::INFINITY,
             };
         }
         Self {
-            origin: a,
+            origin: a.extend(inward[1].dot(ab)),
             x: row(0),
             y: row(1),
             z: row(2),
-            to_second_edge: inward[1].dot(ab),
         }
     }
 
     fn at(&self, p: Vec3A) -> Vec4 {
         let mut place = self.x * p.x + self.y * p.y + self.z * p.z;
-        place.z -= self.to_second_edge;
+        place.z -= self.origin.w;
         place
     }
 
     /// How far the point lies above the plane, as a square; infinite without a plane.
     pub(super) fn height_squared(&self, point: Vec3A) -> f32 {
-        let p = point - self.origin;
+        let p = point - Vec3A::from_vec4(self.origin);
         let height = self.x.x * p.x + self.y.x * p.y + self.z.x * p.z;
-        if self.to_second_edge == f32::INFINITY {
+        if self.origin.w == f32::INFINITY {
             f32::INFINITY
         } else {
             height * height
@@ -69,7 +67,7 @@ impl Prism {
     }
 
     pub(super) fn place(&self, point: Vec3A) -> Place {
-        let p = point - self.origin;
+        let p = point - Vec3A::from_vec4(self.origin);
         let [height, edges @ ..] = self.at(p).to_array();
         let mut edge = 0;
         for other in 1..3 {

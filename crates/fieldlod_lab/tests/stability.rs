@@ -37,25 +37,30 @@ fn guaranteed_passes_every_case_within_the_threshold_itself() {
 
 /// Quality is RMS-like and promises no greatest displacement; all else it is held to.
 #[test]
-fn quality_is_closed_calm_and_thrifty_in_every_case() {
+fn quality_is_closed_and_calm_in_every_case() {
     for case in cases() {
         let verdict = verdict(case, Method::Quality);
         let faults = verdict.faults.iter();
         let others: Vec<&Fault> = faults.filter(|fault| **fault != Fault::Displaced).collect();
         assert!(others.is_empty(), "{}: {verdict:?}", case.case);
-        let few =
-            verdict.triangles_chosen <= verdict_in(case.case, Method::Guaranteed).triangles_chosen;
-        assert!(
-            few,
-            "{}: more triangles than the guarantee needs",
-            case.case
-        );
         assert!(
             verdict.mean_px <= f64::from(REPORT.threshold_px) * 0.5,
             "{}",
             case.case
         );
     }
+}
+
+/// Not in every case: calibrated to the picture of other metrics at 1 px, quality draws more than the
+/// guarantee where deviations are measured tightly and a surface turns all its sides to the camera.
+#[test]
+fn quality_draws_fewer_triangles_than_the_guarantee_over_all_cases() {
+    let triangles = |method| {
+        let chosen = cases().map(|case| verdict(case, method).triangles_chosen);
+        chosen.sum::<f64>()
+    };
+    let (quality, guaranteed) = (triangles(Method::Quality), triangles(Method::Guaranteed));
+    assert!(quality < 0.95 * guaranteed, "{quality} {guaranteed}");
 }
 
 /// One row for each failure under "reported by users": case, system, how it fails.

@@ -152,7 +152,7 @@ impl<'a> Simplifier<'a> {
             | SimplifyOptions::ErrorAbsolute
             | SimplifyOptions::ErrorClamped
             | SimplifyOptions::Permissive;
-        if means == Means::Prune {
+        if matches!(means, Means::Prune | Means::PositionsOnly) {
             options |= SimplifyOptions::Prune;
         }
         let input = self.input;

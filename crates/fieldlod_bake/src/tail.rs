@@ -7,7 +7,7 @@ mod area;
 
 use meshopt::SimplifyVertex;
 
-use self::area::{area_of, keep_area};
+use self::area::keep_area;
 use crate::levels::{Cluster, Groups, triangle_count};
 use crate::report::{BakeReport, Treatment, TreatmentKind};
 use crate::simplify::{Means, Simplified, Simplifier};
@@ -16,8 +16,6 @@ use crate::simplify::{Means, Simplified, Simplifier};
 const FEWEST_TRIANGLES: usize = 12;
 /// What opens closed surfaces is the lesser evil above this only.
 const MOST_TRIANGLES: usize = 512;
-/// A step that keeps less than this share of the area is taken only if no other means keeps more.
-const LEAST_AREA: f64 = 0.5;
 /// Keeps a unit's vertices within the reach of 16-bit indices: 256 at most in a cluster.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
 
@@ -75,9 +73,6 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
     let wanted = (triangles as f32 * simplifier.config.simplify_ratio) as usize;
     let target = wanted.max(FEWEST_TRIANGLES.min(triangles / 2)) * 3;
     let mut locks = simplifier.input.locks.clone();
-    let least_area = area_of(simplifier.input, corners) * LEAST_AREA;
-    // What is left if nothing better is found.
-    let mut token = None;
     for means in [
         Means::Careful,
         Means::Prune,
@@ -85,7 +80,7 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
         Means::Sloppy,
     ] {
         if means == Means::Sloppy && triangles <= MOST_TRIANGLES {
-            break;
+            return None;
         }
         if means == Means::PositionsOnly {
             locks.fill(SimplifyVertex::empty());
@@ -99,12 +94,9 @@ fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simpl
             Means::Careful => keep_area(simplifier, corners, target, simplified),
             _ => simplified,
         };
-        if area_of(simplifier.input, &simplified.corners) >= least_area {
-            return Some((simplified, means));
-        }
-        token.get_or_insert((simplified, means));
+        return Some((simplified, means));
     }
-    token
+    None
 }
 
 /// Whether only a token is left: a single triangle stands for little.

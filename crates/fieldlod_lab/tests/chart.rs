@@ -7,7 +7,8 @@ use std::cell::Cell;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_lab::chart::{
-    ChartError, Measure, ModelResult, Options, Report, Store, Way, chart_model, write_charts,
+    ABLATED, ChartError, Measure, ModelResult, Options, Report, Store, Way, chart_model,
+    write_charts,
 };
 use fieldlod_lab::render::Renderer;
 use glam::UVec2;
@@ -101,6 +102,16 @@ fn charts_are_written_with_their_numbers() {
     let text = std::fs::read(folder.path().join("report.json")).unwrap();
     let read: Report = serde_json::from_slice(&text).unwrap();
     assert_eq!(read.ratios, report.ratios);
+    // A header of two lines, then each term left out.
+    let table = std::fs::read_to_string(folder.path().join("ablation.md")).unwrap();
+    assert_eq!(table.lines().count(), 2 + ABLATED.len());
+    let unbounded = |way| read.worth.iter().find(|worth| worth.way == way).unwrap();
+    let (bound, centre) = (
+        unbounded(Way::Guaranteed),
+        unbounded(Way::GuaranteedNoBound),
+    );
+    assert!(bound.max_px <= 1.0 && bound.max_px <= centre.max_px);
+    assert!(bound.triangles_at_1_px >= centre.triangles_at_1_px);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Our criterion of quality with its terms apart, so that each can be switched off.
+//! Our criterion with its terms apart, so that each can be switched off.
 
 use camera_field::{Camera, SphereBound};
 use glam::Vec3;
@@ -8,10 +8,14 @@ use crate::rivals::Seen;
 /// The terms and constants of the criterion; [`Default`] is the criterion as it is.
 ///
 /// ```text
-/// screen error = e √( 4 c (V + w p) )
+/// screen error = e √( 4 c (V + w p) )        quality
+/// displacement = d √(c / cos φ)              guaranteed
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
+    /// Whether it is the displacement of the guarantee, which has neither projection factor nor
+    /// silhouette, instead of the quality's screen error.
+    pub displacement: bool,
     /// Whether surfaces count by the projection factor, as `4 (V + w p)`; if not, as 1.
     pub projection_factor: bool,
     /// Whether the field's strength knows the stretch off the axis; if not, it is that of the
@@ -29,6 +33,7 @@ pub struct Terms {
 impl Default for Terms {
     fn default() -> Self {
         Self {
+            displacement: false,
             projection_factor: true,
             off_axis: true,
             bounded: true,
@@ -45,6 +50,10 @@ impl Terms {
         let data = &seen.object.hierarchy.groups[group];
         let center = seen.in_camera(data.bounds.center);
         let radius = data.bounds.radius * seen.max_scale;
+        if self.displacement {
+            let scale = self.pixel_scale(seen, center, radius);
+            return data.deviation_in_local * seen.max_scale * scale;
+        }
         let strength = self.strength(seen, center, radius);
         let weight = if self.projection_factor {
             let to_camera = -center.normalize_or_zero();
@@ -67,14 +76,36 @@ impl Terms {
         if bound == 0.0 || (self.off_axis && self.bounded) {
             return bound;
         }
-        let reach = if self.bounded { radius } else { 0.0 };
-        let distance = (center.length() - reach).max(seen.eye.near);
+        let (distance, depth) = self.place(seen, center, radius);
         if self.off_axis {
-            let depth = center.z.max(seen.eye.near);
             intrinsics.constant_px2() * distance / (depth * depth * depth)
         } else {
             intrinsics.constant_px2() / (distance * distance)
         }
+    }
+
+    fn pixel_scale(&self, seen: &Seen, center: Vec3, radius: f32) -> f32 {
+        let SphereBound::Bounded(bound) = seen.eye.camera.pixel_scale_over_sphere(center, radius)
+        else {
+            return f32::INFINITY;
+        };
+        if bound == 0.0 || (self.off_axis && self.bounded) {
+            return bound;
+        }
+        let (distance, depth) = self.place(seen, center, radius);
+        if self.off_axis {
+            seen.eye.focal_px() * distance / (depth * depth)
+        } else {
+            seen.eye.focal_px() / distance
+        }
+    }
+
+    /// Distance and depth at which the field is taken: of the sphere's nearest point where it is
+    /// bounded, else of its centre.
+    fn place(&self, seen: &Seen, center: Vec3, radius: f32) -> (f32, f32) {
+        let reach = if self.bounded { radius } else { 0.0 };
+        let distance = (center.length() - reach).max(seen.eye.near);
+        (distance, center.z.max(seen.eye.near))
     }
 
     fn picture_weight(&self, mean_normal: Vec3, to_camera: Vec3) -> f32 {
@@ -92,7 +123,7 @@ mod tests {
     use super::*;
     use crate::rivals::{ErrorSource, Eye, Instance, LodObject};
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-    use fieldlod_select::{InstanceView, screen_error_px};
+    use fieldlod_select::{InstanceView, screen_displacement_px, screen_error_px};
     use glam::Vec2;
 
     /// With all its terms, this is the criterion that the project selects by.
@@ -110,12 +141,18 @@ mod tests {
             let seen = Seen::new(&object, &instance, &eye);
             let view = InstanceView::new(&eye.view(), &instance.world_from_local);
             for (index, group) in object.hierarchy.groups.iter().enumerate() {
-                let (own, lab) = (
-                    screen_error_px(group, &view),
-                    Terms::default().error_px(&seen, index),
-                );
-                let close = own == lab || (own - lab).abs() <= 1e-3 * own;
-                assert!(close || group.is_terminal(), "{index}: {own} {lab}");
+                let displacement = Terms {
+                    displacement: true,
+                    ..Terms::default()
+                };
+                for (own, terms) in [
+                    (screen_error_px(group, &view), Terms::default()),
+                    (screen_displacement_px(group, &view), displacement),
+                ] {
+                    let lab = terms.error_px(&seen, index);
+                    let close = own == lab || (own - lab).abs() <= 1e-3 * own;
+                    assert!(close || group.is_terminal(), "{index}: {own} {lab}");
+                }
             }
         }
     }

@@ -26,7 +26,7 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
         ("triangles", "triangles in view", |c| c.triangles),
         (
             "selection",
-            "time to choose by plain scalar code, in microseconds",
+            "time to choose from scratch, in microseconds",
             |c| c.select_us,
         ),
         ("frame", "time to draw a frame, in milliseconds", |c| {
@@ -44,6 +44,9 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
     if !report.temporal.is_empty() {
         temporal_figure(report).draw(&folder.join("temporal.png"))?;
         write_file(&folder.join("temporal.csv"), &temporal_csv(report))?;
+    }
+    if !report.worth.is_empty() {
+        write_file(&folder.join("ablation.md"), &report.worth_table())?;
     }
     Ok(())
 }
@@ -264,17 +267,18 @@ fn costs_csv(report: &Report) -> String {
 }
 
 fn promise_csv(report: &Report) -> String {
-    let mut text = "way,fovy_deg,requested_px,max_px,p99_9_px,mean_px\n".to_owned();
+    let mut text = "way,fovy_deg,requested_px,max_px,p99_9_px,mean_px,triangles\n".to_owned();
     for k in &report.promise {
         let _ = writeln!(
             text,
-            "{},{},{},{:.4},{:.4},{:.4}",
+            "{},{},{},{:.4},{:.4},{:.4},{:.0}",
             k.way.name(),
             k.fovy_deg,
             k.requested_px,
             k.max_px,
             k.p99_9_px,
-            k.mean_px
+            k.mean_px,
+            k.triangles
         );
     }
     text

@@ -1,9 +1,8 @@
 //! The ways to choose a level of detail that charts compare.
 
-use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use fieldlod_select::{Cut, LodSettings, select, select_with};
+use fieldlod_select::{Cut, LodSettings, select_with};
 use serde::{Deserialize, Serialize};
 
 use super::Terms;
@@ -47,10 +46,15 @@ pub enum Way {
     ProjectedSize,
     /// Knows the picture that each group's simplification gives: a limit.
     Oracle,
+    /// Guaranteed without the stretch off the axis. Not in [`Way::ALL`]: only its displacements and
+    /// costs are of interest.
+    GuaranteedNoOffAxis,
+    /// Guaranteed without bounds over spheres: the field at the centre. Likewise.
+    GuaranteedNoBound,
 }
 
 impl Way {
-    /// All ways.
+    /// The ways whose pictures are compared.
     pub const ALL: [Self; 17] = [
         Self::Quality,
         Self::Guaranteed,
@@ -92,12 +96,29 @@ impl Way {
             Self::VisibilityRange => "VisibilityRange",
             Self::ProjectedSize => "projected size",
             Self::Oracle => "oracle",
+            Self::GuaranteedNoOffAxis => "guaranteed, on axis",
+            Self::GuaranteedNoBound => "guaranteed, unbounded",
         }
     }
 
-    fn terms(self) -> Option<Terms> {
+    /// What it leaves out of our criterion, if it is made of that.
+    pub(super) fn terms(self) -> Option<Terms> {
         let all = Terms::default();
+        let displacement = Terms {
+            displacement: true,
+            ..all
+        };
         Some(match self {
+            Self::Quality => all,
+            Self::Guaranteed => displacement,
+            Self::GuaranteedNoOffAxis => Terms {
+                off_axis: false,
+                ..displacement
+            },
+            Self::GuaranteedNoBound => Terms {
+                bounded: false,
+                ..displacement
+            },
             Self::NoProjection => Terms {
                 projection_factor: false,
                 ..all
@@ -122,7 +143,7 @@ impl Way {
         })
     }
 
-    fn rival(self) -> Option<Method> {
+    pub(super) fn rival(self) -> Option<Method> {
         Some(match self {
             Self::Clusterlod => Method::Clusterlod,
             Self::Nanite => Method::Nanite,
@@ -136,37 +157,38 @@ impl Way {
         })
     }
 
-    fn settings(self, threshold_px: f32) -> LodSettings {
-        match self {
+    /// The settings of a way that the selection itself can take.
+    pub(super) fn settings(self, threshold_px: f32) -> Option<LodSettings> {
+        Some(match self {
+            Self::Quality => LodSettings::with_error_px(threshold_px),
             Self::Guaranteed => LodSettings::guaranteed(threshold_px),
             Self::Both => LodSettings::capped(threshold_px, 2.0 * threshold_px),
-            _ => LodSettings::with_error_px(threshold_px),
-        }
+            Self::NoBound => LodSettings {
+                max_curl: f32::INFINITY,
+                ..LodSettings::with_error_px(threshold_px)
+            },
+            _ => return None,
+        })
     }
 
-    /// The units that this way draws at a threshold, without memory of earlier frames, and the time
-    /// that the choice took.
+    /// The units that a way draws at a threshold by plain code, group by group, without memory of
+    /// earlier frames, and the time that the choice took.
     ///
     /// # Panics
     /// For the [oracle](Self::Oracle), which needs pictures.
-    pub(crate) fn choose(self, seen: &Seen, threshold_px: f32) -> (Vec<u32>, Duration) {
-        let hierarchy = &seen.object.hierarchy;
-        let settings = self.settings(threshold_px);
-        let mut cut = Cut::default();
+    pub(super) fn choose_plainly(self, seen: &Seen, threshold_px: f32) -> (Vec<u32>, Duration) {
         let start = Instant::now();
         if let Some(terms) = self.terms() {
-            select_with(hierarchy, &settings, &mut cut, |group| {
+            let mut cut = Cut::default();
+            let settings = LodSettings::with_error_px(threshold_px);
+            select_with(&seen.object.hierarchy, &settings, &mut cut, |group| {
                 terms.error_px(seen, group)
             });
-        } else if let Some(method) = self.rival() {
-            let choice = Chooser::new(method, threshold_px).choose(seen);
-            return (choice.units, start.elapsed());
-        } else {
-            assert!(self != Self::Oracle, "the oracle chooses by pictures");
-            let placement = &seen.instance.world_from_local;
-            select(hierarchy, placement, &seen.eye.view(), &settings, &mut cut);
+            let elapsed = start.elapsed();
+            return (cut.units().to_vec(), elapsed);
         }
-        let elapsed = black_box(start).elapsed();
-        (cut.units().to_vec(), elapsed)
+        let method = self.rival().expect("the oracle chooses by pictures");
+        let choice = Chooser::new(method, threshold_px).choose(seen);
+        (choice.units, start.elapsed())
     }
 }

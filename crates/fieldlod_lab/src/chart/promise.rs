@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Pose, Stage, Way, poses};
+use super::chooser::Scratch;
+use super::stage::in_view;
+use super::{ABLATED, Pose, Stage, Way, poses};
 use crate::displacement::SourceSurface;
 use crate::rivals::Eye;
 
@@ -12,6 +14,8 @@ pub const PROMISE_FOVS_DEG: [f32; 3] = [45.0, 90.0, 120.0];
 pub const PROMISE_THRESHOLDS_PX: [f32; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// The ways that are held to it.
 pub const PROMISE_WAYS: [Way; 3] = [Way::Guaranteed, Way::Quality, Way::Clusterlod];
+/// What each term of the criterion is worth is measured here alone.
+pub(super) const ABLATED_AT_PX: f32 = 1.0;
 /// Points of the surface at which displacements are measured.
 const SAMPLES: usize = 6_000;
 /// How many places the camera stands at.
@@ -32,6 +36,8 @@ pub struct Kept {
     pub p99_9_px: f64,
     /// Mean displacement over the places.
     pub mean_px: f64,
+    /// Triangles of units in view, mean over the places.
+    pub triangles: f64,
 }
 
 /// Measures displacements with the object towards the picture's corner, where stretch is at its
@@ -46,6 +52,13 @@ pub fn promise(stage: &Stage, seed: u64) -> Vec<Kept> {
             let of_threshold = |threshold| of_threshold(stage, &surface, &eyes, way, threshold);
             let all = PROMISE_THRESHOLDS_PX.into_iter().map(of_threshold);
             kept.extend(all.map(|kept| Kept { fovy_deg, ..kept }));
+        }
+        for way in ABLATED
+            .into_iter()
+            .filter(|way| !PROMISE_WAYS.contains(way))
+        {
+            let of_way = of_threshold(stage, &surface, &eyes, way, ABLATED_AT_PX);
+            kept.push(Kept { fovy_deg, ..of_way });
         }
     }
     kept
@@ -74,14 +87,20 @@ fn of_threshold(
         max_px: 0.0,
         p99_9_px: 0.0,
         mean_px: 0.0,
+        triangles: 0.0,
     };
+    let mut scratch = Scratch::default();
     for eye in eyes {
-        let (units, _) = way.choose(&stage.seen(eye), threshold_px);
+        let seen = stage.seen(eye);
+        let (units, _) = stage
+            .prepared
+            .choose(way, &seen, threshold_px, &mut scratch);
         let cut = surface.cut(&units);
         let found = surface.displacement(&cut, &stage.instance, eye, false);
         kept.max_px = kept.max_px.max(found.max_px);
         kept.p99_9_px = kept.p99_9_px.max(found.p99_9_px);
         kept.mean_px += found.mean_px / eyes.len() as f64;
+        kept.triangles += in_view(&seen, &units).1 as f64 / eyes.len() as f64;
     }
     kept
 }

@@ -3,15 +3,23 @@
 use serde::{Deserialize, Serialize};
 
 use super::curve::cost_at_triangles;
+use super::worth::{markdown, worth};
 use super::{
     COMPARED_AT_PX, Curve, Kept, Measure, ModelResult, OnPath, Options, Point, PoseResult, Ratios,
-    THRESHOLDS_PX, Way, ratios, triangles_at_error,
+    THRESHOLDS_PX, Way, Worth, ratios, triangles_at_error,
 };
 
 /// The ways whose costs are charted.
 pub(super) const CHARTED: [Way; 4] = [Way::Quality, Way::Clusterlod, Way::Godot, Way::Oracle];
 /// The ways that are told apart by model.
-const BY_MODEL: [Way; 2] = [Way::Quality, Way::Oracle];
+const BY_MODEL: [Way; 6] = [
+    Way::Quality,
+    Way::NoProjection,
+    Way::NoSilhouette,
+    Way::NoOffAxis,
+    Way::NoBound,
+    Way::Oracle,
+];
 /// Ways are shown at an error only where at least this share of poses can be compared.
 const LEAST_SHARE: f64 = 0.6;
 
@@ -32,10 +40,12 @@ pub struct Report {
     pub models: Vec<ModelRatios>,
     /// Costs at equal image error, over all models' poses.
     pub costs: Vec<CostAtError>,
-    /// What is kept of promises, in the worst model.
+    /// What is kept of promises, in the worst model; triangles of all models together.
     pub promise: Vec<Kept>,
     /// What flickers, over all models.
     pub temporal: Vec<OnPath>,
+    /// What each term of the criterion is worth.
+    pub worth: Vec<Worth>,
 }
 
 /// One model's ratios.
@@ -93,6 +103,7 @@ impl Report {
             costs: costs(&poses),
             promise: worst_promises(models),
             temporal: mean_paths(models),
+            worth: worth(models),
         }
     }
 
@@ -100,6 +111,12 @@ impl Report {
     #[must_use]
     pub fn ratio(&self, way: Way, measure: Measure, at_px: f64) -> Option<&Ratios> {
         find(&self.ratios, way, measure, at_px)
+    }
+
+    /// What each term of the criterion is worth, as a table in Markdown.
+    #[must_use]
+    pub fn worth_table(&self) -> String {
+        markdown(&self.worth)
     }
 }
 
@@ -199,7 +216,7 @@ impl<'a> Pair<'a> {
 }
 
 /// Of what is positive; 0 for nothing.
-fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
     if logs.is_empty() {
         return 0.0;
@@ -213,10 +230,15 @@ fn worst_promises(models: &[ModelResult]) -> Vec<Kept> {
     };
     let worst = |index: usize| {
         let of_models = models.iter().filter_map(|model| model.promise.get(index));
-        of_models.fold(first.promise[index], |worst, kept| Kept {
+        let none = Kept {
+            triangles: 0.0,
+            ..first.promise[index]
+        };
+        of_models.fold(none, |worst, kept| Kept {
             max_px: worst.max_px.max(kept.max_px),
             p99_9_px: worst.p99_9_px.max(kept.p99_9_px),
             mean_px: worst.mean_px.max(kept.mean_px),
+            triangles: worst.triangles + kept.triangles,
             ..worst
         })
     };

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{
-    ChartError, Kept, OnPath, PoseResult, Stage, Store, THRESHOLDS_PX, Way, poses, promise, sweep,
-    temporal,
+    ChartError, CriterionCost, Kept, OnPath, PoseResult, Stage, Store, THRESHOLDS_PX, Way,
+    criterion_costs, poses, promise, sweep, temporal,
 };
 use crate::render::Renderer;
 use crate::rivals::{ErrorSource, LodObject};
@@ -40,13 +40,15 @@ pub struct ModelResult {
     pub promise: Vec<Kept>,
     /// What flickers.
     pub temporal: Vec<OnPath>,
+    /// What the criteria take for a group.
+    pub criterion: Vec<CriterionCost>,
 }
 
 impl Options {
     /// How many steps a model takes.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.poses + if self.with_extras { 2 } else { 0 }
+        self.poses + if self.with_extras { 3 } else { 0 }
     }
 }
 
@@ -72,10 +74,13 @@ pub fn chart_model(
         results.push(store.get_or_make(&key, || sweep(&stage, &pose, &options.ways))?);
         step();
     }
-    let (mut kept, mut on_path) = (Vec::new(), Vec::new());
+    let (mut kept, mut on_path, mut criterion) = (Vec::new(), Vec::new(), Vec::new());
     if options.with_extras {
         let key = ("promise", common, options.seed);
         kept = store.get_or_make(&key, || Ok(promise(&stage, options.seed)))?;
+        step();
+        let key = ("criterion", common, options.seed);
+        criterion = store.get_or_make(&key, || Ok(criterion_costs(&stage, options.seed)))?;
         step();
         on_path = store.get_or_make(&("temporal", common), || temporal(&stage))?;
         step();
@@ -86,6 +91,7 @@ pub fn chart_model(
         poses: results,
         promise: kept,
         temporal: on_path,
+        criterion,
     })
 }
 

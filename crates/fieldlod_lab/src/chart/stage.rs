@@ -3,6 +3,7 @@
 use glam::{UVec2, Vec2};
 
 use super::Pose;
+use super::chooser::Prepared;
 use crate::render::{DrawnModel, Renderer};
 use crate::rivals::{Eye, Instance, LodObject, Seen};
 
@@ -14,18 +15,21 @@ pub struct Stage<'a> {
     pub(super) object: &'a LodObject,
     pub(super) size_px: Vec2,
     pub(super) instance: Instance,
+    pub(super) prepared: Prepared,
 }
 
 impl<'a> Stage<'a> {
     /// Brings an object to the adapter, for pictures of `size_px`.
     #[must_use]
     pub fn new(renderer: &'a Renderer, object: &'a LodObject, size_px: UVec2) -> Self {
+        let instance = Instance::default();
         Self {
             renderer,
             model: renderer.upload(&object.hierarchy),
             object,
             size_px: size_px.as_vec2(),
-            instance: Instance::default(),
+            prepared: Prepared::new(object, &instance),
+            instance,
         }
     }
 

@@ -11,7 +11,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::ChartError;
 
 /// Grows when what is measured changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A folder of results, each under the hash of all that it depends on.
 #[derive(Clone, Debug)]

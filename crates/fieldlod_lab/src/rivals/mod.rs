@@ -37,6 +37,7 @@ mod nanite;
 mod object;
 mod projected_size;
 mod ranges;
+mod scan;
 mod seen;
 mod unity;
 
@@ -45,6 +46,7 @@ use serde::Serialize;
 pub use choose::{Choice, Chooser};
 pub use eye::{Eye, Instance};
 pub use object::{ErrorSource, LodObject, REFERENCE_FOCAL_PX};
+pub use scan::SphereScan;
 pub use seen::Seen;
 
 /// A way to choose a level of detail.

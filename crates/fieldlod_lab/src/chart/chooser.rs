@@ -1,0 +1,128 @@
+//! Choices as they would be made in a frame: ours by the [`Selector`], clusterlod's by a scan of eight
+//! groups at once, the others by plain code.
+
+use std::time::{Duration, Instant};
+
+use fieldlod_select::{GroupTable, InstanceId, LodSettings, Scene, Selector};
+
+use super::Way;
+use crate::rivals::{Instance, LodObject, Seen, SphereScan};
+
+/// An object laid out for the fast ways.
+#[derive(Debug)]
+pub(super) struct Prepared {
+    scene: Scene,
+    instance: InstanceId,
+    pub(super) table: GroupTable,
+    pub(super) scan: SphereScan,
+}
+
+/// Storage of the fast ways, kept from one choice to the next.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    selector: Selector,
+    refined: Vec<u64>,
+    units: Vec<u32>,
+}
+
+impl Prepared {
+    pub(super) fn new(object: &LodObject, instance: &Instance) -> Self {
+        let mut scene = Scene::default();
+        let table = GroupTable::new(&object.hierarchy);
+        let mesh = scene.add_table(table.clone());
+        let instance = scene.add_instance(mesh, instance.world_from_local, 1.0);
+        scene.update();
+        Self {
+            scene,
+            instance,
+            table,
+            scan: SphereScan::new(object),
+        }
+    }
+
+    /// The units that a way draws at a threshold, from scratch, and the time that the choice took on
+    /// one thread.
+    ///
+    /// # Panics
+    /// For the [oracle](Way::Oracle), which needs pictures.
+    pub(super) fn choose(
+        &self,
+        way: Way,
+        seen: &Seen,
+        threshold_px: f32,
+        scratch: &mut Scratch,
+    ) -> (Vec<u32>, Duration) {
+        if let Some(settings) = way.settings(threshold_px) {
+            self.by_selector(&settings, seen, scratch)
+        } else if way == Way::Clusterlod {
+            self.by_scan(seen, threshold_px, scratch)
+        } else {
+            way.choose_plainly(seen, threshold_px)
+        }
+    }
+
+    fn by_selector(
+        &self,
+        settings: &LodSettings,
+        seen: &Seen,
+        scratch: &mut Scratch,
+    ) -> (Vec<u32>, Duration) {
+        let selector = &mut scratch.selector;
+        selector.clear();
+        let start = Instant::now();
+        selector.select(&self.scene, &seen.eye.view(), settings);
+        let elapsed = start.elapsed();
+        (selector.units(&self.scene, self.instance).to_vec(), elapsed)
+    }
+
+    fn by_scan(
+        &self,
+        seen: &Seen,
+        threshold_px: f32,
+        scratch: &mut Scratch,
+    ) -> (Vec<u32>, Duration) {
+        let Scratch { refined, units, .. } = scratch;
+        let start = Instant::now();
+        self.scan.refine(seen, threshold_px, refined);
+        self.scan.units(refined, units);
+        let elapsed = start.elapsed();
+        (units.clone(), elapsed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rivals::{ErrorSource, Eye};
+    use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+    use glam::{Vec2, Vec3};
+
+    /// The fast ways choose what the plain ones do.
+    #[test]
+    fn the_fast_ways_choose_as_the_plain_ones() {
+        let hierarchy = bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap();
+        let object = LodObject::new(hierarchy, ErrorSource::Reported);
+        let instance = Instance::default();
+        let prepared = Prepared::new(&object, &instance);
+        let mut scratch = Scratch::default();
+        let mut sizes = Vec::new();
+        for position in [
+            Vec3::new(0.3, 0.4, 1.5),
+            Vec3::new(-2.0, 1.0, 3.0),
+            Vec3::Z * 9.0,
+        ] {
+            let eye = Eye::perspective(70.0, Vec2::new(640.0, 360.0), 0.01);
+            let eye = eye.looking_at(position, Vec3::ZERO);
+            let seen = Seen::new(&object, &instance, &eye);
+            for way in [Way::Quality, Way::Guaranteed, Way::Clusterlod] {
+                let (fast, _) = prepared.choose(way, &seen, 1.0, &mut scratch);
+                let (plain, _) = way.choose_plainly(&seen, 1.0);
+                assert_eq!(fast, plain, "{way:?}");
+                sizes.push(fast.len());
+            }
+        }
+        sizes.sort_unstable();
+        sizes.dedup();
+        assert!(sizes.len() > 3, "always the same cut: {sizes:?}");
+    }
+}

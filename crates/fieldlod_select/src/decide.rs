@@ -1,11 +1,13 @@
 //! Which groups ask for refinement: conservative tests first, the criterion where they cannot tell.
 //!
 //! The tests of [`conservative`] are asked of 64 groups at once, eight such spheres to a register; of
-//! eight groups at once where that could not tell; then of each group, eight to a register again. What
-//! remains takes that of [`facing`], and what still remains the criterion.
+//! eight groups at once where that could not tell, with [`facing`]; then of each group, eight to a
+//! register again. What remains takes the test of [`interval`], which tells both ways, and what still
+//! remains the criterion.
 
 pub(crate) mod conservative;
 mod facing;
+mod interval;
 
 use std::cell::OnceCell;
 
@@ -16,6 +18,7 @@ use crate::settings::Thresholds;
 use crate::table::{CHUNK, GroupTable, LANES, set_bits_of};
 use crate::{InstanceView, LodSettings};
 use conservative::{InLocal, Tests};
+use interval::IntervalTest;
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
 /// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
@@ -30,39 +33,59 @@ pub fn refine(
     refined: &mut Vec<u64>,
 ) {
     let thresholds = settings.thresholds(1.0);
-    Decision::new(table, instance, settings, thresholds).decide(table, was_refined, refined);
+    Decision::new(table, instance, settings, thresholds, 0.0).decide(table, was_refined, refined);
 }
 
 /// The tests of one instance in one view.
 pub(crate) struct Decision<'a> {
-    kernel: Kernel<'a>,
     instance: &'a InstanceView,
     settings: &'a LodSettings,
     thresholds: Thresholds,
     in_local: InLocal,
     /// Made when first asked.
+    kernel: OnceCell<Kernel<'a>>,
     entering: OnceCell<Tests>,
     /// For where something was refined.
     leaving: OnceCell<Tests>,
+    interval: Option<IntervalTest>,
     /// Whether no error, as of what is outside, is below the thresholds.
     zero_is_below: bool,
 }
 
+/// Bits, and whether they hold on the way that was asked for.
+#[derive(Clone, Copy)]
+struct Answer {
+    bits: u32,
+    holds: bool,
+}
+
+impl Answer {
+    const NONE_REFINED: Self = Self {
+        bits: 0,
+        holds: true,
+    };
+}
+
 impl<'a> Decision<'a> {
+    /// Answers tell whether they hold for all poses that move no point farther than `way` in camera
+    /// space.
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,
         settings: &'a LodSettings,
         thresholds: Thresholds,
+        way: f32,
     ) -> Self {
+        let in_local = InLocal::new(instance, &table.whole.bounds, way);
         Self {
-            kernel: Kernel::new(instance, settings),
             instance,
             settings,
             thresholds,
-            in_local: InLocal::new(instance, &table.whole.bounds),
+            in_local,
+            kernel: OnceCell::new(),
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
+            interval: IntervalTest::new(table, instance, &in_local, settings, thresholds),
             zero_is_below: thresholds.coarsen_below_px >= 0.0,
         }
     }
@@ -70,16 +93,37 @@ impl<'a> Decision<'a> {
     pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
         refined.clone_from(&table.terminal);
         for (element, words) in refined.chunks_mut(LANES).enumerate() {
-            let first = element * LANES;
-            let was = |word: usize| was_refined.get(first + word).copied().unwrap_or(0);
-            let may_be_lower = |word: usize| was(word) & !table.terminal[first + word] != 0;
-            let any_may = !was_refined.is_empty() && (0..words.len()).any(may_be_lower);
-            let live = self.live(|| self.tests(any_may).idle(&table.chunks, element));
-            for word in set_bits_of(live & ((1 << words.len()) - 1)) {
-                let tests = self.tests(may_be_lower(word));
-                words[word] |= self.exceeding(table, first + word, was(word), tests);
-            }
+            self.decide_words(table, element, was_refined, words, 0xff);
         }
+    }
+
+    /// Decides those words of an element of eight anew that `asked` has bits of. Returns bits of those whose
+    /// answers hold on the way.
+    pub(crate) fn decide_words(
+        &self,
+        table: &GroupTable,
+        element: usize,
+        was_refined: &[u64],
+        words: &mut [u64],
+        asked: u32,
+    ) -> u32 {
+        let first = element * LANES;
+        let asked = asked & ((1 << words.len()) - 1);
+        let was = |word: usize| was_refined.get(first + word).copied().unwrap_or(0);
+        let may_be_lower = |word: usize| was(word) & !table.terminal[first + word] != 0;
+        let any_may = !was_refined.is_empty() && set_bits_of(asked).any(may_be_lower);
+        let live = asked & self.live(|| self.tests(any_may).idle(&table.chunks, element));
+        for word in set_bits_of(asked & !live) {
+            words[word] = table.terminal[first + word];
+        }
+        let mut held = asked & !live;
+        for word in set_bits_of(live) {
+            let tests = self.tests(may_be_lower(word));
+            let (bits, holds) = self.exceeding(table, first + word, was(word), tests);
+            words[word] = table.terminal[first + word] | bits;
+            held |= u32::from(holds) << word;
+        }
+        held
     }
 
     /// The bits of eight bounds that the conservative tests cannot answer for.
@@ -90,6 +134,11 @@ impl<'a> Decision<'a> {
         } else {
             0xff
         }
+    }
+
+    fn kernel(&self) -> &Kernel<'a> {
+        self.kernel
+            .get_or_init(|| Kernel::new(self.instance, self.settings))
     }
 
     fn tests(&self, may_be_lower: bool) -> &Tests {
@@ -112,14 +161,21 @@ impl<'a> Decision<'a> {
     }
 
     /// The bits of one word.
-    fn exceeding(&self, table: &GroupTable, word: usize, was_refined: u64, tests: &Tests) -> u64 {
-        let mut bits = 0;
+    fn exceeding(
+        &self,
+        table: &GroupTable,
+        word: usize,
+        was_refined: u64,
+        tests: &Tests,
+    ) -> (u64, bool) {
+        let (mut bits, mut holds) = (0, true);
         for index in set_bits_of(self.live(|| tests.idle_blocks(table, word))) {
             let was = (was_refined >> (index * LANES)) as u32 & 0xff;
-            let above = self.exceeding_in(table, word * LANES + index, was, tests);
-            bits |= u64::from(above) << (index * LANES);
+            let answer = self.exceeding_in(table, word * LANES + index, was, tests);
+            bits |= u64::from(answer.bits) << (index * LANES);
+            holds &= answer.holds;
         }
-        bits & valid_bits(table, word)
+        (bits & valid_bits(table, word), holds)
     }
 
     /// The bits of one block.
@@ -130,28 +186,50 @@ impl<'a> Decision<'a> {
         block: usize,
         was_refined: u32,
         tests: &Tests,
-    ) -> u32 {
-        let error_px = if self.zero_is_below {
-            let below = tests.idle_groups(table, block);
-            if below.all() {
-                return 0;
+    ) -> Answer {
+        if !self.zero_is_below {
+            let error_px = self.kernel().error_px(table, block, was_refined);
+            return self.compared(error_px, was_refined);
+        }
+        let below = tests.idle_groups(table, block);
+        if below.all() {
+            return Answer::NONE_REFINED;
+        }
+        if let Some(interval) = &self.interval {
+            let certain = interval.certain(table, block, was_refined);
+            let told = certain.below | certain.above | below;
+            let told = told.to_bitmask() | table.terminal_in(block);
+            if told & 0xff == 0xff {
+                return Answer {
+                    bits: certain.above.to_bitmask() & 0xff,
+                    holds: true,
+                };
             }
-            let unless = self
-                .kernel
-                .error_px_unless(below, tests, table, block, was_refined);
-            let Some(error_px) = unless else {
-                return 0;
-            };
-            error_px
-        } else {
-            self.kernel.error_px(table, block, was_refined)
-        };
+            let error_px = self.kernel().error_px(table, block, was_refined);
+            return self.compared(error_px, was_refined);
+        }
+        let kernel = self.kernel();
+        match kernel.error_px_unless(below, tests, table, block, was_refined) {
+            Some(error_px) => self.compared(error_px, was_refined),
+            None => Answer {
+                bits: 0,
+                holds: false,
+            },
+        }
+    }
+
+    /// The bits of errors above their thresholds, as of now.
+    #[inline]
+    fn compared(&self, error_px: f32x8, was_refined: u32) -> Answer {
         let nan = error_px.simd_ne(error_px);
         let above = |threshold_px: f32| {
             (error_px.simd_gt(f32x8::splat(threshold_px)) | nan).to_bitmask() & 0xff
         };
         let refine = above(self.thresholds.refine_above_px) & !was_refined;
-        refine | above(self.thresholds.coarsen_below_px) & was_refined
+        Answer {
+            bits: refine | above(self.thresholds.coarsen_below_px) & was_refined,
+            holds: false,
+        }
     }
 }
 

@@ -6,11 +6,10 @@
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
-use glam::{Mat3, Vec3};
 
 use crate::decide::conservative::ErrorScale;
 use crate::settings::Thresholds;
-use crate::stretch::is_similarity;
+use crate::stretch::{is_similarity, largest_stretch};
 use crate::{LodSettings, Offscreen, View};
 
 /// Allowance for the rounding of coordinates, relative to their size.
@@ -30,19 +29,25 @@ impl Odometer {
         self.moved.is_finite() && self.turned.is_finite()
     }
 
-    /// Adds the way between two poses.
-    pub(crate) fn advance(&mut self, from: &View, to: &View) {
+    /// The way between two poses.
+    pub(crate) fn between(from: &View, to: &View) -> Self {
         let moved = (to.eye_in_world - from.eye_in_world).length();
-        let turned = frobenius(&(to.camera_from_world - from.camera_from_world));
-        self.moved += f64::from(moved * SLACK);
-        self.turned += f64::from(turned * SLACK);
+        let turned = largest_stretch(&(to.camera_from_world - from.camera_from_world));
+        Self {
+            moved: f64::from(moved * SLACK),
+            turned: f64::from(turned * SLACK),
+        }
     }
-}
 
-/// At least the greatest stretch of `m`.
-fn frobenius(m: &Mat3) -> f32 {
-    let squares = [m.x_axis, m.y_axis, m.z_axis].map(Vec3::length_squared);
-    (squares[0] + squares[1] + squares[2]).sqrt()
+    pub(crate) fn advance(&mut self, step: &Self) {
+        self.moved += step.moved;
+        self.turned += step.turned;
+    }
+
+    /// How far points that were within `reach` have gone in camera space, at most.
+    pub(crate) fn reading(&self, reach: f32) -> f64 {
+        self.moved + self.turned * f64::from(reach)
+    }
 }
 
 /// What an answer bears.
@@ -51,6 +56,12 @@ pub(crate) struct Hold {
     slack: f32,
     reach: f32,
     since: Odometer,
+}
+
+impl Default for Hold {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl Hold {
@@ -72,6 +83,15 @@ impl Hold {
 
     pub(crate) fn lasts(&self, now: &Odometer) -> bool {
         self.remaining(now) > 0.0
+    }
+
+    /// Until the odometer's [reading](Odometer::reading) is `reading`.
+    pub(crate) fn until(reading: f64, reach: f32, now: &Odometer) -> Self {
+        Self {
+            slack: (reading - now.reading(reach)) as f32 * 0.999_999,
+            reach,
+            since: *now,
+        }
     }
 
     /// What both bear.
@@ -129,6 +149,17 @@ impl<'a> WholeTest<'a> {
             now,
             usable: rigid && thresholds.coarsen_below_px >= 0.0,
         }
+    }
+
+    /// Whether points go no farther in camera space than the odometer says.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.usable
+    }
+
+    /// How far the farthest point of a sphere is from the eye, at most.
+    pub(crate) fn farthest(&self, bounds: &Sphere) -> f32 {
+        let distance = (bounds.center - self.view.eye_in_world).length();
+        (distance + bounds.radius) * SLACK
     }
 
     /// For how long nothing in `whole` is refined but what always is; `None` if that cannot be told.

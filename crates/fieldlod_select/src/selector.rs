@@ -1,16 +1,23 @@
 //! The cut of a whole scene in one view, from frame to frame.
 
+mod changes;
 mod memory;
+mod pool;
 mod slot;
+#[cfg(test)]
+mod tests;
 mod visit;
+mod word_holds;
 
 use rayon::prelude::*;
 
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
 use crate::{InstanceId, LodSettings, View, budget};
-pub use memory::Change;
-use memory::{Frame, Memory, NodeMemory, Pending, RawChange, State, coarsest_of, record};
+pub use changes::Change;
+use changes::Changes;
+use memory::{Frame, Memory, Moment, NodeMemory, Pending, State, coarsest_of};
+use pool::Pool;
 use slot::Slot;
 use visit::Context;
 
@@ -20,7 +27,8 @@ use visit::Context;
 /// A frame visits the nodes of a tree over the instances whose answer may have changed since they
 /// were last visited: by the way the camera has gone and turned, or because an instance did. A node
 /// that is wholly outside the view or far enough is answered at once; what remains is decided group
-/// by group. The cuts are those that deciding every group anew would give. With nothing changed a
+/// by group, and again only when the camera has gone as far as those decisions can bear: in
+/// perspective views of instances whose placement is a similarity. The cuts are those that deciding every group anew would give. With nothing changed a
 /// frame costs nothing; once its storage has grown to the scene, none allocates.
 ///
 /// ```
@@ -46,18 +54,18 @@ use visit::Context;
 #[derive(Debug, Default)]
 pub struct Selector {
     odometer: Odometer,
+    /// How often the odometer has begun anew.
+    epoch: u64,
     last: Option<Frame>,
     memories: Vec<Memory>,
     /// For how long each instance, tested by itself, stays as it is.
     holds: Vec<Hold>,
     nodes: Vec<Vec<NodeMemory>>,
     pending: Vec<Pending>,
-    spare: Vec<Slot>,
+    pool: Pool,
     slots: Vec<Slot>,
     free_slots: Vec<u32>,
-    changes: Vec<RawChange>,
-    entered: Vec<u32>,
-    left: Vec<u32>,
+    changes: Changes,
     triangle_count: u64,
     statistics: Statistics,
     budget: budget::Search,
@@ -97,8 +105,6 @@ impl Selector {
     fn run(&mut self, scene: &Scene, view: &View, settings: &LodSettings, parallel: bool) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.changes.clear();
-        self.entered.clear();
-        self.left.clear();
         self.statistics = Statistics::default();
         let view = view.with_margins(settings);
         let Some(budget) = settings.triangle_budget else {
@@ -130,7 +136,7 @@ impl Selector {
             return;
         }
         let seen_revision = self.last.map_or(0, |last| last.revision);
-        self.take_over(scene, &frame);
+        let step = self.take_over(scene, &frame);
         let context = Context {
             scene,
             test: WholeTest::new(view, settings, self.odometer),
@@ -140,15 +146,15 @@ impl Selector {
         if !scene.tree.order.is_empty() {
             self.visit(&context, scene.tree.levels.len() - 1, 0);
         }
-        let decide = |pending: &mut Pending| {
-            pending.slot.decide(
-                scene,
-                pending.instance,
-                pending.was.slot().is_some(),
-                view,
-                settings,
-            );
+        let moment = Moment {
+            view,
+            settings,
+            test: &context.test,
+            now: self.odometer,
+            step,
+            epoch: self.epoch,
         };
+        let decide = |pending: &mut Pending| pending.decide(scene, &moment);
         if parallel {
             self.pending.par_iter_mut().for_each(decide);
         } else {
@@ -157,8 +163,8 @@ impl Selector {
         self.merge(scene);
     }
 
-    /// Makes room for the scene and drops what does not hold any more.
-    fn take_over(&mut self, scene: &Scene, frame: &Frame) {
+    /// Makes room for the scene and drops what does not hold any more. Returns how far the view has gone.
+    fn take_over(&mut self, scene: &Scene, frame: &Frame) -> Odometer {
         self.memories
             .resize(scene.instances.len(), Memory::default());
         self.holds.resize(scene.instances.len(), Hold::NONE);
@@ -166,11 +172,12 @@ impl Selector {
         let same_criterion = last.is_some_and(|last| {
             last.settings == frame.settings && last.view.camera() == frame.view.camera()
         });
-        if let Some(last) = last {
-            self.odometer.advance(&last.view, &frame.view);
-        }
+        let step = last.map(|last| Odometer::between(&last.view, &frame.view));
+        let step = step.unwrap_or_default();
+        self.odometer.advance(&step);
         if !(same_criterion && self.odometer.is_usable()) {
             self.odometer = Odometer::default();
+            self.epoch += 1;
             self.holds.fill(Hold::NONE);
             self.nodes
                 .iter_mut()
@@ -187,6 +194,7 @@ impl Selector {
         for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
             memories.resize(nodes.len(), NodeMemory::default());
         }
+        step
     }
 
     /// A new tree does not lead to instances that were removed.
@@ -205,23 +213,19 @@ impl Selector {
             instance,
             was,
             slot,
+            ..
         } in pending.drain(..)
         {
             self.statistics.instances_decided += 1;
-            self.statistics.groups_decided += slot.group_count();
+            self.statistics.groups_decided += slot.groups_decided();
+            self.holds[instance as usize] = slot.hold();
             let (before, before_triangles) = match was {
                 State::Mixed(_) => (slot.units_before(), slot.triangles_before()),
                 other => coarsest_of(scene, other),
             };
             if !matches!(was, State::Mixed(_)) || slot.has_changed() {
-                record(
-                    &mut self.changes,
-                    &mut self.entered,
-                    &mut self.left,
-                    scene.instance_at(instance),
-                    before,
-                    slot.units(),
-                );
+                let id = scene.instance_at(instance);
+                self.changes.record(id, before, slot.units());
                 self.triangle_count =
                     self.triangle_count + slot.triangle_count() - before_triangles;
             }
@@ -260,11 +264,7 @@ impl Selector {
     /// another, what left of the first comes before what entered of the second. With a triangle budget an
     /// instance may come twice: apply the changes one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
-        self.changes.iter().map(|change| Change {
-            instance: change.instance,
-            entered: &self.entered[change.entered.start as usize..change.entered.end as usize],
-            left: &self.left[change.left.start as usize..change.left.end as usize],
-        })
+        self.changes.iter()
     }
 
     /// Triangles in the view.
@@ -292,58 +292,11 @@ impl Selector {
         self.memories.clear();
         self.holds.clear();
         self.nodes.iter_mut().for_each(Vec::clear);
-        self.spare.append(&mut self.slots);
+        let slots = self.slots.drain(..);
+        slots.for_each(|slot| self.pool.put(slot));
         self.free_slots.clear();
         self.changes.clear();
         self.triangle_count = 0;
         self.budget = budget::Search::default();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::synthetic;
-    use camera_field::{Camera, Intrinsics};
-    use glam::{Affine3A, Vec2, Vec3};
-
-    impl Selector {
-        /// What all storage could hold without growing.
-        fn capacity(&self) -> usize {
-            let slots = self.slots.iter().chain(&self.spare).map(Slot::capacity);
-            self.memories.capacity()
-                + self.holds.capacity()
-                + self.nodes.iter().map(Vec::capacity).sum::<usize>()
-                + self.pending.capacity()
-                + self.changes.capacity()
-                + self.entered.capacity()
-                + self.left.capacity()
-                + slots.sum::<usize>()
-        }
-    }
-
-    #[test]
-    fn a_warm_selector_does_not_grow() {
-        let mut scene = Scene::default();
-        let ball = scene.add_mesh(&synthetic::ball(3, 0.004));
-        for index in 0..400u16 {
-            let (x, z) = (f32::from(index % 20), f32::from(index / 20));
-            let place = Vec3::new(x * 3.0, 0.0, z * -3.0);
-            scene.add_instance(ball, Affine3A::from_translation(place), 1.0);
-        }
-        scene.update();
-        let camera = Camera::Perspective(Intrinsics::centered(935.0, Vec2::new(1920.0, 1080.0)));
-        let mut selector = Selector::default();
-        let mut lap = || {
-            for step in 0..200u8 {
-                let eye = Vec3::new(30.0, 1.5, 10.0 - f32::from(step) * 0.2);
-                let view = View::new(camera, &Affine3A::from_translation(eye));
-                selector.select(&scene, &view, &LodSettings::with_error_px(2.0));
-            }
-            selector.capacity()
-        };
-        // Slots go from instance to instance until each is as large as any needs.
-        let warm = (0..12).map(|_| lap()).last();
-        assert_eq!(Some(lap()), warm);
     }
 }

@@ -123,6 +123,21 @@ impl GroupTable {
         self.group_count
     }
 
+    /// The groups that a word of bits stands for.
+    pub(crate) fn groups_in_word(&self, word: usize) -> usize {
+        self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
+    }
+
+    /// At least as many as any cut has units, and as there are groups; of meshes of about the same size the
+    /// same.
+    pub(crate) fn size_class(&self) -> u32 {
+        self.units
+            .len()
+            .max(self.group_count)
+            .next_power_of_two()
+            .trailing_zeros()
+    }
+
     /// Makes the cut valid: whatever has a refined finer group becomes refined. Finer groups come
     /// first, so one pass over the set bits does it, reading also those that it sets.
     pub(crate) fn close(&self, refined: &mut [u64]) {
@@ -137,6 +152,16 @@ impl GroupTable {
                 }
             }
         }
+    }
+
+    /// The bits of a block's terminal groups, and of what is missing to a full block.
+    #[inline]
+    pub(crate) fn terminal_in(&self, block: usize) -> u32 {
+        let first = block * LANES;
+        let word = self.terminal.get(first / CHUNK).copied().unwrap_or(0);
+        let terminal = (word >> (first % CHUNK)) as u32 & 0xff;
+        let present = self.group_count.saturating_sub(first).min(LANES);
+        terminal | (0xff << present) & 0xff
     }
 
     pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {

@@ -117,21 +117,28 @@ pub(crate) struct Tests {
 #[derive(Clone, Copy)]
 pub(super) struct InLocal {
     pub(super) eye: Vec3,
+    /// About how far from the eye the farthest point is, at most.
+    pub(super) size: f32,
     /// What rounding may move a point by.
+    pub(super) rounding: f32,
+    /// That, and the way that the answers shall bear.
     pub(super) slack: f32,
     /// Greatest by least stretch of the instance: what distances in local space may mislead by.
     unevenness: f32,
 }
 
 impl InLocal {
-    /// For groups within `bounds`.
-    pub(super) fn new(instance: &InstanceView, bounds: &Sphere) -> Self {
+    /// For groups within `bounds`, and poses that move no point farther than `way`, in camera units.
+    pub(super) fn new(instance: &InstanceView, bounds: &Sphere, way: f32) -> Self {
         let most = instance.camera_per_local;
         let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
         let size = eye.length() + bounds.center.length() + bounds.radius;
+        let rounding = POSITION_SLACK * size + 1e-14;
         Self {
             eye,
-            slack: POSITION_SLACK * size + 1e-14,
+            size,
+            rounding,
+            slack: rounding + way / most * SLACK,
             unevenness: most / (least_stretch(&instance.camera_from_local, most) * 0.999),
         }
     }
@@ -155,7 +162,7 @@ impl Tests {
         };
         let on_axis = settings.offscreen == Offscreen::OnAxis;
         // Beyond these, squares of lengths are no numbers to trust.
-        let has_sides = !on_axis && (1e-15..1e13).contains(&(slack * most));
+        let has_sides = !on_axis && (1e-15..1e13).contains(&(in_local.rounding * most));
         Self {
             sphere: SphereTest::new(instance, in_local, &scale, threshold_px),
             sides: has_sides.then(|| Sides::new(instance, camera, slack)),

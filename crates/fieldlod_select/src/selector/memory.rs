@@ -1,11 +1,9 @@
 //! What a selector keeps between frames.
 
-use std::ops::Range;
-
-use super::slot::{Slot, entered_and_left};
-use crate::hold::Hold;
+use super::slot::Slot;
+use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
-use crate::{InstanceId, LodSettings, MeshId, View};
+use crate::{LodSettings, MeshId, View};
 
 /// All that a cut depends on, but for its memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +12,19 @@ pub(super) struct Frame {
     pub(super) settings: LodSettings,
     pub(super) revision: u64,
     pub(super) tree_revision: u64,
+}
+
+/// What cuts are decided with in one frame.
+#[derive(Clone, Copy)]
+pub(super) struct Moment<'a> {
+    pub(super) view: &'a View,
+    pub(super) settings: &'a LodSettings,
+    pub(super) test: &'a WholeTest<'a>,
+    pub(super) now: Odometer,
+    /// What the odometer went last.
+    pub(super) step: Odometer,
+    /// Which run of the odometer that is.
+    pub(super) epoch: u64,
 }
 
 /// What an instance draws.
@@ -47,25 +58,25 @@ pub(super) struct NodeMemory {
 pub(super) struct Pending {
     pub(super) instance: u32,
     pub(super) was: State,
+    /// Whether the instance has changed since it was decided last.
+    pub(super) has_moved: bool,
     pub(super) slot: Slot,
 }
 
-#[derive(Clone, Debug)]
-pub(super) struct RawChange {
-    pub(super) instance: InstanceId,
-    pub(super) entered: Range<u32>,
-    pub(super) left: Range<u32>,
-}
-
-/// What changed in the cut of one instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Change<'a> {
-    /// The instance.
-    pub instance: InstanceId,
-    /// Units drawn now and not before, ascending.
-    pub entered: &'a [u32],
-    /// Units drawn before and not now, ascending.
-    pub left: &'a [u32],
+impl Pending {
+    pub(super) fn decide(&mut self, scene: &Scene, moment: &Moment) {
+        let index = self.instance as usize;
+        let Some(mesh) = scene.occupants[index].mesh else {
+            return;
+        };
+        let (table, instance) = (scene.table(mesh), &scene.instances[index]);
+        match self.was {
+            State::Mixed(_) => self
+                .slot
+                .decide_again(table, instance, moment, self.has_moved),
+            _ => self.slot.decide(table, instance, moment),
+        }
+    }
 }
 
 impl State {
@@ -93,28 +104,5 @@ pub(super) fn coarsest_of(scene: &Scene, state: State) -> (&[u32], u64) {
             (&table.coarsest_units, table.coarsest_triangle_count)
         }
         _ => (&[], 0),
-    }
-}
-
-pub(super) fn record(
-    changes: &mut Vec<RawChange>,
-    entered: &mut Vec<u32>,
-    left: &mut Vec<u32>,
-    instance: InstanceId,
-    before: &[u32],
-    now: &[u32],
-) {
-    let (first_entered, first_left) = (entered.len(), left.len());
-    if before.is_empty() {
-        entered.extend_from_slice(now);
-    } else {
-        entered_and_left(before, now, entered, left);
-    }
-    if entered.len() > first_entered || left.len() > first_left {
-        changes.push(RawChange {
-            instance,
-            entered: first_entered as u32..entered.len() as u32,
-            left: first_left as u32..left.len() as u32,
-        });
     }
 }

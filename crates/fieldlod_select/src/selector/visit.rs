@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Selector;
-use super::memory::{NodeMemory, Pending, State, coarsest_of, record};
+use super::memory::{NodeMemory, Pending, State, coarsest_of};
 use crate::InstanceId;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
@@ -65,11 +65,11 @@ impl Selector {
             return NodeMemory { hold, is_coarsest };
         }
         self.statistics.instances_tested += 1;
-        if context.scene.occupants[instance as usize].mesh.is_none() {
+        let Some(mesh) = context.scene.occupants[instance as usize].mesh else {
             let hold = Hold::forever(&context.now);
             self.holds[instance as usize] = hold;
             return self.settle_instance(context, instance, hold);
-        }
+        };
         if let Some(hold) = context.test.coarsest(&data.node.whole, is_coarsest) {
             self.holds[instance as usize] = hold;
             return self.settle_instance(context, instance, hold);
@@ -77,12 +77,12 @@ impl Selector {
         self.holds[instance as usize] = Hold::NONE;
         let slot = match memory.state {
             State::Mixed(slot) => std::mem::take(&mut self.slots[slot as usize]),
-            _ => self.spare.pop().unwrap_or_default(),
+            _ => self.pool.take(context.scene.table(mesh)),
         };
-        let was = memory.state;
         self.pending.push(Pending {
             instance,
-            was,
+            was: memory.state,
+            has_moved: !unchanged,
             slot,
         });
         NodeMemory {
@@ -166,12 +166,14 @@ impl Selector {
             index,
             generation: memory.generation,
         };
-        let (changes, entered, left) = (&mut self.changes, &mut self.entered, &mut self.left);
-        record(changes, entered, left, instance, before, now);
+        match (was, state) {
+            (State::Empty, State::Coarsest(mesh)) => self.changes.enter(instance, mesh, now),
+            _ => self.changes.record(instance, before, now),
+        }
         self.triangle_count = self.triangle_count + triangles - before_triangles;
         if let State::Mixed(slot) = was {
-            self.spare
-                .push(std::mem::take(&mut self.slots[slot as usize]));
+            let free = std::mem::take(&mut self.slots[slot as usize]);
+            self.pool.put(free);
             self.free_slots.push(slot);
         }
     }

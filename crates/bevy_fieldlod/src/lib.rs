@@ -56,7 +56,6 @@
 //! - `debug`: `FieldLodDebugPlugin`.
 
 mod asset;
-mod chain;
 mod components;
 mod config;
 #[cfg(feature = "debug")]

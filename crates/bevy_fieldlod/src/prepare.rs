@@ -12,10 +12,9 @@ use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError, PrimitiveTopology};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
-use fieldlod_select::GroupTable;
+use fieldlod_select::{GroupTable, chain_of};
 use thiserror::Error;
 
-use crate::chain::chain_of;
 use crate::gather::unit_mesh;
 use crate::{LodKind, LodOrigin};
 pub(crate) use beside::Beside;

@@ -52,6 +52,7 @@
 //! Occlusion; morphing between levels; skinned meshes.
 
 mod budget;
+mod chain;
 mod criterion;
 mod cut;
 mod decide;
@@ -69,6 +70,7 @@ mod table;
 mod tree;
 mod view;
 
+pub use chain::chain_of;
 pub use criterion::{kept_error_px, promised_error_px, screen_displacement_px, screen_error_px};
 pub use cut::{Cut, select, select_with};
 pub use decide::refine;

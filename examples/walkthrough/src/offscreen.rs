@@ -46,6 +46,7 @@ pub(crate) fn run(args: &Args, directory: &Path) -> Result<(), String> {
     let bake_time = studio.wait_for_the_scene();
 
     let path = CameraPath::new();
+    studio.warm_up(path.pose(frames.first().map_or(0.0, |(_, round)| *round)));
     let mut album = Album::new(directory, &frames, args);
     let mut numbers = Vec::new();
     for &(number, round) in &frames {
@@ -164,13 +165,18 @@ impl Studio {
         }
     }
 
-    /// Renders one frame; its picture arrives during a later update.
-    fn shoot(&mut self, number: u32, pose: Pose) -> FrameNumbers {
+    /// Renders until every pipeline is compiled, so that the first frame is timed like the others.
+    fn warm_up(&mut self, pose: Pose) {
         self.place_camera(pose);
         self.update();
         while self.compiles_pipelines() {
             self.update();
         }
+    }
+
+    /// Renders one frame; its picture arrives during a later update.
+    fn shoot(&mut self, number: u32, pose: Pose) -> FrameNumbers {
+        self.place_camera(pose);
         let start = Instant::now();
         self.ask_for_picture(number);
         self.update();

@@ -3,9 +3,10 @@
 //! A prop is drawn with one command at one level. Its chain is a hierarchy too, of one group and one
 //! unit for each level, so that the same selection decides for both kinds.
 
-use bevy::math::Vec3;
 use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit};
-use fieldlod_select::{Cut, LodSettings, select_with};
+use glam::Vec3;
+
+use crate::{Cut, LodSettings, select_with};
 
 /// A level that keeps more than this share of the triangles of the one before is left out.
 const MOST_KEPT: f32 = 0.75;
@@ -13,8 +14,12 @@ const MOST_KEPT: f32 = 0.75;
 /// The levels of the whole mesh, one unit each, finest first; `None` if a level has more vertices
 /// than 16-bit indices reach.
 ///
-/// The step from one level to the next errs as much as the worst of the groups that it simplifies.
-pub(crate) fn chain_of(baked: &Hierarchy) -> Option<Hierarchy> {
+/// The result is a hierarchy itself, to be selected from like any other, which always draws exactly
+/// one unit: for props, of which one command draws all instances at a level. A level with more than
+/// three quarters of the triangles of the one before is left out. The step from one level to the next
+/// errs as much as the worst of the groups that it simplifies.
+#[must_use]
+pub fn chain_of(baked: &Hierarchy) -> Option<Hierarchy> {
     let levels = kept_levels(baked);
     let mut chain = Hierarchy {
         source: baked.source,

@@ -91,7 +91,14 @@ fn charts_are_written_with_their_numbers() {
     let (model, _) = charted(&renderer, &options, &store);
     let report = Report::new(&[model], &options, renderer.adapter());
     write_charts(&report, folder.path()).unwrap();
-    for name in ["triangles", "selection", "frame", "promise", "temporal"] {
+    for name in [
+        "triangles",
+        "selection",
+        "frame",
+        "promise",
+        "temporal",
+        "ablation",
+    ] {
         let picture = image::open(folder.path().join(format!("{name}.png"))).unwrap();
         assert!(picture.width() > 600, "{name}");
     }

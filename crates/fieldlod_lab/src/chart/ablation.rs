@@ -12,12 +12,13 @@ use crate::rivals::{Eye, Seen};
 
 /// The ways that are told apart: our criteria, each without one of its terms, and what they are
 /// compared with.
-pub const ABLATED: [Way; 9] = [
+pub const ABLATED: [Way; 10] = [
     Way::Quality,
     Way::NoProjection,
     Way::NoSilhouette,
     Way::NoOffAxis,
     Way::NoBound,
+    Way::ShareInView,
     Way::Guaranteed,
     Way::GuaranteedNoOffAxis,
     Way::GuaranteedNoBound,

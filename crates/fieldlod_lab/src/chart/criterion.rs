@@ -1,6 +1,6 @@
 //! Our criterion with its terms apart, so that each can be switched off.
 
-use camera_field::{Camera, SphereBound};
+use camera_field::{Camera, Intrinsics, SphereBound};
 use glam::Vec3;
 
 use crate::rivals::Seen;
@@ -28,6 +28,9 @@ pub struct Terms {
     pub silhouette_weight: f32,
     /// Whether surfaces are seen from behind as from the front, with |m·s| in place of m·s.
     pub two_sided: bool,
+    /// Whether a group that the view's edge cuts counts by the share of it that is in view. Not part
+    /// of the criterion.
+    pub share_in_view: bool,
 }
 
 impl Default for Terms {
@@ -39,6 +42,7 @@ impl Default for Terms {
             bounded: true,
             silhouette_weight: 0.1,
             two_sided: false,
+            share_in_view: false,
         }
     }
 }
@@ -62,7 +66,14 @@ impl Terms {
         } else {
             1.0
         };
-        seen.object.errors_in_local[group] * seen.max_scale * (strength * weight).sqrt()
+        let share = match &seen.eye.camera {
+            Camera::Perspective(camera) if self.share_in_view => {
+                share_in_view(camera, center, radius)
+            }
+            _ => 1.0,
+        };
+        let error = seen.object.errors_in_local[group] * seen.max_scale;
+        error * (strength * weight * share).sqrt()
     }
 
     fn strength(&self, seen: &Seen, center: Vec3, radius: f32) -> f32 {
@@ -118,6 +129,19 @@ impl Terms {
     }
 }
 
+/// About the share of a sphere that lies within the four sides of the view.
+fn share_in_view(camera: &Intrinsics, center: Vec3, radius: f32) -> f32 {
+    let inside = |along: f32, slope: f32, side: f32| {
+        let distance = side * (slope * center.z - along) / (1.0 + slope * slope).sqrt();
+        (0.5 + 0.5 * distance / radius.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
+    };
+    let (min, max) = (camera.slope_min, camera.slope_max);
+    inside(center.x, min.x, -1.0)
+        * inside(center.x, max.x, 1.0)
+        * inside(center.y, min.y, -1.0)
+        * inside(center.y, max.y, 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +149,19 @@ mod tests {
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
     use fieldlod_select::{InstanceView, screen_displacement_px, screen_error_px};
     use glam::Vec2;
+
+    #[test]
+    fn half_of_a_sphere_on_a_side_is_in_view() {
+        let eye = Eye::perspective(90.0, Vec2::splat(512.0), 0.01);
+        let Camera::Perspective(camera) = eye.camera else {
+            panic!("perspective")
+        };
+        let share = |x: f32| share_in_view(&camera, Vec3::new(x, 0.0, 10.0), 1.0);
+        assert!((share(0.0) - 1.0).abs() < 1e-6);
+        assert!((share(10.0) - 0.5).abs() < 1e-4, "{}", share(10.0));
+        assert!(share(9.5) > 0.6 && share(-10.5) < 0.4);
+        assert_eq!(share(-12.0), 0.0);
+    }
 
     /// With all its terms, this is the criterion that the project selects by.
     #[test]

@@ -9,6 +9,7 @@ use glam::DVec2;
 use super::figure::{Figure, Panel, Series};
 use super::report::CHARTED;
 use super::store::write_error;
+use super::worth;
 use super::{ChartError, CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
 use crate::canvas::Color;
 
@@ -21,20 +22,9 @@ const PURPLE: Color = Color::new(130, 72, 170);
 pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
     write_file(&folder.join("report.json"), &json(report))?;
     write_file(&folder.join("ratios.csv"), &ratios_csv(report))?;
-    type Cost = fn(&CostAtError) -> f64;
-    let costs: [(&str, &str, Cost); 3] = [
-        ("triangles", "triangles in view", |c| c.triangles),
-        (
-            "selection",
-            "time to choose from scratch, in microseconds",
-            |c| c.select_us,
-        ),
-        ("frame", "time to draw a frame, in milliseconds", |c| {
-            c.frame_ms
-        }),
-    ];
-    for (name, label, cost) in costs {
-        cost_figure(report, label, cost).draw(&folder.join(format!("{name}.png")))?;
+    for chart in &COST_CHARTS {
+        let path = folder.join(format!("{}.png", chart.name));
+        cost_figure(report, chart).draw(&path)?;
     }
     write_file(&folder.join("costs.csv"), &costs_csv(report))?;
     if !report.promise.is_empty() {
@@ -47,6 +37,11 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
     }
     if !report.worth.is_empty() {
         write_file(&folder.join("ablation.md"), &report.worth_table())?;
+        worth::draw(
+            &report.worth,
+            &subject(report),
+            &folder.join("ablation.png"),
+        )?;
     }
     Ok(())
 }
@@ -75,30 +70,64 @@ fn subject(report: &Report) -> String {
     )
 }
 
-fn cost_figure(report: &Report, label: &str, cost: fn(&CostAtError) -> f64) -> Figure {
-    let series = CHARTED.iter().map(|&way| {
-        let of_way = report
-            .costs
-            .iter()
-            .filter(|c| c.way == way && cost(c) > 0.0);
+/// A chart of one cost against the error of the picture.
+struct CostChart {
+    name: &'static str,
+    label: &'static str,
+    cost: fn(&CostAtError) -> f64,
+    ways: &'static [Way],
+    note: &'static str,
+}
+
+const COST_CHARTS: [CostChart; 3] = [
+    CostChart {
+        name: "triangles",
+        label: "triangles in view",
+        cost: |c| c.triangles,
+        ways: &CHARTED,
+        note: "Godot chooses whole levels; the oracle knows the pictures.",
+    },
+    CostChart {
+        name: "selection",
+        label: "time to choose for one object, in microseconds",
+        cost: |c| c.select_us,
+        ways: &[Way::Quality, Way::Clusterlod],
+        note: "From scratch on one thread, both eight groups at once, units gathered.",
+    },
+    CostChart {
+        name: "frame",
+        label: "time to draw a frame, in milliseconds",
+        cost: |c| c.frame_ms,
+        ways: &CHARTED,
+        note: "Godot chooses whole levels; the oracle knows the pictures.",
+    },
+];
+
+fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
+    let series = chart.ways.iter().map(|&way| {
+        let of_way = report.costs.iter();
+        let of_way = of_way.filter(|c| c.way == way && (chart.cost)(c) > 0.0);
         Series {
             name: way.name().to_owned(),
             color: color_of(way),
             is_dashed: way == Way::Oracle,
-            points: of_way.map(|c| DVec2::new(c.rmse, cost(c))).collect(),
+            points: of_way
+                .map(|c| DVec2::new(c.rmse, (chart.cost)(c)))
+                .collect(),
         }
     });
     Figure {
-        title: title_of_costs(report, label),
+        title: title_of_costs(report, chart.label),
         note: format!(
-            "Geometric means over {}.\nGodot chooses whole levels; the oracle knows the pictures. Drawn by {}.",
+            "Geometric means over {}.\n{} Drawn by {}.",
             subject(report),
+            chart.note,
             report.adapter
         ),
         panels: vec![Panel {
             name: String::new(),
             x: "image error: RMSE, in levels of 255".to_owned(),
-            y: label.to_owned(),
+            y: chart.label.to_owned(),
             series: series.filter(|s| !s.points.is_empty()).collect(),
         }],
     }

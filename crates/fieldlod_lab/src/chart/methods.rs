@@ -28,6 +28,8 @@ pub enum Way {
     NoSilhouette,
     /// Quality that takes all surfaces for two-sided.
     TwoSided,
+    /// Quality by the share of a group that is in view.
+    ShareInView,
     /// meshoptimizer's clusterlod: what others are compared with.
     Clusterlod,
     /// Unreal's Nanite.
@@ -55,7 +57,7 @@ pub enum Way {
 
 impl Way {
     /// The ways whose pictures are compared.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Quality,
         Self::Guaranteed,
         Self::Both,
@@ -64,6 +66,7 @@ impl Way {
         Self::NoBound,
         Self::NoSilhouette,
         Self::TwoSided,
+        Self::ShareInView,
         Self::Clusterlod,
         Self::Nanite,
         Self::Depth,
@@ -87,6 +90,7 @@ impl Way {
             Self::NoBound => "no bound over spheres",
             Self::NoSilhouette => "no silhouette term",
             Self::TwoSided => "two-sided",
+            Self::ShareInView => "share in view",
             Self::Clusterlod => "clusterlod",
             Self::Nanite => "Nanite",
             Self::Depth => "depth",
@@ -137,6 +141,10 @@ impl Way {
             },
             Self::TwoSided => Terms {
                 two_sided: true,
+                ..all
+            },
+            Self::ShareInView => Terms {
+                share_in_view: true,
                 ..all
             },
             _ => return None,

@@ -12,12 +12,13 @@ use super::{
 /// The ways whose costs are charted.
 pub(super) const CHARTED: [Way; 4] = [Way::Quality, Way::Clusterlod, Way::Godot, Way::Oracle];
 /// The ways that are told apart by model.
-const BY_MODEL: [Way; 6] = [
+const BY_MODEL: [Way; 7] = [
     Way::Quality,
     Way::NoProjection,
     Way::NoSilhouette,
     Way::NoOffAxis,
     Way::NoBound,
+    Way::ShareInView,
     Way::Oracle,
 ];
 /// Ways are shown at an error only where at least this share of poses can be compared.

@@ -1,12 +1,16 @@
 //! What each term of the criterion is worth: in triangles, in promises kept, in time.
 
 use std::fmt::Write;
+use std::path::Path;
 
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::promise::ABLATED_AT_PX;
 use super::report::geometric_mean;
 use super::{ABLATED, Kept, Measure, ModelResult, PoseResult, Ratios, Way, ratios};
+use crate::PictureError;
+use crate::canvas::{Align, Canvas, Color};
 
 /// A criterion with all or all but one of its terms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,27 +84,85 @@ fn kept_of(model: &ModelResult, way: Way) -> impl Iterator<Item = &Kept> {
     all.filter(move |kept| kept.way == way && (kept.requested_px - at).abs() < 1e-6)
 }
 
+/// What each column of the table is.
+const HEAD: [&str; 9] = [
+    "criterion",
+    "triangles",
+    "worst pose",
+    "by silhouette",
+    "at 1 px",
+    "most px",
+    "p99.9 px",
+    "ns plain",
+    "ns fast",
+];
+
+fn cells(worth: &Worth) -> [String; 9] {
+    let some = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    [
+        worth.way.name().to_owned(),
+        some(worth.triangles),
+        some(worth.worst_pose),
+        some(worth.silhouette),
+        format!("{:.2}", worth.triangles_at_1_px),
+        format!("{:.2}", worth.max_px),
+        format!("{:.2}", worth.p99_9_px),
+        format!("{:.1}", worth.plain_ns),
+        some(worth.fast_ns),
+    ]
+}
+
 /// As a table in Markdown.
 pub(super) fn markdown(all: &[Worth]) -> String {
-    let mut text = String::from(
-        "| criterion | triangles | worst pose | by silhouette | at 1 px | most px | p99.9 px | ns plain | ns fast |\n\
-         |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
-    );
-    let some = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| format!("{v:.2}"));
-    for w in all {
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {:.2} | {:.2} | {:.2} | {:.1} | {} |",
-            w.way.name(),
-            some(w.triangles),
-            some(w.worst_pose),
-            some(w.silhouette),
-            w.triangles_at_1_px,
-            w.max_px,
-            w.p99_9_px,
-            w.plain_ns,
-            some(w.fast_ns),
-        );
+    let mut text = format!("| {} |\n|---{}|\n", HEAD.join(" | "), "|---:".repeat(8));
+    for worth in all {
+        let _ = writeln!(text, "| {} |", cells(worth).join(" | "));
     }
     text
+}
+
+const MARGIN: f64 = 24.0;
+const NAME_WIDTH: f64 = 230.0;
+const COLUMN_WIDTH: f64 = 124.0;
+const ROW_HEIGHT: f64 = 26.0;
+const ABOVE: f64 = 130.0;
+
+/// As a picture.
+pub(super) fn draw(all: &[Worth], subject: &str, path: &Path) -> Result<(), PictureError> {
+    let width = 2.0 * MARGIN + NAME_WIDTH + COLUMN_WIDTH * 8.0;
+    let height = ABOVE + ROW_HEIGHT * (all.len() as f64 + 1.5);
+    let mut canvas = Canvas::new(width as u32, height as u32);
+    let line = |y| DVec2::new(MARGIN, y);
+    let title = "What each term of the criterion is worth";
+    canvas.title(line(32.0), Align::Left, title);
+    let notes = [
+        subject,
+        "Triangles relative to clusterlod's: at the image error of its 1 px (mean, worst pose), at its \
+         silhouette's,",
+        "and at a threshold of 1 px towards the picture's corner; displacements there; time for a group.",
+    ];
+    for (index, note) in (0u8..).zip(notes) {
+        let at = line(58.0 + 20.0 * f64::from(index));
+        canvas.text(at, Align::Left, note, Color::INK);
+    }
+    let rows = std::iter::once((HEAD.map(str::to_owned), Color::GRAY));
+    let rows = rows.chain(all.iter().map(|worth| (cells(worth), Color::INK)));
+    for (row, (cells, color)) in (0u8..).zip(rows) {
+        let y = ABOVE + ROW_HEIGHT * f64::from(row);
+        draw_row(&mut canvas, y, &cells, color);
+    }
+    canvas.save(path)
+}
+
+fn draw_row(canvas: &mut Canvas, y: f64, cells: &[String; 9], color: Color) {
+    let [name, numbers @ ..] = cells;
+    canvas.text(DVec2::new(MARGIN, y), Align::Left, name, color);
+    for (column, number) in (1u8..).zip(numbers) {
+        let right = MARGIN + NAME_WIDTH + COLUMN_WIDTH * f64::from(column);
+        canvas.text(DVec2::new(right, y), Align::Right, number, color);
+    }
+    let below = y + 0.5 * ROW_HEIGHT;
+    let right = MARGIN + NAME_WIDTH + COLUMN_WIDTH * 8.0;
+    let ends = [DVec2::new(MARGIN, below), DVec2::new(right, below)];
+    canvas.line(ends[0], ends[1], 1.0, Color::PALE);
 }

@@ -8,8 +8,9 @@
 //! no further than its corners from the planes of these; where that is not enough, its edges are
 //! measured where they cross from above one to above the next.
 //!
-//! Simplified to source: at the same crossings, and at samples on edges and faces that a gap in
-//! the source would show at: closer where there are fewer source vertices than elsewhere.
+//! Simplified to source: at the same crossings, and at samples on edges and faces. Triangles that
+//! the source covers from edge to edge, and nowhere far above, are as near to it and need none;
+//! those that may span a gap in the source get the most.
 //! From a sample that is further than all before, the search climbs to where it is furthest.
 //! (Corners of simplified triangles are source vertices.)
 //!
@@ -164,7 +165,7 @@ impl<'a> Ruler<'a> {
     ) -> Measured {
         let mut seats = self.seats.take();
         let output = Output::of(self.input, units, groups, &mut seats);
-        let mut seating = Seating::new(&output.surface, &mut seats, start);
+        let mut seating = Seating::new(&output, &mut seats, start);
         let clusters = groups[group].units.iter().flat_map(|unit| &unit.clusters);
         let inputs: Vec<[u32; 3]> = clusters.flat_map(|c| self.input.welded(c)).collect();
         let removed = seating.seat_corners(&inputs);

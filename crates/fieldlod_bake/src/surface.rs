@@ -79,6 +79,11 @@ impl<'a> Surface<'a> {
         self.prisms[triangle as usize].height_squared(point)
     }
 
+    /// The edge of a triangle that `point` is furthest outside of, if any.
+    pub(crate) fn edge_facing(&self, triangle: u32, point: Vec3A) -> Option<usize> {
+        self.prisms[triangle as usize].place(point).outside
+    }
+
     /// A triangle at most `enough` (squared) from `point`, or else the nearest. `near` is what is
     /// known already.
     pub(crate) fn search(&self, point: Vec3A, enough: f32, near: Hit) -> Hit {

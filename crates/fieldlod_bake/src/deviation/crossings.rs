@@ -20,7 +20,7 @@ const LEAST_BESIDE: f32 = 0.5;
 /// Rows of samples on a source triangle that lies beside the simplified surface.
 const ROWS_BESIDE: u32 = 2;
 /// Beyond so many source triangles for each simplified one, they share hardly an edge.
-const FINE: usize = 8;
+const FINE: usize = 64;
 /// How far from a corner towards the middle of a triangle it counts as above what is below there.
 const INWARD: f32 = 0.25;
 
@@ -79,6 +79,10 @@ impl CrossingWalk<'_> {
     fn triangle(&mut self, triangle: u32) {
         let vertices = self.source.surface.corners()[triangle as usize];
         let mut seats = vertices.map(|vertex| self.seats[vertex as usize]);
+        if self.source.surface.neighbours()[triangle as usize].contains(&NONE) {
+            self.mark_rim(seats);
+        }
+        self.settle(vertices, &mut seats);
         if seats[0] == seats[1] && seats[1] == seats[2] {
             if seats[0] != NONE && self.is_fine {
                 self.output.share_edge(seats[0], vertices);
@@ -86,8 +90,7 @@ impl CrossingWalk<'_> {
             return;
         }
         let corners = vertices.map(|vertex| self.source.surface.position(vertex));
-        self.settle(vertices, corners, &mut seats);
-        self.output.cross(seats);
+        self.output.cross(corners, seats);
         if self.is_fine {
             for seat in seats.into_iter().filter(|&seat| seat != NONE) {
                 self.output.share_edge(seat, vertices);
@@ -98,29 +101,65 @@ impl CrossingWalk<'_> {
         }
     }
 
+    fn mark_rim(&self, seats: [u32; 3]) {
+        for seat in seats.into_iter().filter(|&seat| seat != NONE) {
+            self.output.mark_rim(seat);
+        }
+    }
+
     /// Whether no corner is further from the plane of any of these simplified triangles than the
     /// furthest so far. Then nothing between them is, where the triangle stands above those.
     fn is_near(&self, corners: [Vec3A; 3], seats: [u32; 3]) -> bool {
-        let (simplified, furthest) = (self.simplified.surface, self.furthest());
-        let near = |from: usize, to: usize| {
-            seats[from] == NONE
-                || seats[from] == seats[to]
-                || simplified.height_squared(seats[from], corners[to]) <= furthest
-        };
-        (0..3).all(|from| near(from, (from + 1) % 3) && near(from, (from + 2) % 3))
+        let furthest = self.furthest();
+        let mut is_near = true;
+        for from in (0..3).filter(|&from| seats[from] != NONE) {
+            let others = [(from + 1) % 3, (from + 2) % 3].into_iter();
+            let others = others.filter(|&to| seats[to] != seats[from]);
+            let height = |to: usize| {
+                let simplified = self.simplified.surface;
+                simplified.height_squared(seats[from], corners[to])
+            };
+            let height = others.map(height).fold(0.0, f32::max);
+            self.output.mark_tall(seats[from], height, furthest);
+            is_near &= height <= furthest;
+        }
+        is_near
     }
 
     /// A corner that the simplified surface has too stands above all triangles around it: takes
-    /// the one on the side of this source triangle.
-    fn settle(&self, vertices: [u32; 3], corners: [Vec3A; 3], seats: &mut [u32; 3]) {
-        let simplified = self.simplified.surface;
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        for k in 0..3 {
-            if seats[k] != NONE && simplified.corners()[seats[k] as usize].contains(&vertices[k]) {
-                let inward = corners[k].lerp(middle, INWARD);
-                seats[k] = simplified.walk(inward, 0.0, seats[k]).0.triangle;
-            }
+    /// that of another corner if that is among them, or else the one on the side of this source
+    /// triangle.
+    fn settle(&self, vertices: [u32; 3], seats: &mut [u32; 3]) {
+        if seats[0] == seats[1] && seats[1] == seats[2] {
+            return;
         }
+        let mut is_kept =
+            [0, 1, 2].map(|k| seats[k] != NONE && self.has_corner(seats[k], vertices[k]));
+        for k in 0..3 {
+            if !is_kept[k] {
+                continue;
+            }
+            let others = [(k + 1) % 3, (k + 2) % 3].into_iter();
+            let mut others = others.filter(|&other| !is_kept[other] && seats[other] != NONE);
+            let shared = others.find(|&other| self.has_corner(seats[other], vertices[k]));
+            seats[k] = match shared {
+                Some(other) => seats[other],
+                None => self.inward_of(k, vertices, seats[k]),
+            };
+            is_kept[k] = false;
+        }
+    }
+
+    fn has_corner(&self, triangle: u32, vertex: u32) -> bool {
+        self.simplified.surface.corners()[triangle as usize].contains(&vertex)
+    }
+
+    /// The simplified triangle below a place within the source triangle, near corner `k`.
+    fn inward_of(&self, k: usize, vertices: [u32; 3], guess: u32) -> u32 {
+        let corners = vertices.map(|vertex| self.source.surface.position(vertex));
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let inward = corners[k].lerp(middle, INWARD);
+        self.simplified.surface.walk(inward, 0.0, guess).0.triangle
     }
 
     /// Each edge within the patch is walked once in each direction.

@@ -82,25 +82,28 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Where the source was seen to go over all edges of a triangle and to have about as many
-    /// vertices above it as above others, few samples are enough. Elsewhere it may have a gap.
+    /// Where the source goes over all edges of a triangle, has no border above it and is near it
+    /// everywhere, so is the triangle to the source: no samples are needed. Where the source is
+    /// further away, a few are; more where there may be a gap.
     fn on(output: &Output<'_>, triangle: u32, expected: f32, above: u32) -> Self {
+        let (has_rim, is_tall) = (output.has_rim(triangle), output.is_tall(triangle));
+        let is_sparse = (above as f32) < (expected * GAP_SHARE).floor();
         let covered = (expected * SAMPLES_PER_VERTEX).sqrt().ceil();
-        let covered = covered.clamp(1.0, MAX_ROWS) as u32;
+        let covered = u32::from(is_tall) * covered.clamp(1.0, MAX_ROWS) as u32;
         let gap = (expected * SAMPLES_PER_VERTEX_IN_GAPS).sqrt() * 2.0;
         let gap = gap.ceil().clamp(MIN_ROWS_IN_GAPS, MAX_ROWS_IN_GAPS) as u32;
-        let is_sparse = (above as f32) < (expected * GAP_SHARE).floor();
+        let rows = |has_gap: bool| if has_gap { gap } else { covered };
         let across = output.surface.neighbours()[triangle as usize];
         let is_crossed = output.crossed(triangle);
-        let rows = |has_gap: bool| if has_gap { gap } else { covered };
         let side = |k: usize| {
-            // Each edge is sampled with the later of its triangles.
-            let own = across[k] == NONE || across[k] < triangle;
+            // Each edge is sampled with the later of its triangles, or with the taller.
+            let own = across[k] == NONE || across[k] < triangle || !output.is_tall(across[k]);
             // An odd number, so that the middle is among them: there, edges stray furthest.
-            u32::from(own) * (rows(!is_crossed[k]) | 1)
+            let rows = u32::from(own) * rows(has_rim || !is_crossed[k]);
+            if rows > 0 { rows | 1 } else { 0 }
         };
         Self {
-            inside: rows(is_sparse || is_crossed.contains(&false)),
+            inside: rows(has_rim || is_sparse || is_crossed.contains(&false)),
             sides: [side(0), side(1), side(2)],
         }
     }

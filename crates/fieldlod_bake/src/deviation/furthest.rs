@@ -40,6 +40,11 @@ impl<'a> Furthest<'a> {
     /// below it never count. `guess` is a triangle near by.
     pub(super) fn see(&mut self, point: Vec3A, guess: u32, floor: f32) -> Hit {
         let (hit, is_above) = self.surface.walk(point, floor, guess);
+        self.weigh(point, hit, is_above, floor)
+    }
+
+    /// As [`Self::see`], from where a walk ended.
+    pub(super) fn weigh(&mut self, point: Vec3A, hit: Hit, is_above: bool, floor: f32) -> Hit {
         if hit.distance_squared <= floor {
             return hit;
         }

@@ -3,6 +3,8 @@
 use std::sync::atomic::AtomicU8;
 use std::sync::atomic::Ordering::Relaxed;
 
+use glam::Vec3A;
+
 use super::Ruler;
 use super::seats::Seats;
 use crate::input::SimplifierInput;
@@ -31,9 +33,19 @@ pub(super) struct Output<'a> {
     /// For each triangle, which of `consumers` consumes it.
     part_of: Vec<u32>,
     /// For each triangle, bit k if source triangles were seen to go over the edge from corner k to
-    /// the next.
-    crossed: Vec<AtomicU8>,
+    /// the next, and [`RIM`], and [`TALL`].
+    seen: Vec<AtomicU8>,
 }
+
+/// Triangles in a row that one edge of the source goes over.
+const MOST_BETWEEN: usize = 4;
+/// Set where the source has an open border above a triangle.
+const RIM: u8 = 1 << 3;
+/// Set where something above a triangle is further from it than [`LOW`].
+const TALL: u8 = 1 << 4;
+/// The share of the largest distance so far (both squared) up to which what stands above a triangle
+/// leaves it well covered.
+const LOW: f32 = 0.25;
 
 impl<'a> Output<'a> {
     /// `seats` are all free, and are so again afterwards.
@@ -53,36 +65,61 @@ impl<'a> Output<'a> {
             }
             part_of.resize(corners.len(), consumers.len() as u32 - 1);
         }
-        let crossed = corners.iter().map(|_| AtomicU8::new(0)).collect();
+        let surface = Surface::of(&input.positions, corners, seats);
+        // The outline is shared with the groups beside, and the source goes on there.
+        let outline = |across: &[u32; 3]| {
+            let bits = across.iter().zip([1, 2, 4]);
+            bits.map(|(&next, bit)| if next == NONE { bit } else { 0 })
+                .sum()
+        };
+        let seen = surface.neighbours().iter().map(outline);
         Self {
-            surface: Surface::of(&input.positions, corners, seats),
-            crossed,
+            seen: seen.map(AtomicU8::new).collect(),
+            surface,
             consumers,
             part_of,
         }
     }
 
-    /// Notes that a source triangle stands above these and goes over the edges between them.
-    pub(super) fn cross(&self, seats: [u32; 3]) {
+    /// Notes that a source triangle with these corners stands above these and goes over the edges
+    /// between them.
+    pub(super) fn cross(&self, corners: [Vec3A; 3], seats: [u32; 3]) {
         for from in 0..3 {
             let to = (from + 1) % 3;
-            if seats[from] != seats[to] && seats[from] != NONE && seats[to] != NONE {
-                self.cross_between(seats[from], seats[to]);
-                self.cross_between(seats[to], seats[from]);
+            let both = seats[from] != NONE && seats[to] != NONE && seats[from] != seats[to];
+            if both {
+                self.cross_between(seats[from], seats[to], corners[to]);
             }
         }
     }
 
-    fn cross_between(&self, from: u32, to: u32) {
-        let across = self.surface.neighbours()[from as usize];
-        if let Some(edge) = across.iter().position(|&neighbour| neighbour == to) {
-            self.cross_edge(from, edge);
+    /// `end` stands above `to`.
+    fn cross_between(&self, from: u32, to: u32, end: Vec3A) {
+        let mut at = from;
+        for _ in 0..MOST_BETWEEN {
+            let edge = self.edge_towards(at, to);
+            let Some(edge) = edge.or_else(|| self.surface.edge_facing(at, end)) else {
+                return;
+            };
+            self.cross_edge(at, edge);
+            at = self.surface.neighbours()[at as usize][edge];
+            if at == to || at == NONE {
+                return;
+            }
         }
+    }
+
+    fn edge_towards(&self, from: u32, to: u32) -> Option<usize> {
+        let across = self.surface.neighbours()[from as usize];
+        across.iter().position(|&neighbour| neighbour == to)
     }
 
     /// Notes that a source triangle at a corner of `seat` has these vertices: an edge between two
     /// corners is an edge of the source too.
     pub(super) fn share_edge(&self, seat: u32, vertices: [u32; 3]) {
+        if self.is_crossed(seat) {
+            return;
+        }
         let corners = self.surface.corners()[seat as usize];
         let is_vertex = corners.map(|corner| vertices.contains(&corner));
         for edge in 0..3 {
@@ -92,17 +129,54 @@ impl<'a> Output<'a> {
         }
     }
 
+    /// On both sides of it.
     fn cross_edge(&self, triangle: u32, edge: usize) {
-        let crossed = &self.crossed[triangle as usize];
-        if crossed.load(Relaxed) & 1 << edge == 0 {
-            crossed.fetch_or(1 << edge, Relaxed);
+        if self.mark(triangle, 1 << edge) {
+            let other = self.surface.neighbours()[triangle as usize][edge];
+            if other != NONE
+                && let Some(edge) = self.edge_towards(other, triangle)
+            {
+                self.mark(other, 1 << edge);
+            }
         }
+    }
+
+    /// Returns whether it is new.
+    fn mark(&self, triangle: u32, bit: u8) -> bool {
+        let seen = &self.seen[triangle as usize];
+        seen.load(Relaxed) & bit == 0 && seen.fetch_or(bit, Relaxed) & bit == 0
+    }
+
+    pub(super) fn mark_rim(&self, triangle: u32) {
+        self.mark(triangle, RIM);
+    }
+
+    /// Notes that something stands above a triangle at this distance (squared).
+    pub(super) fn mark_tall(&self, triangle: u32, distance_squared: f32, furthest: f32) {
+        if distance_squared > furthest * LOW {
+            self.mark(triangle, TALL);
+        }
+    }
+
+    /// Whether source triangles were seen to go over all edges of a triangle.
+    fn is_crossed(&self, triangle: u32) -> bool {
+        self.seen[triangle as usize].load(Relaxed) & 0b111 == 0b111
     }
 
     /// Whether source triangles were seen to go over the edge from each corner to the next.
     pub(super) fn crossed(&self, triangle: u32) -> [bool; 3] {
-        let crossed = self.crossed[triangle as usize].load(Relaxed);
-        [0, 1, 2].map(|edge| crossed & 1 << edge != 0)
+        let seen = self.seen[triangle as usize].load(Relaxed);
+        [0, 1, 2].map(|edge| seen & 1 << edge != 0)
+    }
+
+    /// Whether the source has an open border above a triangle.
+    pub(super) fn has_rim(&self, triangle: u32) -> bool {
+        self.seen[triangle as usize].load(Relaxed) & RIM != 0
+    }
+
+    /// Whether something above a triangle is not much nearer than the furthest from the surface.
+    pub(super) fn is_tall(&self, triangle: u32) -> bool {
+        self.seen[triangle as usize].load(Relaxed) & TALL != 0
     }
 
     /// For each triangle, how many source vertices stand above it, apart from its corners.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::furthest::Furthest;
 use super::output::Output;
 use crate::patch::Rider;
-use crate::surface::{NONE, Surface};
+use crate::surface::NONE;
 
 /// Riders that are seated together.
 const RIDERS_PER_TASK: usize = 2048;
@@ -50,12 +50,14 @@ impl SeatPool {
 /// Seats vertices, and keeps the largest distance.
 pub(super) struct Seating<'a> {
     seats: &'a mut Seats,
+    output: &'a Output<'a>,
     furthest: Furthest<'a>,
 }
 
 impl<'a> Seating<'a> {
     /// Corners of the simplified surface are seated to begin with.
-    pub(super) fn new(surface: &'a Surface<'a>, seats: &'a mut Seats, furthest: f32) -> Self {
+    pub(super) fn new(output: &'a Output<'a>, seats: &'a mut Seats, furthest: f32) -> Self {
+        let surface = &output.surface;
         for (triangle, corners) in surface.corners().iter().enumerate() {
             for &vertex in corners {
                 seats[vertex as usize] = triangle as u32;
@@ -63,6 +65,7 @@ impl<'a> Seating<'a> {
         }
         Self {
             seats,
+            output,
             furthest: Furthest::from(surface, furthest),
         }
     }
@@ -96,7 +99,7 @@ impl<'a> Seating<'a> {
 
     fn seat_removed(&mut self, vertex: u32, guess: u32, removed: &mut Vec<u32>) {
         if self.seats[vertex as usize] == NONE {
-            self.seats[vertex as usize] = seat(&mut self.furthest, vertex, guess);
+            self.seats[vertex as usize] = seat(&mut self.furthest, self.output, vertex, guess);
             removed.push(vertex);
         }
     }
@@ -104,12 +107,13 @@ impl<'a> Seating<'a> {
     /// Seats vertices that are beside corners of what was simplified. Returns the largest distance
     /// of all.
     pub(super) fn seat_riders(mut self, riders: &[Rider]) -> f32 {
-        let (surface, squared, seats) = (self.furthest.surface, self.furthest.squared, &self.seats);
+        let (output, squared, seats) = (self.output, self.furthest.squared, &self.seats);
         let tasks = riders.par_chunks(RIDERS_PER_TASK).map(|riders| {
-            let mut furthest = Furthest::from(surface, squared);
+            let mut furthest = Furthest::from(&output.surface, squared);
             let beside = |rider: &Rider| seats[rider.on as usize];
             let riders = riders.iter();
-            let seated = riders.map(|rider| seat(&mut furthest, rider.vertex, beside(rider)));
+            let seated =
+                riders.map(|rider| seat(&mut furthest, output, rider.vertex, beside(rider)));
             let seated: Vec<u32> = seated.collect();
             (seated, furthest)
         });
@@ -122,7 +126,9 @@ impl<'a> Seating<'a> {
     }
 }
 
-fn seat(furthest: &mut Furthest<'_>, vertex: u32, guess: u32) -> u32 {
-    let point = furthest.surface.position(vertex);
-    furthest.see(point, guess, furthest.squared).triangle
+fn seat(furthest: &mut Furthest<'_>, output: &Output<'_>, vertex: u32, guess: u32) -> u32 {
+    let (point, floor) = (output.surface.position(vertex), furthest.squared);
+    let (below, is_above) = output.surface.walk(point, floor, guess);
+    output.mark_tall(below.triangle, below.distance_squared, floor);
+    furthest.weigh(point, below, is_above, floor).triangle
 }

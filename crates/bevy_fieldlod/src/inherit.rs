@@ -1,20 +1,18 @@
 //! What units take over from the entity whose surface they are part of: its material, whatever that
 //! is, and all else that says how it is drawn.
 
+mod outdated;
+
 use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
-use bevy::ecs::change_detection::Tick;
 use bevy::ecs::component::ComponentId;
 use bevy::ecs::entity::EntityCloner;
 use bevy::ecs::reflect::AppTypeRegistry;
-use bevy::ecs::resource::IsResource;
-use bevy::ecs::system::SystemChangeTick;
 use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
 use bevy::mesh::MeshTag;
 use bevy::pbr::Lightmap;
 use bevy::prelude::*;
 
-use crate::objects::LodObject;
-use crate::world::{Drawn, LodWorld};
+pub(crate) use outdated::{Outdated, any_outdated, find_outdated, renew_units};
 
 /// Materials of every type are components of one generic type; its name begins with this.
 const MATERIAL: &str = "bevy_pbr::mesh_material::MeshMaterial3d<";
@@ -148,105 +146,4 @@ fn material_types(world: &World) -> Vec<ComponentId> {
     materials
         .filter_map(|registration| world.components().get_id(registration.type_id()))
         .collect()
-}
-
-/// Objects whose units must be renewed.
-#[derive(Resource, Default)]
-pub(crate) struct Outdated(Vec<Entity>);
-
-/// Finds objects that changed in what their units take over.
-///
-/// Bevy can look for changes of known types quickly. The types of a game's own materials are not
-/// known here, so that entities with none but such are asked one by one.
-pub(crate) fn find_outdated(
-    mut outdated: ResMut<Outdated>,
-    inheritance: Res<Inheritance>,
-    world: Res<LodWorld>,
-    standard: Query<
-        Entity,
-        (
-            With<LodObject>,
-            Or<(
-                Changed<MeshMaterial3d<StandardMaterial>>,
-                Changed<RenderLayers>,
-                Changed<NotShadowCaster>,
-                Changed<NotShadowReceiver>,
-                Changed<TransmittedShadowReceiver>,
-                Changed<NoFrustumCulling>,
-                Changed<Lightmap>,
-                Changed<MeshTag>,
-            )>,
-        ),
-    >,
-    mut removed: (
-        RemovedComponents<RenderLayers>,
-        RemovedComponents<NotShadowCaster>,
-        RemovedComponents<NotShadowReceiver>,
-        RemovedComponents<TransmittedShadowReceiver>,
-        RemovedComponents<NoFrustumCulling>,
-        RemovedComponents<Lightmap>,
-        RemovedComponents<MeshTag>,
-    ),
-    others: Query<
-        EntityRef,
-        (
-            With<LodObject>,
-            Without<MeshMaterial3d<StandardMaterial>>,
-            Without<IsResource>,
-        ),
-    >,
-    ticks: SystemChangeTick,
-) {
-    if !world.has_clusters() {
-        return;
-    }
-    let removed = removed
-        .0
-        .read()
-        .chain(removed.1.read())
-        .chain(removed.2.read())
-        .chain(removed.3.read())
-        .chain(removed.4.read())
-        .chain(removed.5.read())
-        .chain(removed.6.read());
-    outdated.0.extend(standard.iter().chain(removed));
-    let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
-    for entity in &others {
-        let changed = |&id: &ComponentId| {
-            let ticks = entity.get_change_ticks_by_id(id);
-            ticks.is_some_and(|ticks| is_new(ticks.changed))
-        };
-        if inheritance.materials.iter().any(changed) {
-            outdated.0.push(entity.id());
-        }
-    }
-}
-
-/// Whether units must be renewed.
-pub(crate) fn any_outdated(outdated: Res<Outdated>) -> bool {
-    !outdated.0.is_empty()
-}
-
-/// Renews the units of objects that changed.
-pub(crate) fn renew_units(world: &mut World) {
-    let objects = std::mem::take(&mut world.resource_mut::<Outdated>().0);
-    world.resource_scope(|world, mut inheritance: Mut<Inheritance>| {
-        inheritance.update(world);
-        for object in objects {
-            for unit in units_of(world.resource::<LodWorld>(), object) {
-                inheritance.renew(world, object, unit);
-            }
-        }
-    });
-}
-
-/// The entities that draw the units of an object.
-fn units_of(lod: &LodWorld, object: Entity) -> Vec<Entity> {
-    match lod.instance_of(object).map(|instance| &instance.drawn) {
-        Some(Drawn::Units(units)) => {
-            let slots = units.iter().map(|&(_, slot)| slot);
-            slots.filter_map(|slot| lod.slots.entity(slot)).collect()
-        }
-        _ => Vec::new(),
-    }
 }

@@ -152,6 +152,7 @@ impl Plugin for FieldLodPlugin {
             .init_resource::<inherit::Inheritance>()
             .init_resource::<inherit::Outdated>()
             .add_plugins((upload::plugin, diagnostics::plugin))
+            .add_observer(objects::note_new)
             .add_observer(objects::undress)
             .add_observer(units::replace_lost)
             .add_observer(views::release_view);
@@ -160,37 +161,36 @@ impl Plugin for FieldLodPlugin {
     }
 }
 
+/// In a frame in which nothing happens, most of them do not run.
 fn add_systems(app: &mut App) {
+    let prepare = (
+        objects::follow_mesh_changes.run_if(on_message::<AssetEvent<Mesh>>),
+        objects::find_objects,
+        objects::refuse_unsupported.run_if(objects::any_waiting),
+        library::collect_prepared.run_if(library::any_preparing),
+        objects::advance_waiting.run_if(objects::any_waiting),
+        objects::update_progress,
+        views::add_view_components.run_if(views::any_new),
+        inherit::find_outdated.run_if(world::has_clusters),
+        inherit::renew_units.run_if(inherit::any_outdated),
+    );
+    let select = (
+        views::place_instances,
+        views::select_views,
+        views::exchange_levels.run_if(world::has_restless),
+        units::spawn_units.run_if(units::any_wanted),
+        units::despawn_idle.run_if(world::has_idle),
+    );
+    let filter = (
+        filter::filter_cameras,
+        filter::filter_shadows.run_if(world::has_clusters),
+    );
     app.add_systems(
         PostUpdate,
         (
-            (
-                objects::follow_mesh_changes,
-                objects::find_objects,
-                objects::refuse_unsupported,
-                library::collect_prepared,
-                objects::advance_waiting,
-                objects::update_progress,
-                views::add_view_components,
-                inherit::find_outdated,
-                inherit::renew_units.run_if(inherit::any_outdated),
-            )
-                .chain()
-                .in_set(FieldLodSystems::Prepare),
-            (
-                views::place_instances,
-                views::select_views,
-                views::exchange_levels,
-                units::spawn_units.run_if(units::any_wanted),
-                units::despawn_idle,
-            )
-                .chain()
-                .in_set(FieldLodSystems::Select),
-            (
-                filter::filter_cameras,
-                filter::filter_shadows.run_if(|world: Res<world::LodWorld>| world.has_clusters()),
-            )
-                .in_set(FieldLodSystems::Filter),
+            prepare.chain().in_set(FieldLodSystems::Prepare),
+            select.chain().in_set(FieldLodSystems::Select),
+            filter.in_set(FieldLodSystems::Filter),
         ),
     );
 }

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bevy::asset::{AssetId, UntypedAssetId};
+use bevy::asset::{AssetId, AssetPath, UntypedAssetId};
 use bevy::camera::primitives::Aabb;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, poll_once};
+use fieldlod_hierarchy::BakedFile;
 use fieldlod_select::MeshId;
 
 use crate::prepare::{Beside, Job, PrepareError, Prepared, prepare};
@@ -111,6 +112,12 @@ impl LodLibrary {
     }
 }
 
+/// Why there is no `.fieldlod` file yet, or never will be.
+enum NoFile {
+    Loading,
+    Failed(PrepareError),
+}
+
 /// Asks for the levels of detail of meshes.
 #[derive(SystemParam)]
 pub(crate) struct Librarian<'w> {
@@ -155,38 +162,48 @@ impl Librarian<'_> {
         if kind == LodKind::Plain {
             return Some(Entry::Plain);
         }
-        let file = match baked {
-            None => None,
-            Some(handle) => {
-                let name = asset_name(&self.assets, handle.id().untyped());
-                match self.files.get(handle) {
-                    Some(loaded) => Some((name, loaded.file.clone())),
-                    None if self.assets.load_state(handle).is_failed() => {
-                        let fault = PrepareError::FileNotLoaded { file: name };
-                        self.events.write(failed(&self.assets, mesh, fault));
-                        return Some(Entry::Plain);
-                    }
-                    None => return None,
-                }
+        let file = match baked.map(|handle| self.file(handle)).transpose() {
+            Ok(file) => file,
+            Err(NoFile::Loading) => return None,
+            Err(NoFile::Failed(fault)) => {
+                self.events.write(failed(&self.assets, mesh, fault));
+                return Some(Entry::Plain);
             }
         };
-        let path = self
-            .assets
-            .get_path(mesh)
-            .map(bevy::asset::AssetPath::into_owned);
         let job = Job {
             mesh: source.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
             kind,
             file,
-            beside: path.filter(|_| self.config.look_beside_assets).map(|path| {
-                let beside = self.library.beside.clone();
-                (self.assets.clone(), path, beside)
-            }),
+            beside: self.beside(mesh),
             cache_folder: self.config.cache_folder.clone(),
         };
         let task = AsyncComputeTaskPool::get().spawn(prepare(job));
         Some(Entry::Preparing(task))
+    }
+
+    /// A loaded `.fieldlod` file, with its name.
+    fn file(&self, handle: &Handle<BakedLods>) -> Result<(String, Arc<BakedFile>), NoFile> {
+        let file = asset_name(&self.assets, handle.id().untyped());
+        match self.files.get(handle) {
+            Some(loaded) => Ok((file, loaded.file.clone())),
+            None if self.assets.load_state(handle).is_failed() => {
+                Err(NoFile::Failed(PrepareError::FileNotLoaded { file }))
+            }
+            None => Err(NoFile::Loading),
+        }
+    }
+
+    /// Where to look for a file beside the asset that a mesh is part of, if that is wanted.
+    fn beside(
+        &self,
+        mesh: AssetId<Mesh>,
+    ) -> Option<(AssetServer, AssetPath<'static>, Arc<Beside>)> {
+        if !self.config.look_beside_assets {
+            return None;
+        }
+        let path = self.assets.get_path(mesh)?.into_owned();
+        Some((self.assets.clone(), path, self.library.beside.clone()))
     }
 }
 
@@ -201,6 +218,11 @@ fn triangle_count(mesh: &Mesh) -> usize {
         bevy::mesh::Indices::len,
     );
     corners / 3
+}
+
+/// Whether any task is at work.
+pub(crate) fn any_preparing(library: Res<LodLibrary>) -> bool {
+    library.preparing() > 0
 }
 
 /// Takes in the tasks that have ended.

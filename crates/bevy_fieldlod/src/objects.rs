@@ -1,20 +1,20 @@
 //! Mesh entities: which take part, and what becomes of them.
 
+mod find;
+
 use std::sync::Arc;
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
-use bevy::ecs::lifecycle::RemovedComponents;
-use bevy::ecs::system::SystemParam;
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
 use crate::library::{Answer, Librarian, LodLibrary, LodMesh, asset_name};
-use crate::units::LodUnit;
 use crate::world::LodWorld;
-use crate::{AutoLod, BakedLods, FieldLodConfig, FieldLodProgress, LodKind, NoLod};
+use crate::{BakedLods, FieldLodProgress, LodKind};
+pub(crate) use find::find_objects;
 
 /// A mesh entity that waits for its levels of detail.
 #[derive(Component)]
@@ -50,100 +50,6 @@ impl LodObject {
     /// Whether an entity with this object wears `mesh` because the plugin put it there.
     fn dressed_in(&self, mesh: AssetId<Mesh>) -> bool {
         mesh == self.source.id() || self.mesh.has_piece(mesh)
-    }
-}
-
-/// Whom an entity belongs to.
-#[derive(SystemParam)]
-pub(crate) struct Lineage<'w, 's> {
-    roots: Query<'w, 's, (Option<&'static AutoLod>, Has<NoLod>), Or<(With<AutoLod>, With<NoLod>)>>,
-    parents: Query<'w, 's, &'static ChildOf>,
-    config: Res<'w, FieldLodConfig>,
-}
-
-impl Lineage<'_, '_> {
-    /// The nearest [`AutoLod`] above `entity` or on it, unless a [`NoLod`] is nearer.
-    fn auto_lod(&self, entity: Entity) -> Option<AutoLod> {
-        let mut lineage = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
-        match lineage.find_map(|ancestor| self.roots.get(ancestor).ok()) {
-            Some((_, true)) => None,
-            Some((auto_lod, false)) => auto_lod.cloned(),
-            None => self.config.whole_world.then(AutoLod::default),
-        }
-    }
-}
-
-/// Finds mesh entities that came under an [`AutoLod`] or from under it, or whose mesh was exchanged.
-pub(crate) fn find_objects(
-    mut commands: Commands,
-    mut world: ResMut<LodWorld>,
-    changed_meshes: Query<Entity, (Changed<Mesh3d>, Without<LodUnit>)>,
-    changed_roots: Query<
-        Entity,
-        (
-            Or<(Changed<AutoLod>, Added<NoLod>, Changed<ChildOf>)>,
-            Without<LodUnit>,
-        ),
-    >,
-    mut removed: (
-        RemovedComponents<AutoLod>,
-        RemovedComponents<NoLod>,
-        RemovedComponents<ChildOf>,
-    ),
-    config: Res<FieldLodConfig>,
-    all: Query<Entity, (With<Mesh3d>, Without<LodUnit>)>,
-    mut meshes: Query<(&Mesh3d, Option<&mut LodObject>), Without<LodUnit>>,
-    children: Query<&Children>,
-    lineage: Lineage,
-) {
-    let of_removed = removed.0.read().chain(removed.1.read());
-    let of_removed = of_removed.chain(removed.2.read());
-    let roots: Vec<Entity> = changed_roots.iter().chain(of_removed).collect();
-    let below = roots
-        .iter()
-        .flat_map(|&root| std::iter::once(root).chain(children.iter_descendants(root)));
-    let mut entities: HashSet<Entity> = changed_meshes.iter().chain(below).collect();
-    if config.is_changed() {
-        entities.extend(&all);
-    }
-    for entity in entities {
-        let Ok((mesh, object)) = meshes.get_mut(entity) else {
-            continue;
-        };
-        let auto_lod = lineage.auto_lod(entity);
-        if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
-            && object.dressed_in(mesh.id())
-            && fits(&object, auto_lod)
-        {
-            keep(&mut world, entity, mesh, &mut object, auto_lod);
-            continue;
-        }
-        let mut commands = commands.entity(entity);
-        commands.remove::<(LodObject, LodPlain, LodWaiting)>();
-        if let Some(AutoLod { baked, kind, bias }) = auto_lod {
-            commands.insert(LodWaiting { baked, kind, bias });
-        }
-    }
-}
-
-/// Whether an object need not be made anew for `auto_lod`.
-fn fits(object: &LodObject, auto_lod: &AutoLod) -> bool {
-    [LodKind::Auto, object.mesh.kind].contains(&auto_lod.kind)
-}
-
-fn keep(
-    world: &mut LodWorld,
-    entity: Entity,
-    mesh: &Mesh3d,
-    object: &mut LodObject,
-    auto_lod: &AutoLod,
-) {
-    if object.bias != auto_lod.bias {
-        object.bias = auto_lod.bias;
-        world.set_bias(entity, auto_lod.bias);
-    }
-    if object.mesh.kind == LodKind::Chain && mesh.id() == object.source.id() {
-        world.reset_level(entity);
     }
 }
 
@@ -210,6 +116,16 @@ pub(crate) fn advance_waiting(
         };
         commands.remove::<LodWaiting>();
     }
+}
+
+/// Notes an entity that has become an object.
+pub(crate) fn note_new(added: On<Add, LodObject>, mut world: ResMut<LodWorld>) {
+    world.came.push(added.entity);
+}
+
+/// Whether any mesh entity waits for its levels of detail.
+pub(crate) fn any_waiting(waiting: Query<(), With<LodWaiting>>) -> bool {
+    !waiting.is_empty()
 }
 
 /// Puts an entity that is an object no longer back to what it was.

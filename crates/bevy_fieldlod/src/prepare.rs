@@ -11,7 +11,7 @@ use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError, PrimitiveTopology};
-use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::{GroupTable, chain_of};
 use thiserror::Error;
 
@@ -113,36 +113,45 @@ pub(crate) async fn prepare(job: Job) -> Result<Prepared, PrepareError> {
         Some(chain) => (LodKind::Chain, chain),
         None => (LodKind::Clusters, hierarchy),
     };
-    // Rays are cast at the source of units, but at the level that a chain wears.
-    let usage = match kind {
-        LodKind::Chain => job.mesh.asset_usage,
-        _ => RenderAssetUsages::RENDER_WORLD,
-    };
-    let pieces = hierarchy.units.iter().enumerate();
-    let pieces = pieces.map(|(index, unit)| {
-        let is_source = kind == LodKind::Chain && index == 0;
-        let mesh = (!is_source).then(|| unit_mesh(&job.mesh, &hierarchy, unit, usage));
-        Ok(PreparedPiece {
-            mesh: mesh.transpose()?,
-            aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
-            level: hierarchy.level_of(unit),
-            triangles: unit.triangle_count,
-            error_in_local: unit
-                .producer()
-                .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
-        })
-    });
     Ok(Prepared {
         kind,
         origin,
         table: GroupTable::new(&hierarchy),
-        pieces: pieces.collect::<Result<_, MeshAccessError>>()?,
+        pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
         triangles_full,
         whole: hierarchy
             .aabb()
             .map(|whole| Aabb::from_min_max(whole.min, whole.max)),
         uv_per_area,
     })
+}
+
+/// The meshes of all units.
+fn pieces_of(
+    source: &Mesh,
+    hierarchy: &Hierarchy,
+    kind: LodKind,
+) -> Result<Vec<PreparedPiece>, MeshAccessError> {
+    // Rays are cast at the source of units, but at the level that a chain wears.
+    let usage = match kind {
+        LodKind::Chain => source.asset_usage,
+        _ => RenderAssetUsages::RENDER_WORLD,
+    };
+    let piece = |(index, unit): (usize, &Unit)| {
+        let is_source = kind == LodKind::Chain && index == 0;
+        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
+        let producer = unit
+            .producer()
+            .map(|group| &hierarchy.groups[group as usize]);
+        Ok(PreparedPiece {
+            mesh: mesh.transpose()?,
+            aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
+            level: hierarchy.level_of(unit),
+            triangles: unit.triangle_count,
+            error_in_local: producer.map_or(0.0, |group| group.error_in_local),
+        })
+    };
+    hierarchy.units.iter().enumerate().map(piece).collect()
 }
 
 /// From the file that was named, else from one beside the asset, else from the cache, else baked.

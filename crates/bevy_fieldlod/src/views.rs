@@ -35,19 +35,21 @@ pub(crate) enum ViewState {
     Cuts,
 }
 
+/// 3D views that have no cuts yet.
+type NewViews = (
+    With<Camera>,
+    With<VisibleEntities>,
+    Without<Camera2d>,
+    Without<ViewCuts>,
+);
+
+/// Whether there are any.
+pub(crate) fn any_new(cameras: Query<(), NewViews>) -> bool {
+    !cameras.is_empty()
+}
+
 /// Gives every 3D view the components that hold its cuts and its numbers.
-pub(crate) fn add_view_components(
-    mut commands: Commands,
-    cameras: Query<
-        Entity,
-        (
-            With<Camera>,
-            With<VisibleEntities>,
-            Without<Camera2d>,
-            Without<ViewCuts>,
-        ),
-    >,
-) {
+pub(crate) fn add_view_components(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     for camera in &cameras {
         commands
             .entity(camera)
@@ -58,12 +60,11 @@ pub(crate) fn add_view_components(
 /// Takes entities that came or moved into the scene.
 pub(crate) fn place_instances(
     mut world: ResMut<LodWorld>,
-    changed: Query<
-        (Entity, &GlobalTransform, &LodObject),
-        Or<(Changed<GlobalTransform>, Added<LodObject>)>,
-    >,
+    moved: Query<(Entity, &GlobalTransform, &LodObject), Changed<GlobalTransform>>,
+    objects: Query<(Entity, &GlobalTransform, &LodObject)>,
 ) {
-    for (entity, transform, object) in &changed {
+    let came = std::mem::take(&mut world.came);
+    for (entity, transform, object) in moved.iter().chain(objects.iter_many(came)) {
         world.place(entity, transform, &object.mesh, object.bias);
     }
 }

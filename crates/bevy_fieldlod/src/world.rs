@@ -18,6 +18,8 @@ use crate::views::ViewCuts;
 pub(crate) struct LodWorld {
     pub(crate) scene: Scene,
     pub(crate) slots: Slots,
+    /// New objects, to be placed.
+    pub(crate) came: Vec<Entity>,
     /// By the index of their [`InstanceId`].
     instances: Vec<Option<Instance>>,
     instance_of: EntityHashMap<InstanceId>,
@@ -47,6 +49,11 @@ pub(crate) enum Drawn {
     Chain { level: u32 },
     /// The units that have a slot, ascending, each with it.
     Units(Vec<(u32, u32)>),
+}
+
+/// Where `unit` is in a list of units, or belongs.
+fn place_of(units: &[(u32, u32)], unit: u32) -> Result<usize, usize> {
+    units.binary_search_by_key(&unit, |&(unit, _)| unit)
 }
 
 impl LodWorld {
@@ -194,38 +201,36 @@ impl LodWorld {
         if instance.id != change.instance {
             return;
         }
-        match &mut instance.drawn {
-            Drawn::Chain { .. } => {
-                if let Some(&level) = change.entered.first() {
-                    view.set_level(index, level);
-                    self.restless.push(index as u32);
+        let Drawn::Units(units) = &mut instance.drawn else {
+            if let Some(&level) = change.entered.first() {
+                view.set_level(index, level);
+                self.restless.push(index as u32);
+            }
+            return;
+        };
+        let slots = &mut self.slots;
+        for &unit in change.left {
+            if let Ok(place) = place_of(units, unit) {
+                let slot = units[place].1;
+                view.set_drawn(slot, false);
+                if slots.leave(slot, self.frame) {
+                    self.idle.push_back((slot, self.frame));
                 }
             }
-            Drawn::Units(units) => {
-                for unit in change.left {
-                    if let Ok(place) = units.binary_search_by_key(unit, |&(unit, _)| unit) {
-                        let slot = units[place].1;
-                        view.set_drawn(slot, false);
-                        if self.slots.leave(slot, self.frame) {
-                            self.idle.push_back((slot, self.frame));
-                        }
-                    }
+        }
+        for &unit in change.entered {
+            let slot = match place_of(units, unit) {
+                Ok(place) => units[place].1,
+                Err(place) => {
+                    let triangles = instance.mesh.pieces[unit as usize].triangles;
+                    let slot = slots.add_unit(index as u32, unit, triangles);
+                    units.insert(place, (unit, slot));
+                    self.wanted.push(slot);
+                    slot
                 }
-                for &unit in change.entered {
-                    let slot = match units.binary_search_by_key(&unit, |&(unit, _)| unit) {
-                        Ok(place) => units[place].1,
-                        Err(place) => {
-                            let triangles = instance.mesh.pieces[unit as usize].triangles;
-                            let slot = self.slots.add_unit(index as u32, unit, triangles);
-                            units.insert(place, (unit, slot));
-                            self.wanted.push(slot);
-                            slot
-                        }
-                    };
-                    view.set_drawn(slot, true);
-                    self.slots.enter(slot);
-                }
-            }
+            };
+            view.set_drawn(slot, true);
+            slots.enter(slot);
         }
     }
 
@@ -266,10 +271,25 @@ impl LodWorld {
         let (instance, unit) = self.slots.unit(slot)?;
         if let Some(Some(instance)) = self.instances.get_mut(instance as usize)
             && let Drawn::Units(units) = &mut instance.drawn
-            && let Ok(place) = units.binary_search_by_key(&unit, |&(unit, _)| unit)
+            && let Ok(place) = place_of(units, unit)
         {
             units.remove(place);
         }
         self.slots.free(slot)
     }
+}
+
+/// Whether any entity is cut into units.
+pub(crate) fn has_clusters(world: Res<LodWorld>) -> bool {
+    world.has_clusters()
+}
+
+/// Whether any chain may have to change its level.
+pub(crate) fn has_restless(world: Res<LodWorld>) -> bool {
+    !world.restless.is_empty()
+}
+
+/// Whether any unit is drawn by no view.
+pub(crate) fn has_idle(world: Res<LodWorld>) -> bool {
+    !world.idle.is_empty()
 }

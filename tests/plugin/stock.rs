@@ -2,18 +2,22 @@
 
 use std::any::TypeId;
 use std::path::Path;
+use std::time::Duration;
 
+use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
 use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange, VisibleEntities};
+use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
 use bevy::pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin};
 use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
-use bevy_fieldlod::LodUnit;
+use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{LodUnit, diagnostics};
 
 use crate::headless::{
     app, bevy_mesh, entity_count, finish, ready, run_until, spawn_camera, spawn_object, stats,
@@ -155,6 +159,50 @@ fn moved_objects_take_their_units_along_in_the_same_frame() {
     assert!(stats(&app, camera).triangles_drawn < before);
 }
 
+/// Lets an animation carry `entity` from where it is to `place` within a second.
+fn animate(app: &mut App, entity: Entity, place: Vec3) {
+    let target = AnimationTargetId::from_name(&Name::new("rock"));
+    let way = EasingCurve::new(Vec3::ZERO, place, EaseFunction::Linear);
+    let mut clip = AnimationClip::default();
+    let way = AnimatableCurve::new(animated_field!(Transform::translation), way);
+    clip.add_curve_to_target(target, way);
+    let world = app.world_mut();
+    let clip = world.resource_mut::<Assets<AnimationClip>>().add(clip);
+    let (graph, node) = AnimationGraph::from_clip(clip);
+    let graph = world.resource_mut::<Assets<AnimationGraph>>().add(graph);
+    let mut player = AnimationPlayer::default();
+    player.play(node);
+    let graph = AnimationGraphHandle(graph);
+    let bundle = (player, graph, target, AnimatedBy(entity));
+    world.entity_mut(entity).insert(bundle);
+}
+
+#[test]
+fn an_animated_object_takes_its_cut_along() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let before = stats(&app, camera).triangles_drawn;
+        let tick = TimeUpdateStrategy::ManualDuration(Duration::from_millis(50));
+        app.insert_resource(tick);
+        animate(&mut app, rock, Vec3::new(0.0, 0.0, -200.0));
+        let mut counts = Vec::new();
+        for _ in 0..30 {
+            app.update();
+            let place = *app.world().get::<GlobalTransform>(rock).unwrap();
+            for unit in visible(&app, camera) {
+                assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
+            }
+            counts.push(stats(&app, camera).triangles_drawn);
+        }
+        counts.dedup();
+        assert!(
+            counts.len() > 3 && counts.is_sorted_by(|a, b| a > b),
+            "{counts:?}"
+        );
+        assert!(counts.last().unwrap() * 4 < before, "{counts:?}");
+    }
+}
+
 #[test]
 fn a_moved_parent_moves_the_cut() {
     for subdivisions in [4, 5] {
@@ -278,6 +326,24 @@ fn every_public_component_and_resource_can_be_inspected() {
             "{name}"
         );
     }
+}
+
+#[test]
+fn the_diagnostics_are_what_the_cameras_tell() {
+    let (mut app, camera, _) = before_a_camera(5, 4.0);
+    app.update();
+    let stats = stats(&app, camera);
+    let store = app.world().resource::<DiagnosticsStore>();
+    let value = |path: &DiagnosticPath| store.get(path).and_then(Diagnostic::value);
+    for (path, expected) in [
+        (&diagnostics::TRIANGLES_DRAWN, stats.triangles_drawn as f64),
+        (&diagnostics::TRIANGLES_FULL, stats.triangles_full as f64),
+        (&diagnostics::UNITS_DRAWN, f64::from(stats.units_drawn)),
+    ] {
+        assert!(path.as_str().starts_with("field_lod/"));
+        assert_eq!(value(path), Some(expected), "{path}");
+    }
+    assert!(value(&diagnostics::SELECTION_MS).is_some_and(|ms| ms > 0.0));
 }
 
 /// What a ray down the middle of the picture hits.

@@ -5,8 +5,11 @@ use std::path::Path;
 
 use bevy::camera::visibility::{
     CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleEntities,
+    VisibleMeshEntities,
 };
-use bevy::camera::{CameraProjection, ScalingMode, ShadowLodOrigin, SubCameraView, Viewport};
+use bevy::camera::{
+    CameraProjection, RenderTarget, ScalingMode, ShadowLodOrigin, SubCameraView, Viewport,
+};
 use bevy::light::NotShadowCaster;
 use bevy::math::Vec3A;
 use bevy::prelude::*;
@@ -22,6 +25,11 @@ fn before_a_camera(distance: f32) -> (App, Entity, Entity) {
     let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
     ready(&mut app, 1);
     (app, camera, rock)
+}
+
+fn visible(app: &App, camera: Entity) -> Vec<Entity> {
+    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
+    visible.get(TypeId::of::<Mesh3d>()).to_vec()
 }
 
 fn drawn(app: &App, camera: Entity) -> u64 {
@@ -42,6 +50,47 @@ fn a_smaller_viewport_draws_less() {
     app.update();
     assert_eq!(drawn(&app, camera), whole);
     assert!(drawn(&app, other) * 2 < whole);
+}
+
+/// A half of the screen that another camera draws to, left or right.
+fn spawn_half(app: &mut App, target: &RenderTarget, is_left: bool, distance: f32) -> Entity {
+    let pose = Transform::from_xyz(0.0, 0.0, distance).looking_at(Vec3::ZERO, Vec3::Y);
+    let viewport = Viewport {
+        physical_position: UVec2::new(if is_left { 0 } else { 640 }, 0),
+        physical_size: UVec2::new(640, 720),
+        ..default()
+    };
+    let camera = Camera {
+        viewport: Some(viewport),
+        order: isize::from(is_left),
+        ..default()
+    };
+    let bundle = (Camera3d::default(), camera, target.clone(), pose);
+    app.world_mut().spawn(bundle).id()
+}
+
+#[test]
+fn each_half_of_a_split_screen_has_the_cut_that_it_has_alone() {
+    let (mut app, screen, _) = before_a_camera(5.0);
+    let target = app.world().get::<RenderTarget>(screen).unwrap().clone();
+    let left = spawn_half(&mut app, &target, true, 3.0);
+    let right = spawn_half(&mut app, &target, false, 30.0);
+    let mut with_active = |active: &[Entity]| {
+        for camera in [screen, left, right] {
+            let mut camera_mut = app.world_mut().get_mut::<Camera>(camera).unwrap();
+            camera_mut.is_active = active.contains(&camera);
+        }
+        app.update();
+        app.update();
+        [left, right].map(|half| (visible(&app, half).len(), drawn(&app, half)))
+    };
+    let [left_alone, _] = with_active(&[left]);
+    let [_, right_alone] = with_active(&[right]);
+    assert!(
+        left_alone.1 > 4 * right_alone.1,
+        "{left_alone:?} {right_alone:?}"
+    );
+    assert_eq!(with_active(&[left, right]), [left_alone, right_alone]);
 }
 
 #[test]
@@ -172,10 +221,7 @@ fn cast(app: &mut App, camera: Entity) -> Vec<Entity> {
     let mut suns = app.world_mut().query::<&CascadesVisibleEntities>();
     let sun = suns.single(app.world()).unwrap();
     let cascades = sun.entities.get(&camera).into_iter().flatten();
-    let mut entities: Vec<Entity> = cascades.flat_map(|list| list.entities.clone()).collect();
-    entities.sort_unstable();
-    entities.dedup();
-    entities
+    without_doubles(cascades.flat_map(|list| list.entities.clone()).collect())
 }
 
 fn spawn_sun(app: &mut App) {
@@ -200,8 +246,7 @@ fn what_stands_beside_the_image_still_casts_its_shadow() {
         .insert(Transform::from_xyz(14.0, 5.0, 0.0));
     ready(&mut app, 1);
     app.update();
-    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
-    assert!(visible.get(TypeId::of::<Mesh3d>()).is_empty());
+    assert_eq!(visible(&app, camera), []);
     let casting = cast(&mut app, camera);
     assert!(!casting.is_empty());
     let is_unit = |&entity: &Entity| app.world().get::<LodUnit>(entity).is_some();
@@ -229,8 +274,7 @@ fn each_cameras_cascades_have_its_cut() {
     ready(&mut app, 1);
     app.update();
     for camera in [near, far] {
-        let drawn = app.world().get::<VisibleEntities>(camera).unwrap();
-        let drawn = drawn.get(TypeId::of::<Mesh3d>()).to_vec();
+        let drawn = visible(&app, camera);
         let cast = cast(&mut app, camera);
         assert!(!cast.is_empty());
         assert!(drawn.iter().all(|unit| cast.contains(unit)));
@@ -238,18 +282,14 @@ fn each_cameras_cascades_have_its_cut() {
     assert_ne!(cast(&mut app, near), cast(&mut app, far));
 }
 
-#[test]
-fn a_lamp_uses_the_cut_of_the_camera_that_is_marked() {
+/// Lights a rock by a lamp, and shares the shadows of one of two cameras, near or far: those are drawn
+/// from what that camera draws.
+fn assert_lit_as_marked(lamp: impl Bundle, shadows: fn(&mut App) -> Vec<Entity>) {
     let mut app = app(Path::new("."));
     let near = spawn_camera(&mut app, 4.0);
     let far = spawn_camera(&mut app, 60.0);
-    app.world_mut().spawn((
-        PointLight {
-            shadow_maps_enabled: true,
-            ..default()
-        },
-        Transform::from_xyz(0.0, 5.0, 0.0),
-    ));
+    let above = Transform::from_xyz(0.0, 5.0, 0.0).looking_at(Vec3::ZERO, Vec3::X);
+    app.world_mut().spawn((lamp, above));
     spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
     ready(&mut app, 1);
     let mut lit = |origin: Entity, other: Entity| {
@@ -259,15 +299,42 @@ fn a_lamp_uses_the_cut_of_the_camera_that_is_marked() {
         app.world_mut().entity_mut(origin).insert(ShadowLodOrigin);
         app.update();
         app.update();
-        let mut lamps = app.world_mut().query::<&CubemapVisibleEntities>();
-        let lamp = lamps.single(app.world()).unwrap();
-        let mut lit: Vec<Entity> = lamp.iter().flat_map(|face| face.entities.clone()).collect();
-        lit.sort_unstable();
-        lit.dedup();
-        let drawn = app.world().get::<VisibleEntities>(origin).unwrap();
-        let drawn = drawn.get(TypeId::of::<Mesh3d>());
+        let lit = shadows(&mut app);
+        let drawn = visible(&app, origin);
         assert!(!drawn.is_empty() && drawn.iter().all(|unit| lit.contains(unit)));
         lit.len()
     };
     assert!(lit(near, far) > lit(far, near));
+}
+
+fn without_doubles(mut entities: Vec<Entity>) -> Vec<Entity> {
+    entities.sort_unstable();
+    entities.dedup();
+    entities
+}
+
+#[test]
+fn a_lamp_uses_the_cut_of_the_camera_that_is_marked() {
+    let lamp = PointLight {
+        shadow_maps_enabled: true,
+        ..default()
+    };
+    assert_lit_as_marked(lamp, |app| {
+        let mut lamps = app.world_mut().query::<&CubemapVisibleEntities>();
+        let faces = lamps.single(app.world()).unwrap().iter();
+        without_doubles(faces.flat_map(|face| face.entities.clone()).collect())
+    });
+}
+
+#[test]
+fn a_spot_light_uses_the_cut_of_the_camera_that_is_marked() {
+    let lamp = SpotLight {
+        shadow_maps_enabled: true,
+        ..default()
+    };
+    assert_lit_as_marked(lamp, |app| {
+        let lamps = app.world_mut();
+        let mut lamps = lamps.query_filtered::<&VisibleMeshEntities, With<SpotLight>>();
+        without_doubles(lamps.single(app.world()).unwrap().entities.clone())
+    });
 }

@@ -3,9 +3,10 @@
 use bevy::color::palettes::css;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap};
+use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodGizmos};
 use image::{Rgba, RgbaImage};
 
+use crate::picture::{count, difference};
 use crate::stage::{SIZE_PX, Stage, bevy_mesh};
 
 /// A wall across the whole picture, seen with a wide field of view.
@@ -64,4 +65,30 @@ fn the_curl_vanishes_in_the_middle() {
     };
     let (middle, corner) = middle_and_corner(&picture);
     assert!(corner > middle + 50, "{middle} {corner}");
+}
+
+#[test]
+fn boxes_are_gizmos_of_a_group_of_their_own() {
+    let Some(mut stage) = Stage::unfinished() else {
+        return;
+    };
+    stage.app.add_plugins(FieldLodDebugPlugin);
+    stage.finish();
+    let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    let grey = stage.add(StandardMaterial::from(Color::WHITE));
+    stage.spawn((Mesh3d(rock), MeshMaterial3d(grey), AutoLod::default()));
+    let pose = Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    stage.settle();
+    let [without] = stage.shoot([&eye]);
+    stage.app.world_mut().resource_mut::<LodDebug>().bounds = true;
+    stage.app.update();
+    let [with] = stage.shoot([&eye]);
+    let boxes = count(&difference(&without, &with));
+    assert!(boxes > 200, "{boxes} pixels of boxes");
+    let mut groups = stage.app.world_mut().resource_mut::<GizmoConfigStore>();
+    groups.config_mut::<LodGizmos>().0.enabled = false;
+    stage.app.update();
+    let [hidden] = stage.shoot([&eye]);
+    assert_eq!(count(&difference(&without, &hidden)), 0);
 }

@@ -1,10 +1,12 @@
 //! Apps without a renderer, with the same scene in each of the ways that it can be drawn.
 
+use std::any::TypeId;
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
-use bevy::camera::visibility::VisibilityRange;
+use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -13,6 +15,7 @@ use bevy::render::RenderPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::settings::WgpuSettings;
 use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
 
@@ -38,41 +41,13 @@ pub(crate) struct Field {
 const SPACING: f32 = 5.0;
 
 impl Field {
+    /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
     pub(crate) fn new(way: Way, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
         let mut app = new_app();
         let world = app.world_mut();
-        let material = world.resource_mut::<Assets<StandardMaterial>>();
-        let material = MeshMaterial3d(material.into_inner().add(StandardMaterial::default()));
-        let mut meshes = world.resource_mut::<Assets<Mesh>>();
-        let levels: Vec<_> = rocks
-            .iter()
-            .map(|rock| meshes.add(bevy_mesh(rock)))
-            .collect();
-        for pose in poses(count) {
-            let one = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), material.clone(), pose);
-            match way {
-                Way::Full => {
-                    world.spawn(one(&levels[0]));
-                }
-                Way::Ours(kind) => {
-                    world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));
-                }
-                Way::Ranges => {
-                    for (level, range) in levels.iter().zip(ranges()) {
-                        world.spawn((one(level), range));
-                    }
-                }
-            }
-        }
+        spawn_rocks(world, way, rocks, count);
         if sun {
-            world.spawn((
-                DirectionalLight {
-                    shadow_maps_enabled: true,
-                    ..default()
-                },
-                CascadeShadowConfigBuilder::default().build(),
-                Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
-            ));
+            spawn_sun(world);
         }
         let camera = spawn_camera(world);
         let mut field = Self {
@@ -80,11 +55,8 @@ impl Field {
             camera,
             step: 0,
         };
-        field.settle(if matches!(way, Way::Ours(_)) {
-            count
-        } else {
-            0
-        });
+        let is_ours = matches!(way, Way::Ours(_));
+        field.settle(if is_ours { count } else { 0 });
         field
     }
 
@@ -120,23 +92,32 @@ impl Field {
         self.app.update();
     }
 
+    /// Goes back to where the walk begins.
+    pub(crate) fn rewind(&mut self) {
+        self.step = 0;
+        self.walk();
+    }
+
+    /// What the camera draws, each with its mesh.
+    pub(crate) fn visible(&self) -> Vec<(Entity, AssetId<Mesh>)> {
+        let world = self.app.world();
+        let visible = world.get::<VisibleEntities>(self.camera).unwrap();
+        let visible = visible.get(TypeId::of::<Mesh3d>()).iter();
+        visible
+            .map(|&entity| (entity, world.get::<Mesh3d>(entity).unwrap().id()))
+            .collect()
+    }
+
+    /// The mesh that each entity wears, in the camera's view or not.
+    pub(crate) fn levels(&mut self) -> HashMap<Entity, AssetId<Mesh>> {
+        let world = self.app.world_mut();
+        let mut worn = world.query::<(Entity, &Mesh3d)>();
+        let worn = worn.iter(world);
+        worn.map(|(entity, mesh)| (entity, mesh.id())).collect()
+    }
+
     pub(crate) fn stats(&self) -> LodViewStats {
         *self.app.world().get::<LodViewStats>(self.camera).unwrap()
-    }
-
-    /// Bytes of all meshes: what the GPU gets.
-    pub(crate) fn mesh_bytes(&self) -> usize {
-        let bytes = |mesh: &Mesh| {
-            let indices = mesh.get_index_buffer_bytes().map_or(0, <[u8]>::len);
-            mesh.get_vertex_buffer_size() + indices
-        };
-        let meshes = self.app.world().resource::<Assets<Mesh>>();
-        meshes.iter().map(|(_, mesh)| bytes(mesh)).sum()
-    }
-
-    pub(crate) fn entities(&mut self) -> usize {
-        let world = self.app.world_mut();
-        world.query::<&Mesh3d>().iter(world).len()
     }
 }
 
@@ -145,6 +126,7 @@ fn new_app() -> App {
     let plugins = DefaultPlugins
         .build()
         .disable::<LogPlugin>()
+        .disable::<WinitPlugin>()
         .set(WindowPlugin {
             primary_window: None,
             exit_condition: ExitCondition::DontExit,
@@ -162,6 +144,43 @@ fn new_app() -> App {
     app.finish();
     app.cleanup();
     app
+}
+
+fn spawn_rocks(world: &mut World, way: Way, rocks: &[SourceMesh], count: u32) {
+    let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+    let material = MeshMaterial3d(materials.add(StandardMaterial::default()));
+    let mut meshes = world.resource_mut::<Assets<Mesh>>();
+    let levels: Vec<_> = rocks
+        .iter()
+        .map(|rock| meshes.add(bevy_mesh(rock)))
+        .collect();
+    for pose in poses(count) {
+        let one = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), material.clone(), pose);
+        match way {
+            Way::Full => {
+                world.spawn(one(&levels[0]));
+            }
+            Way::Ours(kind) => {
+                world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));
+            }
+            Way::Ranges => {
+                for (level, range) in levels.iter().zip(ranges()) {
+                    world.spawn((one(level), range));
+                }
+            }
+        }
+    }
+}
+
+fn spawn_sun(world: &mut World) {
+    world.spawn((
+        DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        CascadeShadowConfigBuilder::default().build(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+    ));
 }
 
 fn poses(count: u32) -> impl Iterator<Item = Transform> {

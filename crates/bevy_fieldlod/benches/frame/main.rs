@@ -5,6 +5,10 @@
 
 mod app;
 
+use std::cell::{LazyCell, RefCell};
+use std::collections::HashSet;
+use std::time::Duration;
+
 use app::{Field, Way};
 use bevy_fieldlod::LodKind;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -15,20 +19,28 @@ fn rocks() -> [SourceMesh; 3] {
     [4, 3, 2].map(|subdivisions| fixtures::rock(subdivisions, 1))
 }
 
+/// Frames of the walk on which levels must change.
+const WALK: u32 = 60;
+
 fn frames(criterion: &mut Criterion) {
     for count in [1_000, 10_000, 100_000] {
         for sun in [false, true] {
             let light = if sun { "sun" } else { "dark" };
             let mut group = criterion.benchmark_group(format!("{count}_props_{light}"));
-            group.sample_size(20);
+            group
+                .sample_size(20)
+                .warm_up_time(Duration::from_secs(1))
+                .measurement_time(Duration::from_secs(2));
             let ways = [Way::Full, Way::Ranges, Way::Ours(LodKind::Auto)];
             for (name, way) in ["full", "ranges", "ours"].into_iter().zip(ways) {
-                let mut field = Field::new(way, &rocks(), count, sun);
-                assert_draws_less(&mut field, way);
+                // Not made where a filter leaves it out.
+                let field = LazyCell::new(|| RefCell::new(checked_field(way, count, sun)));
                 group.bench_function(BenchmarkId::new(name, "still"), |bencher| {
+                    let mut field = field.borrow_mut();
                     bencher.iter(|| field.still());
                 });
                 group.bench_function(BenchmarkId::new(name, "walking"), |bencher| {
+                    let mut field = field.borrow_mut();
                     bencher.iter(|| field.walk());
                 });
             }
@@ -36,45 +48,82 @@ fn frames(criterion: &mut Criterion) {
     }
 }
 
-/// What is timed does its work.
-fn assert_draws_less(field: &mut Field, way: Way) {
-    if let Way::Ours(_) = way {
-        let stats = field.stats();
-        assert!(
-            stats.triangles_drawn * 4 < stats.triangles_full,
-            "{stats:?}"
-        );
+/// A field that does what it is timed for.
+fn checked_field(way: Way, count: u32, sun: bool) -> Field {
+    let mut field = Field::new(way, &rocks(), count, sun);
+    let visible = field.visible();
+    assert!(!visible.is_empty() && visible.len() < count as usize);
+    match way {
+        Way::Full => {}
+        Way::Ranges => {
+            let meshes: HashSet<_> = visible.iter().map(|(_, mesh)| mesh).collect();
+            assert_eq!(meshes.len(), 3, "each level is drawn somewhere");
+        }
+        Way::Ours(_) => {
+            let stats = field.stats();
+            assert_eq!(stats.units_drawn as usize, visible.len());
+            assert!(
+                stats.triangles_drawn * 2 < stats.triangles_full,
+                "{stats:?}"
+            );
+            let before = field.levels();
+            let mut selection_time = Duration::ZERO;
+            for _ in 0..WALK {
+                field.walk();
+                selection_time += field.stats().selection_time;
+            }
+            let after = field.levels();
+            let changed = before
+                .iter()
+                .filter(|(e, mesh)| after.get(*e) != Some(*mesh));
+            let changed = changed.count();
+            assert!(changed > 0, "a walk changes no level");
+            eprintln!(
+                "{changed} entities change their mesh in {WALK} frames, which take {:?} to select",
+                selection_time / WALK
+            );
+            field.rewind();
+        }
     }
+    field
 }
 
 /// The measurement behind the thresholds between whole meshes and units.
 fn kinds(criterion: &mut Criterion) {
     for count in [1_000, 10_000] {
         for subdivisions in [3, 4, 5, 6] {
-            let rock = [fixtures::rock(subdivisions, 1)];
-            let triangles = rock[0].triangle_count();
+            let triangles = 20 * 4usize.pow(subdivisions);
             let mut group = criterion.benchmark_group(format!("{count}_of_{triangles}_triangles"));
-            group.sample_size(20);
+            group
+                .sample_size(20)
+                .warm_up_time(Duration::from_secs(1))
+                .measurement_time(Duration::from_secs(2));
             for kind in [LodKind::Chain, LodKind::Clusters] {
-                let mut field = Field::new(Way::Ours(kind), &rock, count, true);
-                (0..100).for_each(|_| field.walk());
-                let stats = field.stats();
-                assert!(stats.triangles_drawn < stats.triangles_full, "{stats:?}");
-                eprintln!(
-                    "{kind:?}: {} triangles drawn of {}, {} meshes of {} entities, {} bytes of mesh \
-                     to a source triangle",
-                    stats.triangles_drawn,
-                    stats.triangles_full,
-                    stats.units_drawn,
-                    field.entities(),
-                    field.mesh_bytes() / triangles,
-                );
+                let field = LazyCell::new(|| RefCell::new(walked_field(kind, count, subdivisions)));
                 group.bench_function(format!("{kind:?}"), |bencher| {
+                    let mut field = field.borrow_mut();
                     bencher.iter(|| field.walk());
                 });
             }
         }
     }
+}
+
+/// A field of rocks that has been walked through, with what it draws written out.
+fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
+    let rock = [fixtures::rock(subdivisions, 1)];
+    let mut field = Field::new(Way::Ours(kind), &rock, count, true);
+    (0..100).for_each(|_| field.walk());
+    let stats = field.stats();
+    assert!(stats.triangles_drawn < stats.triangles_full, "{stats:?}");
+    eprintln!(
+        "{kind:?}: {} triangles drawn of {}, {} meshes of {} entities",
+        stats.triangles_drawn,
+        stats.triangles_full,
+        stats.units_drawn,
+        field.levels().len(),
+    );
+    field
 }
 
 criterion_group!(benches, frames, kinds);

@@ -22,7 +22,7 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
 use image::RgbaImage;
 
-/// Width and height of all pictures, in pixels.
+/// Width and height of pictures, in pixels, unless said otherwise.
 pub(crate) const SIZE_PX: u32 = 256;
 
 /// A camera and the image that it draws to.
@@ -97,8 +97,21 @@ impl Stage {
 
     /// Adds a camera that draws a picture of its own on a background of `background`.
     pub(crate) fn add_eye(&mut self, pose: Transform, background: Color, view: LodView) -> Eye {
+        self.add_eye_of_size(UVec2::splat(SIZE_PX), pose, background, view)
+    }
+
+    /// As [`Stage::add_eye`], for pictures of another size.
+    pub(crate) fn add_eye_of_size(
+        &mut self,
+        size_px: UVec2,
+        pose: Transform,
+        background: Color,
+        view: LodView,
+    ) -> Eye {
         let format = TextureFormat::Rgba8UnormSrgb;
-        let target = self.add(Image::new_target_texture(SIZE_PX, SIZE_PX, format, None));
+        let target = self.add(Image::new_target_texture(
+            size_px.x, size_px.y, format, None,
+        ));
         let entity = self.spawn((
             Camera3d::default(),
             Camera {

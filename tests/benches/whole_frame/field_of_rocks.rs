@@ -1,0 +1,205 @@
+//! Rocks in a field under a low sun, drawn in different ways.
+
+use std::any::TypeId;
+use std::collections::HashMap;
+
+use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
+use bevy::color::palettes::css;
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy::render::mesh::allocator::MeshAllocator;
+use bevy::render::render_resource::PollType;
+use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
+use bevy_fieldlod::prelude::*;
+use image::RgbaImage;
+
+use crate::levels::{Level, SHAPES};
+use crate::stage::{Eye, Stage};
+
+const ROCKS: u32 = 45;
+const SIZE_PX: UVec2 = UVec2::new(960, 540);
+/// Beyond these distances, in metres and before scaling, the coarser levels are drawn.
+const SWITCH_AT_M: [f32; 2] = [10.0, 40.0];
+
+/// How the rocks are drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Way {
+    /// As they are.
+    Full,
+    /// By the plugin at one pixel.
+    Plugin(LodKind),
+    /// At three levels that distances choose, multiplied by `scale`.
+    Ranges { scale: f32 },
+}
+
+/// The scene in an app of its own.
+pub(crate) struct Studio {
+    stage: Stage,
+    eye: Eye,
+    way: Way,
+    triangles_of: HashMap<AssetId<Mesh>, u32>,
+}
+
+impl Studio {
+    /// `None` without an adapter.
+    pub(crate) fn new(levels: &[Vec<Level>], way: Way) -> Option<Self> {
+        let mut stage = Stage::new()?;
+        let mut triangles_of = HashMap::new();
+        let mut handles = |level: &Level| {
+            let handle = stage.add(level.mesh.clone());
+            triangles_of.insert(handle.id(), level.triangles);
+            handle
+        };
+        let wanted = if matches!(way, Way::Ranges { .. }) {
+            3
+        } else {
+            1
+        };
+        let meshes: Vec<Vec<Handle<Mesh>>> = levels
+            .iter()
+            .map(|levels| levels[..wanted].iter().map(&mut handles).collect())
+            .collect();
+        let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.55, 0.5)));
+        for index in 0..ROCKS {
+            let levels = &meshes[(index % SHAPES) as usize];
+            spawn_rock(&mut stage, levels, &stone, place_of(index), way);
+        }
+        add_surroundings(&mut stage);
+        let settings = FieldLodSettings::with_error_px(1.0);
+        let eye = stage.add_eye_of_size(SIZE_PX, pose(0), css::SKY_BLUE.into(), settings);
+        stage.settle();
+        Some(Self {
+            stage,
+            eye,
+            way,
+            triangles_of,
+        })
+    }
+
+    /// Moves the camera.
+    pub(crate) fn go_to(&mut self, step: usize) {
+        let mut camera = self.stage.app.world_mut().entity_mut(self.eye.entity);
+        camera.insert(pose(step));
+    }
+
+    /// One frame, until the GPU is done with it.
+    pub(crate) fn draw(&mut self) {
+        self.stage.app.update();
+        let device = self.stage.app.world().resource::<RenderDevice>();
+        device
+            .poll(PollType::wait_indefinitely())
+            .expect("the graphics device answers");
+    }
+
+    /// What is seen at these steps.
+    pub(crate) fn pictures(&mut self, steps: &[usize]) -> Vec<RgbaImage> {
+        let picture = |&step: &usize| {
+            self.go_to(step);
+            self.draw();
+            let [picture] = self.stage.shoot([&self.eye]);
+            picture
+        };
+        steps.iter().map(picture).collect()
+    }
+
+    /// Triangles of rocks in the camera's view, shadows not counted.
+    pub(crate) fn triangles_drawn(&self) -> u64 {
+        if matches!(self.way, Way::Plugin(_)) {
+            return self.stage.stats(&self.eye).triangles_drawn;
+        }
+        let world = self.stage.app.world();
+        let seen = world.get::<VisibleEntities>(self.eye.entity);
+        let seen = seen
+            .into_iter()
+            .flat_map(|seen| seen.get(TypeId::of::<Mesh3d>()));
+        let meshes = seen.filter_map(|&entity| world.get::<Mesh3d>(entity));
+        meshes
+            .filter_map(|mesh| self.triangles_of.get(&mesh.id()))
+            .map(|&triangles| u64::from(triangles))
+            .sum()
+    }
+
+    /// Entities with a mesh.
+    pub(crate) fn mesh_entities(&self) -> usize {
+        let world = self.stage.app.world();
+        world
+            .iter_entities()
+            .filter(|entity| entity.contains::<Mesh3d>())
+            .count()
+    }
+
+    /// What the renderer set aside for vertices and indices.
+    pub(crate) fn mesh_bytes(&self) -> u64 {
+        let app = self.stage.app.sub_app(RenderApp);
+        app.world().resource::<MeshAllocator>().slabs_size()
+    }
+
+    pub(crate) fn adapter(&self) -> String {
+        self.stage
+            .app
+            .world()
+            .resource::<RenderAdapterInfo>()
+            .name
+            .clone()
+    }
+}
+
+/// Among the rocks, a step forward each.
+fn pose(step: usize) -> Transform {
+    let eye = Vec3::new(0.0, 2.2, 8.0 - 0.4 * step as f32);
+    Transform::from_translation(eye).looking_to(Vec3::new(0.1, -0.08, -1.0), Vec3::Y)
+}
+
+/// Ever further away and further to the sides, the golden angle apart.
+fn place_of(index: u32) -> Transform {
+    let away = 3.0 + 90.0 * (index as f32 / ROCKS as f32).powi(2);
+    let aside = ((index as f32 * 0.618).fract() - 0.5) * away * 1.2;
+    let turn = Quat::from_rotation_y(index as f32 * 2.4);
+    Transform::from_xyz(aside, 0.4, -away).with_rotation(turn)
+}
+
+fn spawn_rock(
+    stage: &mut Stage,
+    levels: &[Handle<Mesh>],
+    stone: &Handle<StandardMaterial>,
+    place: Transform,
+    way: Way,
+) {
+    let drawn = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), MeshMaterial3d(stone.clone()), place);
+    match way {
+        Way::Full => {
+            stage.spawn(drawn(&levels[0]));
+        }
+        Way::Plugin(kind) => {
+            stage.spawn((drawn(&levels[0]), AutoLod { kind, ..default() }));
+        }
+        Way::Ranges { scale } => {
+            let [near, far] = SWITCH_AT_M.map(|at| at * scale);
+            let bounds = [0.0..near, near..far, far..f32::INFINITY];
+            for (mesh, range) in levels.iter().zip(bounds) {
+                stage.spawn((drawn(mesh), VisibilityRange::abrupt(range.start, range.end)));
+            }
+        }
+    }
+}
+
+fn add_surroundings(stage: &mut Stage) {
+    let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(200.0))));
+    let grass = stage.add(StandardMaterial::from(Color::srgb(0.35, 0.45, 0.25)));
+    stage.spawn((Mesh3d(ground), MeshMaterial3d(grass)));
+    stage.spawn((
+        DirectionalLight {
+            illuminance: 6_000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        CascadeShadowConfigBuilder {
+            num_cascades: 2,
+            maximum_distance: 60.0,
+            ..default()
+        }
+        .build(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.7, -0.5), Vec3::Y),
+    ));
+}

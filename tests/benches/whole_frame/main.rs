@@ -1,0 +1,142 @@
+//! Whole frames, on whatever adapter there is: full detail, this plugin at one pixel, and three levels
+//! behind Bevy's `VisibilityRange`, at distances that give the same image error.
+//!
+//! `cargo bench -p fieldlod_tests --bench whole_frame`. The ways draw in turn, so that all share what
+//! else the machine does; times are those of whole updates until the GPU is done.
+
+mod field_of_rocks;
+mod levels;
+#[path = "../../rendering/stage.rs"]
+#[allow(dead_code, reason = "the tests use all of it")]
+mod stage;
+
+use std::time::{Duration, Instant};
+
+use bevy_fieldlod::LodKind;
+use field_of_rocks::{Studio, Way};
+use image::RgbaImage;
+use levels::Level;
+
+/// Steps of the camera along which frames are timed.
+const STEPS: usize = 7;
+/// Steps at which pictures are compared.
+const COMPARED: [usize; 3] = [0, 3, 6];
+/// Halvings of the interval in which the scale of the distances is searched.
+const SEARCH_STEPS: usize = 7;
+
+fn main() {
+    let levels = levels::by_rock();
+    let Some(mut full) = Studio::new(&levels, Way::Full) else {
+        return;
+    };
+    let pictures = full.pictures(&COMPARED);
+    let mut rows = vec![
+        measured("full detail", full, &pictures),
+        measured(
+            "plugin, 1 px",
+            studio(&levels, Way::Plugin(LodKind::Auto)),
+            &pictures,
+        ),
+        measured(
+            "plugin, 1 px, whole meshes",
+            studio(&levels, Way::Plugin(LodKind::Chain)),
+            &pictures,
+        ),
+    ];
+    let range = ranges_of_error(&levels, rows[1].error, &pictures);
+    rows.push(measured("VisibilityRange, 3 levels", range, &pictures));
+    time(&mut rows);
+    print(&rows);
+}
+
+fn studio(levels: &[Vec<Level>], way: Way) -> Studio {
+    Studio::new(levels, way).expect("the first one had an adapter")
+}
+
+/// One way to draw the scene, and what came of it.
+struct Row {
+    name: &'static str,
+    studio: Studio,
+    /// Root mean square of the difference from full detail, of 255.
+    error: f64,
+    triangles: u64,
+    times: Vec<Duration>,
+}
+
+fn measured(name: &'static str, mut studio: Studio, full: &[RgbaImage]) -> Row {
+    let error = rmse(&studio.pictures(&COMPARED), full);
+    Row {
+        name,
+        error,
+        triangles: studio.triangles_drawn(),
+        studio,
+        times: Vec::new(),
+    }
+}
+
+/// Searches the scale of the levels' distances at which the image error is `error`.
+fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Studio {
+    let (mut near, mut far) = (0.02f32, 8.0f32);
+    for _ in 0..SEARCH_STEPS {
+        let scale = (near * far).sqrt();
+        let mut studio = studio(levels, Way::Ranges { scale });
+        if rmse(&studio.pictures(&COMPARED), full) > error {
+            near = scale;
+        } else {
+            far = scale;
+        }
+    }
+    // Of the two ends, the one that errs no more than asked.
+    studio(levels, Way::Ranges { scale: far })
+}
+
+fn time(rows: &mut [Row]) {
+    for step in 0..STEPS {
+        for row in &mut *rows {
+            row.studio.go_to(step);
+            let start = Instant::now();
+            row.studio.draw();
+            row.times.push(start.elapsed());
+        }
+    }
+}
+
+fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (picture, full) in pictures.iter().zip(full) {
+        for (a, b) in picture.pixels().zip(full.pixels()) {
+            for channel in 0..3 {
+                let off = f64::from(a.0[channel]) - f64::from(b.0[channel]);
+                sum += off * off;
+                count += 1.0;
+            }
+        }
+    }
+    f64::sqrt(sum / count)
+}
+
+fn print(rows: &[Row]) {
+    println!("{}", rows[0].studio.adapter());
+    println!(
+        "{:<28} {:>10} {:>10} {:>8} {:>9} {:>7} {:>9}",
+        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "ratio"
+    );
+    let median = |row: &Row| {
+        let mut times = row.times.clone();
+        times.sort_unstable();
+        times[times.len() / 2].as_secs_f64() * 1e3
+    };
+    let of_full = median(&rows[0]);
+    for row in rows {
+        println!(
+            "{:<28} {:>10.3} {:>10} {:>8} {:>9.1} {:>7.0} {:>9.3}",
+            row.name,
+            row.error,
+            row.triangles,
+            row.studio.mesh_entities(),
+            row.studio.mesh_bytes() as f64 / 1e6,
+            median(row),
+            median(row) / of_full
+        );
+    }
+}

@@ -125,7 +125,7 @@ impl Studio {
         let world = self.stage.app.world();
         world
             .iter_entities()
-            .filter(|entity| entity.contains::<Mesh3d>())
+            .filter(EntityRef::contains::<Mesh3d>)
             .count()
     }
 

@@ -77,6 +77,7 @@ fn reported_failures_happen_to_whom_they_were_reported_for() {
         ("flicker", Method::ThreeLod, Fault::Flips),
         ("window size", Method::Cesium, Fault::Displaced),
         ("narrow fov", Method::Cesium, Fault::Wastes),
+        ("shadow view", Method::VisibilityRange, Fault::Displaced),
         ("non-nested", Method::ClusterlodUnclosed, Fault::Holes),
     ];
     for (case, method, fault) in reported {

@@ -11,14 +11,15 @@ mod interval;
 
 use std::cell::OnceCell;
 
+use camera_field::Camera;
 use wide::f32x8;
 
 use crate::kernel::Kernel;
 use crate::settings::Thresholds;
 use crate::table::{CHUNK, GroupTable, LANES, set_bits_of};
 use crate::{InstanceView, LodSettings};
-use conservative::{InLocal, Tests};
-use interval::IntervalTest;
+use conservative::{CameraParts, InLocal, Tests};
+use interval::{IntervalTest, IntervalView};
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
 /// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
@@ -33,12 +34,34 @@ pub fn refine(
     refined: &mut Vec<u64>,
 ) {
     let thresholds = settings.thresholds(1.0);
-    Decision::new(table, instance, settings, thresholds, 0.0).decide(table, was_refined, refined);
+    let parts = ViewParts::new(&instance.camera, &instance.kept_camera, settings);
+    let decision = Decision::new(table, instance, &parts, settings, thresholds, 0.0);
+    decision.decide(table, was_refined, refined);
+}
+
+/// What the tests of all instances need of a view under one set of settings.
+pub(crate) struct ViewParts {
+    entering: CameraParts,
+    leaving: CameraParts,
+    interval: IntervalView,
+}
+
+impl ViewParts {
+    pub(crate) fn new(camera: &Camera, kept: &Camera, settings: &LodSettings) -> Self {
+        let entering = CameraParts::new(camera, settings);
+        let leaving = CameraParts::new(kept, settings);
+        Self {
+            entering,
+            leaving,
+            interval: IntervalView::new(&entering, &leaving),
+        }
+    }
 }
 
 /// The tests of one instance in one view.
 pub(crate) struct Decision<'a> {
     instance: &'a InstanceView,
+    parts: &'a ViewParts,
     settings: &'a LodSettings,
     thresholds: Thresholds,
     in_local: InLocal,
@@ -47,7 +70,7 @@ pub(crate) struct Decision<'a> {
     entering: OnceCell<Tests>,
     /// For where something was refined.
     leaving: OnceCell<Tests>,
-    interval: Option<IntervalTest>,
+    interval: Option<IntervalTest<'a>>,
     /// Whether no error, as of what is outside, is below the thresholds.
     zero_is_below: bool,
 }
@@ -72,20 +95,23 @@ impl<'a> Decision<'a> {
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,
+        parts: &'a ViewParts,
         settings: &'a LodSettings,
         thresholds: Thresholds,
         way: f32,
     ) -> Self {
         let in_local = InLocal::new(instance, &table.whole.bounds, way);
+        let interval = &parts.interval;
         Self {
             instance,
+            parts,
             settings,
             thresholds,
             in_local,
             kernel: OnceCell::new(),
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
-            interval: IntervalTest::new(table, instance, &in_local, settings, thresholds),
+            interval: IntervalTest::new(interval, table, instance, &in_local, settings, thresholds),
             zero_is_below: thresholds.coarsen_below_px >= 0.0,
         }
     }
@@ -97,8 +123,8 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Decides those words of an element of eight anew that `asked` has bits of. Returns bits of those whose
-    /// answers hold on the way.
+    /// Adds the bits to those words of an element of eight that `asked` has bits of: they have the terminal
+    /// groups' so far. Returns bits of those whose answers hold on the way.
     pub(crate) fn decide_words(
         &self,
         table: &GroupTable,
@@ -113,14 +139,11 @@ impl<'a> Decision<'a> {
         let may_be_lower = |word: usize| was(word) & !table.terminal[first + word] != 0;
         let any_may = !was_refined.is_empty() && set_bits_of(asked).any(may_be_lower);
         let live = asked & self.live(|| self.tests(any_may).idle(&table.chunks, element));
-        for word in set_bits_of(asked & !live) {
-            words[word] = table.terminal[first + word];
-        }
         let mut held = asked & !live;
         for word in set_bits_of(live) {
             let tests = self.tests(may_be_lower(word));
             let (bits, holds) = self.exceeding(table, first + word, was(word), tests);
-            words[word] = table.terminal[first + word] | bits;
+            words[word] |= bits;
             held |= u32::from(holds) << word;
         }
         held
@@ -142,18 +165,18 @@ impl<'a> Decision<'a> {
     }
 
     fn tests(&self, may_be_lower: bool) -> &Tests {
-        let (tests, camera, threshold_px) = if may_be_lower {
-            let kept = &self.instance.kept_camera;
-            (&self.leaving, kept, self.thresholds.coarsen_below_px)
+        let (tests, parts, threshold_px) = if may_be_lower {
+            let parts = &self.parts.leaving;
+            (&self.leaving, parts, self.thresholds.coarsen_below_px)
         } else {
-            let camera = &self.instance.camera;
-            (&self.entering, camera, self.thresholds.refine_above_px)
+            let parts = &self.parts.entering;
+            (&self.entering, parts, self.thresholds.refine_above_px)
         };
         tests.get_or_init(|| {
             Tests::new(
                 self.instance,
                 self.in_local,
-                camera,
+                parts,
                 self.settings,
                 threshold_px,
             )

@@ -16,11 +16,13 @@ use crate::{LodSettings, Offscreen, View};
 const POSITION_SLACK: f32 = 1e-5;
 const SLACK: f32 = 1.001;
 
-/// How far a view has gone and turned in all.
+/// How far a view has gone and turned in all, since it was set back.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Odometer {
     moved: f64,
     turned: f64,
+    /// How often it was.
+    run: u32,
 }
 
 impl Odometer {
@@ -36,6 +38,7 @@ impl Odometer {
         Self {
             moved: f64::from(moved * SLACK),
             turned: f64::from(turned * SLACK),
+            run: 0,
         }
     }
 
@@ -44,18 +47,31 @@ impl Odometer {
         self.turned += step.turned;
     }
 
+    /// Sets it back: nothing that held before holds any more.
+    pub(crate) fn set_back(&mut self) {
+        *self = Self {
+            run: self.run.wrapping_add(1),
+            ..Self::default()
+        };
+    }
+
+    /// Whether readings of both can be compared.
+    pub(crate) fn is_same_run(&self, other: &Self) -> bool {
+        self.run == other.run
+    }
+
     /// How far points that were within `reach` have gone in camera space, at most.
     pub(crate) fn reading(&self, reach: f32) -> f64 {
         self.moved + self.turned * f64::from(reach)
     }
 }
 
-/// What an answer bears.
+/// What an answer bears: until the odometer's reading at a reach is so much, in the same run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hold {
-    slack: f32,
+    until: f64,
     reach: f32,
-    since: Odometer,
+    run: u32,
 }
 
 impl Default for Hold {
@@ -67,49 +83,43 @@ impl Default for Hold {
 impl Hold {
     /// Holds for no frame but this.
     pub(crate) const NONE: Self = Self {
-        slack: -1.0,
+        until: f64::NEG_INFINITY,
         reach: 0.0,
-        since: Odometer {
-            moved: 0.0,
-            turned: 0.0,
-        },
+        run: 0,
     };
 
+    /// Bears that points within `reach` go `slack` far from now on.
+    fn bearing(slack: f64, reach: f32, now: &Odometer) -> Self {
+        Self::until(now.reading(reach) + slack, reach, now)
+    }
+
+    /// Bears everything: what holds of nothing.
+    pub(crate) fn forever(now: &Odometer) -> Self {
+        Self::until(f64::INFINITY, 0.0, now)
+    }
+
+    /// Until the odometer's [reading](Odometer::reading) at a reach is `until`.
+    pub(crate) fn until(until: f64, reach: f32, now: &Odometer) -> Self {
+        let run = now.run;
+        Self { until, reach, run }
+    }
+
     fn remaining(&self, now: &Odometer) -> f64 {
-        let turned = now.turned - self.since.turned;
-        let moved = now.moved - self.since.moved;
-        f64::from(self.slack) - moved - turned * f64::from(self.reach)
+        if self.run == now.run {
+            self.until - now.reading(self.reach)
+        } else {
+            f64::NEG_INFINITY
+        }
     }
 
     pub(crate) fn lasts(&self, now: &Odometer) -> bool {
         self.remaining(now) > 0.0
     }
 
-    /// Until the odometer's [reading](Odometer::reading) is `reading`.
-    pub(crate) fn until(reading: f64, reach: f32, now: &Odometer) -> Self {
-        Self {
-            slack: (reading - now.reading(reach)) as f32 * 0.999_999,
-            reach,
-            since: *now,
-        }
-    }
-
     /// What both bear.
     pub(crate) fn and(&self, other: &Self, now: &Odometer) -> Self {
-        Self {
-            slack: self.remaining(now).min(other.remaining(now)) as f32 * 0.999_999,
-            reach: self.reach.max(other.reach),
-            since: *now,
-        }
-    }
-
-    /// Bears everything: what holds of nothing.
-    pub(crate) fn forever(now: &Odometer) -> Self {
-        Self {
-            slack: f32::INFINITY,
-            reach: 0.0,
-            since: *now,
-        }
+        let remaining = self.remaining(now).min(other.remaining(now));
+        Self::bearing(remaining, self.reach.max(other.reach), now)
     }
 }
 
@@ -181,11 +191,8 @@ impl<'a> WholeTest<'a> {
         } else {
             (&self.leaving, self.thresholds.coarsen_below_px)
         };
-        let hold = |slack: f32, reach: f32| Hold {
-            slack: slack * 0.999,
-            reach,
-            since: self.now,
-        };
+        let hold =
+            |slack: f32, reach: f32| Hold::bearing(f64::from(slack * 0.999), reach, &self.now);
         let far = self.distance_below(scale, threshold_px, whole, distance - sphere.radius);
         if far > 0.0 {
             return Some(hold(far, 0.0));

@@ -11,6 +11,7 @@ mod word_holds;
 
 use rayon::prelude::*;
 
+use crate::decide::ViewParts;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
 use crate::{InstanceId, LodSettings, View, budget};
@@ -18,7 +19,6 @@ pub use changes::Change;
 use changes::Changes;
 use memory::{Frame, Memory, Moment, NodeMemory, Pending, State, coarsest_of};
 use pool::Pool;
-use slot::Slot;
 use visit::Context;
 
 /// Selects, for one view, the cut of every instance of a scene, and remembers it: for the
@@ -54,8 +54,6 @@ use visit::Context;
 #[derive(Debug, Default)]
 pub struct Selector {
     odometer: Odometer,
-    /// How often the odometer has begun anew.
-    epoch: u64,
     last: Option<Frame>,
     memories: Vec<Memory>,
     /// For how long each instance, tested by itself, stays as it is.
@@ -63,8 +61,6 @@ pub struct Selector {
     nodes: Vec<Vec<NodeMemory>>,
     pending: Vec<Pending>,
     pool: Pool,
-    slots: Vec<Slot>,
-    free_slots: Vec<u32>,
     changes: Changes,
     triangle_count: u64,
     statistics: Statistics,
@@ -115,7 +111,7 @@ impl Selector {
         if !budget::is_met(budget, self.triangle_count) {
             self.budget.begin();
             for (index, memory) in self.memories.iter().enumerate() {
-                let refined = memory.state.slot().map(|slot| self.slots[slot].refined());
+                let refined = memory.state.slot().map(|slot| self.pool.at(slot).refined());
                 self.budget.add(scene, index, refined, &view, &settings);
             }
             let settings = self.budget.finish(budget, &settings);
@@ -135,6 +131,7 @@ impl Selector {
         if self.last == Some(frame) {
             return;
         }
+        let is_first = self.last.is_none();
         let seen_revision = self.last.map_or(0, |last| last.revision);
         let step = self.take_over(scene, &frame);
         let context = Context {
@@ -142,17 +139,18 @@ impl Selector {
             test: WholeTest::new(view, settings, self.odometer),
             now: self.odometer,
             seen_revision,
+            is_first,
         };
         if !scene.tree.order.is_empty() {
             self.visit(&context, scene.tree.levels.len() - 1, 0);
         }
         let moment = Moment {
             view,
+            parts: &ViewParts::new(&view.camera, &view.kept_camera, settings),
             settings,
             test: &context.test,
             now: self.odometer,
             step,
-            epoch: self.epoch,
         };
         let decide = |pending: &mut Pending| pending.decide(scene, &moment);
         if parallel {
@@ -161,6 +159,9 @@ impl Selector {
             self.pending.iter_mut().for_each(decide);
         }
         self.merge(scene);
+        if is_first {
+            self.settle_rest(scene);
+        }
     }
 
     /// Makes room for the scene and drops what does not hold any more. Returns how far the view has gone.
@@ -176,13 +177,7 @@ impl Selector {
         let step = step.unwrap_or_default();
         self.odometer.advance(&step);
         if !(same_criterion && self.odometer.is_usable()) {
-            self.odometer = Odometer::default();
-            self.epoch += 1;
-            self.holds.fill(Hold::NONE);
-            self.nodes
-                .iter_mut()
-                .flatten()
-                .for_each(|node| node.hold = Hold::NONE);
+            self.odometer.set_back();
         }
         if last.is_none_or(|last| last.tree_revision != frame.tree_revision) {
             self.nodes.iter_mut().for_each(Vec::clear);
@@ -192,7 +187,7 @@ impl Selector {
         self.nodes
             .resize_with(levels.len().max(self.nodes.len()), Vec::new);
         for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
-            memories.resize(nodes.len(), NodeMemory::default());
+            memories.resize(nodes.len(), NodeMemory::new(last.is_none()));
         }
         step
     }
@@ -200,7 +195,8 @@ impl Selector {
     /// A new tree does not lead to instances that were removed.
     fn drop_removed(&mut self, scene: &Scene) {
         for (index, occupant) in (0..).zip(&scene.occupants) {
-            if occupant.mesh.is_none() {
+            let is_drawn = self.memories[index as usize].state != State::Empty;
+            if occupant.mesh.is_none() && is_drawn {
                 self.change_state(scene, index, State::Empty);
             }
         }
@@ -229,16 +225,12 @@ impl Selector {
                 self.triangle_count =
                     self.triangle_count + slot.triangle_count() - before_triangles;
             }
-            let index = match was {
-                State::Mixed(index) => index,
-                _ => self.free_slots.pop().unwrap_or(self.slots.len() as u32),
-            };
-            if index as usize == self.slots.len() {
-                self.slots.push(slot);
+            if let State::Mixed(place) = was {
+                self.pool.put_back(place, slot);
             } else {
-                self.slots[index as usize] = slot;
+                let state = State::Mixed(self.pool.place(slot));
+                self.memories[instance as usize].state = state;
             }
-            self.memories[instance as usize].state = State::Mixed(index);
         }
         self.pending = pending;
     }
@@ -252,7 +244,7 @@ impl Selector {
         };
         match memory.state {
             _ if memory.generation != instance.generation => &[],
-            State::Mixed(slot) => self.slots[slot as usize].units(),
+            State::Mixed(slot) => self.pool.at(slot).units(),
             other => coarsest_of(scene, other).0,
         }
     }
@@ -260,7 +252,8 @@ impl Selector {
     /// Instances whose cut changed in the last selection, each with its units ascending.
     ///
     /// The order of the instances follows from the scene and the views so far alone, and is the same for
-    /// any number of threads; it is not that of their ids. Where an index has gone from one instance to
+    /// any number of threads; it is not that of their ids, which would take a sort of everything in the first
+    /// frame: sort by [`Change::instance`] where that matters. Where an index has gone from one instance to
     /// another, what left of the first comes before what entered of the second. With a triangle budget an
     /// instance may come twice: apply the changes one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
@@ -288,13 +281,10 @@ impl Selector {
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
-        self.odometer = Odometer::default();
+        self.odometer.set_back();
         self.memories.clear();
-        self.holds.clear();
         self.nodes.iter_mut().for_each(Vec::clear);
-        let slots = self.slots.drain(..);
-        slots.for_each(|slot| self.pool.put(slot));
-        self.free_slots.clear();
+        self.pool.clear();
         self.changes.clear();
         self.triangle_count = 0;
         self.budget = budget::Search::default();

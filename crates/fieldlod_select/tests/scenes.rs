@@ -267,3 +267,33 @@ fn a_budget_is_met_within_a_frame_and_does_not_breathe() {
         );
     }
 }
+
+/// Jumps, a lens that zooms and a new budget: three frames are allowed, and then it stays.
+#[test]
+fn a_budget_settles_within_three_frames_of_any_change() {
+    let scene = forest(20);
+    let mut selector = Selector::default();
+    let mut stops = Vec::new();
+    for (eye, fov_y) in [
+        (Vec3::new(5.0, 1.5, 4.0), 1.0),
+        (Vec3::new(30.0, 9.0, -20.0), 1.0),
+        (Vec3::new(5.0, 1.5, 4.0), 0.4),
+        (Vec3::new(55.0, 3.0, -3.0), 1.3),
+    ] {
+        stops.extend([400_000u64, 900_000].map(|budget| (eye, fov_y, budget)));
+    }
+    for (eye, fov_y, budget) in stops {
+        let settings = LodSettings::with_triangle_budget(budget);
+        for frame in 0..20u8 {
+            let sway = Vec3::X * (f32::from(frame % 4) * 0.01);
+            let view = look(perspective(fov_y), eye + sway, Vec3::new(28.0, 0.0, -30.0));
+            selector.select(&scene, &view, &settings);
+            let off = selector.triangle_count() as f64 / budget as f64 - 1.0;
+            let has_settled = off.abs() <= 0.02;
+            assert!(
+                frame < 3 || has_settled,
+                "{budget} at {eye}: {off} in {frame}"
+            );
+        }
+    }
+}

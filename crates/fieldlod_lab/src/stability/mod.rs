@@ -16,11 +16,25 @@
 //! The allowance is there because no rival promises a greatest displacement; our guaranteed method
 //! is held to the threshold itself by the tests. Ours of quality does not promise it either.
 //!
-//! # Out of scope
-//! - Shadow views (bevy 15084): which view's cut casts the shadow is the renderer's choice; the
-//!   plugin's rendering tests show it.
-//! - Small triangles kept by the attribute error (meshoptimizer 987), foliage that erodes
-//!   (meshoptimizer 1093), a mesh whose groups are all stuck: these are the baker's.
+//! # What was reported, and where it is shown
+//! | users saw | reported as | case |
+//! |---|---|---|
+//! | levels jump when the camera only turns | godot 81995, 76436 | `rotate only` |
+//! | the camera is inside the object's box | godot 88273, 79590 | `inside the box`, and `inside the object` |
+//! | a cull margin forces the worst level | godot 67890 | `cull margin` |
+//! | orthographic cameras get the worst level | godot 57404 | `orthographic` |
+//! | bones or nodes scale a mesh | godot 57895, 59147 | `scaled bones`, `scaled mesh`, `scales` |
+//! | zoom is ignored | three.js 18557 | `zoom ignored`, `dolly zoom` |
+//! | flicker at a threshold | three.js 14565 | `flicker`, `head-bob`, `taa jitter` |
+//! | the window's size decides | cesium 4043 | `window size`, `window resize` |
+//! | a narrow field of view refines at random | cesium-native 1138 | `narrow fov` |
+//! | one view's level is seen in another | bevy 15084 | `shadow view`, `split screen`; whose cut casts the shadow: the plugin's rendering tests |
+//! | bounds that do not nest drop parts | the rule's documentation | `non-nested` |
+//! | small triangles kept by an attribute error | meshoptimizer 987 | the baker's tails and its tests |
+//! | foliage pops together and erodes | meshoptimizer 1093 | the baker's areas of leaves and its tests |
+//! | every group is stuck, one level is all | | the baker's report and its tests |
+//!
+//! The last three are failures of simplification, not of a choice: no criterion mends them.
 
 mod case;
 mod fixtures;

@@ -82,6 +82,14 @@ pub(super) const CASES: &[Case] = &[
         shots: narrow_fov,
     },
     Case {
+        name: "shadow view",
+        story: "a light sees the object in detail, from where the camera would not, or the other way round",
+        reported: &["bevy 15084"],
+        fixture: Fixture::Rock,
+        demands: Demands::PROMISE,
+        shots: shadow_view,
+    },
+    Case {
         name: "non-nested",
         story: "bounds that do not nest drop or double parts of the surface",
         reported: &["the rule's own documentation"],
@@ -197,6 +205,19 @@ fn narrow_fov(object: &LodObject) -> Vec<Shot> {
         Shot::still(camera.looking_at(position, target))
     };
     [4.0, 2.0, 1.0].map(shot).to_vec()
+}
+
+/// The camera from near by and far away, and the sun's view: a map of shadows that the object fills, of a
+/// near cascade, and one in which it is small.
+fn shadow_view(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, HD, object);
+    let by_camera = distances(object, camera.focal_px())
+        .map(|distance| Shot::still(from_front(camera, object, distance)));
+    let by_light = [2.2, 40.0].map(|heights| {
+        let light = Eye::orthographic(object.radius * heights, Vec2::splat(2048.0));
+        Shot::still(around(light, object, object.radius * 200.0, 70.0))
+    });
+    by_camera.chain(by_light).collect()
 }
 
 fn non_nested(object: &LodObject) -> Vec<Shot> {

@@ -113,6 +113,35 @@ pub(crate) struct Tests {
     pub(crate) on_axis: Option<DepthScale>,
 }
 
+/// What the tests of all instances need of a camera under one set of settings.
+#[derive(Clone, Copy)]
+pub(crate) struct CameraParts {
+    pub(super) camera: Camera,
+    /// Of the widest corner; 1 for an orthographic camera.
+    pub(super) secant: f32,
+    scale: ErrorScale,
+    /// Of what is outside, if that counts.
+    on_axis: Option<ErrorScale>,
+    /// Unit normals, inward, and how far the origin is inside.
+    pub(super) sides: [(Vec3, f32); 4],
+}
+
+impl CameraParts {
+    pub(super) fn new(camera: &Camera, settings: &LodSettings) -> Self {
+        let on_axis = settings.offscreen == Offscreen::OnAxis;
+        Self {
+            camera: *camera,
+            secant: match camera {
+                Camera::Perspective(camera) => camera.max_secant(),
+                Camera::Orthographic(_) => 1.0,
+            },
+            scale: ErrorScale::of_view(camera, settings),
+            on_axis: on_axis.then(|| ErrorScale::on_axis(camera, settings)),
+            sides: sides_in_camera(camera),
+        }
+    }
+}
+
 /// What all tests of an instance need of it.
 #[derive(Clone, Copy)]
 pub(super) struct InLocal {
@@ -145,32 +174,26 @@ impl InLocal {
 }
 
 impl Tests {
-    /// Of groups that enter or leave the view of `camera`.
+    /// Of groups that enter or leave the view of a camera.
     pub(super) fn new(
         instance: &InstanceView,
         in_local: InLocal,
-        camera: &Camera,
+        parts: &CameraParts,
         settings: &LodSettings,
         threshold_px: f32,
     ) -> Self {
-        let most = instance.camera_per_local;
         let slack = in_local.slack;
-        let scale = ErrorScale::of_view(camera, settings);
-        let secant = match camera {
-            Camera::Perspective(camera) => camera.max_secant(),
-            Camera::Orthographic(_) => 1.0,
-        };
-        let on_axis = settings.offscreen == Offscreen::OnAxis;
+        let CameraParts { scale, secant, .. } = *parts;
         // Beyond these, squares of lengths are no numbers to trust.
-        let has_sides = !on_axis && (1e-15..1e13).contains(&(in_local.rounding * most));
+        let is_trusted = (1e-15..1e13).contains(&(in_local.rounding * instance.camera_per_local));
+        let has_sides = parts.on_axis.is_none() && is_trusted;
+        let depth = |scale: ErrorScale| scale.of_depth(instance, 1.0 / threshold_px, slack);
         Self {
             sphere: SphereTest::new(instance, in_local, &scale, threshold_px),
-            sides: has_sides.then(|| Sides::new(instance, camera, slack)),
-            facing: FacingTest::new(instance, in_local, camera, settings, threshold_px),
+            sides: has_sides.then(|| Sides::new(instance, &parts.sides, slack)),
+            facing: FacingTest::new(instance, in_local, parts, settings, threshold_px),
             depth: scale.of_depth(instance, 1.0 / (threshold_px * secant), slack),
-            on_axis: on_axis.then(|| {
-                ErrorScale::on_axis(camera, settings).of_depth(instance, 1.0 / threshold_px, slack)
-            }),
+            on_axis: parts.on_axis.map(depth),
         }
     }
 
@@ -187,14 +210,11 @@ impl Tests {
     /// Which of eight groups have an error below the threshold.
     #[inline]
     pub(super) fn idle_groups(&self, table: &GroupTable, block: usize) -> f32x8 {
-        let Some(facing) = &self.facing else {
-            return self.idle(&table.groups, block);
-        };
-        let below = facing.passed_by(table, block);
-        if below.all() {
-            return below;
+        match &self.facing {
+            // The interval test knows the sides better.
+            Some(facing) => facing.passed_by(table, block),
+            None => self.idle(&table.groups, block),
         }
-        below | self.outside(&table.groups, block)
     }
 
     /// Which of the eight blocks of a word hold nothing above the threshold.
@@ -286,10 +306,9 @@ struct Sides {
 }
 
 impl Sides {
-    fn new(instance: &InstanceView, camera: &Camera, slack: f32) -> Self {
+    fn new(instance: &InstanceView, sides: &[(Vec3, f32); 4], slack: f32) -> Self {
         let local_from_camera = instance.camera_from_local.transpose();
         let most = instance.camera_per_local;
-        let sides = sides_in_camera(camera);
         let offset = |(inward, offset): (Vec3, f32)| {
             f32x8::splat(inward.dot(instance.origin_in_camera) + offset + slack * most)
         };

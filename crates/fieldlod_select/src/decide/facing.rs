@@ -16,7 +16,7 @@
 use camera_field::Camera;
 use wide::f32x8;
 
-use super::conservative::{InLocal, SLACK};
+use super::conservative::{CameraParts, InLocal, SLACK};
 use crate::criterion::VISIBLE_WEIGHT;
 use crate::table::{Bounds, Facings, GroupTable};
 use crate::{InstanceView, LodSettings, Promise};
@@ -39,11 +39,11 @@ impl FacingTest {
     pub(super) fn new(
         instance: &InstanceView,
         in_local: InLocal,
-        camera: &Camera,
+        parts: &CameraParts,
         settings: &LodSettings,
         threshold_px: f32,
     ) -> Option<Self> {
-        let Camera::Perspective(camera) = camera else {
+        let Camera::Perspective(camera) = &parts.camera else {
             return None;
         };
         let focal = camera.focal_px.x.max(camera.focal_px.y);
@@ -67,7 +67,7 @@ impl FacingTest {
                 .map(f32x8::splat),
             error: error.map(per_px),
             deviation: deviation.map(per_px),
-            secant: f32x8::splat(camera.max_secant()),
+            secant: f32x8::splat(parts.secant),
             slack: f32x8::splat(in_local.slack),
         })
     }

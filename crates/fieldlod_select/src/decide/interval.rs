@@ -16,11 +16,11 @@
 //! touches the view. The same with D no more than what rounding moves a point by decides most groups for
 //! less than the criterion costs.
 
-use camera_field::{Camera, Intrinsics};
-use glam::Mat3;
+use camera_field::Camera;
+use glam::{Mat3, Vec3};
 use wide::f32x8;
 
-use super::conservative::InLocal;
+use super::conservative::{CameraParts, InLocal};
 use crate::criterion::{FLATNESS_FLOOR, SILHOUETTE_WEIGHT, VISIBLE_WEIGHT};
 use crate::settings::Thresholds;
 use crate::table::GroupTable;
@@ -56,7 +56,29 @@ impl ByMemory {
     };
 }
 
-pub(crate) struct IntervalTest {
+/// What the tests of all instances need of a view.
+pub(crate) struct IntervalView {
+    least_cosine: ByMemory,
+    /// Sides that groups enter and, where others, leave.
+    entering: [[f32x8; 2]; 4],
+    leaving: Option<[[f32x8; 2]; 4]>,
+}
+
+impl IntervalView {
+    pub(super) fn new(entering: &CameraParts, leaving: &CameraParts) -> Self {
+        Self {
+            least_cosine: ByMemory {
+                entering: 1.0 / entering.secant,
+                leaving: 1.0 / leaving.secant,
+            },
+            entering: sides(entering),
+            leaving: (leaving.camera != entering.camera).then(|| sides(leaving)),
+        }
+    }
+}
+
+pub(crate) struct IntervalTest<'a> {
+    view: &'a IntervalView,
     eye: [f32x8; 3],
     /// Rows: camera space, in local lengths.
     camera_from_local: [[f32x8; 3]; 3],
@@ -65,27 +87,22 @@ pub(crate) struct IntervalTest {
     of_error: Option<f32>,
     of_deviation: Option<f32>,
     threshold_px: ByMemory,
-    least_cosine: ByMemory,
-    /// Sides that groups enter and, where others, leave.
-    entering: [[f32x8; 2]; 4],
-    leaving: Option<[[f32x8; 2]; 4]>,
     offscreen: Offscreen,
     tells_above: bool,
 }
 
-impl IntervalTest {
+impl<'a> IntervalTest<'a> {
     /// `None` where the instance is no similarity, the view is orthographic, or sizes are beyond what
     /// squares can hold.
     pub(super) fn new(
+        view: &'a IntervalView,
         table: &GroupTable,
         instance: &InstanceView,
         in_local: &InLocal,
         settings: &LodSettings,
         thresholds: Thresholds,
     ) -> Option<Self> {
-        let (Camera::Perspective(camera), Camera::Perspective(kept)) =
-            (&instance.camera, &instance.kept_camera)
-        else {
+        let Camera::Perspective(camera) = &instance.camera else {
             return None;
         };
         let whole = &table.whole;
@@ -106,6 +123,7 @@ impl IntervalTest {
             }
         };
         Some(Self {
+            view,
             eye: in_local.eye.to_array().map(f32x8::splat),
             camera_from_local: rows(&instance.camera_from_local, 1.0 / instance.camera_per_local),
             // Rounding at this place and at the other.
@@ -116,12 +134,6 @@ impl IntervalTest {
                 entering: thresholds.refine_above_px,
                 leaving: thresholds.coarsen_below_px,
             },
-            least_cosine: ByMemory {
-                entering: 1.0 / camera.max_secant(),
-                leaving: 1.0 / kept.max_secant(),
-            },
-            entering: sides(camera),
-            leaving: (kept != camera).then(|| sides(kept)),
             offscreen: settings.offscreen,
             // What relaxes the criterion makes it smaller than these bounds.
             tells_above: settings.max_curl == 0.0 && settings.min_aspect_ratio == 0.0,
@@ -180,7 +192,7 @@ struct Beyond {
     inside: f32x8,
 }
 
-impl IntervalTest {
+impl IntervalTest<'_> {
     #[inline]
     fn seen(&self, table: &GroupTable, block: usize, was_refined: u32) -> Seen {
         let groups = &table.groups;
@@ -189,7 +201,12 @@ impl IntervalTest {
             groups.y[block] - self.eye[1],
             groups.z[block] - self.eye[2],
         ];
-        let center = self.camera_from_local.map(|row| dot(row, from_eye));
+        let [right, down, ahead] = &self.camera_from_local;
+        let center = [
+            dot(right, &from_eye),
+            dot(down, &from_eye),
+            dot(ahead, &from_eye),
+        ];
         let [x, y, z] = center;
         let radius = groups.radius[block];
         let off_axis_squared = x * x + y * y;
@@ -203,6 +220,8 @@ impl IntervalTest {
             * (inverse_distance * inverse_distance);
         let [widest, narrowest] = self.least_cosines(was_refined);
         let ahead = z - radius;
+        let [normal_x, normal_y, normal_z] = &table.facings.normal;
+        let normal = [normal_x[block], normal_y[block], normal_z[block]];
         let slope = self.way * f32x8::splat(DEPTH_SLOPE);
         Seen {
             center,
@@ -219,17 +238,14 @@ impl IntervalTest {
                 larger(larger(ahead, gap * larger(cosine, widest)) - slope, ZERO),
                 larger(ahead, gap * larger(cosine, narrowest)) + slope,
             ],
-            facing: -dot(
-                [0, 1, 2].map(|axis: usize| table.facings.normal[axis][block]),
-                from_eye,
-            ) * inverse_distance,
+            facing: -dot(&normal, &from_eye) * inverse_distance,
         }
     }
 
     /// `1/S` at least and at most, of the views of a block's groups.
     #[inline]
     fn least_cosines(&self, was_refined: u32) -> [f32x8; 2] {
-        let ByMemory { entering, leaving } = self.least_cosine;
+        let ByMemory { entering, leaving } = self.view.least_cosine;
         [
             f32x8::splat(if was_refined == 0 { entering } else { leaving }),
             f32x8::splat(if was_refined == 0xff {
@@ -304,14 +320,14 @@ impl IntervalTest {
 
     #[inline]
     fn beyond(&self, seen: &Seen, was_refined: u32) -> Beyond {
-        let entered = self.beyond_sides(seen, &self.entering);
+        let entered = self.beyond_sides(seen, &self.view.entering);
         // What touches the view that is entered, and is wholly ahead, touches the wider one too.
         let ahead = (seen.center[2] - seen.radius).simd_gt(self.way);
         let entered = Beyond {
             inside: entered.inside & ahead,
             ..entered
         };
-        match &self.leaving {
+        match &self.view.leaving {
             // What was refined leaves the wider view; nothing leaves where it enters.
             Some(sides) if was_refined != 0 => {
                 let left = self.beyond_sides(seen, sides);
@@ -363,7 +379,7 @@ fn weights(seen: &Seen, variance: f32x8) -> [f32x8; 2] {
 }
 
 #[inline]
-fn dot(a: [f32x8; 3], b: [f32x8; 3]) -> f32x8 {
+fn dot(a: &[f32x8; 3], b: &[f32x8; 3]) -> f32x8 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -378,19 +394,10 @@ fn rows(m: &Mat3, scale: f32) -> [[f32x8; 3]; 3] {
     [turned.x_axis, turned.y_axis, turned.z_axis].map(|row| row.to_array().map(f32x8::splat))
 }
 
-/// For each side, what `x` or `y` and what `z` counts in the distance inside.
-fn sides(camera: &Intrinsics) -> [[f32x8; 2]; 4] {
-    let side = |sign: f32, slope: f32| {
-        let length = (1.0 + slope * slope).sqrt();
-        [sign / length, -slope / length].map(f32x8::splat)
-    };
-    let (min, max) = (camera.slope_min, camera.slope_max);
-    [
-        side(1.0, min.x),
-        side(-1.0, -max.x),
-        side(1.0, min.y),
-        side(-1.0, -max.y),
-    ]
+/// For each side of a perspective view, what `x` or `y` and what `z` counts in the distance inside.
+fn sides(parts: &CameraParts) -> [[f32x8; 2]; 4] {
+    let side = |(inward, _): (Vec3, f32)| [inward.x + inward.y, inward.z].map(f32x8::splat);
+    parts.sides.map(side)
 }
 
 /// How far inside the nearest side a point is.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::InstanceId;
 use crate::scene::MeshId;
+use crate::{GroupTable, InstanceId};
 
 /// What changed in the cut of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,9 +16,11 @@ pub struct Change<'a> {
     pub left: &'a [u32],
 }
 
+/// The same change of `count` instances with indices that follow each other.
 #[derive(Clone, Debug)]
 struct RawChange {
     instance: InstanceId,
+    count: u32,
     entered: Range<u32>,
     left: Range<u32>,
 }
@@ -42,30 +44,40 @@ impl Changes {
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = Change<'_>> {
-        self.all.iter().map(|change| Change {
-            instance: change.instance,
-            entered: &self.entered[change.entered.start as usize..change.entered.end as usize],
-            left: &self.left[change.left.start as usize..change.left.end as usize],
+        self.all.iter().flat_map(move |change| {
+            let InstanceId { index, generation } = change.instance;
+            let part = |range: &Range<u32>| range.start as usize..range.end as usize;
+            let (entered, left) = (part(&change.entered), part(&change.left));
+            (index..index + change.count).map(move |index| Change {
+                instance: InstanceId { index, generation },
+                entered: &self.entered[entered.clone()],
+                left: &self.left[left.clone()],
+            })
         })
     }
 
-    /// An instance enters with the coarsest units of its mesh.
-    #[inline]
-    pub(super) fn enter(&mut self, instance: InstanceId, mesh: MeshId, coarsest: &[u32]) {
+    /// `count` instances enter with the coarsest units of their mesh: `first`, and those that follow it.
+    pub(super) fn enter(
+        &mut self,
+        first: InstanceId,
+        count: u32,
+        mesh: MeshId,
+        table: &GroupTable,
+    ) {
         let entered = match self.coarsest.get(mesh.index()) {
             Some(range) if !range.is_empty() => range.clone(),
-            _ => self.copy_coarsest(mesh, coarsest),
+            _ => self.copy_coarsest(mesh, &table.coarsest_units),
         };
-        if !entered.is_empty() {
+        if count > 0 && !entered.is_empty() {
             self.all.push(RawChange {
-                instance,
+                instance: first,
+                count,
                 entered,
                 left: 0..0,
             });
         }
     }
 
-    #[cold]
     fn copy_coarsest(&mut self, mesh: MeshId, coarsest: &[u32]) -> Range<u32> {
         let first = self.entered.len() as u32;
         self.entered.extend_from_slice(coarsest);
@@ -90,6 +102,7 @@ impl Changes {
         if entered.len() > first_entered || left.len() > first_left {
             all.push(RawChange {
                 instance,
+                count: 1,
                 entered: first_entered as u32..entered.len() as u32,
                 left: first_left as u32..left.len() as u32,
             });

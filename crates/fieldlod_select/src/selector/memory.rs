@@ -1,6 +1,7 @@
 //! What a selector keeps between frames.
 
 use super::slot::Slot;
+use crate::decide::ViewParts;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
 use crate::{LodSettings, MeshId, View};
@@ -18,13 +19,12 @@ pub(super) struct Frame {
 #[derive(Clone, Copy)]
 pub(super) struct Moment<'a> {
     pub(super) view: &'a View,
+    pub(super) parts: &'a ViewParts,
     pub(super) settings: &'a LodSettings,
     pub(super) test: &'a WholeTest<'a>,
     pub(super) now: Odometer,
     /// What the odometer went last.
     pub(super) step: Odometer,
-    /// Which run of the odometer that is.
-    pub(super) epoch: u64,
 }
 
 /// What an instance draws.
@@ -60,7 +60,7 @@ pub(super) struct Pending {
     pub(super) was: State,
     /// Whether the instance has changed since it was decided last.
     pub(super) has_moved: bool,
-    pub(super) slot: Slot,
+    pub(super) slot: Box<Slot>,
 }
 
 impl Pending {
@@ -80,19 +80,19 @@ impl Pending {
 }
 
 impl State {
-    pub(super) fn slot(self) -> Option<usize> {
+    pub(super) fn slot(self) -> Option<u32> {
         match self {
-            Self::Mixed(slot) => Some(slot as usize),
+            Self::Mixed(slot) => Some(slot),
             _ => None,
         }
     }
 }
 
-impl Default for NodeMemory {
-    fn default() -> Self {
+impl NodeMemory {
+    pub(super) fn new(is_coarsest: bool) -> Self {
         Self {
             hold: Hold::NONE,
-            is_coarsest: false,
+            is_coarsest,
         }
     }
 }

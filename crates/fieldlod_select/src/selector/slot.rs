@@ -43,10 +43,6 @@ impl Slot {
         }
     }
 
-    pub(super) fn has_room(&self) -> bool {
-        self.own.capacity() > 0
-    }
-
     pub(super) fn class(&self) -> u32 {
         self.class
     }
@@ -58,7 +54,7 @@ impl Slot {
         self.holds.forget();
         let view = InstanceView::new(moment.view, &instance.world_from_local);
         let thresholds = moment.settings.thresholds(instance.bias);
-        let decision = Decision::new(table, &view, moment.settings, thresholds, 0.0);
+        let decision = Decision::new(table, &view, moment.parts, moment.settings, thresholds, 0.0);
         decision.decide(table, &self.refined, &mut self.own);
         self.groups_decided = table.group_count();
         self.hold = Hold::NONE;
@@ -78,17 +74,17 @@ impl Slot {
     ) {
         let Moment {
             view,
+            parts,
             settings,
             test,
             now,
             step,
-            epoch,
         } = *moment;
         if has_moved {
             self.holds.forget();
         }
         let farthest = test.farthest(&instance.node.whole.bounds);
-        self.holds.begin(self.own.len(), farthest, epoch, &step);
+        self.holds.begin(self.own.len(), farthest, &now, &step);
         let way = if test.is_usable() {
             self.holds.way()
         } else {
@@ -96,7 +92,7 @@ impl Slot {
         };
         let instance_view = InstanceView::new(view, &instance.world_from_local);
         let thresholds = settings.thresholds(instance.bias);
-        let decision = Decision::new(table, &instance_view, settings, thresholds, way);
+        let decision = Decision::new(table, &instance_view, parts, settings, thresholds, way);
         self.has_changed =
             self.decide_ended(table, &decision, &now, way > 0.0) && self.renew(table);
         if self.has_changed {
@@ -124,6 +120,9 @@ impl Slot {
             }
             let mut before = [0; LANES];
             before[..words.len()].copy_from_slice(words);
+            for word in set_bits_of(asked) {
+                words[word] = table.terminal[first + word];
+            }
             let held = decision.decide_words(table, element, &self.refined, words, asked);
             has_changed |= before[..words.len()] != *words;
             let held = if may_hold { held } else { 0 };

@@ -8,16 +8,12 @@ use glam::{Affine3A, Vec2, Vec3};
 impl Selector {
     /// What all storage could hold without growing.
     fn capacity(&self) -> usize {
-        let slots = self.slots.iter().map(Slot::capacity);
         self.memories.capacity()
             + self.holds.capacity()
             + self.nodes.iter().map(Vec::capacity).sum::<usize>()
             + self.pending.capacity()
             + self.changes.capacity()
-            + self.slots.capacity()
-            + self.free_slots.capacity()
             + self.pool.capacity()
-            + slots.sum::<usize>()
     }
 }
 

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use super::Selector;
 use super::memory::{NodeMemory, Pending, State, coarsest_of};
-use crate::InstanceId;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
 use crate::tree::FAN;
+use crate::{InstanceId, MeshId};
 
 /// What a frame asks with.
 pub(super) struct Context<'a> {
@@ -16,6 +16,23 @@ pub(super) struct Context<'a> {
     pub(super) now: Odometer,
     /// Changes of the scene up to here were taken into account before.
     pub(super) seen_revision: u64,
+    /// Nothing is remembered: what is at its coarsest is listed in the end, in one go.
+    pub(super) is_first: bool,
+}
+
+/// Instances of one mesh with indices that follow each other.
+struct Run {
+    first: InstanceId,
+    count: u32,
+    mesh: MeshId,
+}
+
+impl Run {
+    fn goes_on_with(&self, index: u32, generation: u32, mesh: MeshId) -> bool {
+        self.mesh == mesh
+            && self.first.index + self.count == index
+            && self.first.generation == generation
+    }
 }
 
 impl Selector {
@@ -27,7 +44,7 @@ impl Selector {
             return memory;
         }
         self.statistics.nodes_visited += 1;
-        let is_coarsest = unchanged && memory.is_coarsest;
+        let is_coarsest = (unchanged || context.is_first) && memory.is_coarsest;
         let memory = match context.test.coarsest(&node.whole, is_coarsest) {
             Some(hold) if is_coarsest => NodeMemory { hold, is_coarsest },
             Some(hold) => return self.settle(context, level, index, hold),
@@ -55,7 +72,9 @@ impl Selector {
     }
 
     fn visit_instance(&mut self, context: &Context, instance: u32) -> NodeMemory {
-        self.welcome(context, instance);
+        if !context.is_first {
+            self.welcome(context, instance);
+        }
         let memory = self.memories[instance as usize];
         let is_coarsest = !matches!(memory.state, State::Mixed(_));
         let data = &context.scene.instances[instance as usize];
@@ -76,8 +95,8 @@ impl Selector {
         }
         self.holds[instance as usize] = Hold::NONE;
         let slot = match memory.state {
-            State::Mixed(slot) => std::mem::take(&mut self.slots[slot as usize]),
-            _ => self.pool.take(context.scene.table(mesh)),
+            State::Mixed(slot) => self.pool.take(slot),
+            _ => self.pool.make(context.scene.table(mesh)),
         };
         self.pending.push(Pending {
             instance,
@@ -97,8 +116,7 @@ impl Selector {
     /// when the node is visited again, and they may last.
     fn settle(&mut self, context: &Context, level: usize, index: usize, hold: Hold) -> NodeMemory {
         let changed_at = context.scene.tree.levels[level][index].changed_at;
-        // All holds of the first selection are new.
-        let forgets = context.seen_revision > 0 && changed_at > context.seen_revision;
+        let forgets = changed_at > context.seen_revision;
         for child in children(context.scene, level, index) {
             if level > 0 {
                 let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
@@ -125,23 +143,68 @@ impl Selector {
     }
 
     fn settle_instance(&mut self, context: &Context, instance: u32, hold: Hold) -> NodeMemory {
+        let memory = NodeMemory {
+            hold,
+            is_coarsest: true,
+        };
+        if context.is_first {
+            return memory;
+        }
         self.welcome(context, instance);
         let state = match context.scene.occupants[instance as usize].mesh {
             Some(mesh) => State::Coarsest(mesh),
             None => State::Empty,
         };
-        self.change_state(context.scene, instance, state);
-        NodeMemory {
-            hold,
-            is_coarsest: true,
+        if self.memories[instance as usize].state != state {
+            self.change_state(context.scene, instance, state);
         }
+        memory
+    }
+
+    /// After a first visit: what has no cut of its own enters at its coarsest.
+    pub(super) fn settle_rest(&mut self, scene: &Scene) {
+        let mut run: Option<Run> = None;
+        for (index, occupant) in (0..).zip(&scene.occupants) {
+            let generation = occupant.generation;
+            let memory = &mut self.memories[index as usize];
+            memory.generation = generation;
+            let (State::Empty, Some(mesh)) = (memory.state, occupant.mesh) else {
+                continue;
+            };
+            memory.state = State::Coarsest(mesh);
+            match &mut run {
+                Some(run) if run.goes_on_with(index, generation, mesh) => run.count += 1,
+                _ => {
+                    let first = InstanceId { index, generation };
+                    let next = Run {
+                        first,
+                        count: 1,
+                        mesh,
+                    };
+                    self.enter(scene, run.replace(next));
+                }
+            }
+        }
+        self.enter(scene, run);
+    }
+
+    fn enter(&mut self, scene: &Scene, run: Option<Run>) {
+        let Some(Run { first, count, mesh }) = run else {
+            return;
+        };
+        let table = scene.table(mesh);
+        self.changes.enter(first, count, mesh, table);
+        self.triangle_count += u64::from(count) * table.coarsest_triangle_count;
     }
 
     /// If `index` has gone to another instance, what the last one drew leaves.
     fn welcome(&mut self, context: &Context, index: u32) {
         let generation = context.scene.occupants[index as usize].generation;
-        if self.memories[index as usize].generation != generation {
-            self.change_state(context.scene, index, State::Empty);
+        let memory = &mut self.memories[index as usize];
+        if memory.generation != generation {
+            if memory.state != State::Empty {
+                self.change_state(context.scene, index, State::Empty);
+            }
             self.memories[index as usize].generation = generation;
             self.holds[index as usize] = Hold::NONE;
         }
@@ -151,13 +214,10 @@ impl Selector {
     pub(super) fn change_state(&mut self, scene: &Scene, index: u32, state: State) {
         let memory = &mut self.memories[index as usize];
         let was = std::mem::replace(&mut memory.state, state);
-        if was == state {
-            return;
-        }
         let (now, triangles) = coarsest_of(scene, state);
         let (before, before_triangles) = match was {
             State::Mixed(slot) => {
-                let slot = &self.slots[slot as usize];
+                let slot = self.pool.at(slot);
                 (slot.units(), slot.triangle_count())
             }
             other => coarsest_of(scene, other),
@@ -166,15 +226,10 @@ impl Selector {
             index,
             generation: memory.generation,
         };
-        match (was, state) {
-            (State::Empty, State::Coarsest(mesh)) => self.changes.enter(instance, mesh, now),
-            _ => self.changes.record(instance, before, now),
-        }
+        self.changes.record(instance, before, now);
         self.triangle_count = self.triangle_count + triangles - before_triangles;
         if let State::Mixed(slot) = was {
-            let free = std::mem::take(&mut self.slots[slot as usize]);
-            self.pool.put(free);
-            self.free_slots.push(slot);
+            self.pool.free(slot);
         }
     }
 }

@@ -22,8 +22,8 @@ pub(super) struct WordHolds {
     reach: f32,
     /// The way asked for when answers are sought next, in world units.
     way: f32,
-    /// To which odometer these readings belong.
-    epoch: u64,
+    /// The odometer's run; none after something happened to the instance.
+    run: Option<Odometer>,
     sought: u32,
     held: u32,
 }
@@ -43,16 +43,23 @@ impl WordHolds {
 
     /// Nothing holds.
     pub(super) fn forget(&mut self) {
-        self.epoch = 0;
+        self.run = None;
     }
 
     /// Gets ready for a frame, in which the farthest group is `farthest` away. `last_step` is the odometer's
     /// last step, less than which no hold is worth asking for.
-    pub(super) fn begin(&mut self, words: usize, farthest: f32, epoch: u64, last_step: &Odometer) {
-        if self.epoch != epoch || self.until.len() != words || self.reach < farthest {
+    pub(super) fn begin(
+        &mut self,
+        words: usize,
+        farthest: f32,
+        now: &Odometer,
+        last_step: &Odometer,
+    ) {
+        let is_same_run = self.run.is_some_and(|run| run.is_same_run(now));
+        if !is_same_run || self.until.len() != words || self.reach < farthest {
             self.until.clear();
             self.until.resize(words, f64::NEG_INFINITY);
-            self.epoch = epoch;
+            self.run = Some(*now);
             self.reach = farthest * 1.1;
             self.way = self.reach * FIRST_WAY;
         }

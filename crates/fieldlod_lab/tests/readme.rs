@@ -10,8 +10,8 @@ fn root() -> PathBuf {
 }
 
 /// Without line ends.
-fn readme() -> String {
-    let text = fs::read_to_string(root().join("README.md")).unwrap();
+fn prose(path: &str) -> String {
+    let text = fs::read_to_string(root().join(path)).unwrap();
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -49,7 +49,7 @@ fn worst_px(report: &Value, way: &str) -> f64 {
 
 #[test]
 fn the_readme_says_what_was_measured() {
-    let (readme, report) = (readme(), report());
+    let (readme, report) = (prose("README.md"), report());
     let rmse = |way, key| 100.0 * ratio(&report["ratios"], way, "rmse", key);
     let of_models: Vec<f64> = report["models"]
         .as_array()
@@ -68,6 +68,18 @@ fn the_readme_says_what_was_measured() {
         ),
         format!("as near as {:.0} %", rmse("oracle", "mean")),
         format!(
+            "without the projection factor it would be {:.0} %, without the silhouette's term {:.0} %",
+            rmse("no_projection", "mean"),
+            rmse("no_silhouette", "mean"),
+        ),
+        format!(
+            "({:.0} % with the field at its centre); at a threshold of 1 px it keeps displacements towards \
+             the picture's corner to {:.1} px, in place of {:.1} px",
+            rmse("no_bound", "mean"),
+            worst_px(&report, "quality"),
+            worst_px(&report, "no_bound"),
+        ),
+        format!(
             "at {:.2} px of its own",
             number(&report["costs"], &threshold, "threshold_px")
         ),
@@ -80,4 +92,19 @@ fn the_readme_says_what_was_measured() {
     for sentence in sentences {
         assert!(readme.contains(&sentence), "the README lacks: {sentence}");
     }
+}
+
+/// The table that `fieldlod chart` writes, of the committed measurements.
+#[cfg(feature = "chart")]
+#[test]
+fn the_record_holds_the_table_of_terms() {
+    let text = fs::read(root().join("assets/pictures/chart.json")).unwrap();
+    let report: fieldlod_lab::chart::Report = serde_json::from_slice(&text).unwrap();
+    let record = fs::read_to_string(root().join("crates/fieldlod_lab/RECORD.md")).unwrap();
+    let table = report.worth_table();
+    assert!(table.lines().count() > 5);
+    assert!(
+        record.contains(&table),
+        "the record lacks the table:\n{table}"
+    );
 }

@@ -195,13 +195,13 @@ impl LogAxis {
         (value / self.least).ln() / (self.greatest / self.least).ln()
     }
 
-    /// 1, 2 and 5 times powers of ten, or powers of ten alone over a wide range.
+    /// 1, 2 and 5 times powers of ten; powers of ten alone over a wide range, more over a narrow one.
     fn ticks(&self) -> Vec<f64> {
         let decades = (self.greatest / self.least).log10();
-        let steps: &[f64] = if decades > 3.0 {
-            &[1.0]
-        } else {
-            &[1.0, 2.0, 5.0]
+        let steps: &[f64] = match decades {
+            3.0.. => &[1.0],
+            1.0.. => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
         };
         let first = self.least.log10().floor() as i32;
         let powers = (first..=first + decades.ceil() as i32 + 1).map(|power| 10f64.powi(power));
@@ -245,5 +245,7 @@ mod tests {
     fn ticks_lie_on_the_axis() {
         let axis = LogAxis::around([1.0, 30.0].into_iter());
         assert_eq!(axis.ticks(), [1.0, 2.0, 5.0, 10.0, 20.0]);
+        let narrow = LogAxis::around([9.0, 21.0].into_iter());
+        assert_eq!(narrow.ticks(), [10.0, 15.0, 20.0]);
     }
 }

@@ -42,9 +42,9 @@
 //! No other measure of a group's error is better than that of the simplifier, and no weight of the
 //! silhouette (0 to 0.4) or power of V (0.25 to 1) than ours. Only what hides a group from where the eye
 //! is would help; what can be baked of that, seen from far away, does not. Groups that the view's edge
-//! cuts count too much, on the ground by a tenth of the triangles ([`Way::ShareInView`]); it is not part
-//! of the criterion, because levels would then change as the eye turns. The rest of the oracle's lead is
-//! light and pattern at the very pixels, which nothing known of a group tells.
+//! cuts count too much, on these hills by a twelfth of the triangles ([`Way::ShareInView`]), on those of
+//! the test set by none; it is not part of the criterion, as levels would change when the eye turns. The
+//! rest of the oracle's lead is light and pattern at the very pixels, which nothing known of a group tells.
 //!
 //! Two-sided surfaces are refined too little from behind: the cloth needs up to 1.27 times clusterlod's
 //! triangles there, and 1.10 times with |m·s| ([`Way::TwoSided`]), which costs closed objects all that

@@ -44,7 +44,7 @@
 //! 4. The same interval over all places and turns that the camera may reach on a way of some length tells
 //!    for how long the bits of 64 groups hold: a walking camera decides few of them anew.
 //!
-//! A first frame lists every instance: linear in their number, at 2 to 4 ns each for those that are
+//! A first frame lists every instance: linear in their number, at 3 to 4 ns each for those that are
 //! outside the view or far away, since whoever draws them has to hear of each. Later frames depend on
 //! what is near and on what changes alone.
 //!

@@ -202,7 +202,19 @@ fn walk(step: u32) -> (Vec3, View) {
 
 fn whole_frames(criterion: &mut Criterion) {
     let plain = Plain::new();
-    let settings = settings();
+    for settings in [LodSettings::with_error_px(1.0), settings()] {
+        frames_at(&plain, &settings);
+    }
+    let (settings, mut kept, mut step) = (settings(), Selector::default(), 0);
+    criterion.bench_function("walking_11664_instances", |b| {
+        b.iter(|| {
+            step += 1;
+            kept.select(&plain.scene, &walk(step % 2000).1, &settings);
+        });
+    });
+}
+
+fn frames_at(plain: &Plain, settings: &LodSettings) {
     let [mut fresh, mut kept, mut still] = [
         Selector::default(),
         Selector::default(),
@@ -212,7 +224,7 @@ fn whole_frames(criterion: &mut Criterion) {
     let no_memory = LodSettings {
         hysteresis: 1.0,
         edge_hysteresis: 0.0,
-        ..settings
+        ..*settings
     };
     for step in 0..100 {
         let (_, view) = walk(step);
@@ -222,7 +234,7 @@ fn whole_frames(criterion: &mut Criterion) {
         assert_eq!(fresh.triangle_count(), kept.triangle_count());
     }
     println!("{:?}", fresh.statistics());
-    still.select(&plain.scene, &walk(0).1, &settings);
+    still.select(&plain.scene, &walk(0).1, settings);
     let step = std::cell::Cell::new(100);
     let [rival, scratch, walking, standing] = medians(
         400,
@@ -234,16 +246,17 @@ fn whole_frames(criterion: &mut Criterion) {
             },
             &mut || {
                 fresh.clear();
-                fresh.select(&plain.scene, &walk(step.get()).1, &settings);
+                fresh.select(&plain.scene, &walk(step.get()).1, settings);
             },
-            &mut || kept.select(&plain.scene, &walk(step.get()).1, &settings),
-            &mut || still.select(&plain.scene, &walk(0).1, &settings),
+            &mut || kept.select(&plain.scene, &walk(step.get()).1, settings),
+            &mut || still.select(&plain.scene, &walk(0).1, settings),
         ],
     );
     println!(
-        "\n{} instances, {} groups, walking",
+        "\n{} instances, {} groups, walking, ours at {} px",
         plain.places.len(),
-        plain.group_count
+        plain.group_count,
+        settings.error_px
     );
     for (name, time) in [
         ("rival scan", rival),
@@ -258,13 +271,6 @@ fn whole_frames(criterion: &mut Criterion) {
         );
     }
     println!("{:?}", kept.statistics());
-    let mut step = 0;
-    criterion.bench_function("walking_11664_instances", |b| {
-        b.iter(|| {
-            step += 1;
-            kept.select(&plain.scene, &walk(step % 2000).1, &settings);
-        });
-    });
 }
 
 /// The same dozen balls in front of the camera, and ever more far ahead and behind.

@@ -51,6 +51,7 @@ mod import;
 mod input;
 mod levels;
 mod mesh;
+pub mod naive;
 mod nearest;
 mod patch;
 mod report;

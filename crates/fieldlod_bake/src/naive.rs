@@ -1,0 +1,145 @@
+//! What a deviation is, measured the plain way: every sample against every triangle.
+//!
+//! The slow twin of the bake's measuring, for tests. It knows nothing of what the bake knows, only
+//! the hierarchy that came out.
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::DVec3;
+
+/// A triangle of a surface and the group whose simplification it is.
+struct Piece {
+    corners: [DVec3; 3],
+    produced_by: Option<u32>,
+}
+
+/// How far the surfaces of each group lie apart, in local units.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deviations {
+    /// From the source, at places that the group's triangles are nearest to where all groups up to
+    /// its level are simplified and none above.
+    ///
+    /// Beside a border between two groups, that may be the neighbour of the group that the place
+    /// belongs to. Only over the groups of a level, or where it has but one, is this a bound from
+    /// below of what a hierarchy must state.
+    pub from_source: Vec<f64>,
+    /// From the simplified surface: a bound from below for each group.
+    pub from_simplified: Vec<f64>,
+}
+
+impl Deviations {
+    /// The larger of both for each group, and no less than those of its finer groups; infinite for
+    /// a group that is not simplified.
+    #[must_use]
+    pub fn in_both_directions(&self, hierarchy: &Hierarchy) -> Vec<f64> {
+        let mut furthest: Vec<f64> = Vec::with_capacity(hierarchy.groups.len());
+        // Groups come finer before coarser.
+        for (index, group) in hierarchy.groups.iter().enumerate() {
+            let finer = hierarchy.finer_groups(group).iter();
+            let finer = finer.map(|&finer| furthest[finer as usize]);
+            let own = self.from_source[index].max(self.from_simplified[index]);
+            let terminal = if group.is_terminal() {
+                f64::INFINITY
+            } else {
+                0.0
+            };
+            furthest.push(finer.fold(own.max(terminal), f64::max));
+        }
+        furthest
+    }
+}
+
+/// Measures every group of `hierarchy`.
+///
+/// Each triangle of either surface is sampled at its corners and at `rows` rows of places between,
+/// so that what is found is never more than what is true, and gets there as `rows` grows.
+#[must_use]
+pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
+    let source = cut_below(hierarchy, 0);
+    let none = vec![0.0f64; hierarchy.groups.len()];
+    let mut found = Deviations {
+        from_source: none.clone(),
+        from_simplified: none,
+    };
+    for level in 0..hierarchy.level_count() {
+        let cut = cut_below(hierarchy, level + 1);
+        let of_level = |group: &u32| hierarchy.groups[*group as usize].level == level;
+        for place in places_on(&source, rows) {
+            let (distance, group) = nearest(&cut, place);
+            if let Some(group) = group.filter(of_level) {
+                let furthest = &mut found.from_source[group as usize];
+                *furthest = furthest.max(distance);
+            }
+        }
+        for piece in &cut {
+            if let Some(group) = piece.produced_by.filter(of_level) {
+                let places = places_on(std::slice::from_ref(piece), rows);
+                let distances = places.map(|place| nearest(&source, place).0);
+                let furthest = &mut found.from_simplified[group as usize];
+                *furthest = distances.fold(*furthest, f64::max);
+            }
+        }
+    }
+    found
+}
+
+/// The surface with all groups below `level` simplified.
+fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
+    let is_simplified = |group: u32| {
+        let group = &hierarchy.groups[group as usize];
+        group.level < level && !group.is_terminal()
+    };
+    let mut cut = Vec::new();
+    for unit in &hierarchy.units {
+        if unit.producer().is_none_or(is_simplified) && !is_simplified(unit.consumed_by) {
+            let position = |v: u32| hierarchy.vertices.positions[v as usize].as_dvec3();
+            let triangles = hierarchy.source_triangles_of(unit);
+            cut.extend(triangles.map(|triangle| Piece {
+                corners: triangle.map(position),
+                produced_by: unit.producer(),
+            }));
+        }
+    }
+    cut
+}
+
+fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
+    let shares = (0..=rows).flat_map(move |row| {
+        (0..=rows - row).map(move |column| {
+            let [b, c] = [row, column].map(|steps| f64::from(steps) / f64::from(rows));
+            [1.0 - b - c, b, c]
+        })
+    });
+    pieces.iter().flat_map(move |piece| {
+        let [a, b, c] = piece.corners;
+        let place = move |[at_a, at_b, at_c]: [f64; 3]| a * at_a + b * at_b + c * at_c;
+        shares.clone().map(place)
+    })
+}
+
+/// How far the nearest of all triangles is, and whose it is.
+fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
+    let each = pieces.iter();
+    let each = each.map(|piece| (distance(place, piece.corners), piece.produced_by));
+    each.min_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((f64::INFINITY, None))
+}
+
+/// To the plane of the triangle for a place above it, and otherwise to the nearest edge.
+fn distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(place - from) >= 0.0;
+    if normal != DVec3::ZERO && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
+        return (place - a).dot(normal.normalize()).abs();
+    }
+    let edges = [(a, b), (b, c), (c, a)];
+    let distances = edges.map(|(from, to)| distance_to_edge(place, from, to));
+    distances.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn distance_to_edge(place: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let edge = to - from;
+    let along = (place - from).dot(edge) / edge.length_squared();
+    // Not a number for an edge without length.
+    let along = if along > 0.0 { along.min(1.0) } else { 0.0 };
+    place.distance(from + edge * along)
+}

@@ -16,15 +16,19 @@
 //! touches the view. The same with D no more than what rounding moves a point by decides most groups for
 //! less than the criterion costs.
 
+mod edge;
+
 use camera_field::Camera;
-use glam::{Mat3, Vec3};
+use glam::Mat3;
 use wide::f32x8;
 
-use super::conservative::{CameraParts, InLocal};
+use super::conservative::InLocal;
 use crate::criterion::{FLATNESS_FLOOR, SILHOUETTE_WEIGHT, VISIBLE_WEIGHT};
 use crate::settings::Thresholds;
 use crate::table::GroupTable;
 use crate::{InstanceView, LodSettings, Offscreen, Promise};
+pub(crate) use edge::IntervalView;
+use edge::{ByMemory, Sides, lanes, least_inside};
 
 const ZERO: f32x8 = f32x8::splat(0.0);
 /// Relative allowance for rounding, and for what a similarity may differ from one.
@@ -40,41 +44,6 @@ const SIZES: std::ops::Range<f32> = 1e-4..1e12;
 pub(crate) struct Certain {
     pub(crate) below: f32x8,
     pub(crate) above: f32x8,
-}
-
-/// Two values of which each lane takes one: of groups that were not refined, and of those that were.
-#[derive(Clone, Copy)]
-struct ByMemory {
-    entering: f32,
-    leaving: f32,
-}
-
-impl ByMemory {
-    const BIT: Self = Self {
-        entering: 0.0,
-        leaving: 1.0,
-    };
-}
-
-/// What the tests of all instances need of a view.
-pub(crate) struct IntervalView {
-    least_cosine: ByMemory,
-    /// Sides that groups enter and, where others, leave.
-    entering: [[f32x8; 2]; 4],
-    leaving: Option<[[f32x8; 2]; 4]>,
-}
-
-impl IntervalView {
-    pub(super) fn new(entering: &CameraParts, leaving: &CameraParts) -> Self {
-        Self {
-            least_cosine: ByMemory {
-                entering: 1.0 / entering.secant,
-                leaving: 1.0 / leaving.secant,
-            },
-            entering: sides(entering),
-            leaving: (leaving.camera != entering.camera).then(|| sides(leaving)),
-        }
-    }
 }
 
 pub(crate) struct IntervalTest<'a> {
@@ -342,7 +311,7 @@ impl IntervalTest<'_> {
     }
 
     #[inline]
-    fn beyond_sides(&self, seen: &Seen, sides: &[[f32x8; 2]; 4]) -> Beyond {
+    fn beyond_sides(&self, seen: &Seen, sides: &Sides) -> Beyond {
         let inside_by = least_inside(sides, seen.center);
         let reach = seen.radius * f32x8::splat(1.0 + ALLOWANCE) + self.way;
         let within = seen.radius * f32x8::splat(1.0 - ALLOWANCE) - self.way;
@@ -392,37 +361,4 @@ fn larger(a: f32x8, b: f32x8) -> f32x8 {
 fn rows(m: &Mat3, scale: f32) -> [[f32x8; 3]; 3] {
     let turned = m.transpose() * scale;
     [turned.x_axis, turned.y_axis, turned.z_axis].map(|row| row.to_array().map(f32x8::splat))
-}
-
-/// For each side of a perspective view, what `x` or `y` and what `z` counts in the distance inside.
-fn sides(parts: &CameraParts) -> [[f32x8; 2]; 4] {
-    let side = |(inward, _): (Vec3, f32)| [inward.x + inward.y, inward.z].map(f32x8::splat);
-    parts.sides.map(side)
-}
-
-/// How far inside the nearest side a point is.
-#[inline]
-fn least_inside(sides: &[[f32x8; 2]; 4], [x, y, z]: [f32x8; 3]) -> f32x8 {
-    let inside = |side: usize, across: f32x8| across * sides[side][0] + z * sides[side][1];
-    let smaller = |a: f32x8, b: f32x8| a.simd_lt(b).bitselect(a, b);
-    smaller(
-        smaller(inside(0, x), inside(1, x)),
-        smaller(inside(2, y), inside(3, y)),
-    )
-}
-
-/// For each lane one of two values, by its bit.
-#[inline]
-fn lanes(values: ByMemory, was_refined: u32) -> f32x8 {
-    match was_refined {
-        0 => f32x8::splat(values.entering),
-        0xff => f32x8::splat(values.leaving),
-        _ => f32x8::from(std::array::from_fn(|lane| {
-            if was_refined >> lane & 1 == 1 {
-                values.leaving
-            } else {
-                values.entering
-            }
-        })),
-    }
 }

@@ -192,6 +192,20 @@ fn level_colours_and_a_new_material_reach_the_units() {
     assert!(painted_levels(&app, object).is_empty());
 }
 
+#[test]
+fn units_that_come_are_painted_in_the_frame_in_which_they_come() {
+    let mut app = app_with_debug();
+    let camera = spawn_camera(&mut app, 60.0);
+    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    ready(&mut app, 1);
+    app.world_mut().resource_mut::<LodDebug>().color_levels = true;
+    app.update();
+    let before = entity_count(&mut app);
+    crate::headless::move_camera(&mut app, camera, 3.0);
+    assert!(entity_count(&mut app) > before, "no units came");
+    assert!(worn(&app, object).is_empty());
+}
+
 fn app_with_debug() -> App {
     let mut app = crate::headless::unfinished(AssetPlugin::default());
     app.add_plugins(FieldLodDebugPlugin);

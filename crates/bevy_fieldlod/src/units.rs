@@ -27,6 +27,12 @@ pub(crate) fn any_wanted(world: Res<LodWorld>) -> bool {
     !world.wanted.is_empty()
 }
 
+/// Whether units were spawned in this frame.
+#[cfg(feature = "debug")]
+pub(crate) fn any_born(units: Query<(), Added<LodUnit>>) -> bool {
+    !units.is_empty()
+}
+
 /// A unit that is about to be spawned.
 struct Birth {
     slot: u32,

@@ -3,15 +3,17 @@
 //!
 //! Run with `cargo bench -p bevy_fieldlod`; figures are in `benches/RECORD.md`.
 
+#[path = "../common/app.rs"]
 mod app;
+mod field;
 
 use std::cell::{LazyCell, RefCell};
 use std::collections::HashSet;
 use std::time::Duration;
 
-use app::{Field, Way};
 use bevy_fieldlod::LodKind;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use field::{Field, Way};
 use fieldlod_bake::{SourceMesh, fixtures};
 
 /// A rock of 5 120 triangles and what someone would draw of it further off.

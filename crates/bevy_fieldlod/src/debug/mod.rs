@@ -44,10 +44,17 @@ impl Plugin for FieldLodDebugPlugin {
             .init_resource::<surface::Surfaces>()
             .add_systems(
                 PostUpdate,
-                paint::paint
-                    .run_if(paint::is_wanted)
-                    .in_set(FieldLodSystems::Prepare)
-                    .after(crate::inherit::renew_units),
+                (
+                    paint::paint
+                        .run_if(paint::is_wanted)
+                        .in_set(FieldLodSystems::Prepare)
+                        .after(crate::inherit::renew_units),
+                    // Units that come are painted before they are first drawn.
+                    paint::paint
+                        .run_if(paint::is_wanted.and_then(crate::units::any_born))
+                        .in_set(FieldLodSystems::Select)
+                        .after(crate::units::spawn_units),
+                ),
             )
             .add_systems(
                 Update,

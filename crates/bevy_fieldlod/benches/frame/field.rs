@@ -1,23 +1,15 @@
-//! Apps without a renderer, with the same scene in each of the ways that it can be drawn.
+//! The same scene in each of the ways that it can be drawn.
 
 use std::any::TypeId;
 use std::collections::HashMap;
-use std::time::{Duration, Instant};
 
-use bevy::asset::RenderAssetUsages;
-use bevy::camera::RenderTarget;
 use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
 use bevy::light::CascadeShadowConfigBuilder;
-use bevy::log::LogPlugin;
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
-use bevy::render::render_resource::TextureFormat;
-use bevy::render::settings::WgpuSettings;
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
+
+use crate::app::{bevy_mesh, new_app, settle, spawn_camera};
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,26 +41,14 @@ impl Field {
         if sun {
             spawn_sun(world);
         }
-        let camera = spawn_camera(world);
-        let mut field = Self {
+        let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
+        let camera = spawn_camera(world, pose);
+        let is_ours = matches!(way, Way::Ours(_));
+        settle(&mut app, if is_ours { count } else { 0 });
+        Self {
             app,
             camera,
             step: 0,
-        };
-        let is_ours = matches!(way, Way::Ours(_));
-        field.settle(if is_ours { count } else { 0 });
-        field
-    }
-
-    fn settle(&mut self, ready: u32) {
-        let deadline = Instant::now() + Duration::from_secs(120);
-        let progress = |app: &App| *app.world().resource::<FieldLodProgress>();
-        while progress(&self.app).ready + progress(&self.app).plain < ready {
-            assert!(Instant::now() < deadline, "never ready");
-            self.still();
-        }
-        for _ in 0..5 {
-            self.still();
         }
     }
 
@@ -119,31 +99,6 @@ impl Field {
     pub(crate) fn stats(&self) -> LodViewStats {
         *self.app.world().get::<LodViewStats>(self.camera).unwrap()
     }
-}
-
-fn new_app() -> App {
-    let mut app = App::new();
-    let plugins = DefaultPlugins
-        .build()
-        .disable::<LogPlugin>()
-        .disable::<WinitPlugin>()
-        .set(WindowPlugin {
-            primary_window: None,
-            exit_condition: ExitCondition::DontExit,
-            ..default()
-        })
-        .set(RenderPlugin {
-            render_creation: WgpuSettings {
-                backends: None,
-                ..default()
-            }
-            .into(),
-            ..default()
-        });
-    app.add_plugins((plugins, FieldLodPlugin));
-    app.finish();
-    app.cleanup();
-    app
 }
 
 fn spawn_rocks(world: &mut World, way: Way, rocks: &[SourceMesh], count: u32) {
@@ -199,23 +154,4 @@ fn ranges() -> [VisibilityRange; 3] {
         VisibilityRange::abrupt(30.0, 90.0),
         VisibilityRange::abrupt(90.0, f32::INFINITY),
     ]
-}
-
-fn spawn_camera(world: &mut World) -> Entity {
-    let image = Image::new_target_texture(1920, 1080, TextureFormat::Rgba8UnormSrgb, None);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
-    let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
-    let target = RenderTarget::Image(image.into());
-    world.spawn((Camera3d::default(), target, pose)).id()
-}
-
-fn bevy_mesh(source: &SourceMesh) -> Mesh {
-    let to_arrays = |values: &[Vec3]| values.iter().map(Vec3::to_array).collect::<Vec<_>>();
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, to_arrays(&source.positions))
-    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals))
-    .with_inserted_indices(Indices::U32(source.indices.clone()))
 }

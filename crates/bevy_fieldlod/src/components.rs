@@ -12,6 +12,20 @@ use crate::{BakedLods, LodKind};
 /// Put it on an entity with a [`Mesh3d`], or on the root of a glTF scene. The source meshes are
 /// drawn until their hierarchies are ready. Skinned and morphed meshes are left as they are.
 /// Removing it puts everything back.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
+///     let castle = assets.load(GltfAssetLabel::Scene(0).from_asset("castle.glb"));
+///     commands.spawn((WorldAssetRoot(castle), AutoLod::default()));
+///     // Twice as fine as all else, cut into units whatever its size.
+///     let hero = assets.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("hero.glb"));
+///     let fine = AutoLod { kind: LodKind::Clusters, bias: 2.0, ..default() };
+///     commands.spawn((Mesh3d(hero), fine));
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct AutoLod {
@@ -62,6 +76,21 @@ impl AutoLod {
 pub struct NoLod;
 
 /// How fine the cuts of a camera are; put it on the camera. A camera without it uses the default.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.5)));
+///     // A mirror, which nobody looks at closely.
+///     let mirror = FieldLodSettings {
+///         triangle_budget: Some(200_000),
+///         ..FieldLodSettings::with_error_px(4.0)
+///     };
+///     commands.spawn((Camera3d::default(), mirror));
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodSettings {
@@ -220,6 +249,15 @@ pub enum HeatMap {
 }
 
 /// How far the world's meshes have come. Counts entities with a [`Mesh3d`] under an [`AutoLod`].
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn show(progress: Res<FieldLodProgress>, mut bar: Single<&mut Node, With<Name>>) {
+///     bar.width = percent(100.0 * progress.share_done());
+/// }
+/// # bevy::ecs::system::assert_is_system(show);
+/// ```
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Resource, Clone, Default, PartialEq)]
 pub struct FieldLodProgress {

@@ -1,4 +1,18 @@
 //! Numbers under `field_lod/…` in Bevy's diagnostics: sums over all active cameras.
+//!
+//! ```
+//! use bevy::diagnostic::DiagnosticsStore;
+//! use bevy::prelude::*;
+//! use bevy_fieldlod::diagnostics;
+//!
+//! fn show(store: Res<DiagnosticsStore>) {
+//!     let drawn = store.get(&diagnostics::TRIANGLES_DRAWN);
+//!     if let Some(triangles) = drawn.and_then(|d| d.smoothed()) {
+//!         println!("{triangles:.0} triangles");
+//!     }
+//! }
+//! # bevy::ecs::system::assert_is_system(show);
+//! ```
 
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;

@@ -21,6 +21,20 @@ pub enum LodOrigin {
 
 /// Written once for each mesh that was prepared or could not be: read it with a
 /// [`MessageReader`]. Faults are logged too.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn count_faults(mut events: MessageReader<FieldLodEvent>, mut faults: Local<u32>) {
+///     for event in events.read() {
+///         if let FieldLodEvent::Failed { path, fault, .. } = event {
+///             *faults += 1;
+///             println!("{path:?}: {fault}");
+///         }
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(count_faults);
+/// ```
 #[derive(Message, Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FieldLodEvent {

@@ -31,6 +31,17 @@ pub(crate) struct Inheritance {
 struct MoreInherited(Vec<ComponentId>);
 
 /// Adds to what units take over from the entity whose surface they are part of.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// /// Read by a renderer extension on every entity that it draws.
+/// #[derive(Component, Clone)]
+/// struct Outlined;
+///
+/// let mut app = App::new();
+/// app.inherit_in_lod_units::<Outlined>();
+/// ```
 pub trait FieldLodAppExt {
     /// Units take over `C` when they are spawned: for components that a renderer extension reads on
     /// every entity that it draws. Materials, render layers, lightmaps, mesh tags, and how shadows

@@ -23,7 +23,9 @@
 //! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or
 //!    mark nothing and set [`FieldLodConfig::whole_world`].
 //! 2. Run. Meshes are baked in background tasks and drawn in full meanwhile; [`FieldLodProgress`]
-//!    tells how far that is, [`FieldLodEvent`] what became of each mesh.
+//!    tells how far that is, [`FieldLodEvent`] what became of each mesh. A million triangles take some
+//!    seconds of one core if dependencies are optimised, and longer if not: put
+//!    `[profile.dev.package."*"]` with `opt-level = 3` into `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] says what to
 //!    turn.
 //! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work, and ship with

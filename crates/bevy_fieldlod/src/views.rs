@@ -1,10 +1,10 @@
 //! Each view has a cut of its own: selection.
 
-use std::time::Instant;
-
 use bevy::camera::Camera;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 use bevy::ecs::system::SystemParam;
+// That of the standard library panics on the web.
+use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, Selector, View};
 

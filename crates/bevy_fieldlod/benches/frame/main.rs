@@ -59,7 +59,7 @@ fn checked_field(way: Way, count: u32, sun: bool) -> Field {
         Way::Full => {}
         Way::Ranges => {
             let meshes: HashSet<_> = visible.iter().map(|(_, mesh)| mesh).collect();
-            assert_eq!(meshes.len(), 3, "each level is drawn somewhere");
+            assert!(meshes.len() > 1, "all is drawn at one level");
         }
         Way::Ours(_) => {
             let stats = field.stats();
@@ -90,17 +90,17 @@ fn checked_field(way: Way, count: u32, sun: bool) -> Field {
     field
 }
 
-/// The measurement behind the thresholds between whole meshes and units.
+/// The measurement behind the thresholds between meshes left alone, whole meshes and units.
 fn kinds(criterion: &mut Criterion) {
     for count in [1_000, 10_000] {
-        for subdivisions in [3, 4, 5, 6] {
+        for subdivisions in [2, 3, 4, 5, 6] {
             let triangles = 20 * 4usize.pow(subdivisions);
             let mut group = criterion.benchmark_group(format!("{count}_of_{triangles}_triangles"));
             group
                 .sample_size(20)
                 .warm_up_time(Duration::from_secs(1))
                 .measurement_time(Duration::from_secs(2));
-            for kind in [LodKind::Chain, LodKind::Clusters] {
+            for kind in [LodKind::Plain, LodKind::Chain, LodKind::Clusters] {
                 let field = LazyCell::new(|| RefCell::new(walked_field(kind, count, subdivisions)));
                 group.bench_function(format!("{kind:?}"), |bencher| {
                     let mut field = field.borrow_mut();
@@ -117,12 +117,17 @@ fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
     let mut field = Field::new(Way::Ours(kind), &rock, count, true);
     (0..100).for_each(|_| field.walk());
     let stats = field.stats();
-    assert!(stats.triangles_drawn < stats.triangles_full, "{stats:?}");
+    let has_levels = kind != LodKind::Plain;
+    assert_eq!(stats.triangles_drawn < stats.triangles_full, has_levels);
+    let visible = field.visible().len();
+    let full = visible * rock[0].triangle_count();
     eprintln!(
-        "{kind:?}: {} triangles drawn of {}, {} meshes of {} entities",
-        stats.triangles_drawn,
-        stats.triangles_full,
-        stats.units_drawn,
+        "{kind:?}: {} triangles, {visible} of {} entities drawn",
+        if has_levels {
+            stats.triangles_drawn as usize
+        } else {
+            full
+        },
         field.levels().len(),
     );
     field

@@ -194,13 +194,11 @@ impl LodWorld {
     /// Takes over what changed in a view's cuts.
     pub(crate) fn apply(&mut self, change: &Change, view: &mut ViewMarks) {
         let index = change.instance.index();
-        let Some(Some(instance)) = self.instances.get_mut(index) else {
+        let instance = self.instances.get_mut(index).and_then(Option::as_mut);
+        // Another id: the cut of a former instance with the same index.
+        let Some(instance) = instance.filter(|there| there.id == change.instance) else {
             return;
         };
-        // The cut of a former instance with the same index.
-        if instance.id != change.instance {
-            return;
-        }
         let Drawn::Units(units) = &mut instance.drawn else {
             if let Some(&level) = change.entered.first() {
                 view.set_level(index, level);

@@ -123,15 +123,7 @@ fn measure(case: &str, folder: &Path, is_plain: bool) -> Count {
     let triangles = triangles.sum();
     let source_bytes = sources.iter().map(bytes_of).sum();
     let count = sources.len() as u32;
-    for (index, mesh) in sources.into_iter().enumerate() {
-        let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
-        let place = Transform::from_xyz(index as f32 * 3.0, 0.0, 0.0);
-        let mut entity = app.world_mut().spawn((Mesh3d(mesh), place));
-        if !is_plain {
-            entity.insert(AutoLod::of_kind(kind));
-        }
-    }
-    spawn_camera(app.world_mut(), Transform::from_xyz(0.0, 0.0, 4.0));
+    spawn(app.world_mut(), sources, (!is_plain).then_some(kind));
     settle(&mut app, if is_plain { 0 } else { count });
     let units = app.world_mut().query::<&LodUnit>().iter(app.world()).len();
     let meshes = app.world().resource::<Assets<Mesh>>();
@@ -152,6 +144,19 @@ fn measure(case: &str, folder: &Path, is_plain: bool) -> Count {
         meshes: meshes.len(),
         units,
     }
+}
+
+/// Meshes in a row before a camera, with levels of detail of `kind` if there is one.
+fn spawn(world: &mut World, meshes: Vec<Mesh>, kind: Option<LodKind>) {
+    for (index, mesh) in meshes.into_iter().enumerate() {
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let place = Transform::from_xyz(index as f32 * 3.0, 0.0, 0.0);
+        let mut entity = world.spawn((Mesh3d(mesh), place));
+        if let Some(kind) = kind {
+            entity.insert(AutoLod::of_kind(kind));
+        }
+    }
+    spawn_camera(world, Transform::from_xyz(0.0, 0.0, 4.0));
 }
 
 fn bytes_of(mesh: &Mesh) -> usize {

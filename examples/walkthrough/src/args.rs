@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::Parser;
+use bevy_fieldlod::HeatMap;
+use clap::{Parser, ValueEnum};
 
 /// Walk through generated ruins, drawn with view-dependent levels of detail.
 #[derive(Clone, Debug, Parser)]
@@ -61,6 +62,35 @@ pub(crate) struct Args {
     /// Paint each level of detail in its own colour.
     #[arg(long)]
     pub(crate) levels: bool,
+
+    /// Paint a quantity of the camera-sampling field, or the error of what is drawn, from blue
+    /// (little) to red (much).
+    #[arg(long, value_name = "QUANTITY", value_enum, conflicts_with = "levels")]
+    pub(crate) heat_map: Option<Quantity>,
+}
+
+/// What a heat-map shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quantity {
+    /// Samples per unit of surface area.
+    Density,
+    /// Aspect ratio of the sampling pattern.
+    Aspect,
+    /// Relative change of the field across a metre.
+    Curl,
+    /// Error in pixels.
+    Error,
+}
+
+impl Quantity {
+    pub(crate) fn heat_map(self) -> HeatMap {
+        match self {
+            Self::Density => HeatMap::SamplingDensity,
+            Self::Aspect => HeatMap::AspectRatio,
+            Self::Curl => HeatMap::Curl,
+            Self::Error => HeatMap::PixelError,
+        }
+    }
 }
 
 /// A size in physical pixels.

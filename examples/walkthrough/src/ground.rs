@@ -71,6 +71,14 @@ fn image(mut texels: Vec<Vec3>) -> Image {
     image
 }
 
+/// Takes the anisotropic filter away. Mesa's software adapter walks all texels under a pixel one by one,
+/// however far it stretches, and where a large triangle meets the horizon it seems to hang.
+pub(crate) fn filter_evenly(image: &mut Image) {
+    if let ImageSampler::Descriptor(sampler) = &mut image.sampler {
+        sampler.anisotropy_clamp = 1;
+    }
+}
+
 /// The next mipmap: means of two by two texels.
 fn halve(texels: &[Vec3], side: usize) -> Vec<Vec3> {
     let half = side / 2;

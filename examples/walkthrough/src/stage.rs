@@ -11,10 +11,11 @@ use bevy::camera::visibility::NoAutoAabb;
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
+use bevy::render::renderer::RenderAdapterInfo;
 use bevy_fieldlod::FieldLodDebugPlugin;
 use bevy_fieldlod::prelude::*;
 
-use crate::args::Args;
+use crate::args::{Args, Quantity};
 use crate::cameras::{self, Look};
 use crate::guests::{self, Guests};
 use crate::scene::{self, Placed};
@@ -91,6 +92,7 @@ pub(crate) fn set(app: &mut App, args: &Args) {
         ))
         .insert_resource(LodDebug {
             color_levels: args.levels,
+            heat_map: args.heat_map.map(Quantity::heat_map),
             ..default()
         })
         .insert_resource(FieldLodConfig {
@@ -108,9 +110,13 @@ fn cache_folder(args: &Args) -> Option<PathBuf> {
 }
 
 fn build(world: &mut World) {
-    let Some(ingredients) = world.remove_resource::<Ingredients>() else {
+    let Some(mut ingredients) = world.remove_resource::<Ingredients>() else {
         return;
     };
+    let adapter = world.get_resource::<RenderAdapterInfo>();
+    if adapter.is_some_and(|adapter| adapter.device_type == wgpu::DeviceType::Cpu) {
+        ground::filter_evenly(&mut ingredients.ground);
+    }
     let ground = world
         .resource_mut::<Assets<Image>>()
         .add(ingredients.ground);

@@ -12,7 +12,8 @@
 //! the source covers from edge to edge, and nowhere far above, are as near to it and need none;
 //! those that may span a gap in the source get the most.
 //! From a sample that is further than all before, the search climbs to where it is furthest.
-//! (Corners of simplified triangles are source vertices.)
+//! (Corners of simplified triangles are source vertices.) Groups of a few hundred triangles are
+//! sampled everywhere in both directions: there, one fold of the source is all that counts.
 //!
 //! A source vertex under a group goes on to the group that consumes the simplified triangle below
 //! it, and source triangles go where their corners go.
@@ -28,7 +29,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use self::crossings::furthest_crossing;
-use self::faces::furthest_face;
+use self::faces::{furthest_face, furthest_of_few};
 use self::output::{Output, outputs_of};
 use self::seats::{SeatPool, Seating};
 use crate::input::SimplifierInput;
@@ -173,6 +174,7 @@ impl<'a> Ruler<'a> {
         let furthest = furthest_crossing(self, &output, &seats, &patch, furthest);
         let above = output.vertices_above(&seats, &removed, &patch.riders);
         let furthest = furthest_face(self, &output, &above, furthest);
+        let furthest = furthest_of_few(self, &output, &seats, &patch, furthest);
         let vertices = inputs.iter().flatten().copied();
         let vertices = vertices.chain(patch.riders.iter().map(|rider| rider.vertex));
         let vertices: Vec<u32> = vertices.collect();

@@ -13,9 +13,9 @@ const MARGIN: f64 = 1.02;
 const BEYOND: f64 = 1.05;
 /// By how much what is stated may exceed what is found, margin apart. Not for what lies between the
 /// samples: a bake may take a triangle that is near enough for the nearest.
-const ABOVE: f64 = 2.0;
+const ABOVE: f64 = 1.35;
 /// The same for the group that is measured best.
-const AT_BEST_ABOVE: f64 = 1.03;
+const AT_BEST_ABOVE: f64 = 1.08;
 
 fn small_mesh() -> impl Strategy<Value = SourceMesh> {
     let bumps = || proptest::collection::vec(-1.0f32..1.0, 16);
@@ -61,7 +61,7 @@ fn by_level(hierarchy: &Hierarchy, values: impl Iterator<Item = f64>) -> Vec<f64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
 
     /// Where a level has but one group, it is clear which place of the source is whose.
     #[test]

@@ -6,6 +6,8 @@ use rayon::prelude::*;
 use super::Ruler;
 use super::furthest::Furthest;
 use super::output::Output;
+use super::seats::Seats;
+use crate::patch::Patch;
 use crate::surface::{NONE, Surface};
 
 /// Simplified triangles that are sampled together.
@@ -16,6 +18,10 @@ const SAMPLES_PER_VERTEX: f32 = 0.1;
 const MAX_ROWS: f32 = 8.0;
 /// Samples per source vertex above as much area, where there may be a gap in the source.
 const SAMPLES_PER_VERTEX_IN_GAPS: f32 = 0.5;
+/// Source triangles of a group below which all of it is sampled.
+const FEW_TRIANGLES: usize = 1500;
+/// How many samples there are then on either surface, at least.
+const SAMPLES_OF_FEW: f32 = 6000.0;
 /// Least rows of samples there.
 const MIN_ROWS_IN_GAPS: f32 = 5.0;
 /// Most rows of samples there.
@@ -61,6 +67,36 @@ pub(super) fn furthest_face(
     all.climb()
 }
 
+/// As [`furthest_face`], for groups with so few triangles that the rules which tell where no samples
+/// are needed have little to go by: all of both surfaces is sampled, which costs little here.
+pub(super) fn furthest_of_few(
+    ruler: &Ruler<'_>,
+    output: &Output<'_>,
+    seats: &Seats,
+    patch: &Patch,
+    furthest: f32,
+) -> f32 {
+    if patch.inside.is_empty() || patch.inside.len() >= FEW_TRIANGLES {
+        return furthest;
+    }
+    let mut walk = FaceWalk::over(&output.surface, furthest);
+    let rows = Rows::throughout(patch.inside.len());
+    for &triangle in &patch.inside {
+        let vertices = ruler.source.corners()[triangle as usize];
+        let seats = vertices.map(|vertex| seats[vertex as usize]);
+        walk.guess = seats.into_iter().find(|&seat| seat != NONE).unwrap_or(0);
+        walk.sample(ruler.source.corner_positions(triangle), &rows);
+    }
+    let mut walk = FaceWalk::over(&ruler.source, walk.climb());
+    let simplified = output.surface.corners();
+    let rows = Rows::throughout(simplified.len());
+    for (triangle, vertices) in (0..).zip(simplified) {
+        walk.guess = ruler.triangle_at[vertices[0] as usize];
+        walk.sample(output.surface.corner_positions(triangle), &rows);
+    }
+    walk.climb()
+}
+
 /// Source vertices above a surface, for each (twofold) area.
 fn density_of(surface: &Surface<'_>, above: &[u32]) -> f32 {
     let triangles = 0..above.len() as u32;
@@ -82,6 +118,17 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// On each triangle of a surface that is sampled everywhere.
+    fn throughout(triangle_count: usize) -> Self {
+        let rows = (SAMPLES_OF_FEW / triangle_count as f32).sqrt().ceil();
+        let rows = rows.clamp(1.0, MAX_ROWS_IN_GAPS) as u32;
+        Self {
+            inside: rows,
+            // An odd number, as below.
+            sides: [rows | 1; 3],
+        }
+    }
+
     /// Where the source goes over all edges of a triangle, has no border above it and is near it
     /// everywhere, so is the triangle to the source: no samples are needed. Where the source is
     /// further away, a few are; more where there may be a gap.

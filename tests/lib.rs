@@ -1,3 +1,7 @@
-//! Fixtures for the cross-crate suites of this package: meshes made by the program.
+//! What the suites and benches of this package share: meshes made by the program, and apps to put
+//! them in.
+
+pub mod apps;
+pub mod stage;
 
 pub use fieldlod_bake::fixtures::*;

@@ -7,8 +7,9 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{app, bevy_mesh, logged, origins, ready, spawn_object};
+use crate::headless::{app, logged, origins, ready, spawn_object};
 
 /// Where an app with this cache gets the levels of a rock from.
 fn run(folder: &Path, seed: u32) -> LodOrigin {

@@ -5,22 +5,15 @@ use std::path::Path;
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
-use bevy::asset::RenderAssetUsages;
-use bevy::log::LogPlugin;
 use bevy::log::tracing::field::{Field, Visit};
 use bevy::log::tracing::{Event, Level, Subscriber};
 use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
 use bevy::log::tracing_subscriber::util::SubscriberInitExt;
 use bevy::log::tracing_subscriber::{Layer, registry};
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
-use bevy::render::settings::WgpuSettings;
-use bevy::window::ExitCondition;
-use bevy::winit::WinitPlugin;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::SourceMesh;
+use fieldlod_tests::apps::{self, finish, rendererless};
 
 /// An app with the plugin that reads assets from `folder`.
 pub(crate) fn app(folder: &Path) -> App {
@@ -32,35 +25,11 @@ pub(crate) fn app(folder: &Path) -> App {
     app
 }
 
-/// Lets an app's plugins do what they do once all are there.
-pub(crate) fn finish(app: &mut App) {
-    app.finish();
-    app.cleanup();
-}
-
 /// An app with the plugin that may get more plugins before [`finish`].
 pub(crate) fn unfinished(assets: AssetPlugin) -> App {
     listen();
     let mut app = App::new();
-    let plugins = DefaultPlugins
-        .build()
-        .disable::<WinitPlugin>()
-        .disable::<LogPlugin>()
-        .set(assets)
-        .set(WindowPlugin {
-            primary_window: None,
-            exit_condition: ExitCondition::DontExit,
-            ..default()
-        })
-        .set(RenderPlugin {
-            render_creation: WgpuSettings {
-                backends: None,
-                ..default()
-            }
-            .into(),
-            ..default()
-        });
-    app.add_plugins((plugins, FieldLodPlugin))
+    app.add_plugins((rendererless().set(assets), FieldLodPlugin))
         .init_resource::<Told>()
         .add_systems(Last, note_events);
     app
@@ -132,31 +101,10 @@ pub(crate) fn spawn_object(app: &mut App, mesh: Mesh) -> Entity {
         .id()
 }
 
-/// A camera at `distance` from the origin; it needs a target for its viewport.
+/// A camera at `distance` from the origin.
 pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
-    use bevy::render::render_resource::TextureFormat;
-    let world = app.world_mut();
-    let image = Image::new_target_texture(1280, 720, TextureFormat::Rgba8UnormSrgb, None);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
     let pose = Transform::from_xyz(0.0, 0.0, distance).looking_at(Vec3::ZERO, Vec3::Y);
-    let target = bevy::camera::RenderTarget::Image(image.into());
-    world.spawn((Camera3d::default(), target, pose)).id()
-}
-
-/// A fixture as a Bevy mesh.
-pub(crate) fn bevy_mesh(source: &SourceMesh) -> Mesh {
-    let to_arrays =
-        |values: &[glam::Vec3]| values.iter().map(glam::Vec3::to_array).collect::<Vec<_>>();
-    let mut mesh = Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, to_arrays(&source.positions))
-    .with_inserted_indices(Indices::U32(source.indices.clone()));
-    if !source.normals.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals));
-    }
-    mesh
+    apps::spawn_camera(app.world_mut(), UVec2::new(1280, 720), pose)
 }
 
 /// Whether a line at `level` was logged that holds all of `words`.

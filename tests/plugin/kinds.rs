@@ -7,9 +7,10 @@ use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
 
 use crate::headless::{
-    app, bevy_mesh, entity_count, move_camera, ready, spawn_camera, spawn_object, stats, status,
+    app, entity_count, move_camera, ready, spawn_camera, spawn_object, stats, status,
 };
 
 fn level_of(app: &App, object: Entity) -> AssetId<Mesh> {

@@ -8,9 +8,10 @@ use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodSurfaceMaterial};
+use fieldlod_tests::apps::{bevy_mesh, finish};
 
 use crate::headless::{
-    app, bevy_mesh, entity_count, ready, run_until, spawn_camera, spawn_object, stats, status,
+    app, entity_count, ready, run_until, spawn_camera, spawn_object, stats, status,
 };
 
 #[test]
@@ -209,7 +210,7 @@ fn units_that_come_are_painted_in_the_frame_in_which_they_come() {
 fn app_with_debug() -> App {
     let mut app = crate::headless::unfinished(AssetPlugin::default());
     app.add_plugins(FieldLodDebugPlugin);
-    crate::headless::finish(&mut app);
+    finish(&mut app);
     app
 }
 

@@ -7,10 +7,11 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodProcessorPlugin, LodOrigin};
+use fieldlod_tests::apps::finish;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{finish, logged, origins, run_until, status, unfinished};
+use crate::headless::{logged, origins, run_until, status, unfinished};
 
 fn assets(folder: &Path, processes: bool) -> AssetPlugin {
     AssetPlugin {

@@ -11,10 +11,9 @@ use bevy::mesh::skinning::SkinnedMesh;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{
-    Told, app, bevy_mesh, logged, run_until, spawn_camera, spawn_object, status,
-};
+use crate::headless::{Told, app, logged, run_until, spawn_camera, spawn_object, status};
 
 /// Whether `object` stays plain and visible, and one line tells its id and all of `words`.
 fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, words: &[&str]) {

@@ -18,10 +18,10 @@ use bevy::render::render_resource::AsBindGroup;
 use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodUnit, diagnostics};
+use fieldlod_tests::apps::{bevy_mesh, finish};
 
 use crate::headless::{
-    app, bevy_mesh, entity_count, finish, ready, run_until, spawn_camera, spawn_object, stats,
-    status, unfinished,
+    app, entity_count, ready, run_until, spawn_camera, spawn_object, stats, status, unfinished,
 };
 
 fn visible(app: &App, camera: Entity) -> Vec<Entity> {

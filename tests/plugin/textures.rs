@@ -4,8 +4,9 @@ use std::path::Path;
 
 use bevy::prelude::*;
 use bevy_fieldlod::{TextureDemand, TextureDetail, TextureDetailPlugin};
+use fieldlod_tests::apps::finish;
 
-use crate::headless::{finish, move_camera, ready, spawn_camera, spawn_object, unfinished};
+use crate::headless::{move_camera, ready, spawn_camera, spawn_object, unfinished};
 
 #[test]
 fn textures_are_wanted_as_finely_as_they_are_seen() {

@@ -15,8 +15,9 @@ use bevy::math::Vec3A;
 use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{app, bevy_mesh, ready, spawn_camera, spawn_object, stats};
+use crate::headless::{app, ready, spawn_camera, spawn_object, stats};
 
 /// A rock of clusters before the camera that is returned.
 fn before_a_camera(distance: f32) -> (App, Entity, Entity) {

@@ -4,10 +4,11 @@ use bevy::color::palettes::css;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
 use crate::picture::{count, difference};
-use crate::stage::{Eye, Stage, bevy_mesh};
 
 const FINE_PX: f32 = 1.0;
 const COARSE_PX: f32 = 400.0;

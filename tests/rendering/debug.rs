@@ -4,10 +4,11 @@ use bevy::color::palettes::css;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodGizmos};
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::{SIZE_PX, Stage};
 use image::{Rgba, RgbaImage};
 
 use crate::picture::{count, difference};
-use crate::stage::{SIZE_PX, Stage, bevy_mesh};
 
 /// A wall across the whole picture, seen with a wide field of view.
 fn wall(heat_map: HeatMap) -> Option<RgbaImage> {

@@ -3,9 +3,10 @@
 use bevy::light::GlobalAmbientLight;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::Stage;
 
 use crate::picture::enclosed;
-use crate::stage::{Stage, bevy_mesh};
 
 const BACKGROUND: Color = Color::srgb(1.0, 0.0, 1.0);
 

@@ -7,6 +7,5 @@ mod cameras;
 mod debug;
 mod holes;
 mod picture;
-mod stage;
 mod stock;
 mod swap;

@@ -12,10 +12,11 @@ use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
 use crate::picture::{count, count_beyond, difference};
-use crate::stage::{Eye, Stage, bevy_mesh};
 
 /// A material of a game's own: stripes by height.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]

@@ -3,10 +3,11 @@
 use bevy::color::palettes::css;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::Stage;
 use image::RgbaImage;
 
 use crate::picture::{count, difference};
-use crate::stage::{Stage, bevy_mesh};
 
 #[test]
 fn no_frame_blinks_when_the_units_take_over() {

@@ -42,9 +42,9 @@ pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
 /// [`LodSettings::error_px`] by default.
 ///
-/// Zero outside the field of view ([`Offscreen::Coarsest`]); infinite for a terminal group and where the group's sphere
-/// reaches the camera plane inside the field of view. Never negative; NaN only for input that holds
-/// NaN.
+/// Zero outside the field of view ([`Offscreen::Coarsest`]); infinite for a terminal group and
+/// where the group's sphere reaches the camera plane inside the field of view. Never negative; NaN
+/// only for input that holds NaN.
 ///
 /// [`select`]: crate::select
 #[must_use]

@@ -123,8 +123,8 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Adds the bits to those words of an element of eight that `asked` has bits of: they have the terminal
-    /// groups' so far. Returns bits of those whose answers hold on the way.
+    /// Adds the bits to those words of an element of eight that `asked` has bits of: they have the
+    /// terminal groups' so far. Returns bits of those whose answers hold on the way.
     pub(crate) fn decide_words(
         &self,
         table: &GroupTable,

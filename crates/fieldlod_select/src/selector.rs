@@ -27,9 +27,10 @@ use visit::Context;
 /// A frame visits the nodes of a tree over the instances whose answer may have changed since they
 /// were last visited: by the way the camera has gone and turned, or because an instance did. A node
 /// that is wholly outside the view or far enough is answered at once; what remains is decided group
-/// by group, and again only when the camera has gone as far as those decisions can bear: in
-/// perspective views of instances whose placement is a similarity. The cuts are those that deciding every group anew would give. With nothing changed a
-/// frame costs nothing; once its storage has grown to the scene, none allocates.
+/// by group. In perspective views of instances whose placement is a similarity, groups are decided
+/// again only when the camera has gone as far as their decisions can bear. The cuts are those that
+/// deciding every group anew would give. With nothing changed a frame costs nothing; once its
+/// storage has grown to the scene, none allocates.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -251,11 +252,12 @@ impl Selector {
 
     /// Instances whose cut changed in the last selection, each with its units ascending.
     ///
-    /// The order of the instances follows from the scene and the views so far alone, and is the same for
-    /// any number of threads; it is not that of their ids, which would take a sort of everything in the first
-    /// frame: sort by [`Change::instance`] where that matters. Where an index has gone from one instance to
-    /// another, what left of the first comes before what entered of the second. With a triangle budget an
-    /// instance may come twice: apply the changes one after the other.
+    /// The order of the instances follows from the scene and the views so far alone, and is the
+    /// same for any number of threads; it is not that of their ids, which would take a sort of
+    /// everything in the first frame: sort by [`Change::instance`] where that matters. Where an
+    /// index has gone from one instance to another, what left of the first comes before what
+    /// entered of the second. With a triangle budget an instance may come twice: apply the changes
+    /// one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.changes.iter()
     }

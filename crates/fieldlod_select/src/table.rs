@@ -128,8 +128,8 @@ impl GroupTable {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
     }
 
-    /// At least as many as any cut has units, and as there are groups; of meshes of about the same size the
-    /// same.
+    /// At least as many as any cut has units, and as there are groups; of meshes of about the same
+    /// size the same.
     pub(crate) fn size_class(&self) -> u32 {
         self.units
             .len()

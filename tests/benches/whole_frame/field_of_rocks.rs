@@ -12,10 +12,10 @@ use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::render_resource::PollType;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
 use crate::levels::{Level, SHAPES};
-use crate::stage::{Eye, Stage};
 
 const ROCKS: u32 = 45;
 const SIZE_PX: UVec2 = UVec2::new(960, 540);

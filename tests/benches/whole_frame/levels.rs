@@ -6,8 +6,7 @@ use bevy::prelude::*;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::chain_of;
-
-use crate::stage::bevy_mesh;
+use fieldlod_tests::apps::bevy_mesh;
 
 /// Shapes of rocks.
 pub(crate) const SHAPES: u32 = 3;

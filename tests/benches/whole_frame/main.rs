@@ -6,9 +6,6 @@
 
 mod field_of_rocks;
 mod levels;
-#[path = "../../rendering/stage.rs"]
-#[allow(dead_code, reason = "the tests use all of it")]
-mod stage;
 
 use std::time::{Duration, Instant};
 
@@ -22,7 +19,7 @@ const STEPS: usize = 7;
 /// Steps at which pictures are compared.
 const COMPARED: [usize; 3] = [0, 3, 6];
 /// Halvings of the interval in which the scale of the distances is searched.
-const SEARCH_STEPS: usize = 7;
+const SEARCH_STEPS: usize = 12;
 
 fn main() {
     let levels = levels::by_rock();
@@ -74,20 +71,25 @@ fn measured(name: &'static str, mut studio: Studio, full: &[RgbaImage]) -> Row {
     }
 }
 
-/// Searches the scale of the levels' distances at which the image error is `error`.
+/// The levels at the scale of their distances whose image error is nearest to `error`.
 fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Studio {
     let (mut near, mut far) = (0.02f32, 8.0f32);
+    let mut tried = Vec::new();
     for _ in 0..SEARCH_STEPS {
         let scale = (near * far).sqrt();
         let mut studio = studio(levels, Way::Ranges { scale });
-        if rmse(&studio.pictures(&COMPARED), full) > error {
+        let off = rmse(&studio.pictures(&COMPARED), full) - error;
+        eprintln!("scale {scale}: {off:+.3}");
+        if off > 0.0 {
             near = scale;
         } else {
             far = scale;
         }
+        tried.push((off.abs(), scale));
     }
-    // Of the two ends, the one that errs no more than asked.
-    studio(levels, Way::Ranges { scale: far })
+    let nearest = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, scale) = nearest.expect("some were tried");
+    studio(levels, Way::Ranges { scale })
 }
 
 fn time(rows: &mut [Row]) {

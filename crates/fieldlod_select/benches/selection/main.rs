@@ -29,8 +29,8 @@ fn camera() -> Camera {
 
 const FOCAL_PX: f32 = 935.3;
 
-/// Our threshold at which pictures are as near to the source as the rival's at 1 px: measured on the chart
-/// of the README.
+/// Our threshold at which pictures are as near to the source as the rival's at 1 px: measured on
+/// the chart of the README.
 const SAME_PICTURE_PX: f32 = 0.89;
 
 fn settings() -> LodSettings {

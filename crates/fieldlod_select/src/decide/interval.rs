@@ -12,9 +12,9 @@
 //! e² C W < τ² κ depth²      below, with the least of the right and the most of the left; else above
 //! d f    < τ  κ depth
 //! ```
-//! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. Above counts only where the sphere certainly
-//! touches the view. The same with D no more than what rounding moves a point by decides most groups for
-//! less than the criterion costs.
+//! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. Above counts only where the sphere
+//! certainly touches the view. The same with D no more than what rounding moves a point by decides
+//! most groups for less than the criterion costs.
 
 mod edge;
 

@@ -30,8 +30,8 @@ pub(super) struct Changes {
     all: Vec<RawChange>,
     entered: Vec<u32>,
     left: Vec<u32>,
-    /// By mesh, where in `entered` its coarsest units stand, if an instance has entered with them: one copy
-    /// is enough for all.
+    /// By mesh, where in `entered` its coarsest units stand, if an instance has entered with them:
+    /// one copy is enough for all.
     coarsest: Vec<Range<u32>>,
 }
 

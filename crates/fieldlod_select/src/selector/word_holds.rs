@@ -46,8 +46,8 @@ impl WordHolds {
         self.run = None;
     }
 
-    /// Gets ready for a frame, in which the farthest group is `farthest` away. `last_step` is the odometer's
-    /// last step, less than which no hold is worth asking for.
+    /// Gets ready for a frame, in which the farthest group is `farthest` away. `last_step` is the
+    /// odometer's last step, less than which no hold is worth asking for.
     pub(super) fn begin(
         &mut self,
         words: usize,
@@ -72,8 +72,8 @@ impl WordHolds {
         self.way
     }
 
-    /// Of eight words from `first` on, a bit for each that holds no longer. All where the reading is not a
-    /// number.
+    /// Of eight words from `first` on, a bit for each that holds no longer. All where the reading
+    /// is not a number.
     pub(super) fn ended(&self, first: usize, now: &Odometer) -> u32 {
         let reading = now.reading(self.reach);
         let words = self.until[first..].iter().take(8);

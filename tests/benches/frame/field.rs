@@ -8,8 +8,7 @@ use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
-
-use crate::app::{bevy_mesh, new_app, settle, spawn_camera};
+use fieldlod_tests::apps::{bevy_mesh, rendererless_app, settle, spawn_camera};
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,14 +34,14 @@ const SPACING: f32 = 5.0;
 impl Field {
     /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
     pub(crate) fn new(way: Way, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
-        let mut app = new_app();
+        let mut app = rendererless_app();
         let world = app.world_mut();
         spawn_rocks(world, way, rocks, count);
         if sun {
             spawn_sun(world);
         }
         let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
-        let camera = spawn_camera(world, pose);
+        let camera = spawn_camera(world, UVec2::new(1920, 1080), pose);
         let is_ours = matches!(way, Way::Ours(_));
         settle(&mut app, if is_ours { count } else { 0 });
         Self {

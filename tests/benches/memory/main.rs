@@ -1,22 +1,19 @@
 //! What levels of detail cost in memory: bytes for each source triangle, on the GPU and beside it, and
 //! entities.
 //!
-//! Run with `cargo bench -p bevy_fieldlod --bench memory`; figures are in `benches/RECORD.md`. Each case
-//! is a process of its own, which finds its hierarchies in a cache, so that what baking needed for a
-//! while is not counted; resident memory is that of the system.
-
-#[path = "../common/app.rs"]
-mod app;
+//! Run with `cargo bench -p fieldlod_tests --bench memory`; figures are in `benches/RECORD.md`. Each
+//! case is a process of its own, which finds its hierarchies in a cache, so that what baking needed
+//! for a while is not counted; resident memory is that of the system.
 
 use std::path::Path;
 use std::process::Command;
 
-use app::{bevy_mesh, new_app, settle, spawn_camera};
 use bevy::asset::RenderAssetUsages;
 use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{SourceMesh, fixtures};
+use fieldlod_bake::SourceMesh;
+use fieldlod_tests::apps::{bevy_mesh, rendererless_app, settle, spawn_camera};
 
 /// Names of what is measured.
 const CASES: [(&str, LodKind); 3] = [
@@ -27,9 +24,9 @@ const CASES: [(&str, LodKind); 3] = [
 
 fn meshes_of(case: &str) -> Vec<SourceMesh> {
     match case {
-        "rock" => vec![fixtures::rock(8, 1)],
-        "hills" => vec![fixtures::height_field(512)],
-        _ => (0..16).map(|seed| fixtures::rock(5, seed)).collect(),
+        "rock" => vec![fieldlod_tests::rock(8, 1)],
+        "hills" => vec![fieldlod_tests::height_field(512)],
+        _ => (0..16).map(|seed| fieldlod_tests::rock(5, seed)).collect(),
     }
 }
 
@@ -113,7 +110,7 @@ fn run(case: &str, folder: &Path, is_plain: bool) -> Count {
 
 fn measure(case: &str, folder: &Path, is_plain: bool) -> Count {
     let kind = CASES.iter().find(|(name, _)| *name == case).unwrap().1;
-    let mut app = new_app();
+    let mut app = rendererless_app();
     app.insert_resource(FieldLodConfig {
         cache_folder: Some(folder.into()),
         ..default()
@@ -156,7 +153,11 @@ fn spawn(world: &mut World, meshes: Vec<Mesh>, kind: Option<LodKind>) {
             entity.insert(AutoLod::of_kind(kind));
         }
     }
-    spawn_camera(world, Transform::from_xyz(0.0, 0.0, 4.0));
+    spawn_camera(
+        world,
+        UVec2::new(1920, 1080),
+        Transform::from_xyz(0.0, 0.0, 4.0),
+    );
 }
 
 fn bytes_of(mesh: &Mesh) -> usize {

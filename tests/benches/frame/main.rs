@@ -1,10 +1,8 @@
 //! What a frame costs on the main thread, without a renderer: the scene as Bevy draws it, with three
 //! levels by hand, and with the plugin.
 //!
-//! Run with `cargo bench -p bevy_fieldlod`; figures are in `benches/RECORD.md`.
+//! Run with `cargo bench -p fieldlod_tests --bench frame`; figures are in `benches/RECORD.md`.
 
-#[path = "../common/app.rs"]
-mod app;
 mod field;
 
 use std::cell::{LazyCell, RefCell};
@@ -14,11 +12,12 @@ use std::time::Duration;
 use bevy_fieldlod::LodKind;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use field::{Field, Way};
-use fieldlod_bake::{SourceMesh, fixtures};
+use fieldlod_bake::SourceMesh;
+use fieldlod_tests::rock;
 
 /// A rock of 5 120 triangles and what someone would draw of it further off.
 fn rocks() -> [SourceMesh; 3] {
-    [4, 3, 2].map(|subdivisions| fixtures::rock(subdivisions, 1))
+    [4, 3, 2].map(|subdivisions| rock(subdivisions, 1))
 }
 
 /// Frames of the walk on which levels must change.
@@ -113,14 +112,14 @@ fn kinds(criterion: &mut Criterion) {
 
 /// A field of rocks that has been walked through, with what it draws written out.
 fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
-    let rock = [fixtures::rock(subdivisions, 1)];
-    let mut field = Field::new(Way::Ours(kind), &rock, count, true);
+    let rocks = [rock(subdivisions, 1)];
+    let mut field = Field::new(Way::Ours(kind), &rocks, count, true);
     (0..100).for_each(|_| field.walk());
     let stats = field.stats();
     let has_levels = kind != LodKind::Plain;
     assert_eq!(stats.triangles_drawn < stats.triangles_full, has_levels);
     let visible = field.visible().len();
-    let full = visible * rock[0].triangle_count();
+    let full = visible * rocks[0].triangle_count();
     eprintln!(
         "{kind:?}: {} triangles, {visible} of {} entities drawn",
         if has_levels {

@@ -1,0 +1,93 @@
+//! Apps without a window, and what is put into them.
+
+use std::time::{Duration, Instant};
+
+use bevy::app::PluginGroupBuilder;
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::RenderTarget;
+use bevy::log::LogPlugin;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::render_resource::TextureFormat;
+use bevy::render::settings::WgpuSettings;
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_fieldlod::prelude::*;
+use fieldlod_bake::SourceMesh;
+
+/// Bevy's default plugins without a window and without its log, which only one app of a process can
+/// have.
+pub fn windowless() -> PluginGroupBuilder {
+    DefaultPlugins
+        .build()
+        .disable::<WinitPlugin>()
+        .disable::<LogPlugin>()
+        .set(WindowPlugin {
+            primary_window: None,
+            exit_condition: ExitCondition::DontExit,
+            ..default()
+        })
+}
+
+/// As [`windowless`], without a renderer either: all is made ready to be drawn, and nothing drawn.
+pub fn rendererless() -> PluginGroupBuilder {
+    windowless().set(RenderPlugin {
+        render_creation: WgpuSettings {
+            backends: None,
+            ..default()
+        }
+        .into(),
+        ..default()
+    })
+}
+
+/// An app of the [`rendererless`] plugins and ours.
+pub fn rendererless_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((rendererless(), FieldLodPlugin));
+    finish(&mut app);
+    app
+}
+
+/// Lets an app's plugins do what they do once all are there.
+pub fn finish(app: &mut App) {
+    app.finish();
+    app.cleanup();
+}
+
+/// Runs frames until so many entities have their levels of detail, and some more.
+///
+/// # Panics
+/// After two minutes.
+pub fn settle(app: &mut App, ready: u32) {
+    let deadline = Instant::now() + Duration::from_secs(120);
+    let progress = |app: &App| *app.world().resource::<FieldLodProgress>();
+    while progress(app).ready + progress(app).plain < ready {
+        assert!(Instant::now() < deadline, "never ready");
+        app.update();
+    }
+    (0..5).for_each(|_| app.update());
+}
+
+/// A camera that draws to an image of its own.
+pub fn spawn_camera(world: &mut World, size_px: UVec2, pose: Transform) -> Entity {
+    let format = TextureFormat::Rgba8UnormSrgb;
+    let image = Image::new_target_texture(size_px.x, size_px.y, format, None);
+    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let target = RenderTarget::Image(image.into());
+    world.spawn((Camera3d::default(), target, pose)).id()
+}
+
+/// A fixture as a Bevy mesh.
+pub fn bevy_mesh(source: &SourceMesh) -> Mesh {
+    let to_arrays = |values: &[Vec3]| values.iter().map(Vec3::to_array).collect::<Vec<_>>();
+    let usage = RenderAssetUsages::default();
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, to_arrays(&source.positions))
+        .with_inserted_indices(Indices::U32(source.indices.clone()));
+    if !source.normals.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals));
+    }
+    mesh
+}

@@ -1,8 +1,9 @@
 //! How a whole bake, measuring included, compares with clusterlod alone on the same mesh.
 //!
 //! `cargo bench -p fieldlod_bake` for generated meshes; with the folder of some glTF files in
-//! `FIELDLOD_MODELS`, for the largest primitive of each as well. Triangles per second of the
-//! process's own time on one thread, and of elapsed time on two.
+//! `FIELDLOD_MODELS`, for the largest primitive of each as well; `-- NAME` for those with that in
+//! their name only. Triangles per second of the process's own time on one thread, and of elapsed
+//! time on two.
 
 use std::path::Path;
 use std::time::Instant;
@@ -17,7 +18,15 @@ fn main() {
         "{:<24} {:>9}  {:>7} {:>7} {:>6}  {:>7} {:>6}",
         "mesh", "triangles", "bare", "1 core", "ratio", "2 cores", "ratio"
     );
-    for (name, mesh) in meshes() {
+    // Cargo adds `--bench` of its own.
+    let wanted = std::env::args()
+        .skip(1)
+        .find(|argument| !argument.starts_with("--"));
+    let wanted = wanted.unwrap_or_default();
+    for (name, mesh) in meshes()
+        .into_iter()
+        .filter(|(name, _)| name.contains(&wanted))
+    {
         report(&name, &mesh, &config);
     }
 }

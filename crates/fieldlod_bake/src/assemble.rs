@@ -1,9 +1,8 @@
 //! From what the simplifier emits to what a hierarchy holds.
 
-use std::collections::HashMap;
-
 use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit, Vertices};
 use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
 use crate::levels::{RawGroup, RawUnit};
@@ -82,7 +81,7 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
 #[derive(Default)]
 struct VertexList {
     source_vertices: Vec<u32>,
-    slots: HashMap<u32, u16>,
+    slots: FxHashMap<u32, u16>,
 }
 
 impl VertexList {

@@ -3,13 +3,13 @@
 //! Each removed vertex is compared with the surface at the place nearest to it. Those at seams and
 //! on thin pieces may find themselves compared with another side; the median passes over them.
 
-use std::collections::HashSet;
-
 use fieldlod_hierarchy::{Group, Hierarchy, Vertices};
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
-use crate::nearest::TriangleTree;
+use crate::nearest::Triangle;
+use crate::surface::{Hit, RunTree};
 
 /// Most vertices that are looked at in one group.
 const MOST_VERTICES: usize = 64;
@@ -76,20 +76,32 @@ impl<'a> AttributeRuler<'a> {
         let units = units.map(|&unit| &hierarchy.units[unit as usize]);
         let triangles = units.flat_map(|unit| hierarchy.source_triangles_of(unit));
         let triangles: Vec<[u32; 3]> = triangles.collect();
+        if triangles.is_empty() {
+            return Differences::default();
+        }
         let removed = removed_vertices(hierarchy, &hierarchy.groups[group], &triangles, most);
-        let corners = |triangle: &[u32; 3]| triangle.map(|v| Vec3::from(self.position(v)));
-        let tree = TriangleTree::of(triangles.iter().map(corners));
+        let corners = |triangle: u32| triangles[triangle as usize].map(|v| self.position(v));
+        let tree = RunTree::of(triangles.len(), corners);
         let mut found = Differences::default();
         let mut guess = 0;
         for vertex in removed {
-            let Some(hit) = tree.nearest(self.position(vertex), 0.0, guess) else {
-                break;
+            let point = self.position(vertex);
+            let distance = |triangle: u32| {
+                let [a, b, c] = corners(triangle);
+                Triangle::between(a, b, c).distance_squared(point)
             };
-            guess = hit.slot;
-            let triangle = triangles[tree.id(hit.slot) as usize];
-            let corners = triangle.map(|corner| self.position(corner));
-            let place = nearest_place(self.position(vertex), corners);
-            found.add(&hierarchy.vertices, vertex, triangle, place);
+            let guessed = Hit {
+                distance_squared: distance(guess),
+                triangle: guess,
+            };
+            guess = tree.nearest(point, 0.0, guessed, distance).triangle;
+            let place = nearest_place(point, corners(guess));
+            found.add(
+                &hierarchy.vertices,
+                vertex,
+                triangles[guess as usize],
+                place,
+            );
         }
         found
     }
@@ -120,7 +132,7 @@ fn removed_vertices(
     simplified: &[[u32; 3]],
     most: usize,
 ) -> Vec<u32> {
-    let mut seen: HashSet<u32> = simplified.iter().flatten().copied().collect();
+    let mut seen: FxHashSet<u32> = simplified.iter().flatten().copied().collect();
     let units = &hierarchy.units[group.units()];
     let consumed = units.iter().flat_map(|unit| hierarchy.vertices_of(unit));
     let removed = consumed.copied().filter(|&vertex| seen.insert(vertex));

@@ -118,6 +118,8 @@ struct Ruler<'a> {
     source: Surface<'a>,
     /// For each group, the source triangles that it is the first to simplify.
     fresh: Vec<Range<u32>>,
+    /// For each triangle of `source`, whether it has an open edge.
+    is_rim: Vec<bool>,
     /// For each vertex, one of its triangles.
     triangle_at: Vec<u32>,
     seats: SeatPool,
@@ -147,9 +149,12 @@ impl<'a> Ruler<'a> {
                 triangle_at[vertex as usize] = triangle as u32;
             }
         }
+        let neighbours = source.neighbours().iter();
+        let is_rim = neighbours.map(|across| across.contains(&NONE)).collect();
         Self {
             input,
             source,
+            is_rim,
             fresh,
             triangle_at,
             seats,

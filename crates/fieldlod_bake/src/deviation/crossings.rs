@@ -40,6 +40,7 @@ pub(super) fn furthest_crossing(
             simplified: Furthest::from(&output.surface, furthest),
             output,
             seats,
+            is_rim: &ruler.is_rim,
             is_fine,
         };
         for &triangle in triangles {
@@ -66,6 +67,8 @@ struct CrossingWalk<'a> {
     simplified: Furthest<'a>,
     output: &'a Output<'a>,
     seats: &'a Seats,
+    /// For each triangle of the source, whether it has an open edge.
+    is_rim: &'a [bool],
     /// Whether edges of the source may be among those of the simplified surface.
     is_fine: bool,
 }
@@ -79,7 +82,7 @@ impl CrossingWalk<'_> {
     fn triangle(&mut self, triangle: u32) {
         let vertices = self.source.surface.corners()[triangle as usize];
         let mut seats = vertices.map(|vertex| self.seats[vertex as usize]);
-        if self.source.surface.neighbours()[triangle as usize].contains(&NONE) {
+        if self.is_rim[triangle as usize] {
             self.mark_rim(seats);
         }
         self.settle(vertices, &mut seats);
@@ -112,15 +115,20 @@ impl CrossingWalk<'_> {
     fn is_near(&self, corners: [Vec3A; 3], seats: [u32; 3]) -> bool {
         let furthest = self.furthest();
         let mut is_near = true;
-        for from in (0..3).filter(|&from| seats[from] != NONE) {
-            let others = [(from + 1) % 3, (from + 2) % 3].into_iter();
-            let others = others.filter(|&to| seats[to] != seats[from]);
-            let height = |to: usize| {
-                let simplified = self.simplified.surface;
-                simplified.height_squared(seats[from], corners[to])
-            };
+        for from in 0..3 {
+            let [next, last] = [(from + 1) % 3, (from + 2) % 3];
+            let seat = seats[from];
+            // What two corners stand above is looked at from the first of them.
+            if seat == NONE
+                || seat == seats[last] && last < from
+                || seat == seats[next] && next < from
+            {
+                continue;
+            }
+            let others = [next, last].into_iter().filter(|&to| seats[to] != seat);
+            let height = |to: usize| self.simplified.surface.height_squared(seat, corners[to]);
             let height = others.map(height).fold(0.0, f32::max);
-            self.output.mark_tall(seats[from], height, furthest);
+            self.output.mark_tall(seat, height, furthest);
             is_near &= height <= furthest;
         }
         is_near

@@ -53,7 +53,8 @@ pub(super) fn furthest_face(
             let corner = output.surface.corners()[triangle as usize][0];
             walk.guess = ruler.triangle_at[corner as usize];
             let corners = output.surface.corner_positions(triangle);
-            let rows = Rows::on(output, triangle, density * area(corners), above);
+            let expected = density * area(corners);
+            let rows = Rows::on(output, triangle, expected, above, furthest);
             walk.sample(corners, &rows);
         }
         walk
@@ -132,11 +133,12 @@ impl Rows {
     /// Where the source goes over all edges of a triangle, has no border above it and is near it
     /// everywhere, so is the triangle to the source: no samples are needed. Where the source is
     /// further away, a few are; more where there may be a gap.
-    fn on(output: &Output<'_>, triangle: u32, expected: f32, above: u32) -> Self {
-        let (has_rim, is_tall) = (output.has_rim(triangle), output.is_tall(triangle));
+    fn on(output: &Output<'_>, triangle: u32, expected: f32, above: u32, furthest: f32) -> Self {
+        let is_tall = |triangle: u32| output.is_tall(triangle, furthest);
+        let has_rim = output.has_rim(triangle);
         let is_sparse = (above as f32) < (expected * GAP_SHARE).floor();
         let covered = (expected * SAMPLES_PER_VERTEX).sqrt().ceil();
-        let covered = u32::from(is_tall) * covered.clamp(1.0, MAX_ROWS) as u32;
+        let covered = u32::from(is_tall(triangle)) * covered.clamp(1.0, MAX_ROWS) as u32;
         let gap = (expected * SAMPLES_PER_VERTEX_IN_GAPS).sqrt() * 2.0;
         let gap = gap.ceil().clamp(MIN_ROWS_IN_GAPS, MAX_ROWS_IN_GAPS) as u32;
         let rows = |has_gap: bool| if has_gap { gap } else { covered };
@@ -144,7 +146,7 @@ impl Rows {
         let is_crossed = output.crossed(triangle);
         let side = |k: usize| {
             // Each edge is sampled with the later of its triangles, or with the taller.
-            let own = across[k] == NONE || across[k] < triangle || !output.is_tall(across[k]);
+            let own = across[k] == NONE || across[k] < triangle || !is_tall(across[k]);
             // An odd number, so that the middle is among them: there, edges stray furthest.
             let rows = u32::from(own) * rows(has_rim || !is_crossed[k]);
             if rows > 0 { rows | 1 } else { 0 }

@@ -123,7 +123,7 @@ mod tests {
             squared in 0.0f32..0.5,
         ) {
             let mesh = fixtures::rock(2, 5);
-            let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+            let positions: Vec<[f32; 3]> = mesh.positions.iter().map(glam::Vec3::to_array).collect();
             let (corners, _) = mesh.indices.as_chunks::<3>();
             let mut last_edge = vec![NONE; positions.len()];
             let surface = Surface::of(&positions, corners.to_vec(), &mut last_edge);

@@ -1,7 +1,7 @@
 //! What a group was simplified to.
 
-use std::sync::atomic::AtomicU8;
 use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicU8, AtomicU32};
 
 use glam::Vec3A;
 
@@ -33,19 +33,20 @@ pub(super) struct Output<'a> {
     /// For each triangle, which of `consumers` consumes it.
     part_of: Vec<u32>,
     /// For each triangle, bit k if source triangles were seen to go over the edge from corner k to
-    /// the next, and [`RIM`], and [`TALL`].
+    /// the next, and [`RIM`].
     seen: Vec<AtomicU8>,
+    /// For each triangle, the furthest of what stands above it, squared, as bits: those of numbers
+    /// that are not negative are in the order of the numbers. 0 for what is [low](LOW).
+    tallest: Vec<AtomicU32>,
 }
 
 /// Triangles in a row that one edge of the source goes over.
 const MOST_BETWEEN: usize = 4;
 /// Set where the source has an open border above a triangle.
 const RIM: u8 = 1 << 3;
-/// Set where something above a triangle is further from it than [`LOW`].
-const TALL: u8 = 1 << 4;
 /// The share of the largest distance so far (both squared) up to which what stands above a triangle
 /// leaves it well covered.
-const LOW: f32 = 0.25;
+const LOW: f32 = 0.81;
 
 impl<'a> Output<'a> {
     /// `seats` are all free, and are so again afterwards.
@@ -73,8 +74,10 @@ impl<'a> Output<'a> {
                 .sum()
         };
         let seen = surface.neighbours().iter().map(outline);
+        let tallest = surface.neighbours().iter().map(|_| AtomicU32::new(0));
         Self {
             seen: seen.map(AtomicU8::new).collect(),
+            tallest: tallest.collect(),
             surface,
             consumers,
             part_of,
@@ -151,10 +154,14 @@ impl<'a> Output<'a> {
         self.mark(triangle, RIM);
     }
 
-    /// Notes that something stands above a triangle at this distance (squared).
+    /// Notes that something stands above a triangle at this distance (squared). `furthest` is the
+    /// largest so far.
     pub(super) fn mark_tall(&self, triangle: u32, distance_squared: f32, furthest: f32) {
         if distance_squared > furthest * LOW {
-            self.mark(triangle, TALL);
+            let (tallest, bits) = (&self.tallest[triangle as usize], distance_squared.to_bits());
+            if bits > tallest.load(Relaxed) {
+                tallest.fetch_max(bits, Relaxed);
+            }
         }
     }
 
@@ -174,9 +181,11 @@ impl<'a> Output<'a> {
         self.seen[triangle as usize].load(Relaxed) & RIM != 0
     }
 
-    /// Whether something above a triangle is not much nearer than the furthest from the surface.
-    pub(super) fn is_tall(&self, triangle: u32) -> bool {
-        self.seen[triangle as usize].load(Relaxed) & TALL != 0
+    /// Whether something above a triangle is not nearer than the `furthest` from the surface, or
+    /// hardly.
+    pub(super) fn is_tall(&self, triangle: u32, furthest: f32) -> bool {
+        let tallest = self.tallest[triangle as usize].load(Relaxed);
+        f32::from_bits(tallest) > furthest * LOW
     }
 
     /// For each triangle, how many source vertices stand above it, apart from its corners.

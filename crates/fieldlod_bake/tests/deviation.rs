@@ -1,9 +1,9 @@
 //! The deviations that a bake states, held against independent samples ten times as dense.
 
 use fieldlod_bake::{
-    BakeConfig, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
+    BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
-use fieldlod_hierarchy::Group;
+use fieldlod_hierarchy::{Group, Hierarchy};
 
 fn meshes() -> Vec<(&'static str, SourceMesh)> {
     vec![
@@ -70,7 +70,8 @@ fn degenerate_meshes_pass() {
     for (name, mesh) in [
         ("one triangle", fixtures::one_triangle()),
         ("coincident points", fixtures::coincident_points(2_000)),
-        ("fan", fixtures::non_manifold_fan(3_000)),
+        ("fan", fixtures::non_manifold_fan(20_000)),
+        ("plane", fixtures::plane(30)),
         ("interpenetrating", interpenetrating()),
         ("tiny", scaled(fixtures::rock(4, 1), 1e-6)),
         ("huge", scaled(fixtures::rock(4, 1), 1e6)),
@@ -82,6 +83,16 @@ fn degenerate_meshes_pass() {
         println!("{name}: {verified:?}");
         assert!(verified.is_ok(), "{name}: {verified:?}");
     }
+}
+
+#[test]
+fn the_empty_mesh_is_refused_by_name() {
+    let fault = verify(
+        &SourceMesh::default(),
+        &Hierarchy::default(),
+        &VerifySettings::default(),
+    );
+    assert_eq!(fault, Err(VerifyError::Mesh(MeshError::NoTriangles)));
 }
 
 /// A bake that states less than is true is found out.

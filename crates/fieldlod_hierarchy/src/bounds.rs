@@ -18,8 +18,19 @@ impl Sphere {
     /// Whether `point` lies inside, allowing for the rounding of `f32`.
     #[must_use]
     pub fn contains(&self, point: Vec3) -> bool {
+        self.center.distance(point) <= self.reach()
+    }
+
+    /// Whether all `points`, which must be finite, lie inside, likewise.
+    pub(crate) fn contains_all(&self, points: impl Iterator<Item = Vec3>) -> bool {
+        let squared = points.map(|point| self.center.distance_squared(point));
+        // One root for all: roots keep the order.
+        squared.fold(0.0, f32::max).sqrt() <= self.reach()
+    }
+
+    fn reach(&self) -> f32 {
         let slack = (self.radius + self.center.abs().max_element()) * 1e-5;
-        self.center.distance(point) <= self.radius + slack
+        self.radius + slack
     }
 
     /// A sphere around `points`: centred on their box, as small as that centre allows.
@@ -67,5 +78,31 @@ impl Aabb {
     #[must_use]
     pub fn contains(&self, point: Vec3) -> bool {
         self.min.cmple(point).all() && point.cmple(self.max).all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Just inside, on the edge that rounding decides, and just outside.
+    #[test]
+    fn all_at_once_are_inside_exactly_if_each_is() {
+        let sphere = Sphere {
+            center: Vec3::new(3.0, -2.0, 0.5),
+            radius: 0.7,
+        };
+        let mut inside = 0;
+        for step in 0..4000u32 {
+            let length = 0.699_9 + step as f32 * 5e-8;
+            let points = [
+                sphere.center,
+                sphere.center + Vec3::new(0.6, 0.8, 0.0) * length,
+            ];
+            let each = points.iter().all(|&point| sphere.contains(point));
+            assert_eq!(sphere.contains_all(points.into_iter()), each, "{length}");
+            inside += u32::from(each);
+        }
+        assert!((1..4000).contains(&inside), "{inside}");
     }
 }

@@ -212,17 +212,17 @@ fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u
     let mut position_error_in_local = primitive.position_error_in_local;
     let grids = Grids::around(&hierarchy.vertices);
     let quantized = (precision == Precision::Quantized16).then_some(&grids);
-    let planes = attributes::to_planes(&hierarchy.vertices, quantized);
+    let rows = attributes::to_rows(&hierarchy.vertices, quantized);
     let moved;
     if quantized.is_some() {
         let places: Vec<u32> = (0..hierarchy.vertices.positions.len() as u32).collect();
-        let vertices = attributes::from_planes(&planes, attributes, quantized, &places);
+        let vertices = attributes::from_rows(&rows, attributes, quantized, &places);
         let error_in_local;
         (moved, error_in_local) = quantize::moved(hierarchy, vertices);
         position_error_in_local += error_in_local;
         hierarchy = &moved;
     }
-    let (sections, unused) = coded::encode(hierarchy, &planes, attributes, precision);
+    let (sections, unused) = coded::encode(hierarchy, &rows, attributes, precision);
     let entry = Entry {
         mesh_index: primitive.mesh_index,
         primitive_index: primitive.primitive_index,

@@ -18,6 +18,9 @@ pub(super) fn check(
     settings: &VerifySettings,
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
+    if hierarchy.vertices.normals.is_empty() && hierarchy.vertices.uvs.is_empty() {
+        return Ok(());
+    }
     let positions = &hierarchy.vertices.positions;
     let scaled_from_local = crate::input::power_of_two_above(positions).recip();
     let scaled = positions

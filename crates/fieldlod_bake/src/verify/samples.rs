@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Random, Verified, VerifyError, VerifySettings, cut};
 use crate::SourceMesh;
-use crate::nearest::TriangleTree;
+use crate::nearest::{Hit, Triangle, TriangleTree};
 
 /// Distances below this, times the largest coordinate, are rounding.
 const ROUNDING: f32 = 1e-6;
@@ -100,14 +100,17 @@ impl Check<'_> {
         let worst = tasks.map(|(task, triangles)| {
             let mut random = Random(task as u64);
             let mut worst = (0.0f32, 0);
+            let mut guess = 0;
             for &(group, triangle) in triangles {
                 let stated = self.stated(Some(group));
                 for _ in 0..density {
                     let point = point_on(self.corners(triangle), &mut random);
                     let enough = (stated * 0.5).powi(2);
-                    let hit = tree.nearest(point, enough, 0);
-                    let distance = hit.map_or(0.0, |hit| hit.distance_squared.sqrt());
-                    let share = self.excess(distance, stated);
+                    let Some(hit) = tree.nearest(point, enough, guess) else {
+                        continue;
+                    };
+                    guess = hit.slot;
+                    let share = self.excess(hit.distance_squared.sqrt(), stated);
                     if share > worst.0 {
                         worst = (share, group as usize);
                     }
@@ -140,25 +143,13 @@ impl Check<'_> {
         let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
         let worst = tasks.map(|(task, triangles)| {
             let mut random = Random((u64::from(level) << 32) + task as u64);
-            let mut worst = 0.0f32;
-            let mut guess = 0;
+            let mut seeker = Seeker::new(self, &tree, &drawn);
             for &triangle in triangles {
                 for _ in 0..density {
-                    let point = point_on(self.corners(triangle), &mut random);
-                    let Some(hit) = tree.nearest(point, 0.0, guess) else {
-                        continue;
-                    };
-                    guess = hit.slot;
-                    let stated = self.stated(drawn[tree.id(hit.slot) as usize].0);
-                    let mut share = self.excess(hit.distance_squared.sqrt(), stated);
-                    if share > 1.0 {
-                        // Another piece, not quite as near, may state more.
-                        share = share.min(self.least_excess(point, &drawn));
-                    }
-                    worst = worst.max(share);
+                    seeker.see(point_on(self.corners(triangle), &mut random));
                 }
             }
-            worst
+            seeker.worst
         });
         let share = worst.reduce(|| 0.0, f32::max);
         verified.samples += source.len() as u64 * u64::from(density);
@@ -168,12 +159,74 @@ impl Check<'_> {
         }
         Ok(())
     }
+}
 
-    fn least_excess(&self, point: Vec3A, drawn: &[(Option<u32>, [u32; 3])]) -> f32 {
-        let shares = drawn.iter().map(|&(producer, triangle)| {
-            let distance =
-                crate::nearest::Triangle::new(self.corners(triangle)).distance_squared(point);
-            self.excess(distance.sqrt(), self.stated(producer))
+/// Looks for the point that is furthest from a cut, as a share of what the cut states there.
+struct Seeker<'a> {
+    check: &'a Check<'a>,
+    tree: &'a TriangleTree,
+    drawn: &'a [(Option<u32>, [u32; 3])],
+    /// Where the last point was near.
+    guess: u32,
+    worst: f32,
+}
+
+impl<'a> Seeker<'a> {
+    fn new(
+        check: &'a Check<'a>,
+        tree: &'a TriangleTree,
+        drawn: &'a [(Option<u32>, [u32; 3])],
+    ) -> Self {
+        Self {
+            check,
+            tree,
+            drawn,
+            guess: 0,
+            worst: 0.0,
+        }
+    }
+
+    /// What the triangle in `slot` states.
+    fn stated(&self, slot: u32) -> f32 {
+        self.check.stated(self.drawn[self.tree.id(slot) as usize].0)
+    }
+
+    fn share_of(&self, hit: Hit) -> f32 {
+        let distance = hit.distance_squared.sqrt();
+        self.check.excess(distance, self.stated(hit.slot))
+    }
+
+    fn see(&mut self, point: Vec3A) {
+        if self.drawn.is_empty() {
+            return;
+        }
+        // A triangle near enough not to be the worst ends the search, mostly that of the last
+        // point. Where thousands share an edge, each search for the nearest is one among all.
+        let rounding = self.check.rounding_in_scaled;
+        let enough = self.worst * self.stated(self.guess) + rounding;
+        let Some(near) = self.tree.nearest(point, enough * enough, self.guess) else {
+            return;
+        };
+        self.guess = near.slot;
+        if self.share_of(near) <= self.worst {
+            return;
+        }
+        let nearest = self.tree.nearest(point, rounding * rounding, near.slot);
+        let nearest = nearest.unwrap_or(near);
+        self.guess = nearest.slot;
+        let mut share = self.share_of(nearest);
+        if share > 1.0 {
+            // Another piece, not quite as near, may state more.
+            share = share.min(self.least_share(point));
+        }
+        self.worst = self.worst.max(share);
+    }
+
+    fn least_share(&self, point: Vec3A) -> f32 {
+        let shares = self.drawn.iter().map(|&(producer, triangle)| {
+            let triangle = Triangle::new(self.check.corners(triangle));
+            let distance = triangle.distance_squared(point).sqrt();
+            self.check.excess(distance, self.check.stated(producer))
         });
         shares.fold(f32::INFINITY, f32::min)
     }

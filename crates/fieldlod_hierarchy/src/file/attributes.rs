@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::octahedron;
-use super::planes::{Plane, Predict};
+use super::planes::{Predict, Rows};
 use super::quantize::{Grid, Grids};
 use crate::Vertices;
 
@@ -70,8 +70,18 @@ impl Attributes {
     }
 }
 
+/// The numbers of `vertices`, in their order.
+pub(super) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
+    let planes = to_planes(vertices, grids);
+    let mut rows = Rows::zeros(planes.len(), vertices.positions.len());
+    for (column, plane) in planes.iter().enumerate() {
+        rows.set_column(column, plane);
+    }
+    rows
+}
+
 /// The planes of `vertices`, in their order.
-pub(super) fn to_planes(vertices: &Vertices, grids: Option<&Grids>) -> Vec<Vec<u32>> {
+fn to_planes(vertices: &Vertices, grids: Option<&Grids>) -> Vec<Vec<u32>> {
     let Vertices {
         positions,
         normals,
@@ -129,14 +139,18 @@ fn push_directions(
     }
 }
 
-/// Undoes [`to_planes`]: the vertices at `places` of the planes.
-pub(super) fn from_planes(
-    planes: &[Plane],
+/// Undoes [`to_rows`]: the vertices at `places` of the rows.
+pub(super) fn from_rows(
+    rows: &Rows,
     attributes: Attributes,
     grids: Option<&Grids>,
     places: &[u32],
 ) -> Vertices {
-    let mut taker = Taker { planes, places };
+    let mut taker = Taker {
+        rows,
+        column: 0,
+        places,
+    };
     let positions = taker.vectors(true, grids.map(|g| g.position));
     let normals = taker.directions(attributes.has(NORMALS), grids.is_some());
     let uvs = taker.vectors(attributes.has(UVS), grids.map(|g| g.uv));
@@ -155,17 +169,20 @@ pub(super) fn from_planes(
     }
 }
 
-/// Takes planes off the front.
+/// Takes columns, one after the other.
 struct Taker<'a> {
-    planes: &'a [Plane],
+    rows: &'a Rows,
+    column: usize,
     places: &'a [u32],
 }
 
 impl<'a> Taker<'a> {
-    fn planes<const N: usize>(&mut self) -> [&'a [u32]; N] {
-        let (taken, rest) = self.planes.split_at(N);
-        self.planes = rest;
-        std::array::from_fn(|k| &taken[k][..])
+    /// The numbers of the next columns.
+    fn numbers<const N: usize>(&mut self) -> impl Iterator<Item = [u32; N]> + use<'a, N> {
+        let (rows, column) = (self.rows, self.column);
+        self.column += N;
+        let places = self.places.iter();
+        places.map(move |&place| rows.some(place, column))
     }
 
     fn vectors<const N: usize, V: From<[f32; N]>>(
@@ -176,19 +193,15 @@ impl<'a> Taker<'a> {
         if !there {
             return Vec::new();
         }
-        let planes: [&[u32]; N] = self.planes();
-        let numbers = |place: u32| planes.map(|plane| plane[place as usize]);
-        let places = self.places.iter();
+        let numbers = self.numbers();
+        // Not `map` on the arrays: it may stay a call.
         match grids {
-            None => places
-                .map(|&place| numbers(place).map(f32::from_bits).into())
+            None => numbers
+                .map(|n: [u32; N]| std::array::from_fn(|k| f32::from_bits(n[k])).into())
                 .collect(),
-            Some(grids) => {
-                let value = |numbers: [u32; N]| -> [f32; N] {
-                    std::array::from_fn(|k| grids[k].value(numbers[k]))
-                };
-                places.map(|&place| value(numbers(place)).into()).collect()
-            }
+            Some(grids) => numbers
+                .map(|n: [u32; N]| std::array::from_fn(|k| grids[k].value(n[k])).into())
+                .collect(),
         }
     }
 
@@ -196,24 +209,20 @@ impl<'a> Taker<'a> {
         if !there || !quantized {
             return self.vectors(there, None::<[Grid; 3]>);
         }
-        let [x, y] = self.planes();
-        let pair = |&place: &u32| [x[place as usize], y[place as usize]];
-        let pairs = self.places.iter().map(pair);
-        pairs.map(octahedron::direction).collect()
+        self.numbers().map(octahedron::direction).collect()
     }
 
     fn sides(&mut self, there: bool, quantized: bool) -> Vec<f32> {
         if !there {
             return Vec::new();
         }
-        let [sides] = self.planes();
-        let numbers = self.places.iter().map(|&place| sides[place as usize]);
+        let numbers = self.numbers();
         if quantized {
             numbers
-                .map(|side| if side == 0 { 1.0 } else { -1.0 })
+                .map(|[side]| if side == 0 { 1.0 } else { -1.0 })
                 .collect()
         } else {
-            numbers.map(f32::from_bits).collect()
+            numbers.map(|[side]| f32::from_bits(side)).collect()
         }
     }
 }

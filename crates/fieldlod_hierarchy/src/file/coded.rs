@@ -2,7 +2,7 @@
 //! their first use.
 
 use super::attributes::{self, Attributes};
-use super::planes::Plane;
+use super::planes::Rows;
 use super::quantize::Grids;
 use super::section::{Ends, Section};
 use super::{FileError, Precision};
@@ -23,13 +23,15 @@ pub(super) struct Coded {
     pub(super) indices: Vec<u16>,
     /// Where each vertex stands in the source.
     pub(super) source_vertices: Vec<u32>,
-    pub(super) planes: Vec<Plane>,
+    /// Of the vertices in the order in which they are coded, after one of zeros.
+    pub(super) rows: Rows,
 }
 
 impl Coded {
+    /// With so many numbers for each vertex.
     pub(super) fn with_planes(count: usize) -> Self {
         Self {
-            planes: vec![vec![0]; count],
+            rows: Rows::zeros(count, 1),
             ..Self::default()
         }
     }
@@ -51,19 +53,19 @@ fn section_of(group: &Group, level_count: u32) -> usize {
     }
 }
 
-/// The sections of a hierarchy whose vertices have these `source_planes`, and how many vertices
+/// The sections of a hierarchy whose vertices have these `source_rows`, and how many vertices
 /// no unit uses.
 pub(super) fn encode(
     hierarchy: &Hierarchy,
-    source_planes: &[Vec<u32>],
+    source_rows: &Rows,
     attributes: Attributes,
     precision: Precision,
 ) -> (Vec<Vec<u8>>, usize) {
     let predictors = attributes.predictors(precision == Precision::Quantized16);
     let mut coder = Coder {
         hierarchy,
-        source_planes,
-        coded: Coded::with_planes(source_planes.len()),
+        source_rows,
+        coded: Coded::with_planes(source_rows.width),
         codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
     };
     let level_count = hierarchy.level_count();
@@ -93,7 +95,7 @@ pub(super) fn encode(
 
 struct Coder<'a> {
     hierarchy: &'a Hierarchy,
-    source_planes: &'a [Vec<u32>],
+    source_rows: &'a Rows,
     coded: Coded,
     /// By source vertex: its place in the order of coding, if it has one yet.
     codes: Vec<u32>,
@@ -142,9 +144,7 @@ impl Coder<'_> {
         if *code == u32::MAX {
             *code = self.coded.source_vertices.len() as u32;
             self.coded.source_vertices.push(vertex);
-            for (plane, source) in self.coded.planes.iter_mut().zip(self.source_planes) {
-                plane.push(source[vertex as usize]);
-            }
+            self.coded.rows.push(self.source_rows.row(vertex));
         }
         *code
     }
@@ -193,12 +193,13 @@ pub(super) fn decode(coded: &Coded, frame: Frame<'_>) -> Result<Hierarchy, FileE
         None => (1..=vertex_count as u32).collect(),
     };
     builder.hierarchy.vertices = vertices(coded, frame, &places);
+    builder.reserve();
     builder.add_groups();
     Ok(builder.hierarchy)
 }
 
 fn vertices(coded: &Coded, frame: Frame<'_>, places: &[u32]) -> Vertices {
-    attributes::from_planes(&coded.planes, frame.attributes, frame.grids, places)
+    attributes::from_rows(&coded.rows, frame.attributes, frame.grids, places)
 }
 
 fn check_count(expected: usize, found: usize, what: &'static str) -> Result<(), FileError> {
@@ -209,7 +210,7 @@ fn check_count(expected: usize, found: usize, what: &'static str) -> Result<(), 
     }
 }
 
-/// The place in the planes of each source vertex: planes begin with a number of no vertex.
+/// The row of each source vertex: the first row is that of no vertex.
 fn inverse(source_vertices: &[u32]) -> Result<Vec<u32>, FileError> {
     let what = "the vertex order";
     let mut places = vec![0; source_vertices.len()];
@@ -280,6 +281,17 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
+    /// Room for all that is to come.
+    fn reserve(&mut self) {
+        let (from, to) = (self.coded, &mut self.hierarchy);
+        to.groups.reserve_exact(from.groups.len());
+        to.finer.reserve_exact(from.finer.len());
+        to.units.reserve_exact(from.units.len());
+        to.clusters.reserve_exact(from.clusters.len());
+        to.unit_vertices.reserve_exact(from.unit_vertices.len());
+        to.indices.reserve_exact(from.indices.len());
+    }
+
     fn add_groups(&mut self) {
         let order = std::mem::take(&mut self.order);
         let indices: Vec<u32> = order

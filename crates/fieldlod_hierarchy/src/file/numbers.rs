@@ -68,25 +68,41 @@ pub(super) fn read(
     count: usize,
     what: &'static str,
 ) -> Result<Vec<u32>, FileError> {
+    let mut numbers = Vec::new();
+    read_into(reader, count, what, &mut numbers)?;
+    Ok(numbers)
+}
+
+/// Likewise, in place of what `numbers` held: memory that was in use before costs less.
+pub(super) fn read_into(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+    numbers: &mut Vec<u32>,
+) -> Result<(), FileError> {
     let coding: u8 = reader.value(what)?;
+    if coding != PCO {
+        numbers.clear();
+    }
     match coding {
-        EQUAL => Ok(vec![reader.value(what)?; count]),
-        1 => Ok(reader.array::<u8>(count, what)?.map(u32::from).collect()),
-        2 => Ok(reader.array::<u16>(count, what)?.map(u32::from).collect()),
-        4 => Ok(reader.array::<u32>(count, what)?.collect()),
+        EQUAL => numbers.resize(count, reader.value(what)?),
+        1 => numbers.extend(reader.array::<u8>(count, what)?.map(u32::from)),
+        2 => numbers.extend(reader.array::<u16>(count, what)?.map(u32::from)),
+        4 => numbers.extend(reader.array::<u32>(count, what)?),
         PCO => {
             let length: u32 = reader.value(what)?;
             let packed = reader.take(what, u64::from(length))?;
-            decompress(packed, count).ok_or(FileError::Corrupt { what })
+            numbers.resize(count, 0);
+            decompress(packed, numbers).ok_or(FileError::Corrupt { what })?;
         }
-        _ => Err(FileError::Corrupt { what }),
+        _ => return Err(FileError::Corrupt { what }),
     }
+    Ok(())
 }
 
-fn decompress(packed: &[u8], count: usize) -> Option<Vec<u32>> {
-    let mut numbers = vec![0; count];
-    let progress = pco::standalone::simple_decompress_into(packed, &mut numbers).ok()?;
-    (progress.finished && progress.n_processed == count).then_some(numbers)
+fn decompress(packed: &[u8], numbers: &mut [u32]) -> Option<()> {
+    let progress = pco::standalone::simple_decompress_into(packed, numbers).ok()?;
+    (progress.finished && progress.n_processed == numbers.len()).then_some(())
 }
 
 /// Small numbers for differences of either sign.

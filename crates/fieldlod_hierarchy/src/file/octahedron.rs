@@ -33,7 +33,8 @@ pub(super) fn direction(numbers: [u32; 2]) -> Vec3 {
     if numbers == [NONE; 2] {
         return Vec3::ZERO;
     }
-    let [x, y] = numbers.map(|number| number as f32 * (2.0 / STEPS as f32) - 1.0);
+    let coordinate = |number: u32| number as f32 * (2.0 / STEPS as f32) - 1.0;
+    let (x, y) = (coordinate(numbers[0]), coordinate(numbers[1]));
     let z = 1.0 - x.abs() - y.abs();
     let below = (-z).max(0.0);
     Vec3::new(x - below * sign(x), y - below * sign(y), z).normalize_or_zero()

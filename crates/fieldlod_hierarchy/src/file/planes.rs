@@ -1,4 +1,4 @@
-//! One number of every vertex, predicted from the vertices that came before.
+//! The numbers of every vertex, each predicted from those of the vertices that came before.
 
 use super::FileError;
 use super::numbers::{self, Kind, unzigzag, zigzag};
@@ -36,60 +36,144 @@ impl Prediction {
     }
 }
 
-/// The numbers of all vertices, in the order in which they are coded, after one that is 0.
-pub(super) type Plane = Vec<u32>;
+/// The numbers of vertices: a row of so many for each. A plane is a column.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    pub(super) width: usize,
+    numbers: Vec<u32>,
+}
 
-/// Codes the targets of `predictions` of a plane that holds them.
+impl Rows {
+    /// `count` rows of zeros.
+    pub(super) fn zeros(width: usize, count: usize) -> Self {
+        let numbers = vec![0; width * count];
+        Self { width, numbers }
+    }
+
+    pub(super) fn row(&self, place: u32) -> &[u32] {
+        &self.numbers[place as usize * self.width..][..self.width]
+    }
+
+    /// Some of the numbers of a row, from column `first` on.
+    #[inline(always)]
+    pub(super) fn some<const N: usize>(&self, place: u32, first: usize) -> [u32; N] {
+        let row = &self.numbers[place as usize * self.width + first..];
+        *row.first_chunk().expect("there are so many columns")
+    }
+
+    #[inline(always)]
+    fn set<const N: usize>(&mut self, place: u32, first: usize, numbers: [u32; N]) {
+        let row = &mut self.numbers[place as usize * self.width + first..];
+        *row.first_chunk_mut().expect("there are so many columns") = numbers;
+    }
+
+    /// Sets a column of all rows.
+    pub(super) fn set_column(&mut self, column: usize, numbers: &[u32]) {
+        let places = self.numbers.iter_mut().skip(column).step_by(self.width);
+        for (place, &number) in places.zip(numbers) {
+            *place = number;
+        }
+    }
+
+    pub(super) fn push(&mut self, row: &[u32]) {
+        self.numbers.extend_from_slice(row);
+    }
+
+    /// Makes room for rows to be read.
+    pub(super) fn add_zeros(&mut self, count: usize) {
+        let length = self.numbers.len() + count * self.width;
+        self.numbers.resize(length, 0);
+    }
+}
+
+/// Codes a column of the targets of `predictions`.
 pub(super) fn write(
     bytes: &mut Vec<u8>,
-    plane: &[u32],
+    rows: &Rows,
+    column: usize,
     predict: Predict,
     predictions: &[Prediction],
 ) {
     let remainders = predictions.iter().map(|p| {
-        let [a, b, d] = [p.a, p.b, p.d].map(|place| plane[place as usize]);
-        remainder(predict, plane[p.target as usize], guess(predict, a, b, d))
+        let [a, b, d, target] = [p.a, p.b, p.d, p.target].map(|place| rows.row(place)[column]);
+        remainder(predict, target, guess(predict, a, b, d))
     });
     let remainders: Vec<u32> = remainders.collect();
     numbers::write(bytes, &remainders, Kind::Remainders);
 }
 
-/// Reads the targets of `predictions` into a plane that has room for them.
+/// Columns that are restored together: each waits for its own numbers only.
+const TOGETHER: usize = 4;
+
+/// Reads the targets of `predictions` into rows that have room for them.
 pub(super) fn read(
     reader: &mut Reader<'_>,
-    plane: &mut [u32],
-    predict: Predict,
+    rows: &mut Rows,
+    predictors: &[Predict],
     predictions: &[Prediction],
 ) -> Result<(), FileError> {
-    let remainders = numbers::read(reader, predictions.len(), "the vertices")?;
-    // A loop for each, so that nothing is decided within.
-    match predict {
-        Predict::FloatParallelogram => fill(plane, predictions, &remainders, |a, b, d, r| {
-            restore(Predict::FloatParallelogram, a, b, d, r)
-        }),
-        Predict::FloatMean => fill(plane, predictions, &remainders, |a, b, d, r| {
-            restore(Predict::FloatMean, a, b, d, r)
-        }),
-        Predict::IntParallelogram => fill(plane, predictions, &remainders, |a, b, d, r| {
-            restore(Predict::IntParallelogram, a, b, d, r)
-        }),
-        Predict::IntMean => fill(plane, predictions, &remainders, |a, b, d, r| {
-            restore(Predict::IntMean, a, b, d, r)
-        }),
+    let mut remainders: [Vec<u32>; TOGETHER] = Default::default();
+    let mut first = 0;
+    let alike = predictors.chunk_by(|a, b| a == b);
+    for columns in alike.flat_map(|alike| alike.chunks(TOGETHER)) {
+        for remainders in &mut remainders[..columns.len()] {
+            numbers::read_into(reader, predictions.len(), "the vertices", remainders)?;
+        }
+        let [x, y, z, w] = &remainders;
+        match columns.len() {
+            1 => fill(rows, first, columns[0], predictions, [x]),
+            2 => fill(rows, first, columns[0], predictions, [x, y]),
+            3 => fill(rows, first, columns[0], predictions, [x, y, z]),
+            _ => fill(rows, first, columns[0], predictions, [x, y, z, w]),
+        }
+        first += columns.len();
     }
     Ok(())
 }
 
-#[inline(always)]
-fn fill(
-    plane: &mut [u32],
+/// Restores the columns from `first` on.
+fn fill<const N: usize>(
+    rows: &mut Rows,
+    first: usize,
+    predict: Predict,
     predictions: &[Prediction],
-    remainders: &[u32],
+    remainders: [&Vec<u32>; N],
+) {
+    use Predict::{FloatMean, FloatParallelogram, IntMean, IntParallelogram};
+    let remainders = remainders.map(|remainders| &remainders[..predictions.len()]);
+    // A loop for each, so that nothing is decided within.
+    match predict {
+        FloatParallelogram => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
+            restore(FloatParallelogram, a, b, d, r)
+        }),
+        FloatMean => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
+            restore(FloatMean, a, b, d, r)
+        }),
+        IntParallelogram => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
+            restore(IntParallelogram, a, b, d, r)
+        }),
+        IntMean => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
+            restore(IntMean, a, b, d, r)
+        }),
+    }
+}
+
+#[inline(always)]
+fn fill_with<const N: usize>(
+    rows: &mut Rows,
+    first: usize,
+    predictions: &[Prediction],
+    remainders: [&[u32]; N],
     restore: impl Fn(u32, u32, u32, u32) -> u32,
 ) {
-    for (p, &remainder) in predictions.iter().zip(remainders) {
-        let [a, b, d] = [p.a, p.b, p.d].map(|place| plane[place as usize]);
-        plane[p.target as usize] = restore(a, b, d, remainder);
+    for (index, p) in predictions.iter().enumerate() {
+        let (a, b, d) = (
+            rows.some::<N>(p.a, first),
+            rows.some::<N>(p.b, first),
+            rows.some::<N>(p.d, first),
+        );
+        let number = |k: usize| restore(a[k], b[k], d[k], remainders[k][index]);
+        rows.set::<N>(p.target, first, std::array::from_fn(number));
     }
 }
 

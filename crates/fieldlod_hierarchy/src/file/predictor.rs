@@ -5,52 +5,50 @@ use super::triangles::Step;
 
 /// Finds for each new vertex those that it is predicted from.
 pub(super) struct Predictor {
+    /// One for each new vertex, of which the first `count` were found yet, and room for one more.
     predictions: Vec<Prediction>,
-    /// Vertices below this come from coarser sections.
-    first: usize,
-    /// Of the others: whether they were predicted yet.
+    count: usize,
+    /// Whether each vertex comes from a coarser section or was predicted yet.
     known: Vec<bool>,
 }
 
 impl Predictor {
-    pub(super) fn new(first: usize) -> Self {
-        let (predictions, known) = (Vec::new(), Vec::new());
+    /// For `count` new vertices after the `first`.
+    pub(super) fn new(first: usize, count: usize) -> Self {
+        let mut known = vec![true; first];
+        known.resize(first + count, false);
         Self {
-            predictions,
-            first,
+            predictions: vec![Prediction::like(0, 0); count + 1],
+            count: 0,
             known,
         }
     }
 
     fn is_known(&self, vertex: u32) -> bool {
-        match (vertex as usize).checked_sub(self.first) {
-            Some(place) => self.known.get(place) == Some(&true),
-            None => true,
-        }
+        self.known[vertex as usize]
     }
 
+    /// Adds the prediction of a vertex, unless it is known. Which of both cannot be foreseen, so
+    /// that nothing branches on it.
     fn add(&mut self, prediction: Prediction) {
         // Vertices are counted from 1 there.
-        let place = (prediction.target as usize - 1) - self.first;
-        if place >= self.known.len() {
-            self.known.resize(place + 1, false);
-        }
-        self.known[place] = true;
-        self.predictions.push(prediction);
+        let known = &mut self.known[prediction.target as usize - 1];
+        self.predictions[self.count] = prediction;
+        self.count += usize::from(!*known);
+        *known = true;
     }
 
     /// A triangle of the unit with these `vertices`.
     pub(super) fn see(&mut self, step: Step, vertices: &[u32]) {
-        let corners = step.corners.map(|corner| vertices[usize::from(corner)]);
-        let [a, b, c] = corners;
+        let [a, b, c] = step.corners;
+        let vertex = |corner: u16| vertices[usize::from(corner)];
         if let Some(opposite) = step.opposite {
-            if !self.is_known(c) {
-                let d = vertices[usize::from(opposite)] + 1;
-                let [target, a, b] = [c + 1, a + 1, b + 1];
-                self.add(Prediction { target, a, b, d });
-            }
+            let (a, b, d) = (vertex(a) + 1, vertex(b) + 1, vertex(opposite) + 1);
+            let target = vertex(c) + 1;
+            self.add(Prediction { target, a, b, d });
             return;
         }
+        let corners = [vertex(a), vertex(b), vertex(c)];
         for corner in corners {
             if !self.is_known(corner) {
                 let neighbour = corners.into_iter().find(|&corner| self.is_known(corner));
@@ -60,11 +58,12 @@ impl Predictor {
         }
     }
 
-    /// The vertex predicted last, counted from 1; 0 if there is none.
+    /// The vertex predicted last, or else the last of the coarser sections, counted from 1; 0 if
+    /// there is neither.
     fn latest(&self) -> u32 {
-        match self.predictions.last() {
+        match self.predictions[..self.count].last() {
             Some(prediction) => prediction.target,
-            None => self.first as u32,
+            None => (self.known.len() - (self.predictions.len() - 1)) as u32,
         }
     }
 
@@ -77,11 +76,13 @@ impl Predictor {
         }
     }
 
+    /// With those for the vertices that no unit uses: the last, `unused` of the new ones.
     pub(super) fn finish(mut self, unused: usize) -> Vec<Prediction> {
-        let first = (self.first + self.known.len()) as u32;
-        for vertex in first..first + unused as u32 {
-            self.add(Prediction::like(vertex + 1, self.latest()));
+        let end = self.known.len();
+        for vertex in end - unused..end {
+            self.add(Prediction::like(vertex as u32 + 1, self.latest()));
         }
+        self.predictions.truncate(self.count);
         self.predictions
     }
 }

@@ -82,10 +82,10 @@ impl Section<'_> {
         write_references(&mut bytes, coded, from);
         write_indices(&mut bytes, &coded.source_vertices[from.vertices..]);
         let (predictions, symbols) = self.write_triangles(&mut bytes, coded, from);
-        for (plane, &predict) in coded.planes.iter().zip(self.predictors) {
-            planes::write(&mut bytes, plane, predict, &predictions);
+        for (column, &predict) in self.predictors.iter().enumerate() {
+            planes::write(&mut bytes, &coded.rows, column, predict, &predictions);
         }
-        let memory = Ends::of(coded).bytes_since(from, coded.planes.len(), &symbols);
+        let memory = Ends::of(coded).bytes_since(from, coded.rows.width, &symbols);
         let least = memory.div_ceil(MAX_PER_BYTE as usize);
         bytes.resize(bytes.len().max(least), 0);
         bytes
@@ -98,7 +98,8 @@ impl Section<'_> {
         from: Ends,
     ) -> (Vec<Prediction>, Symbols) {
         let mut symbols = Symbols::default();
-        let mut predictor = Predictor::new(from.vertices);
+        let added = coded.source_vertices.len() - from.vertices;
+        let mut predictor = Predictor::new(from.vertices, added);
         let (mut vertex, mut index) = (from.unit_vertices, from.indices);
         for unit in &coded.units[from.units..] {
             let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
@@ -144,14 +145,12 @@ impl Section<'_> {
         coded.clusters.extend(added);
         let used = read_references(reader, references, coded, from)?;
         let added = used as u64 + self.unused_vertices as u64;
-        let added = budget.claim(added, (coded.planes.len() + 1) * 4)?;
+        let added = budget.claim(added, (coded.rows.width + 1) * 4)?;
         let what = "the vertex order";
         read_indices(reader, added, what, &mut coded.source_vertices)?;
         let predictions = self.read_triangles(reader, triangles, budget, coded, from)?;
-        for (plane, &predict) in coded.planes.iter_mut().zip(self.predictors) {
-            plane.resize(plane.len() + added, 0);
-            planes::read(reader, plane, predict, &predictions)?;
-        }
+        coded.rows.add_zeros(added);
+        planes::read(reader, &mut coded.rows, self.predictors, &predictions)?;
         match reader.rest.iter().position(|&byte| byte != 0) {
             Some(_) => Err(FileError::Corrupt {
                 what: "the end of a section",
@@ -179,24 +178,16 @@ impl Section<'_> {
             vertices: vertices.iter(),
             distances: distances.iter(),
         };
-        let mut predictor = Predictor::new(from.vertices);
+        let added = coded.source_vertices.len() - from.vertices;
+        let mut predictor = Predictor::new(from.vertices, added);
         coded.indices.reserve(triangles * 3);
         let mut vertex = from.unit_vertices;
         for unit in &coded.units[from.units..] {
             let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
-            let mut outside = false;
-            symbols.read_unit(unit.triangle_count, &mut coded.indices, |step| {
-                outside |= step
-                    .corners
-                    .iter()
-                    .any(|&corner| usize::from(corner) >= vertices.len());
-                if !outside {
-                    predictor.see(step, vertices);
-                }
+            let (triangles, count) = (unit.triangle_count, unit.vertex_count);
+            symbols.read_unit(triangles, count, &mut coded.indices, |step| {
+                predictor.see(step, vertices);
             })?;
-            if outside {
-                return Err(FileError::Corrupt { what: WHAT });
-            }
             predictor.finish_unit(vertices);
             vertex += vertices.len();
         }
@@ -336,6 +327,7 @@ fn read_references(
 ) -> Result<usize, FileError> {
     const WHAT: &str = "the vertex lists";
     let mut references = References::new(from.vertices);
+    coded.unit_vertices.reserve(count);
     for number in numbers::read(reader, count, WHAT)? {
         let vertex = references.vertex(number);
         let vertex = vertex.ok_or(FileError::Corrupt { what: WHAT })?;

@@ -81,6 +81,22 @@ impl History {
         }
     }
 
+    /// The vertex of a symbol below [`FAR`], remembered if it is the next one. Which of both it is
+    /// cannot be foreseen, so that nothing branches on it.
+    fn take(&mut self, symbol: usize) -> Option<u16> {
+        if symbol > self.recent_count {
+            return None;
+        }
+        let is_next = symbol == NEXT as usize;
+        let newest = self.recent_count % RECENT;
+        let recent = self.recent[(self.recent_count - symbol) % RECENT];
+        let vertex = if is_next { self.next } else { recent };
+        self.recent[newest] = if is_next { vertex } else { self.recent[newest] };
+        self.recent_count += usize::from(is_next);
+        self.next = self.next.wrapping_add(u16::from(is_next));
+        Some(vertex)
+    }
+
     /// Remembers the edges of a triangle as its neighbours run through them.
     fn push_edges_of(&mut self, step: Step) {
         let [a, b, c] = step.corners;
@@ -144,6 +160,9 @@ impl Symbols {
     }
 }
 
+/// For each corner at which a triangle may begin, where its corners are among those turned.
+const TURNED_BACK: [[usize; 3]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+
 /// Symbols on their way back to triangles.
 #[derive(Debug)]
 pub(super) struct SymbolReader<'a> {
@@ -153,58 +172,65 @@ pub(super) struct SymbolReader<'a> {
 }
 
 impl SymbolReader<'_> {
-    /// Appends the indices of the `triangle_count` triangles of a unit.
+    /// Appends the indices of the `triangle_count` triangles of a unit, all below `vertex_count`.
     pub(super) fn read_unit(
         &mut self,
         triangle_count: u32,
+        vertex_count: u32,
         indices: &mut Vec<u16>,
         mut on_step: impl FnMut(Step),
     ) -> Result<(), FileError> {
         let mut history = History::new();
         for _ in 0..triangle_count {
-            let (step, turn) = self.read_step(&mut history)?;
+            let (step, turn) = self.read_step(&mut history, vertex_count)?;
             history.push_edges_of(step);
-            let [a, b, c] = step.corners;
-            indices.extend_from_slice(&match turn {
-                0 => [a, b, c],
-                1 => [c, a, b],
-                _ => [b, c, a],
-            });
+            // Without a branch, which could not be foreseen.
+            let [a, b, c] = TURNED_BACK[turn as usize % 3];
+            let corners = step.corners;
+            indices.extend_from_slice(&[corners[a], corners[b], corners[c]]);
             on_step(step);
         }
         Ok(())
     }
 
-    fn read_step(&mut self, history: &mut History) -> Result<(Step, u32), FileError> {
+    fn read_step(
+        &mut self,
+        history: &mut History,
+        vertex_count: u32,
+    ) -> Result<(Step, u32), FileError> {
         let symbol = next(&mut self.edges)?;
         if symbol >= MISS {
             let mut corners = [0; 3];
             for corner in &mut corners {
-                *corner = self.read_vertex(history)?;
+                *corner = self.read_vertex(history, vertex_count)?;
             }
             let opposite = None;
             return Ok((Step { corners, opposite }, 0));
         }
         let edge = history.edge((symbol / 3) as usize);
         let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
-        let corners = [x, y, self.read_vertex(history)?];
+        let corners = [x, y, self.read_vertex(history, vertex_count)?];
         let opposite = Some(opposite);
         Ok((Step { corners, opposite }, symbol % 3))
     }
 
-    fn read_vertex(&mut self, history: &mut History) -> Result<u16, FileError> {
-        let vertex = match next(&mut self.vertices)? {
-            NEXT => history.next,
-            FAR => history.next.wrapping_sub(next(&mut self.distances)? as u16),
-            symbol => {
-                let recent = history.recent(symbol as usize - 1);
-                return recent
-                    .filter(|_| symbol < FAR)
-                    .ok_or(FileError::Corrupt { what: WHAT });
-            }
+    /// What comes from the history was checked when it was read.
+    fn read_vertex(&mut self, history: &mut History, vertex_count: u32) -> Result<u16, FileError> {
+        let symbol = next(&mut self.vertices)?;
+        let told = if symbol < FAR {
+            history.take(symbol as usize)
+        } else {
+            self.read_far(history, symbol)
         };
+        let inside = told.filter(|&vertex| u32::from(vertex) < vertex_count);
+        inside.ok_or(FileError::Corrupt { what: WHAT })
+    }
+
+    fn read_far(&mut self, history: &mut History, symbol: u32) -> Option<u16> {
+        let distance = self.distances.next().filter(|_| symbol == FAR)?;
+        let vertex = history.next.wrapping_sub(*distance as u16);
         history.push_vertex(vertex);
-        Ok(vertex)
+        Some(vertex)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Bounds hold what they claim to.
 
+use glam::Vec3;
+
 use super::InvalidHierarchy as E;
 use crate::Hierarchy;
 
@@ -11,43 +13,46 @@ impl Hierarchy {
         for (index, cluster) in self.clusters.iter().enumerate() {
             check_sphere("cluster", index, &cluster.bounds)?;
         }
+        let mut positions = Vec::new();
         for index in 0..self.units.len() {
-            self.check_bounds_of_unit(index)?;
-            self.check_bounds_of_clusters(index)?;
+            let vertices = self.vertices_of(&self.units[index]).iter();
+            positions.clear();
+            positions.extend(vertices.map(|&vertex| self.vertices.positions[vertex as usize]));
+            self.check_bounds_of_unit(index, &positions)?;
+            self.check_bounds_of_clusters(index, &positions)?;
         }
         Ok(())
     }
 
-    fn check_bounds_of_unit(&self, index: usize) -> Result<(), E> {
+    /// `positions` are those of the unit's vertices.
+    fn check_bounds_of_unit(&self, index: usize, positions: &[Vec3]) -> Result<(), E> {
         let unit = &self.units[index];
-        let groups = [Some(unit.consumed_by), unit.producer()];
-        for &vertex in self.vertices_of(unit) {
-            let position = self.vertices.positions[vertex as usize];
-            if !unit.aabb.contains(position) {
-                let owner = "unit";
+        if !positions.iter().all(|&point| unit.aabb.contains(point)) {
+            let owner = "unit";
+            return Err(E::LooseTriangles { owner, index });
+        }
+        for group in [Some(unit.consumed_by), unit.producer()] {
+            let Some(index) = group.map(|group| group as usize) else {
+                continue;
+            };
+            let bounds = self.groups[index].bounds;
+            if !bounds.contains_all(positions.iter().copied()) {
+                let owner = "group";
                 return Err(E::LooseTriangles { owner, index });
             }
-            for group in groups.into_iter().flatten() {
-                let index = group as usize;
-                if !self.groups[index].bounds.contains(position) {
-                    let owner = "group";
-                    return Err(E::LooseTriangles { owner, index });
-                }
-            }
         }
         Ok(())
     }
 
-    fn check_bounds_of_clusters(&self, unit: usize) -> Result<(), E> {
+    fn check_bounds_of_clusters(&self, unit: usize, positions: &[Vec3]) -> Result<(), E> {
         let unit = &self.units[unit];
-        let mut triangles = self.source_triangles_of(unit);
+        let mut corners = self.indices_of(unit);
         for index in unit.clusters() {
             let cluster = &self.clusters[index];
-            let corners = triangles.by_ref().take(cluster.triangle_count as usize);
-            let mut positions = corners
-                .flatten()
-                .map(|v| self.vertices.positions[v as usize]);
-            if !positions.all(|position| cluster.bounds.contains(position)) {
+            let taken;
+            (taken, corners) = corners.split_at(cluster.triangle_count as usize * 3);
+            let taken = taken.iter().map(|&corner| positions[usize::from(corner)]);
+            if !cluster.bounds.contains_all(taken) {
                 let owner = "cluster";
                 return Err(E::LooseTriangles { owner, index });
             }

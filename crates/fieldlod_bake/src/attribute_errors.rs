@@ -14,13 +14,13 @@ use crate::surface::{Hit, RunTree};
 /// Most vertices that are looked at in one group.
 const MOST_VERTICES: usize = 64;
 
-/// Fills in the attribute errors of all groups. `positions` are those of the vertices, in a scale
-/// in which their squares do not overflow.
-pub(crate) fn measure_attribute_errors(hierarchy: &mut Hierarchy, positions: &[[f32; 3]]) {
+/// Fills in the attribute errors of all groups. In scaled units, squares of coordinates do not
+/// overflow.
+pub(crate) fn measure_attribute_errors(hierarchy: &mut Hierarchy, scaled_from_local: f32) {
     if hierarchy.vertices.normals.is_empty() && hierarchy.vertices.uvs.is_empty() {
         return;
     }
-    let ruler = AttributeRuler::new(hierarchy, positions);
+    let ruler = AttributeRuler::new(hierarchy, scaled_from_local);
     let groups = (0..hierarchy.groups.len()).into_par_iter();
     let medians = groups.map(|group| {
         let found = ruler.differences(group, MOST_VERTICES);
@@ -45,13 +45,13 @@ pub(crate) struct Differences {
 /// A hierarchy whose attributes are compared with themselves.
 pub(crate) struct AttributeRuler<'a> {
     hierarchy: &'a Hierarchy,
-    positions: &'a [[f32; 3]],
+    scaled_from_local: f32,
     /// For each group, the units that it produced.
     simplified: Vec<Vec<u32>>,
 }
 
 impl<'a> AttributeRuler<'a> {
-    pub(crate) fn new(hierarchy: &'a Hierarchy, positions: &'a [[f32; 3]]) -> Self {
+    pub(crate) fn new(hierarchy: &'a Hierarchy, scaled_from_local: f32) -> Self {
         let mut simplified = vec![Vec::new(); hierarchy.groups.len()];
         for (index, unit) in hierarchy.units.iter().enumerate() {
             if let Some(group) = unit.producer() {
@@ -60,13 +60,14 @@ impl<'a> AttributeRuler<'a> {
         }
         Self {
             hierarchy,
-            positions,
+            scaled_from_local,
             simplified,
         }
     }
 
+    /// In scaled units.
     fn position(&self, vertex: u32) -> Vec3A {
-        Vec3A::from_array(self.positions[vertex as usize])
+        Vec3A::from(self.hierarchy.vertices.positions[vertex as usize] * self.scaled_from_local)
     }
 
     /// At `most` of the vertices that the simplification of `group` removed.

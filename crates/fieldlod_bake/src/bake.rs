@@ -43,13 +43,12 @@ pub(crate) fn bake_mesh_with_progress(
     mesh.validate()?;
     let mut input = SimplifierInput::of(mesh, config);
     let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
-    // No longer needed, and the peak of memory is still to come.
-    input.attributes = Vec::new();
-    measure_deviations(&input, &mut groups);
+    let scaled_from_local = input.local_from_scaled.recip();
+    measure_deviations(input, &mut groups);
     let finished = groups.par_iter().map(|group| finish_group(mesh, group));
     let finished = finished.collect::<Result<Vec<_>, _>>()?;
     let mut hierarchy = assemble(mesh, &groups, &finished);
-    measure_attribute_errors(&mut hierarchy, &input.positions);
+    measure_attribute_errors(&mut hierarchy, scaled_from_local);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

@@ -22,6 +22,7 @@ mod crossings;
 mod faces;
 mod furthest;
 mod output;
+mod places;
 mod seats;
 
 use std::ops::Range;
@@ -31,6 +32,7 @@ use rayon::prelude::*;
 use self::crossings::furthest_crossing;
 use self::faces::{furthest_face, furthest_of_few};
 use self::output::{Output, outputs_of};
+use self::places::Places;
 use self::seats::{SeatPool, Seating};
 use crate::input::SimplifierInput;
 use crate::levels::RawGroup;
@@ -44,8 +46,9 @@ const SAMPLING_MARGIN: f32 = 1.02;
 
 /// Measures every group of `groups`, which come finer before coarser, and keeps the deviations
 /// from shrinking upwards.
-pub(crate) fn measure_deviations(input: &SimplifierInput, groups: &mut [RawGroup]) {
-    let ruler = Ruler::of(input, groups);
+pub(crate) fn measure_deviations(input: SimplifierInput, groups: &mut [RawGroup]) {
+    let places = Places::of(input, groups);
+    let ruler = Ruler::of(&places, groups);
     let outputs = outputs_of(groups);
     let mut waiting: Vec<Vec<Patch>> = Vec::new();
     waiting.resize_with(groups.len(), Vec::new);
@@ -67,7 +70,7 @@ pub(crate) fn measure_deviations(input: &SimplifierInput, groups: &mut [RawGroup
             let group = &groups[index];
             let finer = group.units.iter().filter(|unit| !unit.is_source());
             let finer = finer.map(|unit| furthest[unit.produced_by as usize]);
-            let least = group.deviation_in_local / input.local_from_scaled / SAMPLING_MARGIN;
+            let least = group.deviation_in_local / places.local_from_scaled / SAMPLING_MARGIN;
             // Rounded up.
             let least = least * least * (1.0 + 4.0 * f32::EPSILON);
             let start = finer.fold(furthest[index].max(least), f32::max);
@@ -87,7 +90,7 @@ pub(crate) fn measure_deviations(input: &SimplifierInput, groups: &mut [RawGroup
         }
     }
     for (group, furthest) in groups.iter_mut().zip(furthest) {
-        let in_local = furthest.sqrt() * SAMPLING_MARGIN * input.local_from_scaled;
+        let in_local = furthest.sqrt() * SAMPLING_MARGIN * places.local_from_scaled;
         group.deviation_in_local = if group.is_terminal() {
             f32::INFINITY
         } else {
@@ -113,20 +116,20 @@ impl Measured {
 }
 
 struct Ruler<'a> {
-    input: &'a SimplifierInput,
+    places: &'a Places,
     /// Triangles in the order of the groups that are the first to simplify them.
     source: Surface<'a>,
     /// For each group, the source triangles that it is the first to simplify.
     fresh: Vec<Range<u32>>,
     /// For each triangle of `source`, whether it has an open edge.
     is_rim: Vec<bool>,
-    /// For each vertex, one of its triangles.
+    /// For each place, one of its triangles.
     triangle_at: Vec<u32>,
     seats: SeatPool,
 }
 
 impl<'a> Ruler<'a> {
-    fn of(input: &'a SimplifierInput, groups: &[RawGroup]) -> Self {
+    fn of(places: &'a Places, groups: &[RawGroup]) -> Self {
         let units = groups.iter().flat_map(|group| &group.units);
         let clusters = units.filter(|unit| unit.is_source());
         let clusters = clusters.flat_map(|unit| &unit.clusters);
@@ -137,13 +140,13 @@ impl<'a> Ruler<'a> {
             let first = corners.len() as u32;
             let source = group.units.iter().filter(|unit| unit.is_source());
             for cluster in source.flat_map(|unit| &unit.clusters) {
-                corners.extend(input.welded(cluster));
+                corners.extend(places.triangles(cluster));
             }
             fresh.push(first..corners.len() as u32);
         }
-        let seats = SeatPool::new(input.positions.len());
-        let mut triangle_at = vec![NONE; input.positions.len()];
-        let source = Surface::of(&input.positions, corners, &mut triangle_at);
+        let seats = SeatPool::new(places.positions.len());
+        let mut triangle_at = vec![NONE; places.positions.len()];
+        let source = Surface::of(&places.positions, corners, &mut triangle_at);
         for (triangle, corners) in source.corners().iter().enumerate() {
             for &vertex in corners {
                 triangle_at[vertex as usize] = triangle as u32;
@@ -152,7 +155,7 @@ impl<'a> Ruler<'a> {
         let neighbours = source.neighbours().iter();
         let is_rim = neighbours.map(|across| across.contains(&NONE)).collect();
         Self {
-            input,
+            places,
             source,
             is_rim,
             fresh,
@@ -170,10 +173,10 @@ impl<'a> Ruler<'a> {
         start: f32,
     ) -> Measured {
         let mut seats = self.seats.take();
-        let output = Output::of(self.input, units, groups, &mut seats);
+        let output = Output::of(self.places, units, groups, &mut seats);
         let mut seating = Seating::new(&output, &mut seats, start);
         let clusters = groups[group].units.iter().flat_map(|unit| &unit.clusters);
-        let inputs: Vec<[u32; 3]> = clusters.flat_map(|c| self.input.welded(c)).collect();
+        let inputs: Vec<[u32; 3]> = clusters.flat_map(|c| self.places.triangles(c)).collect();
         let removed = seating.seat_corners(&inputs);
         let furthest = seating.seat_riders(&patch.riders);
         let furthest = furthest_crossing(self, &output, &seats, &patch, furthest);

@@ -78,13 +78,6 @@ impl SimplifierInput {
         self.weights.len() % 3 == 2
     }
 
-    /// Triangles of a list, with vertices at the same place made one.
-    pub(crate) fn welded<'a>(&'a self, corners: &'a [u32]) -> impl Iterator<Item = [u32; 3]> + 'a {
-        let (triangles, _) = corners.as_chunks::<3>();
-        let weld = |triangle: &[u32; 3]| triangle.map(|v| self.same_position[v as usize]);
-        triangles.iter().map(weld)
-    }
-
     pub(crate) fn is_locked(&self, vertex: u32) -> bool {
         self.locks[vertex as usize].contains(SimplifyVertex::Lock)
     }

@@ -194,10 +194,6 @@ impl Triangle {
         }
     }
 
-    pub(crate) fn corners(&self) -> [Vec3A; 3] {
-        [self.a, self.a + self.ab, self.a + self.ac]
-    }
-
     /// Squared distance from `point` to the nearest point of the triangle.
     ///
     /// Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
@@ -241,45 +237,6 @@ impl Triangle {
             .min(bp.length_squared())
             .min(cp.length_squared())
     }
-
-    /// Where the way from `from` to `to` leaves the prism that stands on this triangle, and the
-    /// point of the triangle's edge below (or above).
-    pub(crate) fn crossing(&self, [from, to]: [Vec3A; 2]) -> Crossing {
-        let normal = self.ab.cross(self.ac);
-        let corners = self.corners();
-        let mut exit: Option<f32> = None;
-        for i in 0..3 {
-            let inward = normal.cross(corners[(i + 1) % 3] - corners[i]);
-            let before = inward.dot(from - corners[i]);
-            let after = inward.dot(to - corners[i]);
-            if before < 0.0 {
-                return Crossing::StartsOutside;
-            }
-            if after < 0.0 {
-                let share = before / (before - after);
-                exit = Some(exit.map_or(share, |exit| exit.min(share)));
-            }
-        }
-        let Some(exit) = exit else {
-            return Crossing::EndsInside;
-        };
-        let above = from.lerp(to, exit);
-        let height = normal * share(normal.dot(above - self.a), normal.length_squared());
-        let below = above - height;
-        Crossing::At { above, below }
-    }
-}
-
-/// How a way goes over the prism that stands on a triangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Crossing {
-    StartsOutside,
-    EndsInside,
-    /// It leaves the prism at `above`; `below` is on the triangle's edge.
-    At {
-        above: Vec3A,
-        below: Vec3A,
-    },
 }
 
 /// `part / whole`, and 0 of nothing.

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3A;
 
+pub(crate) use self::prism::Crossing;
 use self::prism::Prism;
 pub(crate) use self::runs::{Hit, RunTree};
 use crate::nearest::Triangle;
@@ -77,6 +78,11 @@ impl<'a> Surface<'a> {
     /// How far `point` is from the plane of a triangle, as a square.
     pub(crate) fn height_squared(&self, triangle: u32, point: Vec3A) -> f32 {
         self.prisms[triangle as usize].height_squared(point)
+    }
+
+    /// How `way` goes over the prism that stands on a triangle.
+    pub(crate) fn crossing(&self, triangle: u32, way: [Vec3A; 2]) -> Crossing {
+        self.prisms[triangle as usize].crossing(way)
     }
 
     /// The edge of a triangle that `point` is furthest outside of, if any.

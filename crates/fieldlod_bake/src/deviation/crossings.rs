@@ -8,9 +8,8 @@ use super::faces::{FaceWalk, Rows};
 use super::furthest::Furthest;
 use super::output::Output;
 use super::seats::Seats;
-use crate::nearest::Crossing;
 use crate::patch::Patch;
-use crate::surface::NONE;
+use crate::surface::{Crossing, NONE};
 
 /// Source triangles that are gone over together.
 const TRIANGLES_PER_TASK: usize = 4096;
@@ -188,7 +187,7 @@ impl CrossingWalk<'_> {
     /// Where the edges of both surfaces cross, one above the other, each may be furthest from the
     /// other. Returns whether the way starts beside the simplified triangle and not above it.
     fn crossing(&mut self, way: [Vec3A; 2], seat: u32, triangle: u32) -> bool {
-        let (above, below) = match self.simplified.surface.triangle(seat).crossing(way) {
+        let (above, below) = match self.simplified.surface.crossing(seat, way) {
             Crossing::StartsOutside => return true,
             Crossing::EndsInside => return false,
             Crossing::At { above, below } => (above, below),

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU8, AtomicU32};
 use glam::Vec3A;
 
 use super::Ruler;
+use super::places::Places;
 use super::seats::Seats;
-use crate::input::SimplifierInput;
 use crate::levels::RawGroup;
 use crate::patch::{Patch, Rider};
 use crate::surface::{NONE, Surface};
@@ -51,7 +51,7 @@ const LOW: f32 = 0.81;
 impl<'a> Output<'a> {
     /// `seats` are all free, and are so again afterwards.
     pub(super) fn of(
-        input: &'a SimplifierInput,
+        places: &'a Places,
         units: &[(u32, usize)],
         groups: &[RawGroup],
         seats: &mut Seats,
@@ -62,11 +62,11 @@ impl<'a> Output<'a> {
                 consumers.push(consumer);
             }
             for cluster in &groups[consumer as usize].units[unit].clusters {
-                corners.extend(input.welded(cluster));
+                corners.extend(places.triangles(cluster));
             }
             part_of.resize(corners.len(), consumers.len() as u32 - 1);
         }
-        let surface = Surface::of(&input.positions, corners, seats);
+        let surface = Surface::of(&places.positions, corners, seats);
         // The outline is shared with the groups beside, and the source goes on there.
         let outline = |across: &[u32; 3]| {
             let bits = across.iter().zip([1, 2, 4]);

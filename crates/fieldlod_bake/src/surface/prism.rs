@@ -23,6 +23,18 @@ pub(super) struct Place {
     pub(super) outside: Option<usize>,
 }
 
+/// How a way goes over the prism that stands on a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Crossing {
+    StartsOutside,
+    EndsInside,
+    /// It leaves the prism at `above`; `below` is on the triangle's edge.
+    At {
+        above: Vec3A,
+        below: Vec3A,
+    },
+}
+
 impl Prism {
     pub(super) fn on([a, b, c]: [Vec3A; 3]) -> Self {
         let (ab, ac) = (b - a, c - a);
@@ -84,5 +96,29 @@ impl Prism {
             },
             outside: outside.then_some(edge),
         }
+    }
+
+    /// Where the way from `from` to `to` leaves the prism, and the point of the triangle's edge
+    /// below (or above). All starts outside of a triangle without a plane.
+    pub(super) fn crossing(&self, [from, to]: [Vec3A; 2]) -> Crossing {
+        let origin = Vec3A::from_vec4(self.origin);
+        let [_, before @ ..] = self.at(from - origin).to_array();
+        let [_, after @ ..] = self.at(to - origin).to_array();
+        let mut exit = f32::INFINITY;
+        for (before, after) in before.into_iter().zip(after) {
+            if before < 0.0 {
+                return Crossing::StartsOutside;
+            }
+            if after < 0.0 {
+                exit = exit.min(before / (before - after));
+            }
+        }
+        if exit == f32::INFINITY {
+            return Crossing::EndsInside;
+        }
+        let above = from.lerp(to, exit);
+        let normal = Vec3A::new(self.x.x, self.y.x, self.z.x);
+        let below = above - normal * normal.dot(above - origin);
+        Crossing::At { above, below }
     }
 }

@@ -23,13 +23,9 @@ pub(super) fn check(
     }
     let positions = &hierarchy.vertices.positions;
     let scaled_from_local = crate::input::power_of_two_above(positions).recip();
-    let scaled = positions
-        .iter()
-        .map(|p| (*p * scaled_from_local).to_array());
-    let scaled: Vec<[f32; 3]> = scaled.collect();
     let uvs = hierarchy.vertices.uvs.iter();
     let largest_uv = uvs.map(|uv| uv.abs().max_element()).fold(1.0, f32::max);
-    let ruler = AttributeRuler::new(hierarchy, &scaled);
+    let ruler = AttributeRuler::new(hierarchy, scaled_from_local);
     let groups = hierarchy.groups.par_iter().enumerate();
     let shares = groups.map(|(index, group)| {
         let found = ruler.differences(index, usize::MAX);

@@ -28,24 +28,29 @@
 //!    `[profile.dev.package."*"]` with `opt-level = 3` into `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] says what to
 //!    turn.
-//! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work, and ship with
-//!    `FieldLodProcessorPlugin`'s files or with `fieldlod bake statue.glb`, whose `statue.fieldlod` is
-//!    found beside the asset.
+//! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work; ship the files
+//!    that `FieldLodProcessorPlugin` makes, or those of the command `fieldlod bake statue.glb`, whose
+//!    `statue.fieldlod` is found beside the asset.
 //!
 //! Coming from hand-made levels: [`guide::migration`]. What works with what: [`guide::compatibility`].
 //!
 //! # What happens
-//! Small meshes stay as they are. Props are exchanged as a whole: one entity, whose [`Mesh3d`] becomes
-//! that of the level which the finest of all views that see it asks for, so that instances are still
-//! drawn together. Of large meshes, each view draws its own *cut*: every piece of the surface at the
-//! coarsest level that errs by no more than the camera's pixels allow. The entities of the pieces
-//! ("units") are children of the mesh's entity, spawned when a view first wants them; after Bevy's
-//! culling, each camera's list of visible entities, and those of its shadow maps, are cut down to what
-//! its cut draws. The standard renderer draws them, with the material of their mesh, whatever it is; no
-//! shader and no special hardware is involved.
+//! By the number of its triangles ([`LodKind`]) a mesh is treated in one of three ways:
+//! - Small meshes stay as they are.
+//! - Props are exchanged as a whole: the entity's [`Mesh3d`] becomes that of a level, so that
+//!   instances of a level are still drawn together. Of all views that see the prop, the one that
+//!   asks for the finest level decides.
+//! - Of large meshes, each view draws its own *cut*: every piece of the surface at the coarsest level
+//!   that errs by no more than the pixels that its camera allows. The entities of the pieces
+//!   ("units") are children of the mesh's entity, spawned when a view first wants them. After Bevy's
+//!   culling, each camera's list of visible entities, and those of its shadow maps, are cut down to
+//!   what its cut draws.
 //!
-//! Errors are counted with the camera-sampling field (Lin and Lee, 2004), so that field of view,
-//! resolution, scale and place in the image count as they look.
+//! The standard renderer draws all of them, with the material of their mesh, whatever it is; no shader
+//! and no special hardware is involved.
+//!
+//! Errors are counted in pixels by the camera-sampling field (Lin and Lee, 2004): field of view,
+//! resolution, scale and place in the image count for as much as they show.
 //!
 //! # Limits
 //! Skinned and morphed meshes are left as they are. Entities with `NoCpuCulling` bypass the lists of

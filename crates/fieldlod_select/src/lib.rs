@@ -1,8 +1,8 @@
 //! Headless, deterministic level-of-detail selection: (hierarchy, view, settings) → cut.
 //!
 //! A game server, a test or an engine other than Bevy calls [`select`] once per instance and view
-//! and draws the units of the [`Cut`]; or it keeps a [`Scene`] and one [`Selector`] per view, which is
-//! the same cuts at a fraction of the cost. Nothing here needs a GPU or a window.
+//! and draws the units of the [`Cut`]; or it keeps a [`Scene`] and one [`Selector`] per view, which
+//! give the same cuts at a fraction of the cost. Nothing here needs a GPU or a window.
 //!
 //! ```
 //! use camera_field::Camera;
@@ -30,23 +30,27 @@
 //! OpenGL. Pixels are physical pixels of the view's target.
 //!
 //! # Promises
-//! [`Promise::Quality`] is RMS-like: the best picture for its triangles. [`Promise::Guaranteed`] bounds
-//! every displacement on screen; `tests/guarantee.rs` measures it, beside clusterlod's test.
+//! [`Promise::Quality`] gives the best picture for its triangles: it is like a root mean square, and
+//! single points may be off by more. [`Promise::Guaranteed`] bounds every displacement on screen;
+//! `tests/guarantee.rs` measures it, beside clusterlod's test.
 //!
 //! # Speed
-//! Each step is exact: it answers only what the full criterion would answer alike.
-//! 1. A tree over the instances, of which a frame visits what the camera's way since the last visit
-//!    could have changed.
-//! 2. Whole nodes and instances that are outside or far enough, at once.
-//! 3. Within a mesh, 64 groups by one sphere; then eight by a bound that knows depth and facing; then
-//!    each by the same, by an interval of the criterion that tells both ways, and the few that remain by
-//!    the criterion.
-//! 4. The same interval over all places and turns that the camera may reach on a way of some length tells
-//!    for how long the bits of 64 groups hold: a walking camera decides few of them anew.
+//! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these
+//! steps answers only where it is certain that the criterion would answer the same:
+//! 1. A tree over the instances: a frame visits only those nodes whose answer the camera's way since
+//!    the last visit could have changed.
+//! 2. Nodes and instances that are wholly outside the view, or far enough, are answered at once.
+//! 3. Within a mesh, 64 groups are decided by one sphere around them; what is left, eight groups by a
+//!    bound that knows depth and facing; then single groups by the same bound, and by an interval
+//!    of the criterion that can tell both "refine" and "do not". The few that remain go to the
+//!    criterion.
+//! 4. The same interval, taken over all places and turns that the camera can reach on a way of some
+//!    length, tells for how long the decisions on 64 groups hold: a walking camera decides few of
+//!    them anew.
 //!
-//! A first frame lists every instance: linear in their number, at 3 to 4 ns each for those that are
-//! outside the view or far away, since whoever draws them has to hear of each. Later frames depend on
-//! what is near and on what changes alone.
+//! A first frame lists every instance, since whoever draws them has to hear of each: its time is
+//! linear in their number, at 3 to 4 ns for each that is outside the view or far away. Later frames
+//! depend on what is near and on what changes alone.
 //!
 //! `benches/selection` compares all this with the sphere test of clusterlod, in one run.
 //!

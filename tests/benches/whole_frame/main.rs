@@ -18,8 +18,11 @@ use levels::Level;
 const STEPS: usize = 7;
 /// Steps at which pictures are compared.
 const COMPARED: [usize; 3] = [0, 3, 6];
-/// Halvings of the interval in which the scale of the distances is searched.
-const SEARCH_STEPS: usize = 12;
+/// Halvings of the interval in which the scale of the distances is searched, at most.
+const SEARCH_STEPS: usize = 16;
+/// Image errors that differ by no more than this share are the same. Each rock that changes its level
+/// is a step of the error, so that not every error is to be had.
+const SAME: f64 = 0.02;
 
 fn main() {
     let levels = levels::by_rock();
@@ -71,25 +74,24 @@ fn measured(name: &'static str, mut studio: Studio, full: &[RgbaImage]) -> Row {
     }
 }
 
-/// The levels at the scale of their distances whose image error is nearest to `error`.
+/// The levels at a scale of their distances at which the image error is `error`, but for [`SAME`].
 fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Studio {
     let (mut near, mut far) = (0.02f32, 8.0f32);
-    let mut tried = Vec::new();
     for _ in 0..SEARCH_STEPS {
         let scale = (near * far).sqrt();
         let mut studio = studio(levels, Way::Ranges { scale });
-        let off = rmse(&studio.pictures(&COMPARED), full) - error;
-        eprintln!("scale {scale}: {off:+.3}");
-        if off > 0.0 {
+        let found = rmse(&studio.pictures(&COMPARED), full);
+        eprintln!("distances times {scale:.3}: image error {found:.3} for {error:.3}");
+        if (found - error).abs() <= SAME * error {
+            return studio;
+        }
+        if found > error {
             near = scale;
         } else {
             far = scale;
         }
-        tried.push((off.abs(), scale));
     }
-    let nearest = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let (_, scale) = nearest.expect("some were tried");
-    studio(levels, Way::Ranges { scale })
+    panic!("no scale of the distances gives the same image error");
 }
 
 fn time(rows: &mut [Row]) {

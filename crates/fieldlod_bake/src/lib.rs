@@ -34,8 +34,10 @@
 //! compressed with Draco: it is refused by name.
 //!
 //! # Fuzzing
-//! `fuzz/` is a workspace of its own: `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run
-//! import_gltf -- -max_total_time=600`.
+//! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
+//! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`, or
+//! with a stable compiler and without a sanitizer
+//! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod assemble;
 mod attribute_errors;

@@ -1,5 +1,7 @@
 //! The deviations that a bake states, held against independent samples ten times as dense.
 
+use std::time::Instant;
+
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
@@ -81,6 +83,28 @@ fn degenerate_meshes_pass() {
         let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
         let verified = verify(&mesh, &hierarchy, &settings);
         println!("{name}: {verified:?}");
+        assert!(verified.is_ok(), "{name}: {verified:?}");
+    }
+}
+
+/// As many as a hundred thousand triangles of each kind, at the default settings. Minutes:
+/// `cargo test --release -p fieldlod_bake --test deviation -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes minutes"]
+fn large_degenerate_meshes_pass() {
+    for (name, mesh) in [
+        ("coincident points", fixtures::coincident_points(100_000)),
+        ("fan", fixtures::non_manifold_fan(100_000)),
+        ("plane", fixtures::plane(224)),
+        ("islands", fixtures::islands(100_000)),
+        ("doubled", fixtures::doubled(fixtures::rock(6, 4))),
+    ] {
+        let started = Instant::now();
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        let baked = started.elapsed().as_secs_f32();
+        let verified = verify(&mesh, &hierarchy, &VerifySettings::default());
+        let whole = started.elapsed().as_secs_f32();
+        println!("{name}: {baked:.1} s, {:.1} s: {verified:?}", whole - baked);
         assert!(verified.is_ok(), "{name}: {verified:?}");
     }
 }
@@ -174,4 +198,56 @@ fn verify_rejects_holes() {
     };
     let fault = verify(&mesh, &hierarchy, &settings).unwrap_err();
     assert!(matches!(fault, VerifyError::Hole { .. }), "{fault}");
+}
+
+#[test]
+fn verify_rejects_a_hierarchy_that_is_not_one() {
+    let mesh = fixtures::rock(3, 1);
+    let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    hierarchy.units[0].consumed_by = u32::MAX;
+    let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
+    assert!(matches!(fault, VerifyError::Invalid(_)), "{fault}");
+}
+
+#[test]
+fn verify_rejects_another_source() {
+    let hierarchy = bake_mesh(&fixtures::rock(3, 1), &BakeConfig::default()).unwrap();
+    let other = fixtures::rock(3, 2);
+    let fault = verify(&other, &hierarchy, &VerifySettings::default());
+    assert_eq!(fault, Err(VerifyError::OtherSource));
+}
+
+#[test]
+fn verify_rejects_a_finest_cut_that_is_not_the_source() {
+    let mesh = fixtures::rock(4, 1);
+    let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let source = hierarchy.units.iter().position(|u| u.producer().is_none());
+    let first = hierarchy.units[source.unwrap()].first_triangle as usize * 3;
+    hierarchy.indices.swap(first, first + 1);
+    let fault = verify(&mesh, &hierarchy, &VerifySettings::default());
+    // The turned triangle instead of the right one.
+    assert_eq!(fault, Err(VerifyError::FinestCut { found: 2 }));
+}
+
+/// Each level is one piece here, so that turning it around opens no edge.
+#[test]
+fn verify_rejects_surfaces_that_are_inside_out() {
+    let mesh = fixtures::rock(2, 1);
+    let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    assert!(
+        hierarchy
+            .groups
+            .iter()
+            .enumerate()
+            .all(|(i, g)| g.level as usize == i)
+    );
+    for unit in hierarchy.units.iter().filter(|u| u.producer().is_some()) {
+        let first = unit.first_triangle as usize * 3;
+        let end = first + unit.triangle_count as usize * 3;
+        for triangle in hierarchy.indices[first..end].as_chunks_mut::<3>().0 {
+            triangle.swap(0, 1);
+        }
+    }
+    let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
+    assert!(matches!(fault, VerifyError::Flipped { .. }), "{fault}");
 }

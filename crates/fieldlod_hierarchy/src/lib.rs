@@ -41,7 +41,9 @@
 //! seen from straight above, and from there only, less would do.
 //!
 //! # Fuzzing
-//! `fuzz/` is a workspace of its own: `cargo +nightly fuzz run read_file -- -max_total_time=600`.
+//! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
+//! `cargo +nightly fuzz run read_file -- -max_total_time=600`, or with a stable compiler and without a
+//! sanitizer `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`.
 
 mod bounds;
 mod file;

@@ -240,3 +240,43 @@ fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3A {
     }
     Vec3A::from(a + (b - a) * u + (c - a) * v)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BakeConfig, bake_mesh, fixtures};
+
+    /// Searches that end early miss nothing: held against every triangle for every point.
+    #[test]
+    fn no_point_is_worse_than_the_worst_that_is_found() {
+        for mesh in [fixtures::rock(3, 1), fixtures::non_manifold_fan(300)] {
+            let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+            let scaled_from_local = crate::input::power_of_two_above(&mesh.positions).recip();
+            let positions = mesh.positions.iter().map(|p| *p * scaled_from_local);
+            let check = Check {
+                hierarchy: &hierarchy,
+                settings: &VerifySettings::default(),
+                positions: positions.collect(),
+                scaled_from_local,
+                rounding_in_scaled: ROUNDING,
+            };
+            let drawn = cut(&hierarchy, |group| hierarchy.groups[group].level >= 1);
+            let tree = TriangleTree::of(drawn.iter().map(|&(_, t)| check.corners(t)));
+            let mut random = Random(1);
+            let mut seeker = Seeker::new(&check, &tree, &drawn);
+            let (source, _) = mesh.indices.as_chunks::<3>();
+            let points = source.iter();
+            let points: Vec<Vec3A> = points
+                .map(|&triangle| point_on(check.corners(triangle), &mut random))
+                .collect();
+            points.iter().for_each(|&point| seeker.see(point));
+            let shares = points.iter().map(|&point| seeker.least_share(point));
+            let worst = shares.fold(0.0, f32::max);
+            assert!(
+                worst > 0.1 && worst <= seeker.worst,
+                "{worst} {}",
+                seeker.worst
+            );
+        }
+    }
+}

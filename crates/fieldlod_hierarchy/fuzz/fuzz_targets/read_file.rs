@@ -1,7 +1,8 @@
 //! Reads any bytes as a `.fieldlod` file: as they are, and with all checksums made to fit, so that
 //! what lies behind them is reached.
 //!
-//! `cargo +nightly fuzz run read_file -- -max_total_time=600`, in `crates/fieldlod_hierarchy`. To
+//! `cargo +nightly fuzz run read_file -- -max_total_time=600`, in `crates/fieldlod_hierarchy`. (Or
+//! `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600` with a stable compiler.) To
 //! begin with, put some files written by `fieldlod bake` into `fuzz/corpus/read_file`.
 
 #![no_main]

@@ -182,7 +182,9 @@ impl<'a> Ruler<'a> {
         let furthest = furthest_crossing(self, &output, &seats, &patch, furthest);
         let above = output.vertices_above(&seats, &removed, &patch.riders);
         let furthest = furthest_face(self, &output, &above, furthest);
-        let furthest = furthest_of_few(self, &output, &seats, &patch, furthest);
+        let whole = [self.fresh[group].len(), self.source.corners().len()];
+        let is_alone = whole.contains(&patch.inside.len());
+        let furthest = furthest_of_few(self, &output, &seats, &patch, is_alone, furthest);
         let vertices = inputs.iter().flatten().copied();
         let vertices = vertices.chain(patch.riders.iter().map(|rider| rider.vertex));
         let vertices: Vec<u32> = vertices.collect();

@@ -30,9 +30,9 @@ const MAX_ROWS_IN_GAPS: f32 = 24.0;
 /// may span a gap.
 const GAP_SHARE: f32 = 0.5;
 /// A sample this share of the largest distance so far is worth a climb: a summit may be near it.
-const CLIMB_FROM: f32 = 0.7;
+const CLIMB_FROM: f32 = 0.5;
 /// How many samples of a group are worth a climb: the furthest.
-const MOST_CLIMBS: usize = 16;
+const MOST_CLIMBS: usize = 32;
 /// Where a climb to the furthest place of a triangle ends: with steps of this share of the first.
 const SMALLEST_STEP: f32 = 0.03;
 
@@ -69,15 +69,29 @@ pub(super) fn furthest_face(
 }
 
 /// As [`furthest_face`], for groups with so few triangles that the rules which tell where no samples
-/// are needed have little to go by: all of both surfaces is sampled, which costs little here.
+/// are needed have little to go by: all of the surface is sampled, which costs little here. So is
+/// the source, if `is_alone`: where nothing was simplified before, or the whole mesh is one group.
+/// Elsewhere triangles inside a patch may lie above the groups beside, as borders go back and forth.
 pub(super) fn furthest_of_few(
     ruler: &Ruler<'_>,
     output: &Output<'_>,
     seats: &Seats,
     patch: &Patch,
+    is_alone: bool,
     furthest: f32,
 ) -> f32 {
     if patch.inside.is_empty() || patch.inside.len() >= FEW_TRIANGLES {
+        return furthest;
+    }
+    let mut walk = FaceWalk::over(&ruler.source, furthest);
+    let simplified = output.surface.corners();
+    let rows = Rows::throughout(simplified.len());
+    for (triangle, vertices) in (0..).zip(simplified) {
+        walk.guess = ruler.triangle_at[vertices[0] as usize];
+        walk.sample(output.surface.corner_positions(triangle), &rows);
+    }
+    let furthest = walk.climb();
+    if !is_alone {
         return furthest;
     }
     let mut walk = FaceWalk::over(&output.surface, furthest);
@@ -87,13 +101,6 @@ pub(super) fn furthest_of_few(
         let seats = vertices.map(|vertex| seats[vertex as usize]);
         walk.guess = seats.into_iter().find(|&seat| seat != NONE).unwrap_or(0);
         walk.sample(ruler.source.corner_positions(triangle), &rows);
-    }
-    let mut walk = FaceWalk::over(&ruler.source, walk.climb());
-    let simplified = output.surface.corners();
-    let rows = Rows::throughout(simplified.len());
-    for (triangle, vertices) in (0..).zip(simplified) {
-        walk.guess = ruler.triangle_at[vertices[0] as usize];
-        walk.sample(output.surface.corner_positions(triangle), &rows);
     }
     walk.climb()
 }

@@ -251,3 +251,19 @@ fn verify_rejects_surfaces_that_are_inside_out() {
     let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
     assert!(matches!(fault, VerifyError::Flipped { .. }), "{fault}");
 }
+
+/// A triangle with all its corners on a border of a group lies above the groups beside as often as
+/// not: the more border, the more it would cost to hold the group against it.
+#[test]
+fn groups_do_not_answer_for_what_lies_beside() {
+    let terrain = fixtures::height_field(400);
+    let mean_at_level_1 = |config: &BakeConfig| {
+        let hierarchy = bake_mesh(&terrain, config).unwrap();
+        let groups = hierarchy.groups.iter().filter(|group| group.level == 1);
+        let deviations: Vec<f32> = groups.map(|group| group.deviation_in_local).collect();
+        deviations.iter().sum::<f32>() / deviations.len() as f32
+    };
+    let large = mean_at_level_1(&BakeConfig::default());
+    let small = mean_at_level_1(&BakeConfig::fine_grained());
+    assert!(small <= large * 1.25, "{small} for {large}");
+}

@@ -65,9 +65,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 impl Report {
     fn text(&self, texture_size: Option<u32>) -> String {
         let (size, count) = (bytes_text(self.bytes), self.primitives.len());
-        let version = self.format_version;
+        let (version, plural) = (self.format_version, if count == 1 { "" } else { "s" });
         let mut text = format!(
-            "{}: {count} primitives, {size}, format {version}\n",
+            "{}: {count} primitive{plural}, {size}, format {version}\n",
             self.file
         );
         for primitive in &self.primitives {

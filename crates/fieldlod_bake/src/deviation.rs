@@ -182,6 +182,7 @@ impl<'a> Ruler<'a> {
         let furthest = furthest_crossing(self, &output, &seats, &patch, furthest);
         let above = output.vertices_above(&seats, &removed, &patch.riders);
         let furthest = furthest_face(self, &output, &above, furthest);
+        // All below was never simplified, or is all there is.
         let whole = [self.fresh[group].len(), self.source.corners().len()];
         let is_alone = whole.contains(&patch.inside.len());
         let furthest = furthest_of_few(self, &output, &seats, &patch, is_alone, furthest);

@@ -2,20 +2,22 @@
 //!
 //! `cargo bench -p fieldlod_bake` for generated meshes; with the folder of some glTF files in
 //! `FIELDLOD_MODELS`, for the largest primitive of each as well; `-- NAME` for those with that in
-//! their name only. Triangles per second of the process's own time on one thread, and of elapsed
+//! their name only. One mesh with other presets at the end. Triangles per second of the process's own time on one thread, and of elapsed
 //! time on two.
 
-use std::path::Path;
+mod common;
+
 use std::time::Instant;
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bare_clusterlod, fixtures, import_gltf};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bare_clusterlod, fixtures};
+
+use common::{models, seconds_on_core};
 
 const RUNS: usize = 5;
 /// What takes no time cannot be timed.
 const FEWEST_TRIANGLES: usize = 10_000;
 
 fn main() {
-    let config = BakeConfig::default();
     println!(
         "{:<24} {:>9}  {:>7} {:>7} {:>6}  {:>7} {:>6}",
         "mesh", "triangles", "bare", "1 core", "ratio", "2 cores", "ratio"
@@ -29,7 +31,15 @@ fn main() {
         .into_iter()
         .filter(|(name, _)| name.contains(&wanted))
     {
-        report(&name, &mesh, &config);
+        report(&name, &mesh, &BakeConfig::default());
+    }
+    let presets = [
+        ("rock, fine", BakeConfig::fine_grained()),
+        ("rock, max quality", BakeConfig::max_quality()),
+    ];
+    let rock = fixtures::rock(6, 1);
+    for (name, config) in presets.iter().filter(|(name, _)| name.contains(&wanted)) {
+        report(name, &rock, config);
     }
 }
 
@@ -39,30 +49,9 @@ fn meshes() -> Vec<(String, SourceMesh)> {
         ("torus knot".into(), fixtures::torus_knot(2_000, 50)),
         ("height field".into(), fixtures::height_field(400)),
     ];
-    if let Some(folder) = std::env::var_os("FIELDLOD_MODELS") {
-        meshes.extend(models(Path::new(&folder)));
-    }
+    let models = models().into_iter();
+    meshes.extend(models.filter(|(_, mesh)| mesh.triangle_count() >= FEWEST_TRIANGLES));
     meshes
-}
-
-/// The largest primitive of each glTF file in `folder`.
-fn models(folder: &Path) -> Vec<(String, SourceMesh)> {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    let largest = |path: &Path| {
-        let primitives = import_gltf(path).ok()?.primitives;
-        let largest = primitives
-            .into_iter()
-            .max_by_key(|p| p.mesh.triangle_count())?;
-        let name = path.file_stem()?.to_string_lossy().into_owned();
-        Some((name, largest.mesh))
-    };
-    let all = paths.iter().filter_map(|path| largest(path));
-    all.filter(|(_, mesh)| mesh.triangle_count() >= FEWEST_TRIANGLES)
-        .collect()
 }
 
 fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
@@ -97,10 +86,4 @@ fn shortest(threads: usize, run: impl Fn() + Sync) -> f64 {
         })
     };
     (0..RUNS).map(time).fold(f64::INFINITY, f64::min)
-}
-
-/// How long this thread has run on a core, as Linux counts it: the time of others is left out.
-fn seconds_on_core() -> Option<f64> {
-    let times = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(times.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }

@@ -6,15 +6,18 @@
 //! files in `FIELDLOD_MODELS`, instead for the largest primitive of each. The thread's own time, of
 //! the quickest of some batches. Results are asserted before they are timed.
 
+mod common;
+
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures, import_gltf};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, Cluster, Group, Hierarchy, Precision, Unit, Vertices,
 };
 use glam::{Vec2, Vec3};
+
+use common::{models, seconds_on_core};
 
 const BATCHES: usize = 5;
 /// The clock stands still for milliseconds, so that many runs are timed together.
@@ -83,15 +86,9 @@ fn shortest(run: impl Fn()) -> f64 {
     (0..BATCHES).map(batch).fold(f64::INFINITY, f64::min)
 }
 
-/// How long this thread has run on a core, as Linux counts it: the time of others is left out.
-fn seconds_on_core() -> Option<f64> {
-    let times = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(times.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
-}
-
 fn meshes() -> Vec<(String, SourceMesh)> {
     match std::env::var_os("FIELDLOD_MODELS") {
-        Some(folder) => models(Path::new(&folder)),
+        Some(_) => models(),
         None => vec![
             ("rock".into(), fixtures::rock(7, 1)),
             ("torus knot".into(), fixtures::torus_knot(2_000, 50)),
@@ -103,20 +100,6 @@ fn meshes() -> Vec<(String, SourceMesh)> {
             ("islands".into(), fixtures::islands(50_000)),
         ],
     }
-}
-
-/// The largest primitive of each glTF file in `folder`.
-fn models(folder: &Path) -> Vec<(String, SourceMesh)> {
-    let entries = std::fs::read_dir(folder).expect("FIELDLOD_MODELS names a folder");
-    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    let largest = |path: &Path| {
-        let primitives = import_gltf(path).ok()?.primitives.into_iter();
-        let largest = primitives.max_by_key(|p| p.mesh.triangle_count())?;
-        let name = path.file_stem()?.to_string_lossy().into_owned();
-        Some((name, largest.mesh))
-    };
-    paths.iter().filter_map(|path| largest(path)).collect()
 }
 
 fn decoded_bytes(hierarchy: &Hierarchy) -> usize {

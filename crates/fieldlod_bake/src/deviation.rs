@@ -12,8 +12,9 @@
 //! the source covers from edge to edge, and nowhere far above, are as near to it and need none;
 //! those that may span a gap in the source get the most.
 //! From a sample that is further than all before, the search climbs to where it is furthest.
-//! (Corners of simplified triangles are source vertices.) Groups of a few hundred triangles are
-//! sampled everywhere in both directions: there, one fold of the source is all that counts.
+//! (Corners of simplified triangles are source vertices.) Groups with few source triangles
+//! below are sampled everywhere, and so are these if none of them lies beside: there, one fold of the
+//! source is all that counts.
 //!
 //! A source vertex under a group goes on to the group that consumes the simplified triangle below
 //! it, and source triangles go where their corners go.

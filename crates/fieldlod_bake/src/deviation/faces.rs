@@ -18,14 +18,14 @@ const SAMPLES_PER_VERTEX: f32 = 0.1;
 const MAX_ROWS: f32 = 8.0;
 /// Samples per source vertex above as much area, where there may be a gap in the source.
 const SAMPLES_PER_VERTEX_IN_GAPS: f32 = 0.5;
-/// Source triangles of a group below which all of it is sampled.
-const FEW_TRIANGLES: usize = 1500;
-/// How many samples there are then on either surface, at least.
-const SAMPLES_OF_FEW: f32 = 6000.0;
 /// Least rows of samples there.
 const MIN_ROWS_IN_GAPS: f32 = 5.0;
 /// Most rows of samples there.
 const MAX_ROWS_IN_GAPS: f32 = 24.0;
+/// Source triangles below a group, up to which all of its surface is sampled.
+const FEW_TRIANGLES: usize = 1500;
+/// How many samples a surface gets then, about.
+const SAMPLES_OF_FEW: f32 = 6000.0;
 /// A triangle with less than this share of the source vertices that its area would have on average
 /// may span a gap.
 const GAP_SHARE: f32 = 0.5;

@@ -12,10 +12,10 @@ use crate::surface::NONE;
 /// Riders that are seated together.
 const RIDERS_PER_TASK: usize = 2048;
 
-/// For each vertex of the source, the simplified triangle above which it stands, or [`NONE`].
+/// For each place of the source, the simplified triangle above which it stands, or [`NONE`].
 pub(super) type Seats = Vec<u32>;
 
-/// Seats for as many groups as are measured at a time: they are as many as the vertices of the
+/// Seats for as many groups as are measured at a time: they are as many as the places of the
 /// whole source, and cost more to clear than a group takes.
 pub(super) struct SeatPool {
     empty: Mutex<Vec<Seats>>,

@@ -8,6 +8,7 @@ use std::time::Instant;
 use fieldlod_bake::{
     BakeConfig, SourceMesh, Verified, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
+use fieldlod_hierarchy::fixtures::Random;
 use glam::Vec3;
 
 /// Meshes in steps.
@@ -83,7 +84,7 @@ fn share(seed: u32, config: &BakeConfig) -> Option<f32> {
 
 /// A mesh whose vertices are moved in and out by up to 8 %, in stripes or at random.
 fn stepped(seed: u32) -> SourceMesh {
-    let mut random = Random(777 + u64::from(seed) * 1_000_003);
+    let mut random = Random::new(u64::from(seed));
     let mut mesh = match seed / 3 % 6 {
         0 => fixtures::rock(4, seed),
         1 => fixtures::height_field(40 + seed % 40),
@@ -92,31 +93,16 @@ fn stepped(seed: u32) -> SourceMesh {
         4 => fixtures::joined(&[fixtures::rock(4, seed), fixtures::torus_knot(150, 10)]),
         _ => fixtures::rock(5, seed),
     };
-    let (stripes, strength) = (3.0 + 40.0 * random.next(), 0.08 * random.next());
-    let axis = [random.next(), random.next(), random.next()];
-    let axis = (Vec3::from(axis) - 0.5).normalize_or(Vec3::X);
+    let (stripes, strength) = (3.0 + 40.0 * random.unit(), 0.08 * random.unit());
+    let axis = random.vector().normalize_or(Vec3::X);
     let is_random = seed.is_multiple_of(4);
     for position in &mut mesh.positions {
         let step = if is_random {
-            random.next() * 2.0 - 1.0
+            random.signed()
         } else {
             (position.dot(axis) * stripes).sin().signum()
         };
         *position *= 1.0 + strength * step;
     }
     fixtures::with_smooth_normals(mesh)
-}
-
-/// From 0 to 1, the same each time.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        let multiplier = 6_364_136_223_846_793_005;
-        self.0 = self
-            .0
-            .wrapping_mul(multiplier)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
 }

@@ -84,22 +84,20 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
 
 /// The surface with all groups below `level` simplified.
 fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
-    let is_simplified = |group: u32| {
-        let group = &hierarchy.groups[group as usize];
-        group.level < level && !group.is_terminal()
-    };
-    let mut cut = Vec::new();
-    for unit in &hierarchy.units {
-        if unit.producer().is_none_or(is_simplified) && !is_simplified(unit.consumed_by) {
-            let position = |v: u32| hierarchy.vertices.positions[v as usize].as_dvec3();
-            let triangles = hierarchy.source_triangles_of(unit);
-            cut.extend(triangles.map(|triangle| Piece {
-                corners: triangle.map(position),
-                produced_by: unit.producer(),
-            }));
-        }
-    }
-    cut
+    let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level >= level).collect();
+    hierarchy.close_refinement(&mut refined);
+    let position = |v: u32| hierarchy.vertices.positions[v as usize].as_dvec3();
+    let units = hierarchy
+        .drawn_units(&refined)
+        .map(|unit| &hierarchy.units[unit]);
+    let pieces = units.flat_map(|unit| {
+        let triangles = hierarchy.source_triangles_of(unit);
+        triangles.map(move |triangle| Piece {
+            corners: triangle.map(position),
+            produced_by: unit.producer(),
+        })
+    });
+    pieces.collect()
 }
 
 fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {

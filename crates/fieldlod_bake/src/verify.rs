@@ -136,38 +136,18 @@ pub fn verify(
 
 /// The triangles of the cut that refines the groups for which `criterion` holds, each with the
 /// group that produced it.
-fn cut(hierarchy: &Hierarchy, criterion: impl Fn(usize) -> bool) -> Vec<(Option<u32>, [u32; 3])> {
-    let mut refined: Vec<bool> = Vec::with_capacity(hierarchy.groups.len());
-    for (index, group) in hierarchy.groups.iter().enumerate() {
-        let finer = hierarchy.finer_groups(group).iter();
-        let finer_refined = finer.copied().any(|finer| refined[finer as usize]);
-        refined.push(group.is_terminal() || finer_refined || criterion(index));
-    }
-    let drawn = hierarchy.units.iter().filter(|unit| {
-        let producer_refined = unit.producer().is_some_and(|group| refined[group as usize]);
-        refined[unit.consumed_by as usize] && !producer_refined
-    });
+fn cut(
+    hierarchy: &Hierarchy,
+    mut criterion: impl FnMut(usize) -> bool,
+) -> Vec<(Option<u32>, [u32; 3])> {
+    let mut refined = vec![false; hierarchy.groups.len()];
+    hierarchy.refine_by(&mut refined, |group, _| criterion(group));
+    let drawn = hierarchy
+        .drawn_units(&refined)
+        .map(|unit| &hierarchy.units[unit]);
     let triangles = drawn.flat_map(|unit| {
         let triangles = hierarchy.source_triangles_of(unit);
         triangles.map(|triangle| (unit.producer(), triangle))
     });
     triangles.collect()
-}
-
-/// Repeatable numbers (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^ (bits >> 31)
-    }
-
-    /// At least 0, below 1.
-    fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1u32 << 24) as f32
-    }
 }

@@ -52,14 +52,10 @@ pub(crate) fn draw_levels(hierarchy: &Hierarchy) -> Result<Vec<u8>, ImageError> 
 
 /// The cut that refines the groups from `level` on, and those that nothing coarser replaces.
 pub(crate) fn units_of_cut(hierarchy: &Hierarchy, level: u32) -> impl Iterator<Item = &Unit> {
-    let is_refined = move |group: u32| {
-        let group = &hierarchy.groups[group as usize];
-        group.level >= level || group.is_terminal()
-    };
-    let drawn = move |unit: &&Unit| {
-        is_refined(unit.consumed_by) && !unit.producer().is_some_and(is_refined)
-    };
-    hierarchy.units.iter().filter(drawn)
+    let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level >= level).collect();
+    hierarchy.close_refinement(&mut refined);
+    let drawn: Vec<usize> = hierarchy.drawn_units(&refined).collect();
+    drawn.into_iter().map(|unit| &hierarchy.units[unit])
 }
 
 struct View {

@@ -1,10 +1,12 @@
-//! Tiny hierarchies built by hand, for doc examples and tests that need no baker.
+//! Hierarchies made without a baker, and repeatable numbers, for doc examples, tests and benches.
 
 mod pyramid;
+mod random;
 
 use glam::Vec3;
 
 pub use pyramid::grid_pyramid;
+pub use random::Random;
 
 use crate::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, SourceHash, Sphere, Unit, Vertices};
 

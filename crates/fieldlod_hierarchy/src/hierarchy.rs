@@ -22,6 +22,7 @@ pub const NO_GROUP: u32 = u32::MAX;
 /// 2. it is source geometry, or the group that produced it is not refined.
 ///
 /// The units so drawn cover the surface exactly once, without cracks, whatever the criterion.
+/// [`Hierarchy::refine_by`] refines by a criterion, and [`Hierarchy::drawn_units`] lists the units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hierarchy {
     /// The mesh that this was baked from.
@@ -199,8 +200,34 @@ impl Hierarchy {
     /// Triangles of the source mesh (degenerate ones included).
     #[must_use]
     pub fn source_triangle_count(&self) -> u64 {
-        let source = self.units.iter().filter(|u| u.producer().is_none());
-        source.map(|u| u64::from(u.triangle_count)).sum()
+        let counts = self
+            .source_units()
+            .map(|unit| u64::from(self.units[unit].triangle_count));
+        counts.sum()
+    }
+
+    /// How many triangles `group` consumes.
+    #[must_use]
+    pub fn triangle_count_of(&self, group: &Group) -> u64 {
+        let units = &self.units[group.units()];
+        let counts = units.iter().map(|unit| u64::from(unit.triangle_count));
+        counts.sum()
+    }
+
+    /// The area of the triangles of `unit`, in local units squared.
+    #[must_use]
+    pub fn area_of_unit(&self, unit: &Unit) -> f64 {
+        let corner = |vertex: u32| self.vertices.positions[vertex as usize].as_dvec3();
+        let areas = self.source_triangles_of(unit).map(|triangle| {
+            let [a, b, c] = triangle.map(corner);
+            (b - a).cross(c - a).length() * 0.5
+        });
+        areas.sum()
+    }
+
+    /// The units of source geometry: as indices into [`Hierarchy::units`], ascending.
+    pub fn source_units(&self) -> impl Iterator<Item = usize> {
+        (0..self.units.len()).filter(|&unit| self.units[unit].producer().is_none())
     }
 
     /// The groups whose simplification `group` consumes: as indices into `groups`, each smaller

@@ -30,10 +30,9 @@
 //! Vertices are those of the source mesh: a coarser level uses a subset of them and moves none, so
 //! the hierarchy refers to them by index and carries every vertex attribute for free.
 //!
-//! What follows from the triangles of a group (their number, area and [`NormalCone`]) is computed
-//! when asked for. No criterion uses a cone: around the groups of the default bake of eight models
-//! (10,000 to 270,000 triangles) cones have half angles of 150° and more as a rule, of terrain 20°
-//! to 90°, so that they hardly ever tell that a group faces away.
+//! Groups carry no cone around their normals: in the default bake of eight models (10,000 to 270,000
+//! triangles) such cones have half angles of 150° and more as a rule, of terrain 20° to 90°, so that
+//! they hardly ever tell that a group faces away.
 //!
 //! The deviation is one length, without a part for each direction: of a dragon, a cloth, a helmet, a
 //! palm tree and a golf ball the part across the mean normal alone is 0.7 to 1 of the whole (median
@@ -49,13 +48,12 @@ mod bounds;
 mod file;
 pub mod fixtures;
 mod hierarchy;
-mod shape;
+mod refinement;
 mod source;
 mod validate;
 
 pub use bounds::{Aabb, Sphere};
 pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Precision};
 pub use hierarchy::{Cluster, Group, Hierarchy, NO_GROUP, Unit, Vertices};
-pub use shape::NormalCone;
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;

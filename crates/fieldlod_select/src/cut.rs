@@ -1,6 +1,6 @@
 //! The cut: which units of a hierarchy to draw, and how it is chosen.
 
-use fieldlod_hierarchy::{Hierarchy, Unit};
+use fieldlod_hierarchy::Hierarchy;
 use glam::Affine3A;
 
 use crate::criterion::promised_px;
@@ -32,17 +32,6 @@ impl Cut {
     #[must_use]
     pub fn refined(&self) -> &[bool] {
         &self.refined
-    }
-
-    /// Whether `unit` of the hierarchy this cut was selected from is drawn: the cut rule of
-    /// [`Hierarchy`].
-    #[must_use]
-    pub fn draws(&self, unit: &Unit) -> bool {
-        let consumer_refined = self.refined[unit.consumed_by as usize];
-        let producer_refined = unit
-            .producer()
-            .is_some_and(|group| self.refined[group as usize]);
-        consumer_refined && !producer_refined
     }
 
     /// Forgets the last cut, as after a teleport.
@@ -93,36 +82,15 @@ fn select_by(
     let thresholds = settings.thresholds(1.0);
     // A cut of another hierarchy has nothing to remember.
     cut.refined.resize(hierarchy.groups.len(), false);
-    for (index, group) in hierarchy.groups.iter().enumerate() {
-        // Closure: finer groups come first, so one pass makes the cut valid.
-        let finer = hierarchy.finer_groups(group);
-        let finer_refined = finer.iter().any(|&finer| cut.refined[finer as usize]);
-        let was_refined = cut.refined[index];
-        cut.refined[index] = group.is_terminal()
-            || finer_refined
-            || thresholds.exceeded_by(error_px(index, was_refined), was_refined);
-    }
-    gather_units(hierarchy, cut);
-}
-
-fn gather_units(hierarchy: &Hierarchy, cut: &mut Cut) {
-    let Cut { refined, units, .. } = cut;
-    units.clear();
-    let mut triangle_count = 0;
-    for (group, _) in hierarchy
-        .groups
+    hierarchy.refine_by(&mut cut.refined, |group, was_refined| {
+        thresholds.exceeded_by(error_px(group, was_refined), was_refined)
+    });
+    cut.units.clear();
+    let drawn = hierarchy.drawn_units(&cut.refined).map(|unit| unit as u32);
+    cut.units.extend(drawn);
+    let units = cut
+        .units
         .iter()
-        .zip(refined.iter())
-        .filter(|(_, refined)| **refined)
-    {
-        for index in group.units() {
-            let unit = &hierarchy.units[index];
-            let producer = unit.producer();
-            if producer.is_none_or(|producer| !refined[producer as usize]) {
-                units.push(index as u32);
-                triangle_count += u64::from(unit.triangle_count);
-            }
-        }
-    }
-    cut.triangle_count = triangle_count;
+        .map(|&unit| &hierarchy.units[unit as usize]);
+    cut.triangle_count = units.map(|unit| u64::from(unit.triangle_count)).sum();
 }

@@ -10,25 +10,9 @@ use camera_field::Camera;
 use common::{look, perspective};
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures, import_gltf};
 use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::fixtures::Random;
 use fieldlod_select::{Cut, InstanceView, LodSettings, View, select, select_with};
 use glam::{Affine3A, Vec2, Vec3};
-
-/// A generator of numbers in `0..1` that needs no crate.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
-    }
-}
 
 /// The triangles of the source, in a grid of cells for finding the nearest.
 struct Source {
@@ -40,10 +24,7 @@ struct Source {
 impl Source {
     fn new(hierarchy: &Hierarchy, cell: f32) -> Self {
         let positions = &hierarchy.vertices.positions;
-        let source = hierarchy
-            .units
-            .iter()
-            .filter(|unit| unit.producer().is_none());
+        let source = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
         let triangles: Vec<[Vec3; 3]> = source
             .flat_map(|unit| hierarchy.source_triangles_of(unit))
             .map(|triangle| triangle.map(|v| positions[v as usize]))
@@ -142,17 +123,15 @@ fn displacements(
     };
     let mut all = Vec::new();
     for _ in 0..60 {
-        let unit =
-            cut.units()[(random.next() * cut.units().len() as f32) as usize % cut.units().len()];
+        let unit = cut.units()[random.index(cut.units().len())];
         let unit = &hierarchy.units[unit as usize];
         if unit.producer().is_none() {
             continue;
         }
         let triangles: Vec<[u32; 3]> = hierarchy.source_triangles_of(unit).collect();
-        let triangle =
-            triangles[(random.next() * triangles.len() as f32) as usize % triangles.len()];
+        let triangle = triangles[random.index(triangles.len())];
         let [a, b, c] = triangle.map(|v| hierarchy.vertices.positions[v as usize]);
-        let (s, t) = (random.next(), random.next());
+        let (s, t) = (random.unit(), random.unit());
         let (s, t) = if s + t > 1.0 {
             (1.0 - s, 1.0 - t)
         } else {
@@ -194,7 +173,7 @@ fn measure(hierarchy: &Hierarchy, cameras: usize, seed: u64) -> Measured {
     let size = (box_of_all.max - box_of_all.min).length();
     let center = (box_of_all.min + box_of_all.max) * 0.5;
     let source = Source::new(hierarchy, size / 64.0);
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut measured = Measured {
         max_px: 0.0,
         max_clusterlod_px: 0.0,
@@ -202,9 +181,9 @@ fn measure(hierarchy: &Hierarchy, cameras: usize, seed: u64) -> Measured {
         over: 0,
     };
     for _ in 0..cameras {
-        let fov_y = (30.0 + 90.0 * random.next()).to_radians();
+        let fov_y = (30.0 + 90.0 * random.unit()).to_radians();
         let eye =
-            center + random.vector().normalize_or(Vec3::X) * size * (0.3 + 3.0 * random.next());
+            center + random.vector().normalize_or(Vec3::X) * size * (0.3 + 3.0 * random.unit());
         let target = center + random.vector() * size * 1.5;
         let view = look(perspective(fov_y), eye, target);
         let [mut ours, mut theirs] = [Cut::default(), Cut::default()];

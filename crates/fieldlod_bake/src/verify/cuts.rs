@@ -3,10 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::fixtures::Random;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Random, Verified, VerifyError, VerifySettings, cut};
+use super::{Verified, VerifyError, VerifySettings, cut};
 use crate::SourceMesh;
 
 pub(super) fn check(
@@ -28,9 +29,9 @@ pub(super) fn check(
 
 /// A third of the cuts by error, a third by place as a camera would, a third at random.
 fn random_cut(index: u32, hierarchy: &Hierarchy) -> Vec<(Option<u32>, [u32; 3])> {
-    let mut random = Random(u64::from(index));
+    let mut random = Random::new(u64::from(index));
     let groups = &hierarchy.groups;
-    let some_group = |random: &mut Random| &groups[(random.next() % groups.len() as u64) as usize];
+    let some_group = |random: &mut Random| &groups[random.index(groups.len())];
     match index % 3 {
         0 => {
             let threshold = some_group(&mut random).error_in_local;
@@ -48,10 +49,8 @@ fn random_cut(index: u32, hierarchy: &Hierarchy) -> Vec<(Option<u32>, [u32; 3])>
             })
         }
         _ => {
-            let (seed, share) = (random.next(), random.unit().powi(3));
-            cut(hierarchy, |group| {
-                Random(seed ^ group as u64).unit() < share
-            })
+            let share = random.unit().powi(3);
+            cut(hierarchy, |_| random.unit() < share)
         }
     }
 }

@@ -1,10 +1,11 @@
 //! Deviations by independent random samples.
 
 use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::fixtures::Random;
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
-use super::{Random, Verified, VerifyError, VerifySettings, cut};
+use super::{Verified, VerifyError, VerifySettings, cut};
 use crate::SourceMesh;
 use crate::nearest::{Hit, Triangle, TriangleTree};
 
@@ -98,7 +99,7 @@ impl Check<'_> {
         let density = self.density(4 * self.settings.samples_per_triangle, triangles.len());
         let tasks = triangles.par_chunks(TRIANGLES_PER_TASK).enumerate();
         let worst = tasks.map(|(task, triangles)| {
-            let mut random = Random(task as u64);
+            let mut random = Random::new(task as u64);
             let mut worst = (0.0f32, 0);
             let mut guess = 0;
             for &(group, triangle) in triangles {

@@ -1,4 +1,4 @@
-//! A plain reading of the cut rule and of what "no holes" means, to hold bakes against.
+//! Cuts of all kinds, and what "no holes" means, to check bakes against.
 
 #![allow(dead_code, reason = "each suite uses its part")]
 
@@ -7,40 +7,29 @@ pub(crate) mod gltf_file;
 use std::collections::HashMap;
 
 use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::fixtures::Random;
 use glam::Vec3;
 
 /// The triangles, as source vertices, of the cut that refines the groups for which `criterion`
-/// holds: the rule on [`Hierarchy`], word for word.
-pub(crate) fn cut(hierarchy: &Hierarchy, criterion: impl Fn(usize) -> bool) -> Vec<[u32; 3]> {
-    let refined = refined_groups(hierarchy, criterion);
-    let is_drawn = |unit: &&fieldlod_hierarchy::Unit| {
-        let consumer_refined = refined[unit.consumed_by as usize];
-        let producer_refined = unit.producer().is_some_and(|group| refined[group as usize]);
-        consumer_refined && !producer_refined
-    };
-    let drawn = hierarchy.units.iter().filter(is_drawn);
+/// holds.
+pub(crate) fn cut(
+    hierarchy: &Hierarchy,
+    mut criterion: impl FnMut(usize) -> bool,
+) -> Vec<[u32; 3]> {
+    let mut refined = vec![false; hierarchy.groups.len()];
+    hierarchy.refine_by(&mut refined, |group, _| criterion(group));
+    let drawn = hierarchy
+        .drawn_units(&refined)
+        .map(|unit| &hierarchy.units[unit]);
     drawn
         .flat_map(|unit| hierarchy.source_triangles_of(unit))
         .collect()
 }
 
-fn refined_groups(hierarchy: &Hierarchy, criterion: impl Fn(usize) -> bool) -> Vec<bool> {
-    let mut refined = Vec::with_capacity(hierarchy.groups.len());
-    for (index, group) in hierarchy.groups.iter().enumerate() {
-        let finer = hierarchy.finer_groups(group);
-        let finer_refined = finer.iter().any(|&finer| refined[finer as usize]);
-        refined.push(group.is_terminal() || finer_refined || criterion(index));
-    }
-    refined
-}
-
-/// A criterion that looks random and is not: a hash of group and seed, true for about `percent`.
-pub(crate) fn random_criterion(seed: u64, percent: u64) -> impl Fn(usize) -> bool {
-    move |group| {
-        let mut bits = (group as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (seed << 7);
-        bits = (bits ^ (bits >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (bits >> 33) % 100 < percent
-    }
+/// A criterion that is true for about `percent`, at random.
+pub(crate) fn random_criterion(seed: u64, percent: usize) -> impl FnMut(usize) -> bool {
+    let mut random = Random::new(seed);
+    move |_| random.index(100) < percent
 }
 
 /// Refines the groups whose error is above `threshold`.

@@ -47,18 +47,15 @@ fn sign(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::Random;
 
     /// The claim at [`Precision::Quantized16`](crate::Precision), all over the sphere.
     #[test]
     fn directions_come_back_to_six_hundredths_of_a_degree() {
-        let mut state = 1u32;
-        let mut coordinate = || {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-        };
+        let mut random = Random::new(0);
         let mut largest = 0.0f32;
         for _ in 0..200_000 {
-            let v = Vec3::from_array(std::array::from_fn(|_| coordinate())).normalize_or_zero();
+            let v = random.vector().normalize_or_zero();
             largest = largest.max(direction(numbers(v)).distance(v));
         }
         assert!(largest.to_degrees() < 0.06, "{}", largest.to_degrees());

@@ -78,17 +78,11 @@ impl Oracle {
 
 /// The cut that simplifies every group up to `level`.
 fn level_units(seen: &Seen, level: u32) -> Vec<u32> {
-    let mut cut = Cut::default();
     let hierarchy = &seen.object.hierarchy;
-    let settings = LodSettings::default();
-    select_with(hierarchy, &settings, &mut cut, |group| {
-        if hierarchy.groups[group].level > level {
-            f32::INFINITY
-        } else {
-            0.0
-        }
-    });
-    cut.units().to_vec()
+    let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level > level).collect();
+    hierarchy.close_refinement(&mut refined);
+    let drawn = hierarchy.drawn_units(&refined);
+    drawn.map(|unit| unit as u32).collect()
 }
 
 /// Triangles in view that each group's simplification saves.

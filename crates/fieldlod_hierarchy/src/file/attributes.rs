@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::octahedron;
 use super::planes::{Predict, Rows};
 use super::quantize::{Grid, Grids};
-use crate::Vertices;
+use crate::hierarchy::Vertices;
 
 /// Which attributes there are besides positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 use super::attributes::Attributes;
-use super::quantize::Grids;
+use super::error::{FORMAT_VERSION, FileError};
+use super::quantize::{Grids, Precision};
 use super::reader::Reader;
-use super::{FORMAT_VERSION, FileError, Precision};
-use crate::SourceHash;
+use crate::source::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";

@@ -9,7 +9,7 @@
 
 use pco::{ChunkConfig, DeltaSpec, ModeSpec};
 
-use super::FileError;
+use super::error::FileError;
 use super::reader::Reader;
 
 const EQUAL: u8 = 0;

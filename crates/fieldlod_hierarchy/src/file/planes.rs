@@ -1,6 +1,6 @@
 //! The numbers of every vertex, each predicted from those of the vertices that came before.
 
-use super::FileError;
+use super::error::FileError;
 use super::numbers::{self, Kind, unzigzag, zigzag};
 use super::reader::Reader;
 

@@ -2,7 +2,19 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{Aabb, Hierarchy, Vertices};
+use crate::bounds::Aabb;
+use crate::hierarchy::{Hierarchy, Vertices};
+
+/// How exactly a file keeps vertex attributes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Bit for bit.
+    #[default]
+    Lossless,
+    /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
+    /// normals and tangents to 0.06°. Bounds grow to hold the moved triangles.
+    Quantized16,
+}
 
 /// Numbers from `min` upwards in 65536 equal steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::FileError;
+use super::error::FileError;
 
 pub(super) struct Reader<'a> {
     pub(super) rest: &'a [u8],

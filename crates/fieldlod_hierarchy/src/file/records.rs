@@ -3,7 +3,7 @@
 
 use bytemuck::Pod;
 
-use super::FileError;
+use super::error::FileError;
 use super::numbers::{self, Kind};
 use super::reader::Reader;
 

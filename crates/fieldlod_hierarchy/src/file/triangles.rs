@@ -5,7 +5,7 @@
 //! yet, or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep
 //! the corner at which they begin.
 
-use super::FileError;
+use super::error::FileError;
 
 const EDGES: usize = 16;
 const RECENT: usize = 16;

@@ -1,0 +1,251 @@
+//! From the bytes of sections to a primitive.
+
+use super::attributes;
+use super::coded::Coded;
+use super::contents::BakedPrimitive;
+use super::error::FileError;
+use super::layout::Entry;
+use super::planes::Predict;
+use super::reader::Reader;
+use super::section_reader;
+use crate::hierarchy::{Cluster, Hierarchy, NO_GROUP};
+
+/// Decodes a primitive, section by section.
+pub(super) struct Decoder {
+    entry: Entry,
+    predictors: Vec<Predict>,
+    coded: Coded,
+    sections_read: usize,
+}
+
+impl Decoder {
+    pub(super) fn new(entry: Entry) -> Self {
+        let predictors = entry.attributes.predictors(entry.grids().is_some());
+        let coded = Coded::with_planes(predictors.len());
+        Self {
+            entry,
+            predictors,
+            coded,
+            sections_read: 0,
+        }
+    }
+
+    /// Takes the next section off the front of `reader`, if the primitive has one more.
+    pub(super) fn read_section(&mut self, reader: &mut Reader<'_>) -> Result<(), FileError> {
+        let Some(section) = self.entry.sections.get(self.sections_read) else {
+            return Ok(());
+        };
+        let bytes = reader.take("a section", section.length)?;
+        section.check(bytes)?;
+        self.sections_read += 1;
+        let unused_vertices = match self.is_whole() {
+            true => self.entry.unused_vertices as usize,
+            false => 0,
+        };
+        section_reader::read(bytes, &mut self.coded, &self.predictors, unused_vertices)
+    }
+
+    fn is_whole(&self) -> bool {
+        self.sections_read == self.entry.sections.len()
+    }
+
+    /// The hierarchy of the sections read, validated. `primitive` is its number in the file.
+    pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
+        let hierarchy = self.hierarchy()?;
+        let valid = hierarchy.validate();
+        valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
+        Ok(BakedPrimitive {
+            mesh_index: self.entry.mesh_index,
+            primitive_index: self.entry.primitive_index,
+            name: self.entry.name,
+            hierarchy,
+            position_error_in_local: self.entry.position_error_in_local,
+        })
+    }
+
+    fn hierarchy(&self) -> Result<Hierarchy, FileError> {
+        let (entry, coded) = (&self.entry, &self.coded);
+        let vertex_count = coded.source_vertices.len();
+        let (places, source_vertices) = if self.is_whole() {
+            check_count(entry.group_count, coded.groups.len(), "the groups")?;
+            check_count(entry.vertex_count, vertex_count, "the vertex order")?;
+            let places = inverse(&coded.source_vertices)?;
+            (places, Some(coded.source_vertices.as_slice()))
+        } else {
+            // Vertices stay in the order of coding.
+            ((1..=vertex_count as u32).collect(), None)
+        };
+        let grids = entry.grids();
+        let mut builder = Builder {
+            coded,
+            starts: Starts::of(coded),
+            hierarchy: Hierarchy {
+                source: entry.source,
+                vertices: attributes::from_rows(&coded.rows, entry.attributes, grids, &places),
+                ..Hierarchy::default()
+            },
+            source_vertices,
+        };
+        builder.reserve();
+        builder.add_groups(&group_order(coded)?);
+        Ok(builder.hierarchy)
+    }
+}
+
+fn check_count(expected: u32, found: usize, what: &'static str) -> Result<(), FileError> {
+    match expected as usize == found {
+        true => Ok(()),
+        false => Err(FileError::Corrupt { what }),
+    }
+}
+
+/// The row of each source vertex: the first row is that of no vertex.
+fn inverse(source_vertices: &[u32]) -> Result<Vec<u32>, FileError> {
+    let what = "the vertex order";
+    let mut places = vec![0; source_vertices.len()];
+    for (code, &vertex) in source_vertices.iter().enumerate() {
+        match places.get_mut(vertex as usize) {
+            Some(place) if *place == 0 => *place = code as u32 + 1,
+            _ => return Err(FileError::Corrupt { what }),
+        }
+    }
+    Ok(places)
+}
+
+/// The places of the groups in `coded`, in the order of the hierarchy.
+fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
+    let indices = &coded.group_indices;
+    let mut order: Vec<u32> = (0..indices.len() as u32).collect();
+    order.sort_unstable_by_key(|&place| indices[place as usize]);
+    let twice = |pair: &[u32]| indices[pair[0] as usize] == indices[pair[1] as usize];
+    if order.windows(2).any(twice) {
+        let what = "the groups";
+        return Err(FileError::Corrupt { what });
+    }
+    Ok(order)
+}
+
+/// Where the ranges of each group, and of each unit, start in the arrays of a [`Coded`].
+struct Starts {
+    /// First finer link and first unit.
+    groups: Vec<[usize; 2]>,
+    /// First vertex, first triangle and first cluster.
+    units: Vec<[usize; 3]>,
+}
+
+impl Starts {
+    fn of(coded: &Coded) -> Self {
+        let mut next = [0; 2];
+        let groups = coded.groups.iter();
+        let groups = groups.map(|group| advance(&mut next, [group.finer_count, group.unit_count]));
+        let groups = groups.collect();
+        let mut next = [0; 3];
+        let units = coded.units.iter();
+        let units = units.map(|unit| {
+            let counts = [unit.vertex_count, unit.triangle_count, unit.cluster_count];
+            advance(&mut next, counts)
+        });
+        let units = units.collect();
+        Self { groups, units }
+    }
+}
+
+fn advance<const N: usize>(next: &mut [usize; N], counts: [u32; N]) -> [usize; N] {
+    let starts = *next;
+    for (next, count) in next.iter_mut().zip(counts) {
+        *next += count as usize;
+    }
+    starts
+}
+
+struct Builder<'a> {
+    coded: &'a Coded,
+    starts: Starts,
+    hierarchy: Hierarchy,
+    /// Numbers of the vertices by the order of coding; those of coding themselves without it.
+    source_vertices: Option<&'a [u32]>,
+}
+
+impl Builder<'_> {
+    /// Room for all that is to come.
+    fn reserve(&mut self) {
+        let (from, to) = (self.coded, &mut self.hierarchy);
+        to.groups.reserve_exact(from.groups.len());
+        to.finer.reserve_exact(from.finer.len());
+        to.units.reserve_exact(from.units.len());
+        to.clusters.reserve_exact(from.clusters.len());
+        to.unit_vertices.reserve_exact(from.unit_vertices.len());
+        to.indices.reserve_exact(from.indices.len());
+    }
+
+    /// Adds the groups at these places of `coded`.
+    fn add_groups(&mut self, order: &[u32]) {
+        let indices = order
+            .iter()
+            .map(|&place| self.coded.group_indices[place as usize]);
+        let indices: Vec<u32> = indices.collect();
+        for (index, &place) in order.iter().enumerate() {
+            self.add_group(index as u32, place as usize, &indices);
+        }
+    }
+
+    fn add_group(&mut self, index: u32, place: usize, indices: &[u32]) {
+        let mut group = self.coded.groups[place];
+        let [first_finer, first_unit] = self.starts.groups[place];
+        let links = &self.coded.finer[first_finer..][..group.finer_count as usize];
+        // What was not read is left out: its units are the source geometry of what was.
+        let read = links.iter().filter_map(|finer| position(indices, *finer));
+        group.first_finer = self.hierarchy.finer.len() as u32;
+        self.hierarchy.finer.extend(read);
+        group.finer_count = self.hierarchy.finer.len() as u32 - group.first_finer;
+        group.level = self.level_above(group.first_finer as usize);
+        group.first_unit = self.hierarchy.units.len() as u32;
+        self.hierarchy.groups.push(group);
+        for unit in first_unit..first_unit + group.unit_count as usize {
+            self.add_unit(index, unit, indices);
+        }
+    }
+
+    /// The level of a group with the finer groups from `first_finer` on.
+    fn level_above(&self, first_finer: usize) -> u32 {
+        let finer = self.hierarchy.finer[first_finer..].iter();
+        let levels = finer.filter_map(|&finer| self.hierarchy.groups.get(finer as usize));
+        levels.map(|group| group.level + 1).max().unwrap_or(0)
+    }
+
+    fn add_unit(&mut self, group: u32, place: usize, indices: &[u32]) {
+        let mut unit = self.coded.units[place];
+        let [vertex, triangle, cluster] = self.starts.units[place];
+        unit.consumed_by = group;
+        unit.produced_by = position(indices, unit.produced_by).unwrap_or(NO_GROUP);
+        let hierarchy = &mut self.hierarchy;
+        unit.first_vertex = hierarchy.unit_vertices.len() as u32;
+        unit.first_triangle = (hierarchy.indices.len() / 3) as u32;
+        unit.first_cluster = hierarchy.clusters.len() as u32;
+        let vertices = self.coded.unit_vertices[vertex..][..unit.vertex_count as usize].iter();
+        match self.source_vertices {
+            Some(source) => {
+                let vertices = vertices.map(|&code| source[code as usize]);
+                hierarchy.unit_vertices.extend(vertices);
+            }
+            None => hierarchy.unit_vertices.extend(vertices),
+        }
+        let indices = &self.coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
+        hierarchy.indices.extend(indices);
+        let mut first_triangle = unit.first_triangle;
+        for cluster in &self.coded.clusters[cluster..][..unit.cluster_count as usize] {
+            hierarchy.clusters.push(Cluster {
+                first_triangle,
+                ..*cluster
+            });
+            first_triangle = first_triangle.wrapping_add(cluster.triangle_count);
+        }
+        hierarchy.units.push(unit);
+    }
+}
+
+/// Where a group index stands among those that were read.
+fn position(indices: &[u32], index: u32) -> Option<u32> {
+    let place = indices.binary_search(&index).ok()?;
+    Some(place as u32)
+}

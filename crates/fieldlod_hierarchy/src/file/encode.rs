@@ -1,0 +1,167 @@
+//! From a primitive to the bytes of its sections.
+
+use super::attributes::{self, Attributes};
+use super::coded::Coded;
+use super::contents::BakedPrimitive;
+use super::layout::{Entry, SectionEntry};
+use super::planes::Rows;
+use super::quantize::{self, Grids, Precision};
+use super::section_writer;
+use crate::hierarchy::{Cluster, Group, Hierarchy, Unit};
+
+/// What the directory says about a primitive, and its sections.
+///
+/// # Panics
+/// If the hierarchy is not valid.
+pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u8>>) {
+    let source = &primitive.hierarchy;
+    assert_eq!(
+        source.validate(),
+        Ok(()),
+        "only valid hierarchies can be written"
+    );
+    let attributes = Attributes::of(&source.vertices);
+    let grids = Grids::around(&source.vertices);
+    let quantized = (precision == Precision::Quantized16).then_some(&grids);
+    let rows = attributes::to_rows(&source.vertices, quantized);
+    // Where vertices move, bounds must hold them as they will be read.
+    let moved = quantized.map(|grids| {
+        let places: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
+        let vertices = attributes::from_rows(&rows, attributes, Some(grids), &places);
+        quantize::moved(source, vertices)
+    });
+    let (hierarchy, moved_by) = match &moved {
+        Some((hierarchy, moved_by)) => (hierarchy, *moved_by),
+        None => (source, 0.0),
+    };
+    let (sections, unused_vertices) = encode_sections(hierarchy, &rows, attributes, precision);
+    let entry = Entry {
+        mesh_index: primitive.mesh_index,
+        primitive_index: primitive.primitive_index,
+        name: primitive.name.clone(),
+        source: hierarchy.source,
+        attributes,
+        precision,
+        grids,
+        position_error_in_local: primitive.position_error_in_local + moved_by,
+        group_count: hierarchy.groups.len() as u32,
+        vertex_count: hierarchy.vertices.positions.len() as u32,
+        unused_vertices: unused_vertices as u32,
+        sections: sections.iter().map(|s| SectionEntry::of(s)).collect(),
+    };
+    (entry, sections)
+}
+
+/// The sections of a hierarchy whose vertices have these `source_rows`, and how many vertices
+/// no unit uses.
+fn encode_sections(
+    hierarchy: &Hierarchy,
+    source_rows: &Rows,
+    attributes: Attributes,
+    precision: Precision,
+) -> (Vec<Vec<u8>>, usize) {
+    let predictors = attributes.predictors(precision == Precision::Quantized16);
+    let mut coder = Coder {
+        hierarchy,
+        source_rows,
+        coded: Coded::with_planes(source_rows.width),
+        codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
+    };
+    let groups_of_sections = groups_by_section(hierarchy);
+    let last = groups_of_sections.len() - 1;
+    let mut sections = Vec::new();
+    let mut unused_vertices = 0;
+    for (number, groups) in groups_of_sections.into_iter().enumerate() {
+        let from = coder.coded.ends();
+        for group in groups {
+            coder.add_group(group);
+        }
+        if number == last {
+            unused_vertices = coder.add_unused();
+        }
+        let section = section_writer::write(&coder.coded, from, &predictors, unused_vertices);
+        sections.push(section);
+    }
+    (sections, unused_vertices)
+}
+
+/// The groups of each section: the first holds those with nothing coarser above them, so that what
+/// any number of first sections hold is all that some cut refines.
+fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
+    let level_count = hierarchy.level_count();
+    let mut groups_of_sections = vec![Vec::new(); level_count.max(1) as usize];
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        let section = match group.is_terminal() {
+            true => 0,
+            false => level_count - 1 - group.level,
+        };
+        groups_of_sections[section as usize].push(index as u32);
+    }
+    groups_of_sections
+}
+
+struct Coder<'a> {
+    hierarchy: &'a Hierarchy,
+    source_rows: &'a Rows,
+    coded: Coded,
+    /// By source vertex: its place in the order of coding, if it has one yet.
+    codes: Vec<u32>,
+}
+
+impl Coder<'_> {
+    fn add_group(&mut self, index: u32) {
+        let hierarchy = self.hierarchy;
+        let group = &hierarchy.groups[index as usize];
+        self.coded.group_indices.push(index);
+        self.coded.groups.push(Group {
+            first_finer: 0,
+            first_unit: 0,
+            ..*group
+        });
+        self.coded.finer.extend(hierarchy.finer_groups(group));
+        for unit in &hierarchy.units[group.units()] {
+            self.add_unit(index, unit);
+        }
+    }
+
+    fn add_unit(&mut self, group: u32, unit: &Unit) {
+        let hierarchy = self.hierarchy;
+        self.coded.units.push(Unit {
+            consumed_by: 0,
+            produced_by: unit.producer().map_or(0, |producer| group - producer),
+            first_vertex: 0,
+            first_triangle: 0,
+            first_cluster: 0,
+            ..*unit
+        });
+        let clusters = hierarchy.clusters[unit.clusters()].iter();
+        self.coded.clusters.extend(clusters.map(|cluster| Cluster {
+            first_triangle: 0,
+            ..*cluster
+        }));
+        for &vertex in hierarchy.vertices_of(unit) {
+            let code = self.code_of(vertex);
+            self.coded.unit_vertices.push(code);
+        }
+        self.coded.indices.extend(hierarchy.indices_of(unit));
+    }
+
+    fn code_of(&mut self, vertex: u32) -> u32 {
+        let code = &mut self.codes[vertex as usize];
+        if *code == u32::MAX {
+            *code = self.coded.source_vertices.len() as u32;
+            self.coded.source_vertices.push(vertex);
+            self.coded.rows.push(self.source_rows.row(vertex));
+        }
+        *code
+    }
+
+    /// Adds the vertices that no unit uses; returns how many there are.
+    fn add_unused(&mut self) -> usize {
+        let before = self.coded.source_vertices.len();
+        for vertex in 0..self.codes.len() as u32 {
+            self.code_of(vertex);
+        }
+        self.coded.source_vertices.len() - before
+    }
+}

@@ -1,0 +1,49 @@
+//! Which version is read, and why bytes may not be.
+
+use thiserror::Error;
+
+use crate::validate::InvalidHierarchy;
+
+/// The version that this crate writes, and the only one that it reads.
+pub const FORMAT_VERSION: u32 = 3;
+
+/// Why bytes are not a usable `.fieldlod` file.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the fields are named by each variant's message"
+)]
+pub enum FileError {
+    /// The first bytes are not the magic.
+    #[error("not a .fieldlod file")]
+    NotFieldlod,
+    /// Another version of the program wrote the file.
+    #[error("format version {found}, but this program reads version {FORMAT_VERSION}: bake again")]
+    Version { found: u32 },
+    /// There are fewer bytes than the header or an array announces.
+    #[error("truncated: {what} ends after {available} of {needed} bytes")]
+    Truncated {
+        what: &'static str,
+        needed: u64,
+        available: u64,
+    },
+    /// There are more bytes than the header announces.
+    #[error("{extra} bytes follow the end of the data")]
+    TrailingBytes { extra: u64 },
+    /// The checksum does not fit the bytes.
+    #[error("corrupt: the checksum does not fit the data")]
+    Checksum,
+    /// The name of a primitive is not UTF-8.
+    #[error("corrupt: the name of primitive {primitive} is not UTF-8")]
+    Name { primitive: usize },
+    /// Something cannot have been written like this, although the checksum fits.
+    #[error("corrupt: {what} cannot be decoded")]
+    Corrupt { what: &'static str },
+    /// An invariant is broken, although the checksum fits.
+    #[error("primitive {primitive}: {fault}")]
+    Invalid {
+        primitive: usize,
+        fault: InvalidHierarchy,
+    },
+}

@@ -1,0 +1,229 @@
+//! Reads one section, as `section_writer` describes it.
+
+use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
+use super::error::FileError;
+use super::numbers::{self, unzigzag};
+use super::planes::{self, Predict, Prediction};
+use super::predictor::Predictor;
+use super::reader::Reader;
+use super::records;
+use super::references::References;
+use super::triangles::SymbolReader;
+use crate::hierarchy::{Cluster, Group, NO_GROUP, Unit};
+
+/// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
+/// uses.
+pub(super) fn read(
+    bytes: &[u8],
+    coded: &mut Coded,
+    predictors: &[Predict],
+    unused_vertices: usize,
+) -> Result<(), FileError> {
+    let mut section = SectionReader {
+        from: coded.ends(),
+        reader: Reader { rest: bytes },
+        budget: Budget::of(bytes),
+        coded,
+    };
+    // The graph.
+    section.read_groups()?;
+    let counts = section.read_units()?;
+    // Which vertices the units use, and which of them are new.
+    let used = section.read_references(counts.references)?;
+    let added = section.read_source_vertices(used as u64 + unused_vertices as u64)?;
+    // Triangles, which tell what new vertices are like, and how far they are not.
+    let predictions = section.read_triangles(counts.triangles, unused_vertices)?;
+    section.coded.rows.add_zeros(added);
+    let rows = &mut section.coded.rows;
+    planes::read(&mut section.reader, rows, predictors, &predictions)?;
+    match section.reader.rest.iter().all(|&byte| byte == 0) {
+        true => Ok(()),
+        false => Err(FileError::Corrupt {
+            what: "the end of a section",
+        }),
+    }
+}
+
+struct SectionReader<'a> {
+    reader: Reader<'a>,
+    budget: Budget,
+    coded: &'a mut Coded,
+    from: Ends,
+}
+
+/// What the units of a section announce together.
+struct UnitCounts {
+    /// Entries of their vertex lists.
+    references: usize,
+    triangles: usize,
+}
+
+impl SectionReader<'_> {
+    fn read_groups(&mut self) -> Result<(), FileError> {
+        const WHAT: &str = "the groups";
+        let count: u32 = self.reader.value(WHAT)?;
+        let count = self.budget.claim(u64::from(count), GROUP_BYTES)?;
+        read_indices(&mut self.reader, count, WHAT, &mut self.coded.group_indices)?;
+        let groups: Vec<Group> = records::read(&mut self.reader, count, WHAT)?;
+        let finer = groups.iter().map(|group| group.finer_count);
+        let finer = self.budget.claim_all(finer, 4)?;
+        self.coded.groups.extend(groups);
+        self.read_finer(finer)
+    }
+
+    fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
+        let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
+        let mut differences = differences.into_iter();
+        let mut finer = Vec::with_capacity(count);
+        for (group, index) in self.coded.groups_since(self.from.groups) {
+            let links = differences.by_ref().take(group.finer_count as usize);
+            finer.extend(links.map(|difference| index.wrapping_sub(difference)));
+        }
+        self.coded.finer.extend(finer);
+        Ok(())
+    }
+
+    /// Reads units and their clusters.
+    fn read_units(&mut self) -> Result<UnitCounts, FileError> {
+        let groups = &self.coded.groups[self.from.groups..];
+        let count = groups.iter().map(|group| group.unit_count);
+        let count = self.budget.claim_all(count, size_of::<Unit>())?;
+        let units: Vec<Unit> = records::read(&mut self.reader, count, "the units")?;
+        let mut claim =
+            |count: fn(&Unit) -> u32, bytes| self.budget.claim_all(units.iter().map(count), bytes);
+        let clusters = claim(|unit| unit.cluster_count, size_of::<Cluster>())?;
+        let counts = UnitCounts {
+            references: claim(|unit| unit.vertex_count, 4)?,
+            triangles: claim(|unit| unit.triangle_count, TRIANGLE_BYTES)?,
+        };
+        self.coded.units.extend(units);
+        self.restore_units()?;
+        let clusters: Vec<Cluster> = records::read(&mut self.reader, clusters, "the clusters")?;
+        self.coded.clusters.extend(clusters);
+        Ok(counts)
+    }
+
+    /// Puts back who consumes and who produced each unit.
+    fn restore_units(&mut self) -> Result<(), FileError> {
+        let coded = &mut *self.coded;
+        let mut units = coded.units[self.from.units..].iter_mut();
+        let groups = coded.groups[self.from.groups..].iter();
+        for (group, &index) in groups.zip(&coded.group_indices[self.from.groups..]) {
+            for _ in 0..group.unit_count {
+                let unit = units.next();
+                let unit = unit.ok_or(FileError::Corrupt { what: "the units" })?;
+                unit.produced_by = match unit.produced_by {
+                    0 => NO_GROUP,
+                    difference => index.wrapping_sub(difference),
+                };
+                unit.consumed_by = index;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns how many vertices are new.
+    fn read_references(&mut self, count: usize) -> Result<usize, FileError> {
+        const WHAT: &str = "the vertex lists";
+        let mut references = References::new(self.from.vertices);
+        self.coded.unit_vertices.reserve(count);
+        for number in numbers::read(&mut self.reader, count, WHAT)? {
+            let vertex = references.vertex(number);
+            let vertex = vertex.ok_or(FileError::Corrupt { what: WHAT })?;
+            self.coded.unit_vertices.push(vertex);
+        }
+        Ok(references.next as usize - self.from.vertices)
+    }
+
+    /// Reads where `count` new vertices stand in the source.
+    fn read_source_vertices(&mut self, count: u64) -> Result<usize, FileError> {
+        let bytes = (self.coded.rows.width + 1) * 4;
+        let count = self.budget.claim(count, bytes)?;
+        let vertices = &mut self.coded.source_vertices;
+        read_indices(&mut self.reader, count, "the vertex order", vertices)?;
+        Ok(count)
+    }
+
+    /// Returns what each new vertex is predicted from.
+    fn read_triangles(
+        &mut self,
+        triangles: usize,
+        unused_vertices: usize,
+    ) -> Result<Vec<Prediction>, FileError> {
+        const WHAT: &str = "the triangles";
+        let edges = numbers::read(&mut self.reader, triangles, WHAT)?;
+        let vertices = self.read_counted(WHAT)?;
+        let distances = self.read_counted(WHAT)?;
+        let mut symbols = SymbolReader {
+            edges: edges.iter(),
+            vertices: vertices.iter(),
+            distances: distances.iter(),
+        };
+        let (coded, from) = (&mut *self.coded, self.from);
+        let added = coded.source_vertices.len() - from.vertices;
+        let mut predictor = Predictor::new(from.vertices, added);
+        coded.indices.reserve(triangles * 3);
+        let mut vertex = from.unit_vertices;
+        for unit in &coded.units[from.units..] {
+            let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
+            let (triangles, count) = (unit.triangle_count, unit.vertex_count);
+            symbols.read_unit(triangles, count, &mut coded.indices, |step| {
+                predictor.see(step, vertices);
+            })?;
+            predictor.finish_unit(vertices);
+            vertex += vertices.len();
+        }
+        Ok(predictor.finish(unused_vertices))
+    }
+
+    /// Reads numbers that come after how many they are.
+    fn read_counted(&mut self, what: &'static str) -> Result<Vec<u32>, FileError> {
+        let count: u32 = self.reader.value(what)?;
+        let count = self.budget.claim(u64::from(count), 4)?;
+        numbers::read(&mut self.reader, count, what)
+    }
+}
+
+fn read_indices(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+    indices: &mut Vec<u32>,
+) -> Result<(), FileError> {
+    let mut before = u32::MAX;
+    let differences = numbers::read(reader, count, what)?;
+    indices.extend(differences.into_iter().map(|difference| {
+        before = before.wrapping_add(unzigzag(difference)).wrapping_add(1);
+        before
+    }));
+    Ok(())
+}
+
+/// How much memory a section may still claim.
+struct Budget {
+    bytes: u64,
+}
+
+impl Budget {
+    fn of(section: &[u8]) -> Self {
+        let bytes = (section.len() as u64).saturating_mul(MAX_PER_BYTE);
+        Self { bytes }
+    }
+
+    /// Room for `count` elements of so many bytes.
+    fn claim(&mut self, count: u64, element_bytes: usize) -> Result<usize, FileError> {
+        let what = "the number of elements";
+        let claimed = count.saturating_mul(element_bytes as u64);
+        let left = self.bytes.checked_sub(claimed);
+        self.bytes = left.ok_or(FileError::Corrupt { what })?;
+        Ok(count as usize)
+    }
+
+    fn claim_all(
+        &mut self,
+        counts: impl Iterator<Item = u32>,
+        element_bytes: usize,
+    ) -> Result<usize, FileError> {
+        self.claim(counts.map(u64::from).sum(), element_bytes)
+    }
+}

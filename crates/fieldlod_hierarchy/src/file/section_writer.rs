@@ -1,0 +1,127 @@
+//! Writes one section: the groups that one more level adds, their units, and the vertices that no
+//! coarser level uses.
+//!
+//! ```text
+//! group count u32
+//! group indices, groups, finer groups, units, clusters     (see `numbers`, `records`)
+//! per entry of the units' vertex lists: 0 for the next new vertex, or 1 more than the difference
+//!     to the vertex named before
+//! source indices of the new vertices
+//! triangles                                                (see `triangles`)
+//! attributes of the new vertices                           (see `planes`)
+//! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
+//! ```
+//! What follows from other fields (where ranges start, who consumes a unit) is left out.
+
+use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
+use super::numbers::{self, Kind, zigzag};
+use super::planes::{self, Predict, Prediction};
+use super::predictor::Predictor;
+use super::records;
+use super::references::References;
+use super::triangles::Symbols;
+use crate::hierarchy::{Cluster, Unit};
+
+/// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
+/// unit uses.
+pub(super) fn write(
+    coded: &Coded,
+    from: Ends,
+    predictors: &[Predict],
+    unused_vertices: usize,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let groups = &coded.groups[from.groups..];
+    let clusters = &coded.clusters[from.clusters..];
+    // The graph.
+    bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
+    write_indices(&mut bytes, &coded.group_indices[from.groups..]);
+    records::write(&mut bytes, groups);
+    write_finer(&mut bytes, coded, from);
+    records::write(&mut bytes, &coded.units[from.units..]);
+    records::write(&mut bytes, clusters);
+    // Which vertices the units use, and which of them are new.
+    write_references(&mut bytes, coded, from);
+    write_indices(&mut bytes, &coded.source_vertices[from.vertices..]);
+    // Triangles, which tell what new vertices are like, and how far they are not.
+    let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
+    write_symbols(&mut bytes, &symbols);
+    for (column, &predict) in predictors.iter().enumerate() {
+        planes::write(&mut bytes, &coded.rows, column, predict, &predictions);
+    }
+    let least = claimed_bytes(coded, from, &symbols).div_ceil(MAX_PER_BYTE as usize);
+    bytes.resize(bytes.len().max(least), 0);
+    bytes
+}
+
+/// The memory that a reader claims for all that `coded` holds since `from`.
+fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
+    let to = coded.ends();
+    (to.groups - from.groups) * GROUP_BYTES
+        + (to.finer - from.finer) * 4
+        + (to.units - from.units) * size_of::<Unit>()
+        + (to.clusters - from.clusters) * size_of::<Cluster>()
+        + (to.unit_vertices - from.unit_vertices) * 4
+        + (to.indices - from.indices) / 3 * TRIANGLE_BYTES
+        + (symbols.vertices.len() + symbols.distances.len()) * 4
+        + (to.vertices - from.vertices) * (coded.rows.width + 1) * 4
+}
+
+/// Writes indices that mostly count up.
+fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
+    let mut before = u32::MAX;
+    let differences = indices.iter().map(|&index| {
+        let difference = index.wrapping_sub(before).wrapping_sub(1);
+        before = index;
+        zigzag(difference)
+    });
+    numbers::write(bytes, &differences.collect::<Vec<_>>(), Kind::Remainders);
+}
+
+/// Writes finer groups, by how far they lie before their group.
+fn write_finer(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
+    let mut finer = coded.finer[from.finer..].iter();
+    let mut differences = Vec::new();
+    for (group, index) in coded.groups_since(from.groups) {
+        let links = finer.by_ref().take(group.finer_count as usize);
+        differences.extend(links.map(|&finer| index.wrapping_sub(finer)));
+    }
+    numbers::write(bytes, &differences, Kind::Plain);
+}
+
+fn write_references(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
+    let mut references = References::new(from.vertices);
+    let vertices = coded.unit_vertices[from.unit_vertices..].iter();
+    let numbers: Vec<u32> = vertices.map(|&vertex| references.number(vertex)).collect();
+    numbers::write(bytes, &numbers, Kind::Remainders);
+}
+
+/// The triangles as symbols, and for each new vertex what it is predicted from.
+fn triangle_symbols(
+    coded: &Coded,
+    from: Ends,
+    unused_vertices: usize,
+) -> (Symbols, Vec<Prediction>) {
+    let mut symbols = Symbols::default();
+    let added = coded.source_vertices.len() - from.vertices;
+    let mut predictor = Predictor::new(from.vertices, added);
+    let (mut vertex, mut index) = (from.unit_vertices, from.indices);
+    for unit in &coded.units[from.units..] {
+        let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
+        let indices = &coded.indices[index..][..unit.triangle_count as usize * 3];
+        symbols.write_unit(indices, |step| predictor.see(step, vertices));
+        predictor.finish_unit(vertices);
+        vertex += vertices.len();
+        index += indices.len();
+    }
+    (symbols, predictor.finish(unused_vertices))
+}
+
+fn write_symbols(bytes: &mut Vec<u8>, symbols: &Symbols) {
+    // As many edges as triangles, which is known.
+    numbers::write(bytes, &symbols.edges, Kind::Remainders);
+    for numbers in [&symbols.vertices, &symbols.distances] {
+        bytes.extend_from_slice(&(numbers.len() as u32).to_le_bytes());
+        numbers::write(bytes, numbers, Kind::Remainders);
+    }
+}

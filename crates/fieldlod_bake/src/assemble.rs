@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
-use crate::levels::{RawGroup, RawUnit};
+use crate::groups::{RawGroup, RawUnit};
 use crate::{MeshError, SourceMesh};
 
 /// A group with its units ordered and bounded.

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use fieldlod_hierarchy::NO_GROUP;
 use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh};
 
+use crate::groups::{RawGroup, RawUnit};
 use crate::input::SimplifierInput;
-use crate::levels::{RawGroup, RawUnit};
 use crate::{BakeConfig, SourceMesh};
 
 /// Clusters and simplifies the mesh with these `indices` level by level. Groups come finer before

@@ -35,8 +35,8 @@ use self::faces::{furthest_face, furthest_of_few};
 use self::output::{Output, outputs_of};
 use self::places::Places;
 use self::seats::{SeatPool, Seating};
+use crate::groups::RawGroup;
 use crate::input::SimplifierInput;
-use crate::levels::RawGroup;
 use crate::patch::Patch;
 use crate::surface::{NONE, Surface};
 

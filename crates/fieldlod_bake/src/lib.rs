@@ -50,6 +50,7 @@ mod config;
 mod deviation;
 mod file;
 pub mod fixtures;
+mod groups;
 mod import;
 mod input;
 mod levels;
@@ -75,5 +76,5 @@ pub use import::{
     PrimitivePlace, SkipReason, Skipped, import_gltf, import_gltf_bytes,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
-pub use report::{BakeReport, Treatment, TreatmentKind};
+pub use report::{BakeReport, Fallback, FallbackKind};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

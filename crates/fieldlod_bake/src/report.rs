@@ -9,12 +9,12 @@ pub struct BakeReport {
     /// mesh.
     pub stuck_groups: usize,
     /// Levels of the whole mesh above the last clusters.
-    pub tail_levels: usize,
+    pub whole_mesh_levels: usize,
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
     /// What was done where simplification got stuck altogether. If `coarsest_triangles` is above
     /// [`MOST_COARSEST`](Self::MOST_COARSEST), not even this helped.
-    pub treatments: Vec<Treatment>,
+    pub fallbacks: Vec<Fallback>,
 }
 
 impl BakeReport {
@@ -30,9 +30,9 @@ impl BakeReport {
 
 /// One step beyond plain simplification. Its deviation is measured as that of any group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Treatment {
+pub struct Fallback {
     /// What was done.
-    pub kind: TreatmentKind,
+    pub kind: FallbackKind,
     /// The group so simplified.
     pub group: u32,
     /// Triangles before.
@@ -43,7 +43,7 @@ pub struct Treatment {
 
 /// The means against getting stuck, the gentlest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TreatmentKind {
+pub enum FallbackKind {
     /// Small components of the surface were left out.
     Pruned,
     /// Attributes were ignored, and textures may be torn at their seams.
@@ -52,7 +52,7 @@ pub enum TreatmentKind {
     Sloppy,
 }
 
-impl fmt::Display for TreatmentKind {
+impl fmt::Display for FallbackKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Pruned => "small components left out",

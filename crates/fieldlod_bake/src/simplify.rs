@@ -4,8 +4,8 @@ use glam::Vec3;
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, clod_default_config};
 
 use crate::BakeConfig;
+use crate::groups::Cluster;
 use crate::input::SimplifierInput;
-use crate::levels::Cluster;
 
 /// What a simplification leaves.
 pub(crate) struct Simplified {
@@ -16,7 +16,7 @@ pub(crate) struct Simplified {
 
 /// How far a simplification may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Means {
+pub(crate) enum SimplifyMode {
     /// As in the levels below: topology is kept, seams are kept.
     Careful,
     /// Topology and seams are kept, other attributes count nothing.
@@ -88,8 +88,12 @@ impl<'a> Simplifier<'a> {
 
     /// How far a texture may be off that was torn: by a triangle, so that torn triangles are drawn
     /// where they are no larger than what is promised. 0 if none can be torn.
-    pub(crate) fn wrong_texture_in_scaled(&self, simplified: &Simplified, means: Means) -> f32 {
-        let tears = matches!(means, Means::PositionsOnly | Means::Sloppy);
+    pub(crate) fn wrong_texture_in_scaled(
+        &self,
+        simplified: &Simplified,
+        mode: SimplifyMode,
+    ) -> f32 {
+        let tears = matches!(mode, SimplifyMode::PositionsOnly | SimplifyMode::Sloppy);
         if !tears || !self.input.has_uvs() {
             return 0.0;
         }
@@ -107,11 +111,11 @@ impl<'a> Simplifier<'a> {
         corners: &[u32],
         locks: &[SimplifyVertex],
         target: usize,
-        means: Means,
+        mode: SimplifyMode,
     ) -> Simplified {
         let mut error = 0.0f32;
-        let mut left = match means {
-            Means::Sloppy => {
+        let mut left = match mode {
+            SimplifyMode::Sloppy => {
                 let left = meshopt::simplify_sloppy_with_locks(
                     corners,
                     &self.vertices,
@@ -123,7 +127,7 @@ impl<'a> Simplifier<'a> {
                 error *= meshopt::simplify_scale(&self.vertices);
                 left
             }
-            _ => self.simplify_edges(corners, locks, target, means, &mut error),
+            _ => self.simplify_edges(corners, locks, target, mode, &mut error),
         };
         // Something must stand for every piece.
         if left.is_empty() {
@@ -145,18 +149,18 @@ impl<'a> Simplifier<'a> {
         corners: &[u32],
         locks: &[SimplifyVertex],
         target: usize,
-        means: Means,
+        mode: SimplifyMode,
         error: &mut f32,
     ) -> Vec<u32> {
         let mut options = SimplifyOptions::Sparse
             | SimplifyOptions::ErrorAbsolute
             | SimplifyOptions::ErrorClamped
             | SimplifyOptions::Permissive;
-        if matches!(means, Means::Prune | Means::PositionsOnly) {
+        if matches!(mode, SimplifyMode::Prune | SimplifyMode::PositionsOnly) {
             options |= SimplifyOptions::Prune;
         }
         let input = self.input;
-        let shape_only = matches!(means, Means::ShapeOnly | Means::PositionsOnly);
+        let shape_only = matches!(mode, SimplifyMode::ShapeOnly | SimplifyMode::PositionsOnly);
         if input.weights.is_empty() || shape_only {
             return meshopt::simplify_with_locks(
                 corners,

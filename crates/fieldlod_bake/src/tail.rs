@@ -8,9 +8,9 @@ mod area;
 use meshopt::SimplifyVertex;
 
 use self::area::keep_area;
-use crate::levels::{Cluster, Groups, triangle_count};
-use crate::report::{BakeReport, Treatment, TreatmentKind};
-use crate::simplify::{Means, Simplified, Simplifier};
+use crate::groups::{Cluster, Groups, triangle_count};
+use crate::report::{BakeReport, Fallback, FallbackKind};
+use crate::simplify::{Simplified, Simplifier, SimplifyMode};
 
 /// Where the tail ends.
 const FEWEST_TRIANGLES: usize = 12;
@@ -33,18 +33,18 @@ pub(crate) fn simplify_tail(
             .flat_map(|cluster| &cluster.corners)
             .copied()
             .collect();
-        let Some((simplified, means)) = simplify_whole(simplifier, &corners) else {
+        let Some((simplified, mode)) = simplify_whole(simplifier, &corners) else {
             break;
         };
         let (from, to) = (corners.len() / 3, simplified.corners.len() / 3);
-        let least = simplifier.wrong_texture_in_scaled(&simplified, means);
+        let least = simplifier.wrong_texture_in_scaled(&simplified, mode);
         let [least, own] = [least, simplified.error_in_scaled.max(least)]
             .map(|length| (length * simplifier.input.local_from_scaled).min(f32::MAX));
         error_in_local = error_in_local.max(own);
         let group = groups.add(clusters, error_in_local, MOST_CLUSTERS_IN_A_UNIT);
         groups.0[group as usize].deviation_in_local = least;
-        if let Some(kind) = kind_of(means) {
-            report.treatments.push(Treatment {
+        if let Some(kind) = kind_of(mode) {
+            report.fallbacks.push(Fallback {
                 kind,
                 group,
                 from,
@@ -52,49 +52,52 @@ pub(crate) fn simplify_tail(
             });
         }
         clusters = simplifier.clusterize(&simplified.corners, group);
-        report.tail_levels += 1;
+        report.whole_mesh_levels += 1;
     }
     report.coarsest_triangles = triangle_count(&clusters);
     groups.add(clusters, f32::INFINITY, MOST_CLUSTERS_IN_A_UNIT);
 }
 
-fn kind_of(means: Means) -> Option<TreatmentKind> {
-    match means {
-        Means::Careful | Means::ShapeOnly => None,
-        Means::Prune => Some(TreatmentKind::Pruned),
-        Means::PositionsOnly => Some(TreatmentKind::AttributesIgnored),
-        Means::Sloppy => Some(TreatmentKind::Sloppy),
+fn kind_of(mode: SimplifyMode) -> Option<FallbackKind> {
+    match mode {
+        SimplifyMode::Careful | SimplifyMode::ShapeOnly => None,
+        SimplifyMode::Prune => Some(FallbackKind::Pruned),
+        SimplifyMode::PositionsOnly => Some(FallbackKind::AttributesIgnored),
+        SimplifyMode::Sloppy => Some(FallbackKind::Sloppy),
     }
 }
 
-/// By the gentlest means that gets anywhere.
-fn simplify_whole(simplifier: &Simplifier<'_>, corners: &[u32]) -> Option<(Simplified, Means)> {
+/// By the gentlest mode that gets anywhere.
+fn simplify_whole(
+    simplifier: &Simplifier<'_>,
+    corners: &[u32],
+) -> Option<(Simplified, SimplifyMode)> {
     let triangles = corners.len() / 3;
     let wanted = (triangles as f32 * simplifier.config.simplify_ratio) as usize;
     let target = wanted.max(FEWEST_TRIANGLES.min(triangles / 2)) * 3;
     let mut locks = simplifier.input.locks.clone();
-    for means in [
-        Means::Careful,
-        Means::Prune,
-        Means::PositionsOnly,
-        Means::Sloppy,
+    for mode in [
+        SimplifyMode::Careful,
+        SimplifyMode::Prune,
+        SimplifyMode::PositionsOnly,
+        SimplifyMode::Sloppy,
     ] {
-        if means == Means::Sloppy && triangles <= MOST_TRIANGLES {
+        if mode == SimplifyMode::Sloppy && triangles <= MOST_TRIANGLES {
             return None;
         }
-        if means == Means::PositionsOnly {
+        if mode == SimplifyMode::PositionsOnly {
             locks.fill(SimplifyVertex::empty());
         }
-        let simplified = simplifier.simplify(corners, &locks, target, means);
+        let simplified = simplifier.simplify(corners, &locks, target, mode);
         let enough = triangles > MOST_TRIANGLES || !vanishes(&simplified);
         if !simplifier.is_coarser(&simplified, corners.len()) || !enough {
             continue;
         }
-        let simplified = match means {
-            Means::Careful => keep_area(simplifier, corners, target, simplified),
+        let simplified = match mode {
+            SimplifyMode::Careful => keep_area(simplifier, corners, target, simplified),
             _ => simplified,
         };
-        return Some((simplified, means));
+        return Some((simplified, mode));
     }
     None
 }

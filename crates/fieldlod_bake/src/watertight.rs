@@ -8,8 +8,8 @@
 
 use crate::BakeConfig;
 use crate::clusterlod::simplify_to_groups;
+use crate::groups::RawGroup;
 use crate::input::SimplifierInput;
-use crate::levels::RawGroup;
 
 /// Builds after which the levels above the first stuck group are given up.
 const MAX_BUILDS: usize = 8;

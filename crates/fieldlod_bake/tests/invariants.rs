@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use common::{cut, error_criterion, open_edges, random_criterion, weld};
 use fieldlod_bake::{
-    BakeConfig, BakeReport, MeshError, SourceMesh, TreatmentKind, bake_mesh, bake_mesh_with_report,
+    BakeConfig, BakeReport, FallbackKind, MeshError, SourceMesh, bake_mesh, bake_mesh_with_report,
     fixtures,
 };
 use fieldlod_hierarchy::Hierarchy;
@@ -138,7 +138,7 @@ fn the_tail_goes_down_to_a_dozen_triangles() {
         assert!((1..=18).contains(&triangles), "{name}: {triangles}");
         assert_eq!(report.coarsest_triangles, triangles);
         assert!(
-            report.tail_levels >= 3 && report.treatments.is_empty(),
+            report.whole_mesh_levels >= 3 && report.fallbacks.is_empty(),
             "{name}: {report:?}"
         );
     }
@@ -180,9 +180,9 @@ fn a_mesh_of_nothing_but_seams_has_a_tail_that_states_its_torn_texture() {
     let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
     hierarchy.validate().unwrap();
     assert!(report.coarsest_triangles <= 24, "{report:?}");
-    let torn = report.treatments.iter();
+    let torn = report.fallbacks.iter();
     let torn: Vec<_> = torn
-        .filter(|step| step.kind == TreatmentKind::AttributesIgnored)
+        .filter(|step| step.kind == FallbackKind::AttributesIgnored)
         .collect();
     assert!(!torn.is_empty(), "{report:?}");
     for step in torn {

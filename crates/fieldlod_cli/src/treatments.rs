@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use fieldlod_bake::{BakeReport, Treatment, TreatmentKind};
+use fieldlod_bake::{BakeReport, Fallback, FallbackKind};
 use serde::Serialize;
 
 use crate::output::thousands;
@@ -30,7 +30,7 @@ struct Step {
 
 impl PrimitiveBake {
     pub(crate) fn of(mesh: u32, primitive: u32, report: &BakeReport) -> Self {
-        let step = |treatment: &Treatment| Step {
+        let step = |treatment: &Fallback| Step {
             what: treatment.kind.to_string(),
             group: treatment.group,
             from: treatment.from,
@@ -40,10 +40,10 @@ impl PrimitiveBake {
             mesh,
             primitive,
             stuck_groups: report.stuck_groups,
-            tail_levels: report.tail_levels,
+            tail_levels: report.whole_mesh_levels,
             coarsest_triangles: report.coarsest_triangles,
             stuck: report.is_stuck(),
-            treatments: report.treatments.iter().map(step).collect(),
+            treatments: report.fallbacks.iter().map(step).collect(),
         }
     }
 }
@@ -53,12 +53,12 @@ impl PrimitiveBake {
 pub(crate) fn treatment_lines(title: &str, report: &BakeReport) -> String {
     let mut text = String::new();
     for kind in [
-        TreatmentKind::Pruned,
-        TreatmentKind::AttributesIgnored,
-        TreatmentKind::Sloppy,
+        FallbackKind::Pruned,
+        FallbackKind::AttributesIgnored,
+        FallbackKind::Sloppy,
     ] {
-        let steps = report.treatments.iter().filter(|step| step.kind == kind);
-        let steps: Vec<&Treatment> = steps.collect();
+        let steps = report.fallbacks.iter().filter(|step| step.kind == kind);
+        let steps: Vec<&Fallback> = steps.collect();
         let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
             continue;
         };
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn what_was_done_is_told_step_by_step_and_in_vain_at_the_end() {
-        let step = |kind, from, to| Treatment {
+        let step = |kind, from, to| Fallback {
             kind,
             group: 7,
             from,
@@ -92,10 +92,10 @@ mod tests {
         };
         let mut report = BakeReport {
             coarsest_triangles: 512,
-            treatments: vec![
-                step(TreatmentKind::Pruned, 9_000, 4_000),
-                step(TreatmentKind::Sloppy, 4_000, 2_000),
-                step(TreatmentKind::Sloppy, 2_000, 512),
+            fallbacks: vec![
+                step(FallbackKind::Pruned, 9_000, 4_000),
+                step(FallbackKind::Sloppy, 4_000, 2_000),
+                step(FallbackKind::Sloppy, 2_000, 512),
             ],
             ..BakeReport::default()
         };

@@ -7,7 +7,7 @@ use super::Ruler;
 use super::faces::{FaceWalk, Rows};
 use super::furthest::Furthest;
 use super::output::Output;
-use super::seats::Seats;
+use super::places::Seats;
 use crate::patch::Patch;
 use crate::surface::{Crossing, NONE};
 

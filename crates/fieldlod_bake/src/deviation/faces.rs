@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::Ruler;
 use super::furthest::Furthest;
 use super::output::Output;
-use super::seats::Seats;
+use super::places::Seats;
 use crate::patch::Patch;
 use crate::surface::{NONE, Surface};
 

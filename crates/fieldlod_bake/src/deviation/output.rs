@@ -6,9 +6,8 @@ use std::sync::atomic::{AtomicU8, AtomicU32};
 use glam::Vec3A;
 
 use super::Ruler;
-use super::places::Places;
-use super::seats::Seats;
-use crate::levels::RawGroup;
+use super::places::{Places, Seats};
+use crate::groups::RawGroup;
 use crate::patch::{Patch, Rider};
 use crate::surface::{NONE, Surface};
 

@@ -1,7 +1,7 @@
 //! Where vertices are, in the order in which the groups first use them.
 
+use crate::groups::RawGroup;
 use crate::input::SimplifierInput;
-use crate::levels::RawGroup;
 use crate::surface::NONE;
 
 /// The places of all vertices that groups use, with those at the same place made one.
@@ -47,3 +47,6 @@ impl Places {
         triangles.iter().map(place)
     }
 }
+
+/// For each place of the source, the simplified triangle above which it stands, or [`NONE`].
+pub(super) type Seats = Vec<u32>;

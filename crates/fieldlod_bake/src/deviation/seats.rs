@@ -6,14 +6,12 @@ use rayon::prelude::*;
 
 use super::furthest::Furthest;
 use super::output::Output;
+use super::places::Seats;
 use crate::patch::Rider;
 use crate::surface::NONE;
 
 /// Riders that are seated together.
 const RIDERS_PER_TASK: usize = 2048;
-
-/// For each place of the source, the simplified triangle above which it stands, or [`NONE`].
-pub(super) type Seats = Vec<u32>;
 
 /// Seats for as many groups as are measured at a time: they are as many as the places of the
 /// whole source, and cost more to clear than a group takes.

@@ -19,7 +19,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::input::SimplifierInput;
-use crate::simplify::{Means, Simplified, Simplifier};
+use crate::simplify::{Simplified, Simplifier, SimplifyMode};
 
 /// A step that keeps this share of the area is good enough.
 const AREA_KEPT: f64 = 0.98;
@@ -42,7 +42,7 @@ pub(super) fn keep_area(
     if input.weights.is_empty() || kept >= before * AREA_KEPT {
         return careful;
     }
-    let shape = simplifier.simplify(corners, &input.locks, target, Means::ShapeOnly);
+    let shape = simplifier.simplify(corners, &input.locks, target, SimplifyMode::ShapeOnly);
     let gained = area_of(input, &shape.corners) - kept;
     let coarser = shape.corners.len() <= careful.corners.len();
     if gained >= before * WORTH_IT && coarser && !turns_over(input, &shape.corners) {
@@ -111,7 +111,7 @@ mod tests {
             for _ in 0..4 {
                 let target = corners.len() / 6 * 3;
                 let careful =
-                    || simplifier.simplify(&corners, &input.locks, target, Means::Careful);
+                    || simplifier.simplify(&corners, &input.locks, target, SimplifyMode::Careful);
                 let before = careful();
                 let after = keep_area(&simplifier, &corners, target, careful());
                 let gained = area_of(&input, &after.corners) - area_of(&input, &before.corners);

@@ -8,8 +8,8 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use crate::nearest::Triangle;
 use crate::surface::{Hit, RunTree};
+use crate::triangle::Triangle;
 
 /// Most vertices that are looked at in one group.
 const MOST_VERTICES: usize = 64;

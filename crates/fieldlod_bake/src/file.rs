@@ -7,7 +7,11 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use rayon::prelude::*;
 
 use crate::bake::bake_mesh_with_progress;
-use crate::{BakeConfig, BakeReport, ImportError, ImportedPrimitive, Skipped, import_gltf};
+use crate::config::BakeConfig;
+use crate::import::{
+    Import, ImportError, ImportedPrimitive, Skipped, import_gltf, import_gltf_bytes,
+};
+use crate::report::BakeReport;
 
 /// How far a bake has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +23,7 @@ pub struct BakeProgress {
     pub triangles_total: u64,
 }
 
-/// What came of a file.
+/// The levels of detail of all primitives of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOutcome {
     /// The hierarchies, ready to be written.
@@ -30,7 +34,7 @@ pub struct BakeOutcome {
     pub skipped: Vec<Skipped>,
 }
 
-/// Imports a glTF file and bakes all its primitives, several at a time.
+/// Imports a `.gltf` or `.glb` file and bakes all its primitives, several at a time.
 ///
 /// `progress` hears of every group, from several threads.
 ///
@@ -42,7 +46,27 @@ pub fn bake_file(
     config: &BakeConfig,
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
-    let import = import_gltf(path)?;
+    bake_import(import_gltf(path)?, config, progress)
+}
+
+/// [`bake_file`] for the bytes of a file. Buffers beside it are looked for in `folder`.
+///
+/// # Errors
+/// As [`bake_file`].
+pub fn bake_file_bytes(
+    bytes: &[u8],
+    folder: &Path,
+    config: &BakeConfig,
+    progress: &(dyn Fn(BakeProgress) + Sync),
+) -> Result<BakeOutcome, ImportError> {
+    bake_import(import_gltf_bytes(bytes, folder)?, config, progress)
+}
+
+fn bake_import(
+    import: Import,
+    config: &BakeConfig,
+    progress: &(dyn Fn(BakeProgress) + Sync),
+) -> Result<BakeOutcome, ImportError> {
     if import.primitives.is_empty() {
         return Err(nothing_to_bake(&import.skipped));
     }

@@ -56,12 +56,13 @@ mod input;
 mod levels;
 mod mesh;
 pub mod naive;
-mod nearest;
 mod patch;
 mod report;
 mod simplify;
 mod surface;
 mod tail;
+mod triangle;
+mod triangle_tree;
 mod verify;
 mod watertight;
 
@@ -70,11 +71,12 @@ pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]
 pub use clusterlod::bare_clusterlod;
 pub use config::BakeConfig;
-pub use file::{BakeOutcome, BakeProgress, bake_file};
+pub use file::{BakeOutcome, BakeProgress, bake_file, bake_file_bytes};
 pub use import::{
     AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PackedViewFault,
     PrimitivePlace, SkipReason, Skipped, import_gltf, import_gltf_bytes,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use report::{BakeReport, Fallback, FallbackKind};
+pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -123,7 +123,7 @@ fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
 }
 
 /// To the plane of the triangle for a place above it, and otherwise to the nearest edge.
-fn distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+pub(crate) fn distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let normal = (b - a).cross(c - a);
     let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(place - from) >= 0.0;
     if normal != DVec3::ZERO && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {

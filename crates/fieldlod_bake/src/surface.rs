@@ -10,7 +10,7 @@ use glam::Vec3A;
 pub(crate) use self::prism::Crossing;
 use self::prism::Prism;
 pub(crate) use self::runs::{Hit, RunTree};
-use crate::nearest::Triangle;
+use crate::triangle::Triangle;
 
 /// No triangle.
 pub(crate) const NONE: u32 = u32::MAX;

@@ -12,11 +12,11 @@
 
 mod samples;
 
+use fieldlod_bake::TriangleTree;
 use fieldlod_hierarchy::Hierarchy;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use serde::Serialize;
 
-use crate::nearest::NearestSurface;
 use crate::rivals::{Eye, Instance};
 
 use samples::{Sample, samples_of};
@@ -38,14 +38,14 @@ pub struct Displacement {
 #[derive(Debug)]
 pub struct SourceSurface<'a> {
     hierarchy: &'a Hierarchy,
-    surface: NearestSurface,
+    surface: TriangleTree,
     samples: Vec<Sample>,
 }
 
 /// The surface of one cut.
 #[derive(Debug)]
 pub struct CutSurface {
-    surface: NearestSurface,
+    surface: TriangleTree,
     samples: Vec<Sample>,
     is_drawn: Vec<bool>,
 }
@@ -107,12 +107,12 @@ impl<'a> SourceSurface<'a> {
         for sample in projector.visible(&self.samples) {
             if cut.is_drawn[sample.unit as usize] {
                 displaced_px.push(0.0);
-            } else if let Some(nearest) = cut.surface.nearest(sample.position) {
+            } else if let Some(nearest) = cut.surface.nearest_point(sample.position) {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
             }
         }
         for sample in projector.visible(&cut.samples) {
-            if let Some(nearest) = self.surface.nearest(sample.position) {
+            if let Some(nearest) = self.surface.nearest_point(sample.position) {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
             }
         }
@@ -120,12 +120,12 @@ impl<'a> SourceSurface<'a> {
     }
 }
 
-fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> NearestSurface {
+fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
     let positions = &hierarchy.vertices.positions;
     let triangles = units
         .iter()
         .flat_map(|&unit| hierarchy.source_triangles_of(&hierarchy.units[unit as usize]));
-    NearestSurface::new(triangles.map(|t| t.map(|v| positions[v as usize])))
+    TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
 }
 
 fn summary(mut displaced_px: Vec<f64>) -> Displacement {

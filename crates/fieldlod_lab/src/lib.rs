@@ -17,7 +17,6 @@ pub mod displacement;
 pub mod holes;
 #[cfg(feature = "chart")]
 pub mod measure;
-mod nearest;
 pub mod paper;
 pub mod promise;
 #[cfg(feature = "chart")]

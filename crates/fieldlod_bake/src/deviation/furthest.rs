@@ -106,8 +106,8 @@ mod tests {
 
     use super::*;
     use crate::fixtures;
-    use crate::nearest::Triangle;
     use crate::surface::NONE;
+    use crate::triangle::Triangle;
 
     /// A place beside the mesh, where the walk to it starts, and the floor.
     fn seen() -> impl Strategy<Value = ([f32; 3], u32, f32)> {

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::{Verified, VerifyError, VerifySettings, cut};
 use crate::SourceMesh;
-use crate::nearest::{Hit, Triangle, TriangleTree};
+use crate::triangle::Triangle;
+use crate::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, times the largest coordinate, are rounding.
 const ROUNDING: f32 = 1e-6;
@@ -83,7 +84,7 @@ impl Check<'_> {
         verified: &mut Verified,
     ) -> Result<(), VerifyError> {
         let (source, _) = mesh.indices.as_chunks::<3>();
-        let tree = TriangleTree::of(source.iter().map(|&triangle| self.corners(triangle)));
+        let tree = TriangleTree::new(source.iter().map(|&triangle| self.corners(triangle)));
         let made = self
             .hierarchy
             .units
@@ -101,17 +102,17 @@ impl Check<'_> {
         let worst = tasks.map(|(task, triangles)| {
             let mut random = Random::new(task as u64);
             let mut worst = (0.0f32, 0);
-            let mut guess = 0;
+            let mut start = None;
             for &(group, triangle) in triangles {
                 let stated = self.stated(Some(group));
                 for _ in 0..density {
                     let point = point_on(self.corners(triangle), &mut random);
                     let enough = (stated * 0.5).powi(2);
-                    let Some(hit) = tree.nearest(point, enough, guess) else {
+                    let Some(near) = tree.near_enough(point, enough, start) else {
                         continue;
                     };
-                    guess = hit.slot;
-                    let share = self.excess(hit.distance_squared.sqrt(), stated);
+                    start = Some(near);
+                    let share = self.excess(near.distance_squared.sqrt(), stated);
                     if share > worst.0 {
                         worst = (share, group as usize);
                     }
@@ -138,12 +139,12 @@ impl Check<'_> {
         let drawn = cut(self.hierarchy, |group| {
             self.hierarchy.groups[group].level >= level
         });
-        let tree = TriangleTree::of(drawn.iter().map(|&(_, triangle)| self.corners(triangle)));
+        let tree = TriangleTree::new(drawn.iter().map(|&(_, triangle)| self.corners(triangle)));
         let (source, _) = mesh.indices.as_chunks::<3>();
         let density = self.density(self.settings.samples_per_triangle, source.len());
         let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
         let worst = tasks.map(|(task, triangles)| {
-            let mut random = Random((u64::from(level) << 32) + task as u64);
+            let mut random = Random::new((u64::from(level) << 32) + task as u64);
             let mut seeker = Seeker::new(self, &tree, &drawn);
             for &triangle in triangles {
                 for _ in 0..density {
@@ -167,8 +168,8 @@ struct Seeker<'a> {
     check: &'a Check<'a>,
     tree: &'a TriangleTree,
     drawn: &'a [(Option<u32>, [u32; 3])],
-    /// Where the last point was near.
-    guess: u32,
+    /// What the last point was near.
+    last: Option<NearestTriangle>,
     worst: f32,
 }
 
@@ -182,39 +183,37 @@ impl<'a> Seeker<'a> {
             check,
             tree,
             drawn,
-            guess: 0,
+            last: None,
             worst: 0.0,
         }
     }
 
-    /// What the triangle in `slot` states.
-    fn stated(&self, slot: u32) -> f32 {
-        self.check.stated(self.drawn[self.tree.id(slot) as usize].0)
+    fn stated(&self, near: NearestTriangle) -> f32 {
+        self.check.stated(self.drawn[near.triangle as usize].0)
     }
 
-    fn share_of(&self, hit: Hit) -> f32 {
-        let distance = hit.distance_squared.sqrt();
-        self.check.excess(distance, self.stated(hit.slot))
+    fn share_of(&self, near: NearestTriangle) -> f32 {
+        let distance = near.distance_squared.sqrt();
+        self.check.excess(distance, self.stated(near))
     }
 
-    fn see(&mut self, point: Vec3A) {
-        if self.drawn.is_empty() {
-            return;
-        }
+    fn see(&mut self, point: Vec3) {
         // A triangle near enough not to be the worst ends the search, mostly that of the last
         // point. Where thousands share an edge, each search for the nearest is one among all.
         let rounding = self.check.rounding_in_scaled;
-        let enough = self.worst * self.stated(self.guess) + rounding;
-        let Some(near) = self.tree.nearest(point, enough * enough, self.guess) else {
+        let stated = self.last.map_or(0.0, |last| self.stated(last));
+        let enough = (self.worst * stated + rounding).powi(2);
+        let Some(near) = self.tree.near_enough(point, enough, self.last) else {
             return;
         };
-        self.guess = near.slot;
+        self.last = Some(near);
         if self.share_of(near) <= self.worst {
             return;
         }
-        let nearest = self.tree.nearest(point, rounding * rounding, near.slot);
+        let enough = rounding * rounding;
+        let nearest = self.tree.near_enough(point, enough, Some(near));
         let nearest = nearest.unwrap_or(near);
-        self.guess = nearest.slot;
+        self.last = Some(nearest);
         let mut share = self.share_of(nearest);
         if share > 1.0 {
             // Another piece, not quite as near, may state more.
@@ -223,7 +222,8 @@ impl<'a> Seeker<'a> {
         self.worst = self.worst.max(share);
     }
 
-    fn least_share(&self, point: Vec3A) -> f32 {
+    fn least_share(&self, point: Vec3) -> f32 {
+        let point = Vec3A::from(point);
         let shares = self.drawn.iter().map(|&(producer, triangle)| {
             let triangle = Triangle::new(self.check.corners(triangle));
             let distance = triangle.distance_squared(point).sqrt();
@@ -234,12 +234,12 @@ impl<'a> Seeker<'a> {
 }
 
 /// A point of the triangle, all equally likely.
-fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3A {
+fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3 {
     let (mut u, mut v) = (random.unit(), random.unit());
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
     }
-    Vec3A::from(a + (b - a) * u + (c - a) * v)
+    a + (b - a) * u + (c - a) * v
 }
 
 #[cfg(test)]
@@ -262,12 +262,12 @@ mod tests {
                 rounding_in_scaled: ROUNDING,
             };
             let drawn = cut(&hierarchy, |group| hierarchy.groups[group].level >= 1);
-            let tree = TriangleTree::of(drawn.iter().map(|&(_, t)| check.corners(t)));
-            let mut random = Random(1);
+            let tree = TriangleTree::new(drawn.iter().map(|&(_, t)| check.corners(t)));
+            let mut random = Random::new(1);
             let mut seeker = Seeker::new(&check, &tree, &drawn);
             let (source, _) = mesh.indices.as_chunks::<3>();
             let points = source.iter();
-            let points: Vec<Vec3A> = points
+            let points: Vec<Vec3> = points
                 .map(|&triangle| point_on(check.corners(triangle), &mut random))
                 .collect();
             points.iter().for_each(|&point| seeker.see(point));

@@ -7,6 +7,8 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodProcessorPlugin, LodOrigin};
+use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_hierarchy::Precision;
 use fieldlod_tests::apps::finish;
 use serde_json::json;
 
@@ -31,9 +33,32 @@ fn load_scene(app: &mut App) {
         .spawn((WorldAssetRoot(scene), AutoLod::default()));
 }
 
+/// A rock with all attributes that a hierarchy carries.
+fn rock() -> GltfFile {
+    let mesh = fieldlod_tests::rock(4, 1);
+    let mut file = GltfFile::of(&mesh);
+    let attributes: [(&str, &str, &[f32]); 3] = [
+        ("TANGENT", "VEC4", &[0.6, 0.0, 0.8, -1.0]),
+        ("TEXCOORD_1", "VEC2", &[0.25, 0.5]),
+        ("COLOR_0", "VEC4", &[0.1, 0.2, 0.3, 0.4]),
+    ];
+    for (name, kind, value) in attributes {
+        let accessor = file.add_floats(&value.repeat(mesh.positions.len()), kind);
+        file.primitive()["attributes"][name] = json!(accessor);
+    }
+    file
+}
+
+/// What the processor has put into a `.glb` file.
+fn embedded(glb: &[u8]) -> &[u8] {
+    let chunk = glb.windows(4).position(|bytes| bytes == b"FLOD").unwrap() + 4;
+    let (length, file) = glb[chunk..].split_first_chunk::<4>().unwrap();
+    &file[..u32::from_le_bytes(*length) as usize]
+}
+
 #[test]
 fn a_processed_file_needs_no_bake() {
-    let mut file = GltfFile::of(&fieldlod_tests::rock(4, 1));
+    let mut file = rock();
     file.json["nodes"] = json!([{ "mesh": 0 }]);
     file.json["scenes"] = json!([{ "nodes": [0] }]);
     let folder = tempfile::tempdir().unwrap();
@@ -50,7 +75,13 @@ fn a_processed_file_needs_no_bake() {
         bevy::tasks::block_on(processor.get_state()) == ProcessorState::Finished
     });
     let processed = std::fs::read(folder.path().join("processed/mesh.glb")).unwrap();
-    assert!(processed.len() > file.glb_bytes().len());
+    // Exactly what `fieldlod bake --quantize` gives, with every attribute.
+    let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
+    let vertices = &baked.file.primitives[0].hierarchy.vertices;
+    assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
+    assert!(!vertices.colors.is_empty());
+    let expected = baked.file.to_bytes_with(Precision::Quantized16);
+    assert_eq!(embedded(&processed), expected);
     drop(processing);
     std::fs::remove_dir_all(&sources).unwrap();
     std::fs::create_dir(&sources).unwrap();

@@ -8,8 +8,8 @@ use bevy::asset::processor::{Process, ProcessContext, ProcessError};
 use bevy::gltf::{GltfLoader, GltfLoaderSettings};
 use bevy::prelude::*;
 use bevy::tasks::futures_lite::AsyncWriteExt;
-use fieldlod_bake::{ImportError, PrimitivePlace, bake_mesh, import_gltf_bytes};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Precision};
+use fieldlod_bake::{BakeConfig, bake_file_bytes};
+use fieldlod_hierarchy::Precision;
 
 use crate::glb;
 
@@ -77,9 +77,9 @@ impl Process for BakeIntoGlb {
 
 /// `glb` with its levels of detail; as it was, and the log says why, if it has none.
 fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
-    match bake(&glb) {
-        Ok(file) => {
-            let file = file.to_bytes_with(Precision::Quantized16);
+    match bake_file_bytes(&glb, Path::new(""), &BakeConfig::default(), &|_| ()) {
+        Ok(outcome) => {
+            let file = outcome.file.to_bytes_with(Precision::Quantized16);
             glb::with_chunk(&glb, &file).unwrap_or(glb)
         }
         Err(fault) => {
@@ -87,28 +87,6 @@ fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
             glb
         }
     }
-}
-
-fn bake(glb: &[u8]) -> Result<BakedFile, ImportError> {
-    let import = import_gltf_bytes(glb, Path::new(""))?;
-    let mut file = BakedFile::default();
-    for primitive in &import.primitives {
-        let hierarchy = bake_mesh(&primitive.mesh, &default()).map_err(|fault| {
-            let place = PrimitivePlace {
-                mesh_index: primitive.mesh_index,
-                primitive_index: primitive.primitive_index,
-                name: primitive.name.clone(),
-            };
-            ImportError::Mesh { place, fault }
-        })?;
-        file.primitives.push(BakedPrimitive::new(
-            primitive.mesh_index,
-            primitive.primitive_index,
-            primitive.name.clone(),
-            hierarchy,
-        ));
-    }
-    Ok(file)
 }
 
 /// The settings are not `Clone`.

@@ -1,6 +1,6 @@
 //! From what the simplifier emits to what a hierarchy holds.
 
-use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit, Vertices};
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
@@ -138,52 +138,25 @@ fn finite_uv(uv: &Vec2) -> Vec2 {
 }
 
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {
-    let index = hierarchy.groups.len() as u32;
-    let first_finer = hierarchy.finer.len() as u32;
+    for unit in &finished.units {
+        hierarchy.push_unit(
+            unit.produced_by,
+            unit.aabb,
+            unit.vertices.iter().copied(),
+            unit.indices.iter().copied(),
+            unit.clusters.iter().copied(),
+        );
+    }
     // Units of the same producer follow each other.
     let mut producers: Vec<u32> = finished.units.iter().map(|unit| unit.produced_by).collect();
     producers.dedup();
-    let finer = producers.into_iter().filter(|&group| group != NO_GROUP);
-    hierarchy.finer.extend(finer);
-    hierarchy.groups.push(Group {
+    let group = Group {
         bounds: finished.bounds,
         error_in_local: raw.error_in_local,
         deviation_in_local: raw.deviation_in_local,
-        normal_error: 0.0,
-        uv_error: 0.0,
         mean_normal: finished.mean_normal,
-        level: raw.level,
-        first_finer,
-        finer_count: hierarchy.finer.len() as u32 - first_finer,
-        first_unit: hierarchy.units.len() as u32,
-        unit_count: finished.units.len() as u32,
-    });
-    for unit in &finished.units {
-        push_unit(hierarchy, index, unit);
-    }
-}
-
-fn push_unit(hierarchy: &mut Hierarchy, consumed_by: u32, unit: &FinishedUnit) {
-    let mut first_triangle = (hierarchy.indices.len() / 3) as u32;
-    hierarchy.units.push(Unit {
-        aabb: unit.aabb,
-        consumed_by,
-        produced_by: unit.produced_by,
-        first_vertex: hierarchy.unit_vertices.len() as u32,
-        vertex_count: unit.vertices.len() as u32,
-        first_triangle,
-        triangle_count: (unit.indices.len() / 3) as u32,
-        first_cluster: hierarchy.clusters.len() as u32,
-        cluster_count: unit.clusters.len() as u32,
-    });
-    for &(bounds, triangle_count) in &unit.clusters {
-        hierarchy.clusters.push(Cluster {
-            bounds,
-            first_triangle,
-            triangle_count,
-        });
-        first_triangle += triangle_count;
-    }
-    hierarchy.unit_vertices.extend(&unit.vertices);
-    hierarchy.indices.extend(&unit.indices);
+        ..Group::default()
+    };
+    let finer = producers.into_iter().filter(|&group| group != NO_GROUP);
+    hierarchy.push_group(group, finer);
 }

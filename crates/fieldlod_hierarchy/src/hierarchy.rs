@@ -63,7 +63,7 @@ pub struct Vertices {
 }
 
 /// Clusters that are simplified together: one decision of a cut.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Group {
     /// Holds the group's surface before and after its simplification.

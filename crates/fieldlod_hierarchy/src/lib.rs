@@ -45,6 +45,7 @@
 //! sanitizer `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`.
 
 mod bounds;
+mod build;
 mod file;
 pub mod fixtures;
 mod hierarchy;

@@ -8,7 +8,7 @@ use super::layout::Entry;
 use super::planes::Predict;
 use super::reader::Reader;
 use super::section_reader;
-use crate::hierarchy::{Cluster, Hierarchy, NO_GROUP};
+use crate::hierarchy::{Hierarchy, NO_GROUP};
 
 /// Decodes a primitive, section by section.
 pub(super) struct Decoder {
@@ -66,28 +66,41 @@ impl Decoder {
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
         let (entry, coded) = (&self.entry, &self.coded);
         let vertex_count = coded.source_vertices.len();
-        let (places, source_vertices) = if self.is_whole() {
+        let in_order: Vec<u32>;
+        let (rows_of_vertices, source_vertices) = if self.is_whole() {
             check_count(entry.group_count, coded.groups.len(), "the groups")?;
             check_count(entry.vertex_count, vertex_count, "the vertex order")?;
-            let places = inverse(&coded.source_vertices)?;
-            (places, Some(coded.source_vertices.as_slice()))
+            (inverse(&coded.source_vertices)?, &coded.source_vertices)
         } else {
             // Vertices stay in the order of coding.
-            ((1..=vertex_count as u32).collect(), None)
+            in_order = (0..vertex_count as u32).collect();
+            ((1..=vertex_count as u32).collect(), &in_order)
         };
-        let grids = entry.grids();
+        let vertices = attributes::from_rows(
+            &coded.rows,
+            entry.attributes,
+            entry.grids(),
+            &rows_of_vertices,
+        );
+        let order = group_order(coded)?;
+        let indices = order
+            .iter()
+            .map(|&place| coded.group_indices[place as usize]);
         let mut builder = Builder {
             coded,
             starts: Starts::of(coded),
+            indices: indices.collect(),
+            source_vertices,
             hierarchy: Hierarchy {
                 source: entry.source,
-                vertices: attributes::from_rows(&coded.rows, entry.attributes, grids, &places),
+                vertices,
                 ..Hierarchy::default()
             },
-            source_vertices,
         };
         builder.reserve();
-        builder.add_groups(&group_order(coded)?);
+        for place in order {
+            builder.add_group(place as usize);
+        }
         Ok(builder.hierarchy)
     }
 }
@@ -161,13 +174,15 @@ fn advance<const N: usize>(next: &mut [usize; N], counts: [u32; N]) -> [usize; N
 struct Builder<'a> {
     coded: &'a Coded,
     starts: Starts,
+    /// The groups that were read, by where they stand in the whole hierarchy.
+    indices: Vec<u32>,
+    /// Numbers of the vertices by the order of coding.
+    source_vertices: &'a [u32],
     hierarchy: Hierarchy,
-    /// Numbers of the vertices by the order of coding; those of coding themselves without it.
-    source_vertices: Option<&'a [u32]>,
 }
 
 impl Builder<'_> {
-    /// Room for all that is to come.
+    /// Makes room for all that is to come.
     fn reserve(&mut self) {
         let (from, to) = (self.coded, &mut self.hierarchy);
         to.groups.reserve_exact(from.groups.len());
@@ -178,69 +193,38 @@ impl Builder<'_> {
         to.indices.reserve_exact(from.indices.len());
     }
 
-    /// Adds the groups at these places of `coded`.
-    fn add_groups(&mut self, order: &[u32]) {
-        let indices = order
-            .iter()
-            .map(|&place| self.coded.group_indices[place as usize]);
-        let indices: Vec<u32> = indices.collect();
-        for (index, &place) in order.iter().enumerate() {
-            self.add_group(index as u32, place as usize, &indices);
-        }
-    }
-
-    fn add_group(&mut self, index: u32, place: usize, indices: &[u32]) {
-        let mut group = self.coded.groups[place];
+    /// Adds the group at this place of the coded ones.
+    fn add_group(&mut self, place: usize) {
+        let group = self.coded.groups[place];
         let [first_finer, first_unit] = self.starts.groups[place];
+        for unit in first_unit..first_unit + group.unit_count as usize {
+            self.add_unit(unit);
+        }
         let links = &self.coded.finer[first_finer..][..group.finer_count as usize];
         // What was not read is left out: its units are the source geometry of what was.
-        let read = links.iter().filter_map(|finer| position(indices, *finer));
-        group.first_finer = self.hierarchy.finer.len() as u32;
-        self.hierarchy.finer.extend(read);
-        group.finer_count = self.hierarchy.finer.len() as u32 - group.first_finer;
-        group.level = self.level_above(group.first_finer as usize);
-        group.first_unit = self.hierarchy.units.len() as u32;
-        self.hierarchy.groups.push(group);
-        for unit in first_unit..first_unit + group.unit_count as usize {
-            self.add_unit(index, unit, indices);
-        }
+        let read = links
+            .iter()
+            .filter_map(|&finer| position(&self.indices, finer));
+        self.hierarchy.push_group(group, read);
     }
 
-    /// The level of a group with the finer groups from `first_finer` on.
-    fn level_above(&self, first_finer: usize) -> u32 {
-        let finer = self.hierarchy.finer[first_finer..].iter();
-        let levels = finer.filter_map(|&finer| self.hierarchy.groups.get(finer as usize));
-        levels.map(|group| group.level + 1).max().unwrap_or(0)
-    }
-
-    fn add_unit(&mut self, group: u32, place: usize, indices: &[u32]) {
-        let mut unit = self.coded.units[place];
+    fn add_unit(&mut self, place: usize) {
+        let (coded, unit) = (self.coded, &self.coded.units[place]);
         let [vertex, triangle, cluster] = self.starts.units[place];
-        unit.consumed_by = group;
-        unit.produced_by = position(indices, unit.produced_by).unwrap_or(NO_GROUP);
-        let hierarchy = &mut self.hierarchy;
-        unit.first_vertex = hierarchy.unit_vertices.len() as u32;
-        unit.first_triangle = (hierarchy.indices.len() / 3) as u32;
-        unit.first_cluster = hierarchy.clusters.len() as u32;
-        let vertices = self.coded.unit_vertices[vertex..][..unit.vertex_count as usize].iter();
-        match self.source_vertices {
-            Some(source) => {
-                let vertices = vertices.map(|&code| source[code as usize]);
-                hierarchy.unit_vertices.extend(vertices);
-            }
-            None => hierarchy.unit_vertices.extend(vertices),
-        }
-        let indices = &self.coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
-        hierarchy.indices.extend(indices);
-        let mut first_triangle = unit.first_triangle;
-        for cluster in &self.coded.clusters[cluster..][..unit.cluster_count as usize] {
-            hierarchy.clusters.push(Cluster {
-                first_triangle,
-                ..*cluster
-            });
-            first_triangle = first_triangle.wrapping_add(cluster.triangle_count);
-        }
-        hierarchy.units.push(unit);
+        let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
+        let indices = &coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
+        let clusters = &coded.clusters[cluster..][..unit.cluster_count as usize];
+        self.hierarchy.push_unit(
+            position(&self.indices, unit.produced_by).unwrap_or(NO_GROUP),
+            unit.aabb,
+            vertices
+                .iter()
+                .map(|&code| self.source_vertices[code as usize]),
+            indices.iter().copied(),
+            clusters
+                .iter()
+                .map(|cluster| (cluster.bounds, cluster.triangle_count)),
+        );
     }
 }
 

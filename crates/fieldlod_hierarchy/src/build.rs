@@ -1,0 +1,72 @@
+//! Hierarchies put together group by group.
+
+use crate::bounds::{Aabb, Sphere};
+use crate::hierarchy::{Cluster, Group, Hierarchy, Unit};
+
+impl Hierarchy {
+    /// Adds a unit to the group that [`push_group`](Self::push_group) adds next.
+    ///
+    /// `vertices` are source vertices, `indices` are three of these for each triangle, and
+    /// `clusters` gives the bounds of each cluster and how many of the triangles are its own.
+    pub fn push_unit(
+        &mut self,
+        produced_by: u32,
+        aabb: Aabb,
+        vertices: impl IntoIterator<Item = u32>,
+        indices: impl IntoIterator<Item = u16>,
+        clusters: impl IntoIterator<Item = (Sphere, u32)>,
+    ) {
+        let first_vertex = self.unit_vertices.len() as u32;
+        let first_triangle = self.triangle_count();
+        let first_cluster = self.clusters.len() as u32;
+        self.unit_vertices.extend(vertices);
+        self.indices.extend(indices);
+        let mut next_triangle = first_triangle;
+        for (bounds, triangle_count) in clusters {
+            self.clusters.push(Cluster {
+                bounds,
+                first_triangle: next_triangle,
+                triangle_count,
+            });
+            next_triangle = next_triangle.wrapping_add(triangle_count);
+        }
+        self.units.push(Unit {
+            aabb,
+            consumed_by: self.groups.len() as u32,
+            produced_by,
+            first_vertex,
+            vertex_count: self.unit_vertices.len() as u32 - first_vertex,
+            first_triangle,
+            triangle_count: self.triangle_count() - first_triangle,
+            first_cluster,
+            cluster_count: self.clusters.len() as u32 - first_cluster,
+        });
+    }
+
+    /// Adds a group that consumes all units added since the last one. `finer` are the groups that
+    /// produced those units, each once.
+    ///
+    /// What `group` says of its level and its ranges does not matter: that is filled in.
+    pub fn push_group(&mut self, group: Group, finer: impl IntoIterator<Item = u32>) {
+        let first_finer = self.finer.len();
+        self.finer.extend(finer);
+        // A link to a group that is still to come is left to `validate`.
+        let finer = self.finer[first_finer..].iter();
+        let finer = finer.filter_map(|&finer| self.groups.get(finer as usize));
+        let level = finer.map(|finer| finer.level + 1).max().unwrap_or(0);
+        let first_unit = self.groups.last().map_or(0, |last| last.units().end) as u32;
+        self.groups.push(Group {
+            level,
+            first_finer: first_finer as u32,
+            finer_count: (self.finer.len() - first_finer) as u32,
+            first_unit,
+            unit_count: self.units.len() as u32 - first_unit,
+            ..group
+        });
+    }
+
+    /// Triangles of all units.
+    fn triangle_count(&self) -> u32 {
+        (self.indices.len() / 3) as u32
+    }
+}

@@ -95,7 +95,7 @@
 //!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
 //!
 //! # Measured
-//! The command `fieldlod paper` draws the paper's figures from this crate and prints their numbers;
+//! The command `fieldlod-lab paper` draws the paper's figures from this crate and prints their numbers;
 //! the tests of `fieldlod_lab` hold these:
 //!
 //! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For a

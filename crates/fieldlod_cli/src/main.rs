@@ -5,14 +5,10 @@
 //! 1 for a failure and 2 for a wrong command line.
 
 mod bake;
-#[cfg(feature = "chart")]
-mod chart;
 mod failure;
 mod inspect;
 mod levels;
 mod output;
-mod paper;
-mod stability;
 mod summary;
 mod treatments;
 mod verify;
@@ -34,11 +30,7 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Bake(bake::Arguments),
-    #[cfg(feature = "chart")]
-    Chart(chart::Arguments),
     Inspect(inspect::Arguments),
-    Paper(paper::PaperArgs),
-    Stability(stability::Arguments),
     Verify(verify::Arguments),
 }
 
@@ -46,11 +38,7 @@ impl Command {
     fn run(&self) -> Result<(), Failure> {
         match self {
             Self::Bake(arguments) => bake::run(arguments),
-            #[cfg(feature = "chart")]
-            Self::Chart(arguments) => chart::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
-            Self::Paper(arguments) => paper::run(arguments),
-            Self::Stability(arguments) => stability::run(arguments),
             Self::Verify(arguments) => verify::run(arguments),
         }
     }

@@ -2,7 +2,7 @@
 //! few cuts from where the eye is now: a fade of just so many frames of every unit that changes, without
 //! the noise that dithering would add.
 //!
-//! `cargo run --release -p fieldlod_lab --features chart --example crossfade`
+//! `cargo run --release -p fieldlod_lab --example crossfade`
 
 use std::collections::VecDeque;
 use std::error::Error;

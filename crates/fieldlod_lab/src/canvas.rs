@@ -1,6 +1,7 @@
 //! Lines, shapes and text on a picture. Coordinates are pixels from the upper left corner.
 
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
 use glam::DVec2;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
@@ -9,15 +10,7 @@ use tiny_skia::{
     Transform,
 };
 
-/// A picture that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}", path.display())]
-pub struct PictureError {
-    /// The picture.
-    pub path: PathBuf,
-    /// What the encoder or the system says.
-    pub source: image::ImageError,
-}
+use crate::files::{WriteError, write_file};
 
 /// An opaque colour, or a translucent one with [`Color::faded`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -314,20 +307,10 @@ impl Canvas {
     }
 
     /// Writes the picture as PNG.
-    pub(crate) fn save(&self, path: &Path) -> Result<(), PictureError> {
-        let rgb: Vec<u8> = self
-            .pixmap
-            .pixels()
-            .iter()
-            .flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
-            .collect();
-        let (width, height) = (self.pixmap.width(), self.pixmap.height());
-        image::save_buffer(path, &rgb, width, height, image::ColorType::Rgb8).map_err(|source| {
-            PictureError {
-                path: path.to_owned(),
-                source,
-            }
-        })
+    pub(crate) fn save(&self, path: &Path) -> Result<(), WriteError> {
+        let encoded = self.pixmap.encode_png();
+        let bytes = encoded.map_err(|error| WriteError::new(path, io::Error::other(error)))?;
+        write_file(path, &bytes)
     }
 }
 

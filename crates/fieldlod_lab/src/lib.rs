@@ -11,17 +11,15 @@
 //! Everything here is a measure or a picture of other crates' work; no other library depends on it.
 
 mod canvas;
-#[cfg(feature = "chart")]
 pub mod chart;
 pub mod displacement;
+mod files;
 pub mod holes;
-#[cfg(feature = "chart")]
 pub mod measure;
 pub mod paper;
 pub mod promise;
-#[cfg(feature = "chart")]
 pub mod render;
 pub mod rivals;
 pub mod stability;
 
-pub use canvas::PictureError;
+pub use files::WriteError;

@@ -94,8 +94,7 @@ fn the_readme_says_what_was_measured() {
     }
 }
 
-/// The table that `fieldlod chart` writes, of the committed measurements.
-#[cfg(feature = "chart")]
+/// The table that `fieldlod-lab chart` writes, of the committed measurements.
 #[test]
 fn the_record_holds_the_table_of_terms() {
     let text = fs::read(root().join("assets/pictures/chart.json")).unwrap();

@@ -20,7 +20,7 @@
 //! V is taken relative to that of a surface with normals in all directions, 1/4, so that such a surface
 //! shows e √c. At the same threshold the picture is then about as near to the source as that of
 //! rotation-invariant metrics; that, and the weight of p, were measured on a set of training models and
-//! poses (`fieldlod chart --training`).
+//! poses (`fieldlod-lab chart --training`).
 //!
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.

@@ -1,42 +1,45 @@
 //! The charts of a report: a picture and the numbers behind it for each question.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use glam::DVec2;
 
 use super::figure::{Figure, Panel, Series};
 use super::report::CHARTED;
-use super::store::write_error;
 use super::worth;
-use super::{ChartError, CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
+use super::{CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
 use crate::canvas::Color;
+use crate::files::{WriteError, write_file};
 
 const PURPLE: Color = Color::new(130, 72, 170);
 
 /// Writes all charts into a folder: pictures, a CSV file beside each, and `report.json`.
 ///
 /// # Errors
-/// [`ChartError::Write`] and [`ChartError::Picture`].
-pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
-    write_file(&folder.join("report.json"), &json(report))?;
-    write_file(&folder.join("ratios.csv"), &ratios_csv(report))?;
+/// [`WriteError`] for a folder that takes no files.
+pub fn write_charts(report: &Report, folder: &Path) -> Result<(), WriteError> {
+    let write = |name: &str, text: &str| write_file(&folder.join(name), text.as_bytes());
+    write(
+        "report.json",
+        &serde_json::to_string(report).unwrap_or_default(),
+    )?;
+    write("ratios.csv", &ratios_csv(report))?;
     for chart in &COST_CHARTS {
         let path = folder.join(format!("{}.png", chart.name));
         cost_figure(report, chart).draw(&path)?;
     }
-    write_file(&folder.join("costs.csv"), &costs_csv(report))?;
+    write("costs.csv", &costs_csv(report))?;
     if !report.promise.is_empty() {
         promise_figure(report).draw(&folder.join("promise.png"))?;
-        write_file(&folder.join("promise.csv"), &promise_csv(report))?;
+        write("promise.csv", &promise_csv(report))?;
     }
     if !report.temporal.is_empty() {
         temporal_figure(report).draw(&folder.join("temporal.png"))?;
-        write_file(&folder.join("temporal.csv"), &temporal_csv(report))?;
+        write("temporal.csv", &temporal_csv(report))?;
     }
     if !report.worth.is_empty() {
-        write_file(&folder.join("ablation.md"), &report.worth_table())?;
+        write("ablation.md", &report.worth_table())?;
         worth::draw(
             &report.worth,
             &subject(report),
@@ -44,14 +47,6 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), ChartError> {
         )?;
     }
     Ok(())
-}
-
-fn write_file(path: &Path, text: &str) -> Result<(), ChartError> {
-    fs::write(path, text).map_err(|source| write_error(path, source))
-}
-
-fn json(report: &Report) -> String {
-    serde_json::to_string(report).unwrap_or_default()
 }
 
 /// On what it was measured.

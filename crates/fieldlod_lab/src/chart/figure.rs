@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use crate::PictureError;
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 const PANEL_SIZE: DVec2 = DVec2::new(560.0, 400.0);
 /// Left for tick labels, above for titles, right for names, below for the axis.
@@ -41,7 +41,7 @@ pub(super) struct Series {
 }
 
 impl Figure {
-    pub(super) fn draw(&self, path: &Path) -> Result<(), PictureError> {
+    pub(super) fn draw(&self, path: &Path) -> Result<(), WriteError> {
         let step = LEFT + PANEL_SIZE.x + RIGHT;
         let width = step * self.panels.len() as f64;
         let height = ABOVE + PANEL_SIZE.y + BELOW;

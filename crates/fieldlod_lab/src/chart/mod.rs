@@ -74,12 +74,9 @@ mod sweep;
 mod temporal;
 mod worth;
 
-use std::io;
-use std::path::PathBuf;
-
 use thiserror::Error;
 
-use crate::PictureError;
+use crate::files::WriteError;
 use crate::render::RenderError;
 
 pub use ablation::{ABLATED, CriterionCost, criterion_costs};
@@ -105,15 +102,7 @@ pub enum ChartError {
     /// The renderer fails.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// A picture cannot be written.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
     /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] WriteError),
 }

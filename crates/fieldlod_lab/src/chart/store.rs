@@ -1,7 +1,6 @@
 //! Results kept on disk, so that a run that was stopped goes on where it was.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,6 +8,7 @@ use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::ChartError;
+use crate::files::{WriteError, make_folder, write_file};
 
 /// Grows when what is measured changes.
 const VERSION: u32 = 2;
@@ -23,9 +23,9 @@ impl Store {
     /// Takes a folder, which is made if it is missing.
     ///
     /// # Errors
-    /// [`ChartError::Write`] if it cannot be made.
-    pub fn new(folder: &Path) -> Result<Self, ChartError> {
-        fs::create_dir_all(folder).map_err(|source| write_error(folder, source))?;
+    /// [`WriteError`] if it cannot be made.
+    pub fn new(folder: &Path) -> Result<Self, WriteError> {
+        make_folder(folder)?;
         Ok(Self {
             folder: folder.to_owned(),
         })
@@ -46,29 +46,16 @@ impl Store {
             return Ok(result);
         }
         let result = make()?;
-        let text = serde_json::to_vec(&result).map_err(|e| write_error(&path, e.into()))?;
-        write_whole(&path, &text).map_err(|source| write_error(&path, source))?;
+        let json_error = |error: serde_json::Error| WriteError::new(&path, error.into());
+        let text = serde_json::to_vec(&result).map_err(json_error)?;
+        write_file(&path, &text)?;
         // As it will be read: the last digits of numbers may differ.
-        serde_json::from_slice(&text).map_err(|e| write_error(&path, e.into()))
+        Ok(serde_json::from_slice(&text).map_err(json_error)?)
     }
 
     fn path(&self, key: &impl Serialize) -> PathBuf {
         let text = serde_json::to_vec(&(VERSION, key)).unwrap_or_default();
         self.folder.join(format!("{:016x}.json", xxh3_64(&text)))
-    }
-}
-
-/// A file that is there whole or not at all.
-fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = path.with_extension("tmp");
-    fs::write(&temporary, bytes)?;
-    fs::rename(&temporary, path)
-}
-
-pub(super) fn write_error(path: &Path, source: io::Error) -> ChartError {
-    ChartError::Write {
-        path: path.to_owned(),
-        source,
     }
 }
 

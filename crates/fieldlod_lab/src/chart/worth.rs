@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::promise::ABLATED_AT_PX;
 use super::report::geometric_mean;
 use super::{ABLATED, Kept, Measure, ModelResult, PoseResult, Ratios, Way, ratios};
-use crate::PictureError;
 use crate::canvas::{Align, Canvas, Color};
+use crate::files::WriteError;
 
 /// A criterion with all or all but one of its terms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -128,7 +128,7 @@ const ROW_HEIGHT: f64 = 26.0;
 const ABOVE: f64 = 130.0;
 
 /// As a picture.
-pub(super) fn draw(all: &[Worth], subject: &str, path: &Path) -> Result<(), PictureError> {
+pub(super) fn draw(all: &[Worth], subject: &str, path: &Path) -> Result<(), WriteError> {
     let width = 2.0 * MARGIN + NAME_WIDTH + COLUMN_WIDTH * 8.0;
     let height = ABOVE + ROW_HEIGHT * (all.len() as f64 + 1.5);
     let mut canvas = Canvas::new(width as u32, height as u32);

@@ -6,9 +6,9 @@ use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::profile::{Profile, polar, wide_camera};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 /// The numbers of figure 9.
 #[derive(Clone, Debug, Serialize)]
@@ -30,7 +30,7 @@ pub struct CurlAtAngle {
     pub growth_over_strength: f64,
 }
 
-pub(super) fn draw(path: &Path) -> Result<Figure9, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure9, WriteError> {
     let camera = wide_camera(100.0);
     let mut canvas = Canvas::new(1240, 620);
     canvas.title(

@@ -6,9 +6,9 @@ use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::profile::{Profile, polar, wide_camera};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 /// The numbers of figure 10.
 #[derive(Clone, Debug, Serialize)]
@@ -34,7 +34,7 @@ pub struct GradientAtAngle {
 const LEVELS: [f64; 6] = [0.6, 1.0, 1.8, 3.6, 9.0, 36.0];
 const WIDEST: f64 = 1.22;
 
-pub(super) fn draw(path: &Path) -> Result<Figure10, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure10, WriteError> {
     let camera = wide_camera(1.0);
     let mut canvas = Canvas::new(1000, 640);
     let title = "level surfaces (lines) and gradient (arrows) of the strength";

@@ -7,10 +7,10 @@ use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{Profile, polar};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 /// The numbers of figure 11.
 #[derive(Clone, Debug, Serialize)]
@@ -35,7 +35,7 @@ pub struct PatternAtAngle {
 
 const ANGLES_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0];
 
-pub(super) fn draw(path: &Path) -> Result<Figure11, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure11, WriteError> {
     let angles = ANGLES_DEG.map(pattern_at).to_vec();
     let mut canvas = Canvas::new(1240, 640);
     canvas.title(

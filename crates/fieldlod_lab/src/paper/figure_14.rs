@@ -10,11 +10,11 @@ use camera_field::double::Surfel;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::disks::{Disk, KernelKind};
 use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{polar, wide_camera};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 /// The numbers of figure 14: symmetric difference to the exact kernel, relative to its area, for
 /// disks with a radius of 0.15 of their distance.
@@ -51,7 +51,7 @@ const COMPARED: [(KernelKind, Color); 3] = [
     (KernelKind::Sheared, Color::BLUE),
 ];
 
-pub(super) fn draw(path: &Path) -> Result<Figure14, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure14, WriteError> {
     let numbers = Figure14 {
         across_sight_ray: differences(0.0),
         turned_outwards: differences(TURN_DEG),

@@ -6,12 +6,12 @@ use camera_field::double::{Intrinsics, Pose, PosedCamera};
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::model::{Vertex, sample_surface, torus_knot};
 use super::raster::{Image, draw_triangles};
 use super::rng::Rng;
 use super::splatting::{SplatMode, draw_splats};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 /// The numbers of figure 15.
 #[derive(Clone, Debug, Serialize)]
@@ -46,7 +46,7 @@ pub struct SplatErrors {
 const SIDE: usize = 400;
 const SAMPLES: u32 = 9000;
 
-pub(super) fn draw(path: &Path) -> Result<Figure15, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure15, WriteError> {
     let camera = camera();
     let triangles = torus_knot();
     let (samples, stratum) = sample_surface(&triangles, SAMPLES, &mut Rng::new(15));

@@ -10,12 +10,12 @@ use camera_field::double::PosedCamera;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::PaperError;
 use super::ldi_set::{CameraSet, Placement, SetResult};
 use super::plot::{Axis, Chart, draw_legend};
 use super::rng::Rng;
 use super::scene::{Scene, Solid};
 use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::files::WriteError;
 
 const SETS: u32 = 10;
 /// Pairs beyond those of the figure, from other seeds: ten are few to judge by.
@@ -158,7 +158,7 @@ fn results(sets: &[CameraSet]) -> Vec<SetResult> {
     sets.iter().map(|set| set.result).collect()
 }
 
-pub(super) fn draw(path: &Path) -> Result<Figure18, PaperError> {
+pub(super) fn draw(path: &Path) -> Result<Figure18, WriteError> {
     let examples = examples();
     let mut canvas = Canvas::new(1300, 1010);
     let parallel = [0, 1].map(|row| {

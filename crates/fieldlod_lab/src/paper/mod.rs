@@ -19,12 +19,11 @@ mod rng;
 mod scene;
 mod splatting;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
-use crate::canvas::PictureError;
+use crate::files::{WriteError, make_folder, write_file};
 
 pub use figure_09::{CurlAtAngle, Figure9};
 pub use figure_10::{Figure10, GradientAtAngle};
@@ -33,22 +32,6 @@ pub use figure_14::{DifferenceAtAngle, Figure14};
 pub use figure_15::{Figure15, SplatErrors};
 pub use figure_18::{Comparison, Comparisons, Figure18, SceneResult};
 pub use ldi_set::{LdiCounts, SetResult};
-
-/// Why the figures could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum PaperError {
-    /// The folder for the pictures cannot be made.
-    #[error("cannot make the folder {}: {source}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A picture cannot be written.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-}
 
 /// The numbers of all figures.
 #[derive(Clone, Debug, Serialize)]
@@ -67,22 +50,24 @@ pub struct PaperNumbers {
     pub figure_18: Figure18,
 }
 
-/// Draws `figure_09.png` to `figure_18.png` into a folder, which is made if it is missing, and
-/// returns their numbers.
+/// Draws `figure_09.png` to `figure_18.png` into a folder, which is made if it is missing, writes
+/// their numbers to `numbers.json` beside them and returns them.
 ///
 /// # Errors
-/// [`PaperError`] if the folder or a picture cannot be written.
-pub fn draw_figures(folder: &Path) -> Result<PaperNumbers, PaperError> {
-    fs::create_dir_all(folder).map_err(|source| PaperError::Folder {
-        path: folder.to_owned(),
-        source,
-    })?;
-    Ok(PaperNumbers {
+/// [`WriteError`] if the folder or a file cannot be written.
+pub fn draw_figures(folder: &Path) -> Result<PaperNumbers, WriteError> {
+    make_folder(folder)?;
+    let numbers = PaperNumbers {
         figure_9: figure_09::draw(&folder.join("figure_09.png"))?,
         figure_10: figure_10::draw(&folder.join("figure_10.png"))?,
         figure_11: figure_11::draw(&folder.join("figure_11.png"))?,
         figure_14: figure_14::draw(&folder.join("figure_14.png"))?,
         figure_15: figure_15::draw(&folder.join("figure_15.png"))?,
         figure_18: figure_18::draw(&folder.join("figure_18.png"))?,
-    })
+    };
+    let path = folder.join("numbers.json");
+    let json = serde_json::to_vec_pretty(&numbers);
+    let json = json.map_err(|error| WriteError::new(&path, error.into()))?;
+    write_file(&path, &json)?;
+    Ok(numbers)
 }

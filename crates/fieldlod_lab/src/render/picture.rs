@@ -1,7 +1,5 @@
 //! Pictures as they come back from the adapter.
 
-use std::path::Path;
-
 use glam::UVec2;
 
 use super::SUPERSAMPLING;
@@ -67,15 +65,6 @@ impl Picture {
     pub fn to_bytes(&self) -> Vec<u8> {
         let levels = self.colors.as_flattened().iter();
         levels.map(|level| level.round() as u8).collect()
-    }
-
-    /// Writes a PNG file.
-    ///
-    /// # Errors
-    /// What the encoder or the system says.
-    pub fn save(&self, path: &Path) -> Result<(), image::ImageError> {
-        let UVec2 { x, y } = self.size_px;
-        image::save_buffer(path, &self.to_bytes(), x, y, image::ColorType::Rgb8)
     }
 }
 

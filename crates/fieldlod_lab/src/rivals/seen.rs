@@ -55,7 +55,6 @@ impl<'a> Seen<'a> {
     }
 
     /// A direction of local space in camera space; the instance keeps angles.
-    #[cfg(feature = "chart")]
     pub(crate) fn direction_in_camera(&self, direction_in_local: Vec3) -> Vec3 {
         self.camera_from_world * (self.world_from_local * direction_in_local) / self.max_scale
     }

@@ -1,20 +1,18 @@
-//! `fieldlod chart`: speed against accuracy, for ours and other systems' criteria.
+//! `fieldlod-lab chart`: speed against accuracy, for ours and other systems' criteria.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use fieldlod_bake::{BakeConfig, bake_file, bake_mesh};
-use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_bake::BakeConfig;
 use fieldlod_lab::chart::{
-    COMPARED_AT_PX, ChartError, Generated, Measure, Options, Report, Store, Way, chart_model,
-    write_charts,
+    COMPARED_AT_PX, Generated, Measure, Options, Report, Store, Way, chart_model, write_charts,
 };
 use fieldlod_lab::render::Renderer;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
-use crate::failure::Failure;
-use crate::output::{print, print_json};
+use crate::models::Model;
+use crate::output::{Failure, print, progress_bar};
 
 /// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart
 /// their triangles, times and promises against the error of their pictures.
@@ -58,17 +56,10 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
         .ok_or_else(|| "expected two sizes from 16 to 4096, such as 480x270".to_owned())
 }
 
-/// A model by name, and how to get it.
-enum Model {
-    File(PathBuf),
-    Generated(Generated),
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = &arguments.out;
-    let failure = |error: ChartError| Failure::new(out, error);
-    let store = Store::new(&out.join("results")).map_err(failure)?;
-    let renderer = Renderer::new().map_err(|error| Failure::new(out, error))?;
+    let store = Store::new(&out.join("results"))?;
+    let renderer = Renderer::new()?;
     let options = Options {
         poses: arguments.poses as usize,
         seed: arguments.seed,
@@ -80,21 +71,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bar = progress_bar(models.len() * options.steps());
     let mut results = Vec::new();
     for model in &models {
-        bar.set_message(format!("{}: baking", model.name()));
-        let hierarchy = model.hierarchy()?;
-        bar.set_message(model.name());
-        let step = || advance(&bar, &model.name());
-        let result = chart_model(&renderer, &model.name(), hierarchy, &options, &store, &step);
-        results.push(result.map_err(failure)?);
+        let name = model.name();
+        bar.set_message(format!("{name}: baking"));
+        let hierarchy = model.hierarchy(&BakeConfig::fine_grained())?;
+        bar.set_message(name.clone());
+        let step = || advance(&bar, &name);
+        let result = chart_model(&renderer, &name, hierarchy, &options, &store, &step)?;
+        results.push(result);
     }
     bar.finish_and_clear();
     let report = Report::new(&results, &options, renderer.adapter());
-    write_charts(&report, out).map_err(failure)?;
-    if arguments.json {
-        print_json(&report)
-    } else {
-        print(&text(&report, out))
-    }
+    write_charts(&report, out)?;
+    print(&report, arguments.json, |report| text(report, out))
 }
 
 fn models(arguments: &Arguments) -> Vec<Model> {
@@ -108,16 +96,6 @@ fn models(arguments: &Arguments) -> Vec<Model> {
     models
 }
 
-fn progress_bar(steps: usize) -> ProgressBar {
-    // Draws on standard error, where that is a terminal.
-    let bar = ProgressBar::new(steps as u64);
-    let template = "{bar:40} {pos}/{len}  {elapsed}, {eta} left  {msg}";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar
-}
-
 /// One step more; where no bar is drawn, a line for each.
 fn advance(bar: &ProgressBar, name: &str) {
     bar.inc(1);
@@ -126,51 +104,6 @@ fn advance(bar: &ProgressBar, name: &str) {
         let seconds = bar.elapsed().as_secs();
         eprintln!("{name}: step {done} of {all}, {seconds} s");
     }
-}
-
-impl Model {
-    fn name(&self) -> String {
-        match self {
-            Self::File(path) => {
-                let stem = path.file_stem().unwrap_or_default();
-                stem.to_string_lossy().into_owned()
-            }
-            Self::Generated(generated) => generated.name.to_owned(),
-        }
-    }
-
-    fn hierarchy(&self) -> Result<Hierarchy, Failure> {
-        match self {
-            Self::File(path) => largest(path, file(path)?),
-            Self::Generated(generated) => {
-                let baked = bake_mesh(&(generated.mesh)(), &BakeConfig::fine_grained());
-                baked.map_err(|error| Failure::new(Path::new(generated.name), error))
-            }
-        }
-    }
-}
-
-fn file(path: &Path) -> Result<BakedFile, Failure> {
-    if path
-        .extension()
-        .is_some_and(|extension| extension == "fieldlod")
-    {
-        let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
-        return BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error));
-    }
-    let outcome = bake_file(path, &BakeConfig::fine_grained(), &|_| ());
-    let outcome = outcome.map_err(|error| Failure::new(path, error))?;
-    Ok(outcome.file)
-}
-
-fn largest(path: &Path, file: BakedFile) -> Result<Hierarchy, Failure> {
-    let hierarchies = file
-        .primitives
-        .into_iter()
-        .map(|primitive| primitive.hierarchy);
-    hierarchies
-        .max_by_key(Hierarchy::source_triangle_count)
-        .ok_or_else(|| Failure::new(path, "has nothing to chart"))
 }
 
 /// What the printed table holds equal; `ratios.csv` has more.

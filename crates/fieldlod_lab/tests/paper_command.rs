@@ -1,4 +1,4 @@
-//! `fieldlod paper`: pictures, numbers and failures.
+//! `fieldlod-lab paper`: pictures, numbers and failures.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 fn paper(out: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
+    Command::new(env!("CARGO_BIN_EXE_fieldlod-lab"))
         .args(["paper", "--json", "--out"])
         .arg(out)
         .output()
@@ -41,5 +41,5 @@ fn rejects_a_folder_that_cannot_be_made_in_one_line() {
     assert_eq!(output.status.code(), Some(1));
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(message.lines().count(), 1, "{message}");
-    assert!(message.contains("inside: cannot be made"), "{message}");
+    assert!(message.contains("inside: cannot be written"), "{message}");
 }

@@ -1,11 +1,11 @@
-//! `fieldlod stability`: the figures, and failures.
+//! `fieldlod-lab stability`: the figures, and failures.
 
 use std::process::{Command, Output};
 
 use serde_json::Value;
 
 fn stability(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
+    Command::new(env!("CARGO_BIN_EXE_fieldlod-lab"))
         .arg("stability")
         .args(arguments)
         .output()

@@ -1,19 +1,16 @@
-//! `fieldlod paper`: the figures of the camera-sampling field's paper, with their numbers.
+//! `fieldlod-lab paper`: the figures of the camera-sampling field's paper, with their numbers.
 
 use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use fieldlod_lab::paper::{
-    Comparison, DifferenceAtAngle, Figure18, PaperError, PaperNumbers, draw_figures,
-};
+use fieldlod_lab::paper::{Comparison, DifferenceAtAngle, Figure18, PaperNumbers, draw_figures};
 
-use crate::failure::Failure;
-use crate::output::{print, print_json, write_whole};
+use crate::output::{Failure, print};
 
 /// Draw the figures of the camera-sampling field's paper anew, and print their numbers.
 #[derive(Args, Debug)]
-pub(crate) struct PaperArgs {
+pub(crate) struct Arguments {
     /// The folder for the pictures and numbers.json; made if it is missing.
     #[arg(long)]
     out: PathBuf,
@@ -22,28 +19,9 @@ pub(crate) struct PaperArgs {
     json: bool,
 }
 
-pub(crate) fn run(arguments: &PaperArgs) -> Result<(), Failure> {
-    let folder = &arguments.out;
-    let numbers = draw_figures(folder).map_err(|error| failure(&error))?;
-    let path = folder.join("numbers.json");
-    let json = serde_json::to_vec_pretty(&numbers).map_err(|error| Failure::new(&path, error))?;
-    write_whole(&path, &json)?;
-    if arguments.json {
-        print_json(&numbers)
-    } else {
-        print(&summary(&numbers))
-    }
-}
-
-fn failure(error: &PaperError) -> Failure {
-    match error {
-        PaperError::Folder { path, source } => {
-            Failure::new(path, format!("cannot be made: {source}"))
-        }
-        PaperError::Picture(error) => {
-            Failure::new(&error.path, format!("cannot be written: {}", error.source))
-        }
-    }
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let numbers = draw_figures(&arguments.out)?;
+    print(&numbers, arguments.json, summary)
 }
 
 fn summary(numbers: &PaperNumbers) -> String {

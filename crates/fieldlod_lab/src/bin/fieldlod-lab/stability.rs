@@ -1,16 +1,16 @@
-//! `fieldlod stability`: ours and other systems' criteria in the cases in which some fail.
+//! `fieldlod-lab stability`: ours and other systems' criteria in the cases in which some fail.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_bake::BakeConfig;
 use fieldlod_lab::promise::{self, Effort, PromiseRun};
 use fieldlod_lab::rivals::{ErrorSource, LodObject};
 use fieldlod_lab::stability::{self, Fixture, Report};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
-use crate::failure::Failure;
-use crate::output::{print, print_json};
+use crate::models::Model;
+use crate::output::{Failure, print, progress_bar};
 
 /// Run every level-of-detail criterion through the cases in which users of some saw them fail.
 ///
@@ -18,7 +18,7 @@ use crate::output::{print, print_json};
 /// with most triangles is taken.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf or .glb files to run on instead.
+    /// The .gltf, .glb or .fieldlod files to run on instead.
     models: Vec<PathBuf>,
     /// Measure the guaranteed promise of 1 px instead, and clusterlod's metric beside it, from random
     /// cameras, each with a placement of its own.
@@ -33,11 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // Draws on standard error, and nothing where that is not a terminal.
-    let bar = ProgressBar::new(0);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}  {elapsed}") {
-        bar.set_style(style);
-    }
+    let bar = progress_bar(0);
     bar.set_message("baking");
     let models = arguments.models.iter().map(|path| bake(path));
     let models = models.collect::<Result<Vec<_>, Failure>>()?;
@@ -50,11 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bar.set_position(done as u64);
     });
     bar.finish_and_clear();
-    if arguments.json {
-        print_json(&report)
-    } else {
-        print(&text(&report))
-    }
+    print(&report, arguments.json, text)
 }
 
 fn run_promise(
@@ -82,24 +74,16 @@ fn run_promise(
     };
     let runs: Vec<PromiseRun> = objects.iter().map(measure).collect();
     bar.finish_and_clear();
-    if arguments.json {
-        print_json(&runs)
-    } else {
-        print(promise::table(&runs).trim_end())
-    }
+    print(&runs, arguments.json, |runs| promise::table(runs))
 }
 
 fn bake(path: &Path) -> Result<(String, LodObject), Failure> {
-    let outcome = bake_file(path, &BakeConfig::default(), &|_| ());
-    let primitives = outcome.map_err(|error| Failure::new(path, error))?;
-    let primitives = primitives.file.primitives.into_iter();
-    let largest = primitives
-        .map(|primitive| primitive.hierarchy)
-        .max_by_key(fieldlod_hierarchy::Hierarchy::source_triangle_count)
-        .ok_or_else(|| Failure::new(path, "has nothing to run on"))?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let object = LodObject::new(largest, ErrorSource::Measured);
-    Ok((name.into_owned(), object))
+    let model = Model::File(path.to_owned());
+    let hierarchy = model.hierarchy(&BakeConfig::default())?;
+    Ok((
+        model.name(),
+        LodObject::new(hierarchy, ErrorSource::Measured),
+    ))
 }
 
 fn text(report: &Report) -> String {

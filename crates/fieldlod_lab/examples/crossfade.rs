@@ -9,9 +9,13 @@ use std::error::Error;
 
 use fieldlod_bake::{SourceMesh, bake_mesh};
 use fieldlod_lab::chart::Generated;
+use fieldlod_lab::chooser::Chooser;
+use fieldlod_lab::eye::{Eye, Instance};
 use fieldlod_lab::measure::temporal_error;
+use fieldlod_lab::method::Method;
+use fieldlod_lab::object::{ErrorSource, LodObject};
+use fieldlod_lab::object_view::ObjectView;
 use fieldlod_lab::render::{DrawnModel, Picture, RenderError, Renderer};
-use fieldlod_lab::rivals::{Chooser, ErrorSource, Eye, Instance, LodObject, Method, Seen};
 use glam::{Vec2, Vec3};
 
 /// Two fifths of a second.
@@ -70,7 +74,11 @@ fn walk(
     let instance = Instance::default();
     for frame in 0..FRAMES {
         let eye = eye(object, pace, frame);
-        cuts.push_front(chooser.choose(&Seen::new(object, &instance, &eye)).units);
+        cuts.push_front(
+            chooser
+                .choose(&ObjectView::new(object, &instance, &eye))
+                .units,
+        );
         cuts.truncate(LONGEST);
         let reference = renderer.draw(model, &eye, &source)?;
         let drawn = draw_all(renderer, model, &eye, &cuts)?;

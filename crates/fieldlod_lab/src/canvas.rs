@@ -27,6 +27,7 @@ impl Color {
     pub(crate) const BLUE: Self = Self::new(38, 98, 188);
     pub(crate) const ORANGE: Self = Self::new(224, 122, 20);
     pub(crate) const GREEN: Self = Self::new(34, 148, 84);
+    pub(crate) const PURPLE: Self = Self::new(130, 72, 170);
     pub(crate) const RED: Self = Self::new(206, 52, 56);
 
     pub(crate) const fn new(red: u8, green: u8, blue: u8) -> Self {
@@ -230,25 +231,25 @@ impl Canvas {
     }
 
     pub(crate) fn text(&mut self, at: DVec2, align: Align, text: &str, color: Color) {
-        self.write(
-            at,
-            align,
-            text,
-            color,
-            FontWeight::Regular,
-            RasterHeight::Size16,
-        );
+        let font = (FontWeight::Regular, RasterHeight::Size16);
+        self.write(at, align, text, color, font);
     }
 
-    pub(crate) fn title(&mut self, at: DVec2, align: Align, text: &str) {
-        self.write(
-            at,
-            align,
-            text,
-            Color::INK,
-            FontWeight::Bold,
-            RasterHeight::Size20,
-        );
+    /// A text in ink, centred on a point.
+    pub(crate) fn caption(&mut self, at: DVec2, text: &str) {
+        self.text(at, Align::Center, text, Color::INK);
+    }
+
+    /// A text in large, bold letters, centred on a point.
+    pub(crate) fn title(&mut self, at: DVec2, text: &str) {
+        let font = (FontWeight::Bold, RasterHeight::Size20);
+        self.write(at, Align::Center, text, Color::INK, font);
+    }
+
+    /// A text in large, bold letters, to the right of a point.
+    pub(crate) fn heading(&mut self, at: DVec2, text: &str) {
+        let font = (FontWeight::Bold, RasterHeight::Size20);
+        self.write(at, Align::Left, text, Color::INK, font);
     }
 
     fn write(
@@ -257,8 +258,7 @@ impl Canvas {
         align: Align,
         text: &str,
         color: Color,
-        weight: FontWeight,
-        height: RasterHeight,
+        (weight, height): (FontWeight, RasterHeight),
     ) {
         let advance = get_raster_width(weight, height) as f64;
         let width = advance * text.chars().count() as f64;

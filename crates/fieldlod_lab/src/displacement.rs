@@ -17,7 +17,7 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use serde::Serialize;
 
-use crate::rivals::{Eye, Instance};
+use crate::eye::{Eye, Instance};
 
 use samples::{Sample, samples_of};
 
@@ -32,6 +32,24 @@ pub struct Displacement {
     pub mean_px: f64,
     /// How many samples were in the picture.
     pub samples: usize,
+}
+
+impl Displacement {
+    /// Sums up the displacements of samples, in pixels.
+    #[must_use]
+    pub fn of(mut displaced_px: Vec<f64>) -> Self {
+        displaced_px.sort_by(f64::total_cmp);
+        let samples = displaced_px.len();
+        let Some(&max_px) = displaced_px.last() else {
+            return Self::default();
+        };
+        Self {
+            max_px,
+            p99_9_px: displaced_px[(samples - 1) * 999 / 1000],
+            mean_px: displaced_px.iter().sum::<f64>() / samples as f64,
+            samples,
+        }
+    }
 }
 
 /// The surface that cuts are measured against.
@@ -90,7 +108,7 @@ impl<'a> SourceSurface<'a> {
         eye: &Eye,
         two_sided: bool,
     ) -> Displacement {
-        summary(self.displacements(cut, instance, eye, two_sided))
+        Displacement::of(self.displacements(cut, instance, eye, two_sided))
     }
 
     /// The displacement of every sample that is in the picture, in pixels.
@@ -126,20 +144,6 @@ fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
         .iter()
         .flat_map(|&unit| hierarchy.source_triangles_of(&hierarchy.units[unit as usize]));
     TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
-}
-
-fn summary(mut displaced_px: Vec<f64>) -> Displacement {
-    displaced_px.sort_by(f64::total_cmp);
-    let samples = displaced_px.len();
-    let Some(&max_px) = displaced_px.last() else {
-        return Displacement::default();
-    };
-    Displacement {
-        max_px,
-        p99_9_px: displaced_px[(samples - 1) * 999 / 1000],
-        mean_px: displaced_px.iter().sum::<f64>() / samples as f64,
-        samples,
-    }
 }
 
 /// From local space to pixels without losing digits.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
-use crate::rivals::Choice;
+use crate::chooser::Choice;
 
 /// A flip is a group that changes and changes back within this many frames.
 pub const FLIP_FRAMES: usize = 5;

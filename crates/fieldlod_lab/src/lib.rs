@@ -2,24 +2,34 @@
 //!
 //! - [`paper`] redraws the figures of Lin & Lee, "Camera-Sampling Field and Its Applications"
 //!   (IEEE TVCG 2004) from the formulas of `camera_field`, and gives the numbers behind them.
-//! - [`rivals`] are the criteria of other systems, written on our hierarchies.
+//! - [`method`] lists the methods that are compared: ours, ours without one of its terms, and those of
+//!   other systems.
 //! - [`displacement`] measures how far a cut lies from its source on the screen, [`holes`] where it
 //!   is open and what flickers.
 //! - [`promise`] measures the guarantee with random cameras and placements.
+//! - [`chart`] charts speed against accuracy, by the pictures that [`render`] draws and [`measure`]
+//!   compares.
 //! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
-//! Everything here is a measure or a picture of other crates' work; no other library depends on it.
+//! The command `fieldlod-lab` runs all of it. No other library depends on this one.
 
+mod baselines;
 mod canvas;
 pub mod chart;
+pub mod chooser;
 pub mod displacement;
+pub mod eye;
 mod files;
 pub mod holes;
 pub mod measure;
+pub mod method;
+pub mod object;
+pub mod object_view;
 pub mod paper;
+mod plot;
 pub mod promise;
 pub mod render;
-pub mod rivals;
 pub mod stability;
+pub mod terms;
 
 pub use files::WriteError;

@@ -1,4 +1,4 @@
-//! The guaranteed promise, measured: random cameras, random placements, both directions.
+//! The guarantee measured with random cameras and placements, in both directions.
 //!
 //! For each camera the cut that [`Method::Guaranteed`] chooses and that of clusterlod's metric on the
 //! same hierarchy are [measured](crate::displacement): points of the source surface to the nearest of
@@ -14,8 +14,12 @@ use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::displacement::SourceSurface;
-use crate::rivals::{Chooser, Eye, Instance, LodObject, Method, Seen};
+use crate::chooser::Chooser;
+use crate::displacement::{Displacement, SourceSurface};
+use crate::eye::{Eye, Instance};
+use crate::method::Method;
+use crate::object::LodObject;
+use crate::object_view::ObjectView;
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,22 +52,19 @@ pub struct PromiseRun {
     /// What all methods were asked for, in pixels.
     pub threshold_px: f32,
     /// Ours, then clusterlod's.
-    pub methods: Vec<Tail>,
+    pub methods: Vec<MethodRun>,
 }
 
-/// The large displacements of one method.
+/// The displacements of one method over all cameras.
 #[derive(Clone, Debug, Serialize)]
-pub struct Tail {
+pub struct MethodRun {
     /// The method.
     pub method: Method,
-    /// The greatest displacement, in pixels.
-    pub max_px: f64,
-    /// One in a thousand is greater.
-    pub p99_9_px: f64,
+    /// Of the samples of all cameras together.
+    #[serde(flatten)]
+    pub displacement: Displacement,
     /// Share of the samples above the threshold.
     pub over: f64,
-    /// Samples in the picture.
-    pub samples: usize,
     /// Mean triangles chosen.
     pub triangles: f64,
 }
@@ -79,70 +80,40 @@ pub fn measure(
     progress: &(dyn Fn(usize) + Sync),
 ) -> PromiseRun {
     let source = SourceSurface::new(&object.hierarchy, effort.samples);
+    let scenes = scenes(object, effort);
     let done = AtomicUsize::new(0);
-    let scenes: Vec<(Eye, Instance)> = scenes(object, effort);
-    let methods = [Method::Guaranteed, Method::Clusterlod];
-    let found: Vec<[Found; 2]> = scenes
-        .par_iter()
-        .map(|scene| {
-            let found = methods.map(|method| look(object, &source, method, threshold_px, scene));
-            progress(1 + done.fetch_add(1, Ordering::Relaxed));
-            found
-        })
-        .collect();
-    let tails = methods.iter().enumerate().map(|(index, &method)| {
-        let of_method = found.iter().map(|pair| &pair[index]);
-        tail(method, threshold_px, of_method)
+    let methods = [Method::Guaranteed, Method::Clusterlod].map(|method| {
+        let found = scenes.par_iter().map(|(eye, instance)| {
+            // Choose a cut as the camera sees the object, and measure it.
+            let view = ObjectView::new(object, instance, eye);
+            let units = Chooser::new(method, threshold_px).choose(&view).units;
+            let cut = source.cut(&units);
+            let displaced_px = source.displacements(&cut, instance, eye, true);
+            progress(done.fetch_add(1, Ordering::Relaxed).div_ceil(2));
+            (displaced_px, object.triangle_count(&units))
+        });
+        method_run(method, threshold_px, found.collect())
     });
     PromiseRun {
         name: name.to_owned(),
         cameras: effort.cameras,
         threshold_px,
-        methods: tails.collect(),
+        methods: methods.into(),
     }
 }
 
-struct Found {
-    displaced_px: Vec<f64>,
-    triangles: u64,
-}
-
-fn look(
-    object: &LodObject,
-    source: &SourceSurface,
-    method: Method,
-    threshold_px: f32,
-    (eye, instance): &(Eye, Instance),
-) -> Found {
-    let seen = Seen::new(object, instance, eye);
-    let choice = Chooser::new(method, threshold_px).choose(&seen);
-    let cut = source.cut(&choice.units);
-    Found {
-        displaced_px: source.displacements(&cut, instance, eye, true),
-        triangles: choice.triangle_count(&object.hierarchy),
-    }
-}
-
-fn tail<'a>(
-    method: Method,
-    threshold_px: f32,
-    found: impl Iterator<Item = &'a Found> + Clone,
-) -> Tail {
-    let cameras = found.clone().count().max(1);
-    let triangles: u64 = found.clone().map(|one| one.triangles).sum();
-    let mut all: Vec<f64> = found
-        .flat_map(|one| one.displaced_px.iter().copied())
-        .collect();
-    all.sort_by(f64::total_cmp);
-    let over = all.len() - all.partition_point(|&px| px <= f64::from(threshold_px));
-    let at = |index: usize| all.get(index).copied().unwrap_or(0.0);
-    Tail {
+fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) -> MethodRun {
+    let count = cameras.len().max(1) as f64;
+    let triangles: u64 = cameras.iter().map(|(_, triangles)| triangles).sum();
+    let displaced_px: Vec<f64> = cameras.into_iter().flat_map(|(px, _)| px).collect();
+    let over = displaced_px
+        .iter()
+        .filter(|&&px| px > f64::from(threshold_px));
+    MethodRun {
         method,
-        max_px: at(all.len().saturating_sub(1)),
-        p99_9_px: at(all.len().saturating_sub(1) * 999 / 1000),
-        over: over as f64 / all.len().max(1) as f64,
-        samples: all.len(),
-        triangles: triangles as f64 / cameras as f64,
+        over: over.count() as f64 / displaced_px.len().max(1) as f64,
+        triangles: triangles as f64 / count,
+        displacement: Displacement::of(displaced_px),
     }
 }
 
@@ -216,19 +187,12 @@ pub fn table(runs: &[PromiseRun]) -> String {
         "triangles"
     );
     for run in runs {
-        for tail in &run.methods {
-            let _ = writeln!(
-                text,
-                "{:<20}{:>8}{:>12}{:>24.3}{:>8.3}{:>7.2}%{:>10}{:>11.0}",
-                run.name,
-                run.cameras,
-                tail.method.name(),
-                tail.max_px,
-                tail.p99_9_px,
-                tail.over * 100.0,
-                tail.samples,
-                tail.triangles
-            );
+        for row in &run.methods {
+            let (method, found) = (row.method.name(), &row.displacement);
+            let _ = write!(text, "{:<20}{:>8}{method:>12}", run.name, run.cameras);
+            let _ = write!(text, "{:>24.3}{:>8.3}", found.max_px, found.p99_9_px);
+            let (over, samples) = (row.over * 100.0, found.samples);
+            let _ = writeln!(text, "{over:>7.2}%{samples:>10}{:>11.0}", row.triangles);
         }
     }
     text

@@ -7,8 +7,9 @@ use std::cell::Cell;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_lab::chart::{
-    ABLATED, Measure, ModelResult, Options, Report, Store, Way, chart_model, write_charts,
+    ABLATED, Measure, ModelResult, Options, Report, Store, chart_model, write_charts,
 };
+use fieldlod_lab::method::Method;
 use fieldlod_lab::render::Renderer;
 use glam::UVec2;
 
@@ -16,12 +17,12 @@ fn rock() -> Hierarchy {
     bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap()
 }
 
-fn options(ways: &[Way]) -> Options {
+fn options(methods: &[Method]) -> Options {
     Options {
         poses: 2,
         seed: 5,
         size_px: UVec2::new(160, 90),
-        ways: ways.to_vec(),
+        methods: methods.to_vec(),
         with_extras: false,
     }
 }
@@ -40,15 +41,19 @@ fn clusterlod_is_its_own_equal_and_the_oracle_needs_no_more() {
     };
     let folder = tempfile::tempdir().unwrap();
     let store = Store::new(folder.path()).unwrap();
-    let options = options(&[Way::Quality, Way::Clusterlod, Way::Oracle]);
+    let options = options(&[Method::Quality, Method::Clusterlod, Method::Oracle]);
     let (model, steps) = charted(&renderer, &options, &store);
     assert_eq!(steps, options.steps());
     let report = Report::new(&[model], &options, renderer.adapter());
-    let ratio = |way| report.ratio(way, Measure::Rmse, 1.0).unwrap();
-    assert!((ratio(Way::Clusterlod).mean - 1.0).abs() < 1e-9);
-    assert_eq!(ratio(Way::Clusterlod).poses, 2);
-    assert!(ratio(Way::Oracle).mean < 1.0, "{:?}", ratio(Way::Oracle));
-    assert!(ratio(Way::Oracle).mean < ratio(Way::Quality).mean);
+    let ratio = |method| report.ratio(method, Measure::Rmse, 1.0).unwrap();
+    assert!((ratio(Method::Clusterlod).mean - 1.0).abs() < 1e-9);
+    assert_eq!(ratio(Method::Clusterlod).poses, 2);
+    assert!(
+        ratio(Method::Oracle).mean < 1.0,
+        "{:?}",
+        ratio(Method::Oracle)
+    );
+    assert!(ratio(Method::Oracle).mean < ratio(Method::Quality).mean);
 }
 
 /// What was measured before comes from the folder: the numbers, times included, are the same.
@@ -59,7 +64,7 @@ fn a_stopped_run_goes_on_where_it_was() {
     };
     let folder = tempfile::tempdir().unwrap();
     let store = Store::new(folder.path()).unwrap();
-    let options = options(&[Way::Quality, Way::Clusterlod]);
+    let options = options(&[Method::Quality, Method::Clusterlod]);
     let (first, _) = charted(&renderer, &options, &store);
     let files = || std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(files(), options.poses);
@@ -85,25 +90,14 @@ fn charts_are_written_with_their_numbers() {
     let options = Options {
         with_extras: true,
         poses: 1,
-        ..options(&[Way::Quality, Way::Clusterlod])
+        ..options(&[Method::Quality, Method::Clusterlod])
     };
     let (model, _) = charted(&renderer, &options, &store);
     let report = Report::new(&[model], &options, renderer.adapter());
     write_charts(&report, folder.path()).unwrap();
-    for name in [
-        "triangles",
-        "selection",
-        "frame",
-        "promise",
-        "temporal",
-        "ablation",
-    ] {
+    for name in ["triangles", "selection", "frame", "promise", "flicker"] {
         let picture = image::open(folder.path().join(format!("{name}.png"))).unwrap();
         assert!(picture.width() > 600, "{name}");
-    }
-    for name in ["ratios.csv", "costs.csv", "promise.csv", "temporal.csv"] {
-        let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
-        assert!(text.lines().count() > 2, "{name}");
     }
     let text = std::fs::read(folder.path().join("report.json")).unwrap();
     let read: Report = serde_json::from_slice(&text).unwrap();
@@ -111,10 +105,15 @@ fn charts_are_written_with_their_numbers() {
     // A header of two lines, then each term left out.
     let table = std::fs::read_to_string(folder.path().join("ablation.md")).unwrap();
     assert_eq!(table.lines().count(), 2 + ABLATED.len());
-    let unbounded = |way| read.worth.iter().find(|worth| worth.way == way).unwrap();
+    let unbounded = |method| {
+        read.ablation
+            .iter()
+            .find(|row| row.method == method)
+            .unwrap()
+    };
     let (bound, centre) = (
-        unbounded(Way::Guaranteed),
-        unbounded(Way::GuaranteedNoBound),
+        unbounded(Method::Guaranteed),
+        unbounded(Method::GuaranteedNoBound),
     );
     assert!(bound.max_px <= 1.0 && bound.max_px <= centre.max_px);
     assert!(bound.triangles_at_1_px >= centre.triangles_at_1_px);

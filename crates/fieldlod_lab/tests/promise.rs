@@ -1,8 +1,8 @@
 //! The guaranteed promise holds from anywhere, under any placement, in both directions.
 
 use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_lab::object::{ErrorSource, LodObject};
 use fieldlod_lab::promise::{self, Effort, PromiseRun};
-use fieldlod_lab::rivals::{ErrorSource, LodObject};
 use fieldlod_lab::stability::Fixture;
 
 fn measured(name: &str, object: &LodObject, effort: Effort) -> PromiseRun {
@@ -15,12 +15,12 @@ fn assert_kept(run: &PromiseRun) {
     let [ours, clusterlod] = &run.methods[..] else {
         panic!("two methods")
     };
-    assert!(ours.samples > run.cameras * 100, "{ours:?}");
-    assert!(ours.max_px <= 1.0, "{}: {ours:?}", run.name);
+    assert!(ours.displacement.samples > run.cameras * 100, "{ours:?}");
+    assert!(ours.displacement.max_px <= 1.0, "{}: {ours:?}", run.name);
     assert!(ours.over == 0.0, "{}: {ours:?}", run.name);
     // The measure can fail: who bounds no corners exceeds it.
     assert!(
-        clusterlod.max_px > ours.max_px,
+        clusterlod.displacement.max_px > ours.displacement.max_px,
         "{}: {clusterlod:?}",
         run.name
     );

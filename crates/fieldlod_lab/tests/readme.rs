@@ -32,17 +32,17 @@ fn number(list: &Value, wanted: &[(&str, Value)], key: &str) -> f64 {
 }
 
 /// Triangles relative to clusterlod's at the error of its 1 px.
-fn ratio(ratios: &Value, way: &str, measure: &str, key: &str) -> f64 {
+fn ratio(ratios: &Value, method: &str, measure: &str, key: &str) -> f64 {
     let wanted = [
-        ("way", way.into()),
+        ("method", method.into()),
         ("measure", measure.into()),
         ("at_px", 1.0.into()),
     ];
     number(ratios, &wanted, key)
 }
 
-fn worst_px(report: &Value, way: &str) -> f64 {
-    let wanted = [("way", way.into()), ("requested_px", 1.0.into())];
+fn worst_px(report: &Value, method: &str) -> f64 {
+    let wanted = [("method", method.into()), ("requested_px", 1.0.into())];
     let worst = rows(&report["promise"], &wanted).map(|row| row["max_px"].as_f64().unwrap());
     worst.fold(0.0, f64::max)
 }
@@ -50,14 +50,14 @@ fn worst_px(report: &Value, way: &str) -> f64 {
 #[test]
 fn the_readme_says_what_was_measured() {
     let (readme, report) = (prose("README.md"), report());
-    let rmse = |way, key| 100.0 * ratio(&report["ratios"], way, "rmse", key);
+    let rmse = |method, key| 100.0 * ratio(&report["ratios"], method, "rmse", key);
     let of_models: Vec<f64> = report["models"]
         .as_array()
         .unwrap()
         .iter()
         .map(|model| 100.0 * ratio(&model["ratios"], "quality", "rmse", "mean"))
         .collect();
-    let threshold = [("way", "quality".into()), ("at_px", 1.0.into())];
+    let threshold = [("method", "quality".into()), ("at_px", 1.0.into())];
     let sentences = [
         format!(
             "fieldlod draws {:.0} % of clusterlod's triangles ({:.0} % to {:.0} % by model, {:.0} % in the worst pose)",
@@ -100,7 +100,7 @@ fn the_record_holds_the_table_of_terms() {
     let text = fs::read(root().join("assets/pictures/chart.json")).unwrap();
     let report: fieldlod_lab::chart::Report = serde_json::from_slice(&text).unwrap();
     let record = fs::read_to_string(root().join("crates/fieldlod_lab/RECORD.md")).unwrap();
-    let table = report.worth_table();
+    let table = report.ablation_table();
     assert!(table.lines().count() > 5);
     assert!(
         record.contains(&table),

@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
+use fieldlod_lab::eye::Eye;
 use fieldlod_lab::measure::image_error;
 use fieldlod_lab::render::{RenderError, SUPERSAMPLING};
-use fieldlod_lab::rivals::Eye;
 use glam::{UVec2, Vec2, Vec3};
 
 const SIZE_PX: Vec2 = Vec2::new(320.0, 180.0);

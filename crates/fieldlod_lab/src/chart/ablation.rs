@@ -1,126 +1,118 @@
-//! What each term of our criterion costs in time; what it is worth is in the pictures and promises.
+//! What each term of the criterion is worth: in triangles, in promises kept, in time.
 
-use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::fmt::Write;
 
-use fieldlod_select::{InstanceView, refine};
 use serde::{Deserialize, Serialize};
 
-use super::promise::ABLATED_AT_PX;
-use super::{Stage, Way, poses};
-use crate::rivals::{Eye, Seen};
+use super::criterion_cost::{ABLATED, ABLATED_AT_PX};
+use super::curve::{Measure, PoseResult};
+use super::model_result::ModelResult;
+use super::promise::PromiseResult;
+use super::ratios::{Ratios, geometric_mean};
+use crate::method::Method;
 
-/// The ways that are told apart: our criteria, each without one of its terms, and what they are
-/// compared with.
-pub const ABLATED: [Way; 10] = [
-    Way::Quality,
-    Way::NoProjection,
-    Way::NoSilhouette,
-    Way::NoOffAxis,
-    Way::NoBound,
-    Way::ShareInView,
-    Way::Guaranteed,
-    Way::GuaranteedNoOffAxis,
-    Way::GuaranteedNoBound,
-    Way::Clusterlod,
-];
-
-/// How many places the camera stands at.
-const PLACES: usize = 6;
-/// How often each is timed, to take the least.
-const ROUNDS: usize = 15;
-/// Scans in a round that take so few microseconds.
-const SCANS: u32 = 8;
-
-/// Time that a way takes for each group of a model, on one thread.
+/// A criterion with all or all but one of its terms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CriterionCost {
-    /// The way.
-    pub way: Way,
-    /// By plain code, one group after the other, in nanoseconds.
+pub struct AblationRow {
+    /// The method.
+    pub method: Method,
+    /// Triangles relative to clusterlod's at the image error of its 1 px, mean over all poses.
+    pub triangles: Option<f64>,
+    /// The same in the worst pose.
+    pub worst_pose: Option<f64>,
+    /// Triangles relative to clusterlod's at its silhouette's error at 1 px.
+    pub silhouette: Option<f64>,
+    /// Triangles at a threshold of 1 px, relative to clusterlod's, with the object towards the
+    /// picture's corner as promises are measured.
+    pub triangles_at_1_px: f64,
+    /// The greatest displacement there, in pixels.
+    pub max_px: f64,
+    /// That which one point in a thousand exceeds, in the worst place, in pixels.
+    pub p99_9_px: f64,
+    /// Time for a group by plain code, in nanoseconds.
     pub plain_ns: f64,
-    /// As a frame would: eight groups at once, conservative tests first. Of what the selection can be
-    /// told to do, and of clusterlod.
+    /// Time for a group as in a frame, in nanoseconds, of methods that have such code.
     pub fast_ns: Option<f64>,
 }
 
-/// Times the criteria alone, without gathering units.
-#[must_use]
-pub fn criterion_costs(stage: &Stage, seed: u64) -> Vec<CriterionCost> {
-    let of_pose = |pose| stage.eye(&pose);
-    let eyes: Vec<Eye> = poses(stage.object, PLACES, seed)
-        .into_iter()
-        .map(of_pose)
-        .collect();
-    let groups = stage.object.hierarchy.groups.len().max(1) as f64;
-    let mean_ns = |seconds: f64| seconds * 1e9 / (groups * eyes.len() as f64);
-    let cost = |way| {
-        let plain = eyes.iter().map(|eye| plain(stage, way, eye));
-        let fast = eyes.iter().map(|eye| fast(stage, way, eye));
-        CriterionCost {
-            way,
-            plain_ns: mean_ns(plain.sum()),
-            fast_ns: fast.sum::<Option<f64>>().map(mean_ns),
-        }
-    };
-    ABLATED.into_iter().map(cost).collect()
-}
-
-/// Seconds for all groups by plain code.
-fn plain(stage: &Stage, way: Way, eye: &Eye) -> f64 {
-    let seen = stage.seen(eye);
-    let count = stage.object.hierarchy.groups.len();
-    let exceeding = |error_px: &dyn Fn(&Seen, usize) -> f32| {
-        let seen = black_box(&seen);
-        (0..count)
-            .filter(|&group| error_px(seen, group) > ABLATED_AT_PX)
-            .count()
-    };
-    let run = || match (way.terms(), way.rival()) {
-        (Some(terms), _) => {
-            let terms = black_box(terms);
-            exceeding(&|seen, group| terms.error_px(seen, group))
-        }
-        (None, Some(method)) => {
-            exceeding(&|seen, group| method.group_error_px(seen, group).unwrap_or(f32::NAN))
-        }
-        (None, None) => 0,
-    };
-    least_seconds(|| {
-        black_box(run());
-    })
-}
-
-/// Seconds as in a frame, for the ways that have such code.
-fn fast(stage: &Stage, way: Way, eye: &Eye) -> Option<f64> {
-    let mut bits = Vec::new();
-    let prepared = &stage.prepared;
-    if let Some(settings) = way.settings(ABLATED_AT_PX) {
-        let view = eye.view().with_margins(&settings);
-        let instance = InstanceView::new(&view, &stage.instance.world_from_local);
-        return Some(seconds_of_a_scan(|| {
-            refine(&prepared.table, &instance, &settings, &[], &mut bits);
-            black_box(&bits);
-        }));
+/// Sums up models; nothing without promises and times.
+pub(super) fn ablation(models: &[ModelResult]) -> Vec<AblationRow> {
+    let is_whole = |model: &ModelResult| !model.criterion.is_empty() && !model.promise.is_empty();
+    if models.is_empty() || !models.iter().all(is_whole) {
+        return Vec::new();
     }
-    let seen = stage.seen(eye);
-    (way == Way::Clusterlod).then(|| {
-        seconds_of_a_scan(|| {
-            prepared.scan.refine(&seen, ABLATED_AT_PX, &mut bits);
-            black_box(&bits);
-        })
-    })
+    ABLATED.map(|method| row(models, method)).into()
 }
 
-fn seconds_of_a_scan(mut scan: impl FnMut()) -> f64 {
-    least_seconds(|| (0..SCANS).for_each(|_| scan())) / f64::from(SCANS)
+fn row(models: &[ModelResult], method: Method) -> AblationRow {
+    // Triangles at equal error.
+    let poses: Vec<&PoseResult> = models.iter().flat_map(|model| &model.poses).collect();
+    let at_equal = |measure| Ratios::of(&poses, method, measure, f64::from(ABLATED_AT_PX));
+    let rmse = at_equal(Measure::Rmse);
+    // What is kept of the promise.
+    let promises = |method| {
+        models
+            .iter()
+            .flat_map(move |model| promises_of(model, method))
+    };
+    let pairs = promises(method).zip(promises(Method::Clusterlod));
+    // Times.
+    let costs = models.iter().flat_map(|model| &model.criterion);
+    let costs = || costs.clone().filter(|cost| cost.method == method);
+    let fast: Vec<f64> = costs().filter_map(|cost| cost.fast_ns).collect();
+    AblationRow {
+        method,
+        triangles: rmse.map(|ratios| ratios.mean),
+        worst_pose: rmse.map(|ratios| ratios.greatest),
+        silhouette: at_equal(Measure::Silhouette).map(|ratios| ratios.mean),
+        triangles_at_1_px: geometric_mean(pairs.map(|(own, base)| own.triangles / base.triangles)),
+        max_px: promises(method).map(|p| p.max_px).fold(0.0, f64::max),
+        p99_9_px: promises(method).map(|p| p.p99_9_px).fold(0.0, f64::max),
+        plain_ns: geometric_mean(costs().map(|cost| cost.plain_ns)),
+        fast_ns: (!fast.is_empty()).then(|| geometric_mean(fast.iter().copied())),
+    }
 }
 
-fn least_seconds(mut run: impl FnMut()) -> f64 {
-    let timed = (0..ROUNDS).map(|_| {
-        let start = Instant::now();
-        run();
-        start.elapsed()
-    });
-    timed.min().unwrap_or(Duration::ZERO).as_secs_f64()
+/// What a method keeps of the threshold at which terms are ablated, one for each field of view.
+fn promises_of(model: &ModelResult, method: Method) -> impl Iterator<Item = &PromiseResult> {
+    let at = f64::from(ABLATED_AT_PX);
+    let all = model.promise.iter();
+    all.filter(move |promise| promise.method == method && (promise.requested_px - at).abs() < 1e-6)
+}
+
+/// What each column of the table is.
+const HEAD: [&str; 9] = [
+    "criterion",
+    "triangles",
+    "worst pose",
+    "by silhouette",
+    "at 1 px",
+    "most px",
+    "p99.9 px",
+    "ns plain",
+    "ns fast",
+];
+
+fn cells(row: &AblationRow) -> [String; 9] {
+    let some = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    [
+        row.method.label(),
+        some(row.triangles),
+        some(row.worst_pose),
+        some(row.silhouette),
+        format!("{:.2}", row.triangles_at_1_px),
+        format!("{:.2}", row.max_px),
+        format!("{:.2}", row.p99_9_px),
+        format!("{:.1}", row.plain_ns),
+        some(row.fast_ns),
+    ]
+}
+
+/// The rows as a table in Markdown.
+pub(super) fn markdown(all: &[AblationRow]) -> String {
+    let mut text = format!("| {} |\n|---{}|\n", HEAD.join(" | "), "|---:".repeat(8));
+    for row in all {
+        let _ = writeln!(text, "| {} |", cells(row).join(" | "));
+    }
+    text
 }

@@ -1,10 +1,77 @@
-//! Curves read at equal error.
+//! What a method gives at a range of thresholds in one pose, and that read at equal error.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Curve, Point};
+use super::pose::Pose;
+use crate::measure::ImageError;
+use crate::method::Method;
 
-/// What is held equal between ways.
+/// The thresholds that all methods run at, in pixels.
+pub(super) const THRESHOLDS_PX: [f32; 13] = [
+    0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
+];
+
+/// The methods whose costs are charted: their pictures are compared by FLIP, too.
+pub(super) const CHARTED: [Method; 4] = [
+    Method::Quality,
+    Method::Clusterlod,
+    Method::Godot43,
+    Method::Oracle,
+];
+
+/// What one threshold gives.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// What was asked for, in pixels; for the oracle, squared levels of error per triangle.
+    pub threshold: f64,
+    /// Triangles of the units that touch the view.
+    pub triangles: u64,
+    /// How many such units: draw commands.
+    pub units: u64,
+    /// How far the picture is from the reference.
+    pub error: ImageError,
+    /// Time to choose from scratch on one thread, in microseconds: ours by the `Selector`,
+    /// clusterlod's by a scan of eight groups at once, others by plain code.
+    pub select_us: f64,
+    /// Time to draw, in milliseconds.
+    pub frame_ms: f64,
+}
+
+/// One method over the thresholds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// The method.
+    pub method: Method,
+    /// From the finest to the coarsest threshold.
+    pub points: Vec<Point>,
+}
+
+impl Curve {
+    /// The point at a threshold that the sweep ran at.
+    pub(super) fn at_threshold(&self, threshold: f64) -> Option<&Point> {
+        let mut points = self.points.iter();
+        points.find(|point| (point.threshold - threshold).abs() < 1e-4)
+    }
+}
+
+/// What all methods give from one pose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseResult {
+    /// The pose.
+    pub pose: Pose,
+    /// One curve for each method.
+    pub curves: Vec<Curve>,
+}
+
+impl PoseResult {
+    /// The curve of a method.
+    #[must_use]
+    pub fn curve(&self, method: Method) -> Option<&Curve> {
+        self.curves.iter().find(|curve| curve.method == method)
+    }
+}
+
+/// What is held equal between methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -46,11 +113,10 @@ impl Measure {
     }
 }
 
-/// The triangles that a way needs for an error: interpolated between its points, both on logarithmic
+/// The triangles that a method needs for an error: interpolated between its points, both on logarithmic
 /// scales, after the curve is made to fall (errors jitter by a few per cent; neighbours that are out
 /// of order share their mean). `None` outside of the curve.
-#[must_use]
-pub fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
+pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let points = curve.points.iter();
     at_error(
         points.map(|point| (point.triangles as f64, measure.of(point))),
@@ -58,7 +124,7 @@ pub fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option
     )
 }
 
-/// Any other cost of a way at a number of triangles: between the points on both sides.
+/// Any other cost of a method at a number of triangles: between the points on both sides.
 pub(super) fn cost_at_triangles(
     curve: &Curve,
     triangles: f64,
@@ -157,13 +223,13 @@ mod tests {
             threshold: 1.0,
             triangles,
             units: 1,
-            error: crate::measure::ImageError::default(),
+            error: ImageError::default(),
             select_us: 0.0,
             frame_ms,
         };
         let points = vec![point(300, 4.0), point(100, 2.0)];
         let curve = Curve {
-            way: super::super::Way::Quality,
+            method: Method::Quality,
             points,
         };
         let cost = |triangles| cost_at_triangles(&curve, triangles, |point| point.frame_ms);

@@ -1,20 +1,20 @@
-//! The charts of a report: a picture and the numbers behind it for each question.
+//! The charts of a report: a picture for each question, and all numbers behind them.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use glam::DVec2;
 
+use super::costs::CostAtError;
+use super::curve::{CHARTED, Measure};
 use super::figure::{Figure, Panel, Series};
-use super::report::CHARTED;
-use super::worth;
-use super::{CostAtError, Kept, Measure, OnPath, PROMISE_FOVS_DEG, Report, Way};
+use super::promise::{PROMISE_FOVS_DEG, PromiseResult};
+use super::report::Report;
 use crate::canvas::Color;
 use crate::files::{WriteError, write_file};
+use crate::method::Method;
 
-const PURPLE: Color = Color::new(130, 72, 170);
-
-/// Writes all charts into a folder: pictures, a CSV file beside each, and `report.json`.
+/// Writes all charts into a folder: pictures, `report.json` with their numbers, and `ablation.md`, what
+/// each term of the criterion is worth.
 ///
 /// # Errors
 /// [`WriteError`] for a folder that takes no files.
@@ -24,44 +24,31 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), WriteError> {
         "report.json",
         &serde_json::to_string(report).unwrap_or_default(),
     )?;
-    write("ratios.csv", &ratios_csv(report))?;
     for chart in &COST_CHARTS {
         let path = folder.join(format!("{}.png", chart.name));
         cost_figure(report, chart).draw(&path)?;
     }
-    write("costs.csv", &costs_csv(report))?;
     if !report.promise.is_empty() {
         promise_figure(report).draw(&folder.join("promise.png"))?;
-        write("promise.csv", &promise_csv(report))?;
     }
-    if !report.temporal.is_empty() {
-        temporal_figure(report).draw(&folder.join("temporal.png"))?;
-        write("temporal.csv", &temporal_csv(report))?;
+    if !report.flicker.is_empty() {
+        flicker_figure(report).draw(&folder.join("flicker.png"))?;
     }
-    if !report.worth.is_empty() {
-        write("ablation.md", &report.worth_table())?;
-        worth::draw(
-            &report.worth,
-            &subject(report),
-            &folder.join("ablation.png"),
-        )?;
+    if !report.ablation.is_empty() {
+        write("ablation.md", &report.ablation_table())?;
     }
     Ok(())
 }
 
-/// On what it was measured.
+/// The models and poses that were measured.
 fn subject(report: &Report) -> String {
-    let names: Vec<&str> = report
-        .models
-        .iter()
-        .map(|model| model.name.as_str())
-        .collect();
+    let names = report.models.iter().map(|model| model.name.as_str());
+    let names: Vec<&str> = names.collect();
+    let [width, height] = report.size_px;
     format!(
-        "{}; {} poses each, pictures of {} x {} px",
+        "{}; {} poses each, pictures of {width} x {height} px",
         names.join(", "),
-        report.poses,
-        report.size_px[0],
-        report.size_px[1]
+        report.poses
     )
 }
 
@@ -70,7 +57,7 @@ struct CostChart {
     name: &'static str,
     label: &'static str,
     cost: fn(&CostAtError) -> f64,
-    ways: &'static [Way],
+    methods: &'static [Method],
     note: &'static str,
 }
 
@@ -79,36 +66,32 @@ const COST_CHARTS: [CostChart; 3] = [
         name: "triangles",
         label: "triangles in view",
         cost: |c| c.triangles,
-        ways: &CHARTED,
+        methods: &CHARTED,
         note: "Godot chooses whole levels; the oracle knows the pictures.",
     },
     CostChart {
         name: "selection",
         label: "time to choose for one object, in microseconds",
         cost: |c| c.select_us,
-        ways: &[Way::Quality, Way::Clusterlod],
+        methods: &[Method::Quality, Method::Clusterlod],
         note: "From scratch on one thread, both eight groups at once, units gathered.",
     },
     CostChart {
         name: "frame",
         label: "time to draw a frame, in milliseconds",
         cost: |c| c.frame_ms,
-        ways: &CHARTED,
+        methods: &CHARTED,
         note: "Godot chooses whole levels; the oracle knows the pictures.",
     },
 ];
 
 fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
-    let series = chart.ways.iter().map(|&way| {
-        let of_way = report.costs.iter();
-        let of_way = of_way.filter(|c| c.way == way && (chart.cost)(c) > 0.0);
+    let series = chart.methods.iter().map(|&method| {
+        let costs = report.costs.iter().filter(|cost| cost.method == method);
+        let points = costs.map(|cost| DVec2::new(cost.rmse, (chart.cost)(cost)));
         Series {
-            name: way.name().to_owned(),
-            color: color_of(way),
-            is_dashed: way == Way::Oracle,
-            points: of_way
-                .map(|c| DVec2::new(c.rmse, (chart.cost)(c)))
-                .collect(),
+            is_dashed: method == Method::Oracle,
+            ..Series::new(method, points)
         }
     });
     Figure {
@@ -123,22 +106,13 @@ fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
             name: String::new(),
             x: "image error: RMSE, in levels of 255".to_owned(),
             y: chart.label.to_owned(),
-            series: series.filter(|s| !s.points.is_empty()).collect(),
+            series: series.collect(),
         }],
     }
 }
 
-fn color_of(way: Way) -> Color {
-    match way {
-        Way::Clusterlod => Color::ORANGE,
-        Way::Godot => Color::GREEN,
-        Way::Oracle => Color::GRAY,
-        _ => Color::BLUE,
-    }
-}
-
 fn title_of_costs(report: &Report, label: &str) -> String {
-    let ratio = report.ratio(Way::Quality, Measure::Rmse, 1.0);
+    let ratio = report.ratio(Method::Quality, Measure::Rmse, 1.0);
     match ratio {
         Some(ratio) if label.starts_with("triangles") => format!(
             "For the same picture, fieldlod draws {:.0} % of clusterlod's triangles",
@@ -149,36 +123,32 @@ fn title_of_costs(report: &Report, label: &str) -> String {
 }
 
 fn promise_figure(report: &Report) -> Figure {
-    let panels = PROMISE_FOVS_DEG
+    let panels = PROMISE_FOVS_DEG.map(|fov| promise_panel(report, fov));
+    let mut guaranteed = report
+        .promise
         .iter()
-        .map(|&fov| promise_panel(report, fov));
+        .filter(|p| p.method == Method::Guaranteed);
+    let title = if guaranteed.all(|promise| promise.max_px <= promise.requested_px) {
+        "Guaranteed keeps what it promises, towards the picture's corner too"
+    } else {
+        "Guaranteed does not keep what it promises"
+    };
     Figure {
-        title: promise_title(report),
+        title: title.to_owned(),
         note: format!(
             "Displacement of the surface on screen against the pixels asked for; the worst of {}.\n\
              Solid: greatest. Dashed: one point in a thousand is beyond. Gray: what was asked for.",
             subject(report)
         ),
-        panels: panels.collect(),
-    }
-}
-
-fn promise_title(report: &Report) -> String {
-    let mut guaranteed = report.promise.iter().filter(|k| k.way == Way::Guaranteed);
-    if guaranteed.all(|kept| kept.max_px <= kept.requested_px) {
-        "Guaranteed keeps what it promises, towards the picture's corner too".to_owned()
-    } else {
-        "Guaranteed does not keep what it promises".to_owned()
+        panels: panels.into(),
     }
 }
 
 fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
-    let kept = |way: Way, value: fn(&Kept) -> f64| -> Vec<DVec2> {
-        let of_way = report.promise.iter();
-        let of_way = of_way.filter(|k| k.way == way && k.fovy_deg == fovy_deg && value(k) > 0.0);
-        of_way
-            .map(|k| DVec2::new(k.requested_px, value(k)))
-            .collect()
+    let points = |method: Method, value: fn(&PromiseResult) -> f64| {
+        let results = report.promise.iter();
+        let results = results.filter(move |p| p.method == method && p.fovy_deg == fovy_deg);
+        results.map(move |p| DVec2::new(p.requested_px, value(p)))
     };
     let mut series = vec![Series {
         name: "asked for".to_owned(),
@@ -186,22 +156,13 @@ fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
         is_dashed: false,
         points: vec![DVec2::splat(0.25), DVec2::splat(8.0)],
     }];
-    for (way, color) in [
-        (Way::Guaranteed, Color::BLUE),
-        (Way::Quality, PURPLE),
-        (Way::Clusterlod, Color::ORANGE),
-    ] {
-        for (name, is_dashed, points) in [
-            (way.name(), false, kept(way, |k| k.max_px)),
-            ("", true, kept(way, |k| k.p99_9_px)),
-        ] {
-            series.push(Series {
-                name: name.to_owned(),
-                color,
-                is_dashed,
-                points,
-            });
-        }
+    for method in [Method::Guaranteed, Method::Quality, Method::Clusterlod] {
+        series.push(Series::new(method, points(method, |p| p.max_px)));
+        series.push(Series {
+            name: String::new(),
+            is_dashed: true,
+            ..Series::new(method, points(method, |p| p.p99_9_px))
+        });
     }
     Panel {
         name: format!("field of view {fovy_deg} degrees"),
@@ -211,24 +172,19 @@ fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
     }
 }
 
-fn temporal_figure(report: &Report) -> Figure {
-    let named = [
-        ("quality", Way::Quality.name(), Color::BLUE),
-        ("clusterlod", Way::Clusterlod.name(), Color::ORANGE),
-        ("godot4.3", Way::Godot.name(), Color::GREEN),
-        ("range", Way::VisibilityRange.name(), Color::RED),
+fn flicker_figure(report: &Report) -> Figure {
+    let methods = [
+        Method::Quality,
+        Method::Clusterlod,
+        Method::Godot43,
+        Method::VisibilityRange,
     ];
-    let series = named.map(|(method, name, color)| {
-        let of_way = report.temporal.iter().filter(|path| path.way == method);
-        let shown = of_way.filter(|path| path.temporal_error > 0.0);
-        Series {
-            name: name.to_owned(),
-            color,
-            is_dashed: false,
-            points: shown
-                .map(|p| DVec2::new(p.triangles, p.temporal_error))
-                .collect(),
-        }
+    let series = methods.map(|method| {
+        let results = report.flicker.iter().filter(|path| path.method == method);
+        Series::new(
+            method,
+            results.map(|path| DVec2::new(path.triangles, path.temporal_error)),
+        )
     });
     Figure {
         title: "What flickers while one walks by".to_owned(),
@@ -240,88 +196,7 @@ fn temporal_figure(report: &Report) -> Figure {
             name: String::new(),
             x: "triangles in view".to_owned(),
             y: "temporal error: RMSE, in levels of 255".to_owned(),
-            series: series
-                .into_iter()
-                .filter(|s| !s.points.is_empty())
-                .collect(),
+            series: series.into(),
         }],
     }
-}
-
-fn ratios_csv(report: &Report) -> String {
-    let mut text = "model,way,equal,clusterlod_px,mean,least,greatest,poses\n".to_owned();
-    let all = ("all", &report.ratios);
-    let models = report.models.iter().map(|m| (m.name.as_str(), &m.ratios));
-    for (model, ratios) in std::iter::once(all).chain(models) {
-        for r in ratios {
-            let _ = writeln!(
-                text,
-                "{model},{},{},{},{:.4},{:.4},{:.4},{}",
-                r.way.name(),
-                r.measure.name(),
-                r.at_px,
-                r.mean,
-                r.least,
-                r.greatest,
-                r.poses
-            );
-        }
-    }
-    text
-}
-
-fn costs_csv(report: &Report) -> String {
-    let mut text =
-        "way,clusterlod_px,rmse,threshold_px,triangles,units,select_us,frame_ms\n".to_owned();
-    for c in &report.costs {
-        let _ = writeln!(
-            text,
-            "{},{:.2},{:.4},{:.4},{:.0},{:.1},{:.2},{:.3}",
-            c.way.name(),
-            c.at_px,
-            c.rmse,
-            c.threshold_px,
-            c.triangles,
-            c.units,
-            c.select_us,
-            c.frame_ms
-        );
-    }
-    text
-}
-
-fn promise_csv(report: &Report) -> String {
-    let mut text = "way,fovy_deg,requested_px,max_px,p99_9_px,mean_px,triangles\n".to_owned();
-    for k in &report.promise {
-        let _ = writeln!(
-            text,
-            "{},{},{},{:.4},{:.4},{:.4},{:.0}",
-            k.way.name(),
-            k.fovy_deg,
-            k.requested_px,
-            k.max_px,
-            k.p99_9_px,
-            k.mean_px,
-            k.triangles
-        );
-    }
-    text
-}
-
-fn temporal_csv(report: &Report) -> String {
-    let mut text = "way,threshold_px,triangles,temporal_error,flips_per_frame\n".to_owned();
-    for OnPath {
-        way,
-        threshold_px,
-        triangles,
-        temporal_error,
-        flips_per_frame,
-    } in &report.temporal
-    {
-        let _ = writeln!(
-            text,
-            "{way},{threshold_px},{triangles:.0},{temporal_error:.4},{flips_per_frame:.4}"
-        );
-    }
-    text
 }

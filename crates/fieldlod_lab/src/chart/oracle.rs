@@ -12,11 +12,9 @@
 
 use fieldlod_select::{Cut, LodSettings, select_with};
 
-use super::ChartError;
-use super::stage::in_view;
-use super::sweep::PoseView;
-use crate::render::{Details, Picture, SUPERSAMPLING};
-use crate::rivals::Seen;
+use super::pose_view::PoseView;
+use crate::object_view::ObjectView;
+use crate::render::{Details, Picture, RenderError, SUPERSAMPLING};
 
 /// How far, in texels, a difference beside a silhouette may lie from the surface that made it.
 const REACH_TEXELS: i64 = 6;
@@ -28,19 +26,19 @@ pub(super) struct Oracle {
 }
 
 impl Oracle {
-    pub(super) fn new(view: &PoseView) -> Result<Self, ChartError> {
-        let hierarchy = &view.seen.object.hierarchy;
+    pub(super) fn new(view: &PoseView) -> Result<Self, RenderError> {
+        let hierarchy = &view.view.object.hierarchy;
         let mut squares = vec![0.0f64; hierarchy.groups.len()];
         for level in 0..hierarchy.level_count() {
-            let units = level_units(&view.seen, level);
-            let (units, _) = in_view(&view.seen, &units);
-            let stage = view.stage;
-            let drawn = stage
+            let units = level_units(&view.view, level);
+            let units = view.view.units_in_view(&units);
+            let scene = view.scene;
+            let drawn = scene
                 .renderer
-                .draw_details(&stage.model, &view.eye, &units)?;
+                .draw_details(&scene.model, &view.eye, &units)?;
             attribute(view, level, &drawn, &mut squares);
         }
-        let saved = saved_in_view(&view.seen);
+        let saved = saved_in_view(&view.view);
         let worth = squares.iter().zip(&saved).map(|(&squares, &saved)| {
             if saved > 0 {
                 (squares / saved as f64) as f32
@@ -67,18 +65,18 @@ impl Oracle {
         shares.filter_map(at).collect()
     }
 
-    pub(super) fn choose(&self, seen: &Seen, threshold: f32) -> Vec<u32> {
+    pub(super) fn choose(&self, view: &ObjectView, threshold: f32) -> Vec<u32> {
         let mut cut = Cut::default();
         let settings = LodSettings::with_error_px(threshold);
-        let hierarchy = &seen.object.hierarchy;
+        let hierarchy = &view.object.hierarchy;
         select_with(hierarchy, &settings, &mut cut, |group| self.worth[group]);
         cut.units().to_vec()
     }
 }
 
 /// The cut that simplifies every group up to `level`.
-fn level_units(seen: &Seen, level: u32) -> Vec<u32> {
-    let hierarchy = &seen.object.hierarchy;
+fn level_units(view: &ObjectView, level: u32) -> Vec<u32> {
+    let hierarchy = &view.object.hierarchy;
     let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level > level).collect();
     hierarchy.close_refinement(&mut refined);
     let drawn = hierarchy.drawn_units(&refined);
@@ -86,11 +84,11 @@ fn level_units(seen: &Seen, level: u32) -> Vec<u32> {
 }
 
 /// Triangles in view that each group's simplification saves.
-fn saved_in_view(seen: &Seen) -> Vec<i64> {
-    let hierarchy = &seen.object.hierarchy;
+fn saved_in_view(view: &ObjectView) -> Vec<i64> {
+    let hierarchy = &view.object.hierarchy;
     let mut saved = vec![0i64; hierarchy.groups.len()];
     let units = hierarchy.units.iter();
-    for unit in units.filter(|unit| seen.touches_box(&unit.aabb)) {
+    for unit in units.filter(|unit| view.touches_box(&unit.aabb)) {
         let triangles = i64::from(unit.triangle_count);
         saved[unit.consumed_by as usize] += triangles;
         if let Some(producer) = unit.producer() {
@@ -107,7 +105,7 @@ fn attribute(
     (picture, details): &(Picture, Details),
     squares: &mut [f64],
 ) {
-    let hierarchy = &view.seen.object.hierarchy;
+    let hierarchy = &view.view.object.hierarchy;
     let group_at = |x: i64, y: i64| {
         let unit = unit_at(details, x, y)?;
         let group = hierarchy.units[unit as usize].producer()?;

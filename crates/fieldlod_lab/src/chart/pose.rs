@@ -4,7 +4,8 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::rivals::{Eye, LodObject};
+use crate::eye::Eye;
+use crate::object::LodObject;
 
 /// Fields of view of successive poses, in degrees upwards.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
@@ -37,8 +38,7 @@ impl Pose {
 
 /// `count` poses around an object, or above and on it where it is a ground: near and far, most of
 /// them not looking straight at its middle. The same seed gives the same poses.
-#[must_use]
-pub fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
+pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     let is_ground = is_ground(object);
     let pose = |index: usize| {
         let random = Random { seed, index };
@@ -76,20 +76,10 @@ fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
     let place = |slot: u64| {
         let (x, z) = (random.share(slot), random.share(slot + 1));
-        ground_below(object, 0.1 + 0.8 * x, 0.1 + 0.8 * z)
+        object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)
     };
     let (from, to) = (place(1), place(3));
     (from + Vec3::Y * (height * object.radius), to)
-}
-
-/// The vertex nearest to the shares `x` and `z` of the object's box.
-fn ground_below(object: &LodObject, x: f32, z: f32) -> Vec3 {
-    let (min, max) = (object.aabb.min, object.aabb.max);
-    let at = Vec2::new(min.x + (max.x - min.x) * x, min.z + (max.z - min.z) * z);
-    let positions = object.hierarchy.vertices.positions.iter();
-    let across = |p: &Vec3| Vec2::new(p.x, p.z).distance_squared(at);
-    let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
-    nearest.copied().unwrap_or_default()
 }
 
 /// Numbers that depend on the seed, the pose and the slot alone.

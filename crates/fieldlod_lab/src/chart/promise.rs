@@ -1,31 +1,32 @@
-//! What a threshold in pixels promises, and what is kept of it.
+//! What a threshold in pixels promises, and what is kept of it, with the object towards the picture's
+//! corner, where stretch is at its worst.
 
 use serde::{Deserialize, Serialize};
 
-use super::chooser::Scratch;
-use super::stage::in_view;
-use super::{ABLATED, Pose, Stage, Way, poses};
+use super::criterion_cost::{ABLATED, ABLATED_AT_PX};
+use super::fast_selection::Scratch;
+use super::pose::{Pose, poses};
+use super::scene::ChartScene;
 use crate::displacement::SourceSurface;
-use crate::rivals::Eye;
+use crate::eye::Eye;
+use crate::method::Method;
 
 /// Fields of view, in degrees upwards.
-pub const PROMISE_FOVS_DEG: [f32; 3] = [45.0, 90.0, 120.0];
+pub(super) const PROMISE_FOVS_DEG: [f32; 3] = [45.0, 90.0, 120.0];
 /// Requested pixels.
-pub const PROMISE_THRESHOLDS_PX: [f32; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// The ways that are held to it.
-pub const PROMISE_WAYS: [Way; 3] = [Way::Guaranteed, Way::Quality, Way::Clusterlod];
-/// What each term of the criterion is worth is measured here alone.
-pub(super) const ABLATED_AT_PX: f32 = 1.0;
+const THRESHOLDS_PX: [f32; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+/// The methods that are measured at all of them; the ablated ones are at one alone.
+const METHODS: [Method; 3] = [Method::Guaranteed, Method::Quality, Method::Clusterlod];
 /// Points of the surface at which displacements are measured.
 const SAMPLES: usize = 6_000;
 /// How many places the camera stands at.
 const PLACES: usize = 3;
 
-/// What a way keeps of a promise.
+/// What a method keeps of a promise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
-    /// The way.
-    pub way: Way,
+pub struct PromiseResult {
+    /// The method.
+    pub method: Method,
     /// Field of view upwards, in degrees.
     pub fovy_deg: f32,
     /// The threshold, in pixels.
@@ -40,48 +41,42 @@ pub struct Kept {
     pub triangles: f64,
 }
 
-/// Measures displacements with the object towards the picture's corner, where stretch is at its
-/// worst.
-#[must_use]
-pub fn promise(stage: &Stage, seed: u64) -> Vec<Kept> {
-    let surface = SourceSurface::new(&stage.object.hierarchy, SAMPLES);
-    let mut kept = Vec::new();
-    for fovy_deg in PROMISE_FOVS_DEG {
-        let eyes = eyes(stage, fovy_deg, seed);
-        for way in PROMISE_WAYS {
-            let of_threshold = |threshold| of_threshold(stage, &surface, &eyes, way, threshold);
-            let all = PROMISE_THRESHOLDS_PX.into_iter().map(of_threshold);
-            kept.extend(all.map(|kept| Kept { fovy_deg, ..kept }));
-        }
-        for way in ABLATED
-            .into_iter()
-            .filter(|way| !PROMISE_WAYS.contains(way))
-        {
-            let of_way = of_threshold(stage, &surface, &eyes, way, ABLATED_AT_PX);
-            kept.push(Kept { fovy_deg, ..of_way });
-        }
-    }
-    kept
+/// Measures the displacements that thresholds give.
+pub(super) fn promise(scene: &ChartScene, seed: u64) -> Vec<PromiseResult> {
+    let surface = SourceSurface::new(&scene.object.hierarchy, SAMPLES);
+    let at_all = METHODS.map(|method| THRESHOLDS_PX.map(|px| (method, px)));
+    let ablated = ABLATED.into_iter().filter(|it| !METHODS.contains(it));
+    let at_one = ablated.map(|method| (method, ABLATED_AT_PX));
+    let asked: Vec<(Method, f32)> = at_all.into_iter().flatten().chain(at_one).collect();
+    let of_fov = |fovy_deg: f32| {
+        let eyes = eyes(scene, fovy_deg, seed);
+        let results = asked.iter().map(|&(method, threshold_px)| {
+            let result = measure(scene, &surface, &eyes, method, threshold_px);
+            PromiseResult { fovy_deg, ..result }
+        });
+        results.collect::<Vec<_>>()
+    };
+    PROMISE_FOVS_DEG.into_iter().flat_map(of_fov).collect()
 }
 
-fn eyes(stage: &Stage, fovy_deg: f32, seed: u64) -> Vec<Eye> {
-    let near_to_far = poses(stage.object, PLACES, seed).into_iter();
+fn eyes(scene: &ChartScene, fovy_deg: f32, seed: u64) -> Vec<Eye> {
+    let near_to_far = poses(scene.object, PLACES, seed).into_iter();
     let aside = |pose: Pose| {
-        let eye = stage.eye(&Pose { fovy_deg, ..pose });
+        let eye = scene.eye(&Pose { fovy_deg, ..pose });
         eye.turned(0.4 * fovy_deg, 0.25 * fovy_deg)
     };
     near_to_far.map(aside).collect()
 }
 
-fn of_threshold(
-    stage: &Stage,
+fn measure(
+    scene: &ChartScene,
     surface: &SourceSurface,
     eyes: &[Eye],
-    way: Way,
+    method: Method,
     threshold_px: f32,
-) -> Kept {
-    let mut kept = Kept {
-        way,
+) -> PromiseResult {
+    let mut result = PromiseResult {
+        method,
         fovy_deg: 0.0,
         requested_px: f64::from(threshold_px),
         max_px: 0.0,
@@ -91,16 +86,16 @@ fn of_threshold(
     };
     let mut scratch = Scratch::default();
     for eye in eyes {
-        let seen = stage.seen(eye);
-        let (units, _) = stage
-            .prepared
-            .choose(way, &seen, threshold_px, &mut scratch);
+        let view = scene.view(eye);
+        let selection = &scene.fast_selection;
+        let (units, _) = selection.choose(method, &view, threshold_px, &mut scratch);
         let cut = surface.cut(&units);
-        let found = surface.displacement(&cut, &stage.instance, eye, false);
-        kept.max_px = kept.max_px.max(found.max_px);
-        kept.p99_9_px = kept.p99_9_px.max(found.p99_9_px);
-        kept.mean_px += found.mean_px / eyes.len() as f64;
-        kept.triangles += in_view(&seen, &units).1 as f64 / eyes.len() as f64;
+        let found = surface.displacement(&cut, &scene.instance, eye, false);
+        let triangles = scene.object.triangle_count(&view.units_in_view(&units));
+        result.max_px = result.max_px.max(found.max_px);
+        result.p99_9_px = result.p99_9_px.max(found.p99_9_px);
+        result.mean_px += found.mean_px / eyes.len() as f64;
+        result.triangles += triangles as f64 / eyes.len() as f64;
     }
-    kept
+    result
 }

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::profile::{Profile, polar, wide_camera};
-use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Canvas, Color, Rect};
 use crate::files::WriteError;
 
 /// The numbers of figure 9.
@@ -33,17 +33,9 @@ pub struct CurlAtAngle {
 pub(super) fn draw(path: &Path) -> Result<Figure9, WriteError> {
     let camera = wide_camera(100.0);
     let mut canvas = Canvas::new(1240, 620);
-    canvas.title(
-        DVec2::new(310.0, 28.0),
-        Align::Center,
-        "curl on a plane across the axis",
-    );
+    canvas.title(DVec2::new(310.0, 28.0), "curl on a plane across the axis");
     draw_curl(&mut canvas, &camera, Rect::new(70.0, 60.0, 480.0, 480.0));
-    canvas.title(
-        DVec2::new(920.0, 28.0),
-        Align::Center,
-        "a cut through the axis",
-    );
+    canvas.title(DVec2::new(920.0, 28.0), "a cut through the axis");
     draw_sampling_lines(&mut canvas, Rect::new(640.0, 60.0, 560.0, 480.0));
     canvas.save(path)?;
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
@@ -83,14 +75,9 @@ fn draw_curl(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     canvas.frame(area, Color::GRAY);
     let below = DVec2::new(area.center().x, area.max().y + 20.0);
     let text = "arrows: curl c;  shade: its length, 0 on the axis";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
     let below = below + DVec2::new(0.0, 20.0);
-    canvas.text(
-        below,
-        Align::Center,
-        "(edges of the square: 45 deg off axis)",
-        Color::INK,
-    );
+    canvas.caption(below, "(edges of the square: 45 deg off axis)");
 }
 
 /// Sight rays at equal steps on the image: at one distance they are closer together off the axis.
@@ -126,10 +113,10 @@ fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
     }
     let below = DVec2::new(area.center().x, area.max().y + 20.0);
     let text = "rays at equal steps on the image (orange); blue: equal distance";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
     let below = below + DVec2::new(0.0, 20.0);
     let text = "red: the field turns clockwise, faster where density grows faster";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
 }
 
 /// A clockwise arrow around a point.

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::profile::{Profile, polar, wide_camera};
-use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Canvas, Color, Rect};
 use crate::files::WriteError;
 
 /// The numbers of figure 10.
@@ -38,7 +38,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure10, WriteError> {
     let camera = wide_camera(1.0);
     let mut canvas = Canvas::new(1000, 640);
     let title = "level surfaces (lines) and gradient (arrows) of the strength";
-    canvas.title(DVec2::new(500.0, 26.0), Align::Center, title);
+    canvas.title(DVec2::new(500.0, 26.0), title);
     draw_profile(&mut canvas, &camera, Rect::new(40.0, 50.0, 920.0, 530.0));
     canvas.save(path)?;
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
@@ -98,10 +98,10 @@ fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     canvas.frame(area, Color::GRAY);
     let below = DVec2::new(area.center().x, area.max().y + 20.0);
     let text = "orange: gradient, the way the density grows fastest;  dashes: towards the camera";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
     let below = below + DVec2::new(0.0, 20.0);
     let text = "they agree on the axis; off the axis the angle between them is atan(3/2 tan phi)";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
 }
 
 /// The direction of the gradient, and a dashed line towards the camera.

@@ -7,10 +7,10 @@ use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{Profile, polar};
-use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Canvas, Color, Rect};
 use crate::files::WriteError;
+use crate::plot::{Axis, Plot, draw_legend};
 
 /// The numbers of figure 11.
 #[derive(Clone, Debug, Serialize)]
@@ -40,14 +40,12 @@ pub(super) fn draw(path: &Path) -> Result<Figure11, WriteError> {
     let mut canvas = Canvas::new(1240, 640);
     canvas.title(
         DVec2::new(300.0, 26.0),
-        Align::Center,
         "one sample on the image and off the axis",
     );
     draw_cut(&mut canvas, Rect::new(40.0, 50.0, 520.0, 300.0));
     draw_patterns(&mut canvas, Rect::new(40.0, 410.0, 520.0, 160.0));
     canvas.title(
         DVec2::new(920.0, 26.0),
-        Align::Center,
         "aspect ratio of the sampling pattern",
     );
     draw_chart(&mut canvas, &angles);
@@ -122,12 +120,7 @@ fn draw_cut(canvas: &mut Canvas, area: Rect) {
         let ends = [on_image(0.0) - across, on_image(0.0) + across].map(|p| profile.place(p));
         canvas.polyline(&ends, 5.0, Color::ORANGE);
         let label = format!("{degrees:.0} deg");
-        canvas.text(
-            center - DVec2::new(0.0, 24.0),
-            Align::Center,
-            &label,
-            Color::INK,
-        );
+        canvas.caption(center - DVec2::new(0.0, 24.0), &label);
     }
     canvas.clip_to(None);
     canvas.dot(profile.camera_px, 5.0, Color::INK);
@@ -153,33 +146,18 @@ fn draw_patterns(canvas: &mut Canvas, area: Rect) {
         canvas.polygon(&points, Color::ORANGE.faded(110));
         canvas.loop_line(&points, 2.0, Color::ORANGE);
         let label = format!("{degrees:.0} deg: {:.2}", degrees.to_radians().cos());
-        canvas.text(
-            center + DVec2::new(0.0, 78.0),
-            Align::Center,
-            &label,
-            Color::INK,
-        );
+        canvas.caption(center + DVec2::new(0.0, 78.0), &label);
     }
     let below = DVec2::new(area.center().x, area.max().y + 20.0);
     let text = "seen along the sight ray; image radius to the right";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
 }
 
 fn draw_chart(canvas: &mut Canvas, angles: &[PatternAtAngle]) {
-    let chart = Chart {
+    let chart = Plot {
         area: Rect::new(680.0, 80.0, 500.0, 440.0),
-        x: Axis {
-            label: "angle off the axis, degrees",
-            range: 0.0..=90.0,
-            step: 15.0,
-            decimals: 0,
-        },
-        y: Axis {
-            label: "width / height",
-            range: 0.0..=1.0,
-            step: 0.2,
-            decimals: 1,
-        },
+        x: Axis::linear("angle off the axis, degrees", 0.0..=90.0, 15.0, 0),
+        y: Axis::linear("width / height", 0.0..=1.0, 0.2, 1),
     };
     chart.draw_frame(canvas);
     let cosine: Vec<DVec2> = (0..=90)

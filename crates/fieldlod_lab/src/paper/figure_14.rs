@@ -11,10 +11,10 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::disks::{Disk, KernelKind};
-use super::plot::{Axis, Chart, draw_legend};
 use super::profile::{polar, wide_camera};
 use crate::canvas::{Align, Canvas, Color, Rect};
 use crate::files::WriteError;
+use crate::plot::{Axis, Plot, draw_legend};
 
 /// The numbers of figure 14: symmetric difference to the exact kernel, relative to its area, for
 /// disks with a radius of 0.15 of their distance.
@@ -104,11 +104,7 @@ fn draw_kernels(canvas: &mut Canvas) {
         "difference",
     ];
     for (column, name) in columns.into_iter().enumerate() {
-        canvas.title(
-            DVec2::new(270.0 + 230.0 * column as f64, 24.0),
-            Align::Center,
-            name,
-        );
+        canvas.title(DVec2::new(270.0 + 230.0 * column as f64, 24.0), name);
     }
     let rows = [
         (60.0, 0.0, ["60 deg off axis,", "across the", "sight ray"]),
@@ -131,7 +127,7 @@ fn draw_kernels(canvas: &mut Canvas) {
     }
     let text =
         "rings: equal distances on the disk; dot: its centre. green: exact only, red: kernel only";
-    canvas.text(DVec2::new(660.0, 660.0), Align::Center, text, Color::INK);
+    canvas.caption(DVec2::new(660.0, 660.0), text);
 }
 
 /// A square of the picture that shows a disk's kernels at one scale.
@@ -198,27 +194,17 @@ impl<'a> Panel<'a> {
 fn draw_charts(canvas: &mut Canvas, numbers: &Figure14) {
     let text =
         "symmetric difference to the exact kernel, in % of its area; radius 0.15 of the distance";
-    canvas.text(DVec2::new(660.0, 710.0), Align::Center, text, Color::INK);
+    canvas.caption(DVec2::new(660.0, 710.0), text);
     let charts = [
         ("across the sight ray", &numbers.across_sight_ray),
         ("turned 60 deg outwards", &numbers.turned_outwards),
         ("turned 60 deg inwards", &numbers.turned_inwards),
     ];
     for (column, (name, values)) in charts.into_iter().enumerate() {
-        let chart = Chart {
+        let chart = Plot {
             area: Rect::new(80.0 + 420.0 * column as f64, 760.0, 340.0, 250.0),
-            x: Axis {
-                label: "degrees off the axis",
-                range: 0.0..=80.0,
-                step: 20.0,
-                decimals: 0,
-            },
-            y: Axis {
-                label: name,
-                range: 0.0..=100.0,
-                step: 20.0,
-                decimals: 0,
-            },
+            x: Axis::linear("degrees off the axis", 0.0..=80.0, 20.0, 0),
+            y: Axis::linear(name, 0.0..=100.0, 20.0, 0),
         };
         chart.draw_frame(canvas);
         for (kind, color) in COMPARED {

@@ -10,7 +10,7 @@ use super::model::{Vertex, sample_surface, torus_knot};
 use super::raster::{Image, draw_triangles};
 use super::rng::Rng;
 use super::splatting::{SplatMode, draw_splats};
-use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Canvas, Color, Rect};
 use crate::files::WriteError;
 
 /// The numbers of figure 15.
@@ -161,12 +161,7 @@ fn draw_image(canvas: &mut Canvas, [left, top]: [f64; 2], name: &str, image: &Im
         Color::from_unit(image.color[index].to_array())
     });
     canvas.frame(area, Color::PALE);
-    canvas.text(
-        DVec2::new(area.center().x, top - 16.0),
-        Align::Center,
-        name,
-        Color::INK,
-    );
+    canvas.caption(DVec2::new(area.center().x, top - 16.0), name);
 }
 
 /// The visible ones of a tenth of the samples.

@@ -11,11 +11,11 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::ldi_set::{CameraSet, Placement, SetResult};
-use super::plot::{Axis, Chart, draw_legend};
 use super::rng::Rng;
 use super::scene::{Scene, Solid};
 use crate::canvas::{Align, Canvas, Color, Rect};
 use crate::files::WriteError;
+use crate::plot::{Axis, Plot, draw_legend};
 
 const SETS: u32 = 10;
 /// Pairs beyond those of the figure, from other seeds: ten are few to judge by.
@@ -208,11 +208,7 @@ fn draw_row(
 /// The scene from above, all cameras, and the frusta of the first pair.
 fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[CameraSet]) {
     let title = format!("{}, from above", example.name);
-    canvas.title(
-        DVec2::new(area.center().x, area.min.y - 18.0),
-        Align::Center,
-        &title,
-    );
+    canvas.title(DVec2::new(area.center().x, area.min.y - 18.0), &title);
     let middle = if example.headings > 0.0 {
         DVec3::ZERO
     } else {
@@ -250,7 +246,7 @@ fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[Cam
     canvas.frame(area, Color::PALE);
     let below = DVec2::new(area.center().x, area.max().y + 14.0);
     let text = "cameras; convergent (blue), average (orange)";
-    canvas.text(below, Align::Center, text, Color::INK);
+    canvas.caption(below, text);
 }
 
 fn draw_frustum(canvas: &mut Canvas, camera: &PosedCamera, place: impl Fn(DVec3) -> DVec2) {
@@ -264,7 +260,7 @@ fn draw_frustum(canvas: &mut Canvas, camera: &PosedCamera, place: impl Fn(DVec3)
 /// The two images of the first pair, one below the other.
 fn draw_references(canvas: &mut Canvas, corner: DVec2, scene: &Scene, set: &CameraSet) {
     let middle = corner + DVec2::new(120.0, -18.0);
-    canvas.title(middle, Align::Center, "first pair");
+    canvas.title(middle, "first pair");
     for (index, camera) in set.references.iter().enumerate() {
         let image = camera.intrinsics.image_px().round();
         let at = corner + DVec2::new(0.0, 200.0 * index as f64);
@@ -289,20 +285,10 @@ fn draw_references(canvas: &mut Canvas, corner: DVec2, scene: &Scene, set: &Came
 
 /// Merged samples of each pair, in per cent of all.
 fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
-    let chart = Chart {
+    let chart = Plot {
         area: Rect::new(760.0, top + 60.0, 500.0, 270.0),
-        x: Axis {
-            label: "pair of cameras",
-            range: 0.0..=11.0,
-            step: 1.0,
-            decimals: 0,
-        },
-        y: Axis {
-            label: "samples merged, % of all",
-            range: 0.0..=60.0,
-            step: 10.0,
-            decimals: 0,
-        },
+        x: Axis::linear("pair of cameras", 0.0..=11.0, 1.0, 0),
+        y: Axis::linear("samples merged, % of all", 0.0..=60.0, 10.0, 0),
     };
     chart.draw_frame(canvas);
     for (index, set) in result.sets.iter().enumerate() {

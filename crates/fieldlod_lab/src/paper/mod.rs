@@ -12,7 +12,6 @@ mod figure_15;
 mod figure_18;
 mod ldi_set;
 mod model;
-mod plot;
 mod profile;
 mod raster;
 mod rng;

@@ -3,7 +3,7 @@
 use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3};
 
-use crate::canvas::{Align, Canvas, Color, Rect};
+use crate::canvas::{Canvas, Color, Rect};
 
 /// A camera whose image reaches 85° to each side: the figures choose how much of it to show.
 pub(super) fn wide_camera(focal_px: f64) -> Intrinsics {
@@ -58,6 +58,6 @@ impl Profile {
         canvas.arrow(self.camera_px, top, 1.5, Color::INK);
         canvas.dot(self.camera_px, 5.0, Color::INK);
         let below = self.camera_px + DVec2::new(0.0, 16.0);
-        canvas.text(below, Align::Center, "centre of projection", Color::INK);
+        canvas.caption(below, "centre of projection");
     }
 }

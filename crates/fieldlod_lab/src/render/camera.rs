@@ -5,7 +5,7 @@ use camera_field::Camera;
 use glam::{DMat4, DVec3, DVec4, UVec2};
 
 use super::RenderError;
-use crate::rivals::Eye;
+use crate::eye::Eye;
 
 /// The shader's `View`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

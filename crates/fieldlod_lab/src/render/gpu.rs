@@ -12,7 +12,7 @@ use super::model::{DrawnModel, Vertex};
 use super::picture::{Details, Picture};
 use super::target::{Target, wait};
 use super::{RenderError, SUPERSAMPLING};
-use crate::rivals::Eye;
+use crate::eye::Eye;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::Fixture;
-use crate::rivals::{Eye, Instance, LodObject};
+use super::fixtures::Fixture;
+use crate::eye::{Eye, Instance};
+use crate::object::LodObject;
 
 /// A scene in which methods may fail.
 #[derive(Clone, Copy, Debug)]
@@ -16,51 +17,62 @@ pub struct Case {
     pub reported: &'static [&'static str],
     /// The object, unless one is given.
     pub fixture: Fixture,
-    /// What is asked of every method.
-    pub demands: Demands,
+    /// What every method is held to, beside that no hole opens.
+    pub checks: &'static [Fault],
+    /// Whether surfaces that face away are seen, too.
+    pub is_two_sided: bool,
     /// The frames, for an object.
     pub shots: fn(&LodObject) -> Vec<Shot>,
 }
 
-/// What a case asks of every method. That no hole opens is asked in all of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Demands {
-    /// Displacements keep to [`PROMISE_ALLOWANCE`](super::PROMISE_ALLOWANCE) times the threshold.
-    pub promise: bool,
-    /// No group changes and changes back within five frames.
-    pub calm: bool,
-    /// At most [`THRIFT_RATIO`](super::THRIFT_RATIO) times the triangles of our guaranteed cut.
-    pub thrift: bool,
-    /// At most [`THRIFT_RATIO`](super::THRIFT_RATIO) times the triangles of the coarsest cut.
-    pub idle: bool,
-    /// Surfaces that face away are seen, too.
-    pub two_sided: bool,
+impl Case {
+    /// A case that no user reported, of surfaces seen from their fronts.
+    pub(super) const fn new(
+        name: &'static str,
+        story: &'static str,
+        fixture: Fixture,
+        checks: &'static [Fault],
+        shots: fn(&LodObject) -> Vec<Shot>,
+    ) -> Self {
+        Self {
+            name,
+            story,
+            reported: &[],
+            fixture,
+            checks,
+            is_two_sided: false,
+            shots,
+        }
+    }
+
+    /// The same case, with where users reported it.
+    pub(super) const fn reported_as(self, reported: &'static [&'static str]) -> Self {
+        Self { reported, ..self }
+    }
+
+    /// The same case, of surfaces seen from both sides.
+    pub(super) const fn two_sided(self) -> Self {
+        Self {
+            is_two_sided: true,
+            ..self
+        }
+    }
 }
 
-impl Demands {
-    pub(super) const NONE: Self = Self {
-        promise: false,
-        calm: false,
-        thrift: false,
-        idle: false,
-        two_sided: false,
-    };
-    pub(super) const PROMISE: Self = Self {
-        promise: true,
-        ..Self::NONE
-    };
-    pub(super) const CALM: Self = Self {
-        calm: true,
-        ..Self::NONE
-    };
-    pub(super) const PROMISE_CALM: Self = Self {
-        calm: true,
-        ..Self::PROMISE
-    };
-    pub(super) const PROMISE_THRIFT: Self = Self {
-        thrift: true,
-        ..Self::PROMISE
-    };
+/// How a method fails a case, and with that what a case asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// The cut is not closed.
+    Holes,
+    /// Displacements beyond the promise.
+    Displaced,
+    /// Groups flip.
+    Flips,
+    /// Triangles without need.
+    Wastes,
+    /// Detail that cannot be view.
+    Idles,
 }
 
 /// Frames that follow each other; a method starts each shot without memory.

@@ -3,7 +3,7 @@
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
 use serde::Serialize;
 
-use crate::rivals::{ErrorSource, LodObject};
+use crate::object::{ErrorSource, LodObject};
 
 /// A generated object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]

@@ -2,12 +2,12 @@
 //! in those where geometry, precision or time is at its worst.
 //!
 //! All methods run on the same hierarchies at the same threshold, 1 px; see
-//! [`rivals`](crate::rivals) for what is fair between them. A method fails a case, as the case asks,
+//! [`method`](crate::method) for what is fair between them. A method fails a case, as the case asks,
 //! if
 //!
 //! - a displacement exceeds [`PROMISE_ALLOWANCE`] times the threshold, as
 //!   [measured](crate::displacement);
-//! - a group changes and changes back within [`FLIP_FRAMES`] frames;
+//! - a group changes and changes back within [`FLIP_FRAMES`](crate::holes::FLIP_FRAMES) frames;
 //! - it chooses more than [`THRIFT_RATIO`] times the triangles of our guaranteed cut, or of the
 //!   coarsest cut where nothing can be seen: what is chosen is kept, streamed and, but for culling,
 //!   drawn;
@@ -36,20 +36,39 @@
 //!
 //! The last three are failures of simplification, not of a choice: no criterion mends them.
 
+mod cameras;
 mod case;
 mod fixtures;
 mod other;
 mod reported;
 mod run;
-mod stage;
 mod table;
 
-pub use case::{Case, Demands, Frame, Shot};
+pub use case::{Case, Fault, Frame, Shot};
 pub use fixtures::Fixture;
-pub use run::{CaseResult, Fault, ObjectRun, Report, Verdict, run};
+pub use run::{CaseResult, ObjectRun, Report, Verdict, run};
 pub use table::table;
 
-pub use crate::holes::FLIP_FRAMES;
+use crate::method::Method;
+
+/// The methods that run through all cases.
+pub const METHODS: [Method; 15] = [
+    Method::Quality,
+    Method::Guaranteed,
+    Method::Clusterlod,
+    Method::ClusterlodTight,
+    Method::ClusterlodUnclosed,
+    Method::Nanite,
+    Method::Depth,
+    Method::Meshlets,
+    Method::Cesium,
+    Method::Godot40,
+    Method::Godot43,
+    Method::Unity,
+    Method::VisibilityRange,
+    Method::ThreeLod,
+    Method::ProjectedSize,
+];
 
 /// The threshold that all methods are asked for, in pixels.
 pub const THRESHOLD_PX: f32 = 1.0;

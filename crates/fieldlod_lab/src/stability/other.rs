@@ -2,146 +2,121 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::Fixture;
-use super::case::{Case, Demands, Frame, Shot};
-use super::stage::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
-use crate::rivals::{Eye, Instance, LodObject};
+use super::cameras::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
+use super::case::{Case, Fault, Frame, Shot};
+use super::fixtures::Fixture;
+use crate::eye::{Eye, Instance};
+use crate::object::LodObject;
 
 /// The cases, in the order of the table.
 pub(super) const CASES: &[Case] = &[
-    case(
+    Case::new(
         "scaled mesh",
         "an instance is enlarged, evenly and along one axis",
         Fixture::Rock,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         scaled_mesh,
     ),
-    case(
+    Case::new(
         "inside the object",
         "the camera is inside and looks out",
         Fixture::Shell,
-        {
-            Demands {
-                two_sided: true,
-                ..Demands::PROMISE
-            }
-        },
+        &[Fault::Displaced],
         inside_the_object,
-    ),
-    case(
+    )
+    .two_sided(),
+    Case::new(
         "near plane",
         "groups reach across the near plane",
         Fixture::Shell,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         near_plane,
     ),
-    case(
+    Case::new(
         "behind",
         "the object is close behind the camera",
         Fixture::Rock,
-        {
-            Demands {
-                idle: true,
-                ..Demands::NONE
-            }
-        },
+        &[Fault::Idles],
         behind,
     ),
-    case(
+    Case::new(
         "grazing planes",
         "the ground is seen from just above it",
         Fixture::Terrain,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         grazing,
     ),
-    case(
+    Case::new(
         "thin shells",
         "the silhouette of a shell in a corner of the picture",
         Fixture::Shell,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         thin_shells,
     ),
-    case(
+    Case::new(
         "taa jitter",
         "the picture shifts by half a pixel, the object on its edge",
         Fixture::Rock,
-        Demands::CALM,
+        &[Fault::Flips],
         taa_jitter,
     ),
-    case(
+    Case::new(
         "head-bob",
         "a walk over hills at eye height",
         Fixture::Terrain,
-        Demands::PROMISE_CALM,
+        &[Fault::Displaced, Fault::Flips],
         head_bob,
     ),
-    case(
+    Case::new(
         "dolly zoom",
         "the field of view opens as the camera comes near",
         Fixture::Rock,
-        Demands::PROMISE_CALM,
+        &[Fault::Displaced, Fault::Flips],
         dolly_zoom,
     ),
-    case(
+    Case::new(
         "1e6 m away",
         "eye and object are 1e6 m from the origin",
         Fixture::Rock,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         far_from_origin,
     ),
-    case(
+    Case::new(
         "scales",
         "the world is 1e-3 and 1e3 times as large",
         Fixture::Rock,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         scales,
     ),
-    case(
+    Case::new(
         "split screen",
         "two views side by side, one near and one far",
         Fixture::Rock,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         split_screen,
     ),
-    case(
+    Case::new(
         "window resize",
         "the window is dragged larger",
         Fixture::Rock,
-        Demands::PROMISE_CALM,
+        &[Fault::Displaced, Fault::Flips],
         window_resize,
     ),
-    case(
+    Case::new(
         "teleport",
         "the camera jumps near and far",
         Fixture::Rock,
-        Demands::PROMISE,
+        &[Fault::Displaced],
         teleport,
     ),
-    case(
+    Case::new(
         "nan transform",
         "the transform holds NaN or infinity",
         Fixture::Rock,
-        Demands::NONE,
+        &[],
         nan_transform,
     ),
 ];
-
-const fn case(
-    name: &'static str,
-    story: &'static str,
-    fixture: Fixture,
-    demands: Demands,
-    shots: fn(&LodObject) -> Vec<Shot>,
-) -> Case {
-    Case {
-        name,
-        story,
-        reported: &[],
-        fixture,
-        demands,
-        shots,
-    }
-}
 
 fn scaled_mesh(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);

@@ -2,101 +2,25 @@
 
 use glam::{Vec2, Vec3};
 
-use super::Fixture;
-use super::case::{Case, Demands, Shot};
-use super::stage::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
-use crate::rivals::{Eye, Instance, LodObject};
+use super::cameras::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
+use super::case::{Case, Fault, Shot};
+use super::fixtures::Fixture;
+use crate::eye::{Eye, Instance};
+use crate::object::LodObject;
 
 /// The cases, in the order of the table.
 pub(super) const CASES: &[Case] = &[
-    Case {
-        name: "rotate only",
-        story: "the camera turns on the spot and levels jump",
-        reported: &["godot 81995", "godot 76436"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE_CALM,
-        shots: rotate_only,
-    },
-    Case {
-        name: "inside the box",
-        story: "the camera stands inside the object's box, away from its surface",
-        reported: &["godot 88273", "godot 79590"],
-        fixture: Fixture::Knot,
-        demands: Demands::PROMISE_THRIFT,
-        shots: inside_the_box,
-    },
-    Case {
-        name: "cull margin",
-        story: "a box inflated for culling forces the worst level",
-        reported: &["godot 67890"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE_THRIFT,
-        shots: cull_margin,
-    },
-    Case {
-        name: "orthographic",
-        story: "an orthographic camera far away gets the worst level",
-        reported: &["godot 57404"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE,
-        shots: orthographic,
-    },
-    Case {
-        name: "scaled bones",
-        story: "bones enlarge what the node says is small",
-        reported: &["godot 57895", "godot 59147"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE,
-        shots: scaled_bones,
-    },
-    Case {
-        name: "zoom ignored",
-        story: "the camera zooms in from afar and the model stays coarse",
-        reported: &["three.js 18557"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE,
-        shots: zoom_ignored,
-    },
-    Case {
-        name: "flicker",
-        story: "small movements at a threshold switch levels back and forth",
-        reported: &["three.js 14565"],
-        fixture: Fixture::Rock,
-        demands: Demands::CALM,
-        shots: flicker,
-    },
-    Case {
-        name: "window size",
-        story: "the same view is good in one window and bad in another",
-        reported: &["cesium 4043"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE,
-        shots: window_size,
-    },
-    Case {
-        name: "narrow fov",
-        story: "a telephoto lens refines what is near and hardly in the picture",
-        reported: &["cesium-native 1138"],
-        fixture: Fixture::Terrain,
-        demands: Demands::PROMISE_THRIFT,
-        shots: narrow_fov,
-    },
-    Case {
-        name: "shadow view",
-        story: "a light sees the object in detail, from where the camera would not, or the other way round",
-        reported: &["bevy 15084"],
-        fixture: Fixture::Rock,
-        demands: Demands::PROMISE,
-        shots: shadow_view,
-    },
-    Case {
-        name: "non-nested",
-        story: "bounds that do not nest drop or double parts of the surface",
-        reported: &["the rule's own documentation"],
-        fixture: Fixture::Rock,
-        demands: Demands::NONE,
-        shots: non_nested,
-    },
+    Case::new("rotate only", "the camera turns on the spot and levels jump", Fixture::Rock, &[Fault::Displaced, Fault::Flips], rotate_only).reported_as(&["godot 81995", "godot 76436"]),
+    Case::new("inside the box", "the camera stands inside the object's box, away from its surface", Fixture::Knot, &[Fault::Displaced, Fault::Wastes], inside_the_box).reported_as(&["godot 88273", "godot 79590"]),
+    Case::new("cull margin", "a box inflated for culling forces the worst level", Fixture::Rock, &[Fault::Displaced, Fault::Wastes], cull_margin).reported_as(&["godot 67890"]),
+    Case::new("orthographic", "an orthographic camera far away gets the worst level", Fixture::Rock, &[Fault::Displaced], orthographic).reported_as(&["godot 57404"]),
+    Case::new("scaled bones", "bones enlarge what the node says is small", Fixture::Rock, &[Fault::Displaced], scaled_bones).reported_as(&["godot 57895", "godot 59147"]),
+    Case::new("zoom ignored", "the camera zooms in from afar and the model stays coarse", Fixture::Rock, &[Fault::Displaced], zoom_ignored).reported_as(&["three.js 18557"]),
+    Case::new("flicker", "small movements at a threshold switch levels back and forth", Fixture::Rock, &[Fault::Flips], flicker).reported_as(&["three.js 14565"]),
+    Case::new("window size", "the same view is good in one window and bad in another", Fixture::Rock, &[Fault::Displaced], window_size).reported_as(&["cesium 4043"]),
+    Case::new("narrow fov", "a telephoto lens refines what is near and hardly in the picture", Fixture::Terrain, &[Fault::Displaced, Fault::Wastes], narrow_fov).reported_as(&["cesium-native 1138"]),
+    Case::new("shadow view", "a light sees the object in detail, from where the camera would not, or the other way round", Fixture::Rock, &[Fault::Displaced], shadow_view).reported_as(&["bevy 15084"]),
+    Case::new("non-nested", "bounds that do not nest drop or double parts of the surface", Fixture::Rock, &[], non_nested).reported_as(&["the rule's own documentation"]),
 ];
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {

@@ -2,14 +2,18 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Case, Fixture, PROMISE_ALLOWANCE, SAMPLES, Shot, THRESHOLD_PX, THRIFT_RATIO, cases};
-use crate::displacement::{CutSurface, Displacement, SourceSurface};
+use super::case::{Case, Fault, Shot};
+use super::fixtures::Fixture;
+use super::{METHODS, PROMISE_ALLOWANCE, SAMPLES, THRESHOLD_PX, THRIFT_RATIO, cases};
+use crate::chooser::{Choice, Chooser};
+use crate::displacement::{CutSurface, SourceSurface};
 use crate::holes::{FlipCounter, open_edges};
-use crate::rivals::{Choice, Chooser, LodObject, Method, Seen};
+use crate::method::Method;
+use crate::object::LodObject;
+use crate::object_view::ObjectView;
 
 /// Everything that was found.
 #[derive(Clone, Debug, Serialize)]
@@ -42,7 +46,7 @@ pub struct CaseResult {
     pub story: &'static str,
     /// [`Case::reported`].
     pub reported: &'static [&'static str],
-    /// One for each of [`Method::ALL`].
+    /// One for each of [`METHODS`].
     pub verdicts: Vec<Verdict>,
 }
 
@@ -73,22 +77,6 @@ pub struct Verdict {
     pub triangles_to_coarsest: f64,
     /// What it fails of what the case asks for.
     pub faults: Vec<Fault>,
-}
-
-/// How a method fails a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fault {
-    /// The cut is not closed.
-    Holes,
-    /// Displacements beyond the promise.
-    Displaced,
-    /// Groups flip.
-    Flips,
-    /// Triangles without need.
-    Wastes,
-    /// Detail that cannot be seen.
-    Idles,
 }
 
 /// Runs all cases: each on its fixture, or all on the given objects.
@@ -133,10 +121,7 @@ fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
 }
 
 fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> ObjectRun {
-    let units = object.hierarchy.units.iter().enumerate();
-    let source = units.filter(|(_, unit)| unit.producer().is_none());
-    let source: Vec<u32> = source.map(|(index, _)| index as u32).collect();
-    let is_closed = open_edges(&object.hierarchy, &source) == 0;
+    let is_closed = open_edges(&object.hierarchy, &object.source_units()) == 0;
     let all: Vec<&Case> = cases().collect();
     let results = all.par_iter().map(|case| {
         let result = run_case(case, object, is_closed);
@@ -152,184 +137,138 @@ fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> Objec
 fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     let source = SourceSurface::new(&object.hierarchy, SAMPLES);
     let shots = (case.shots)(object);
-    let tallies = Method::ALL.map(|method| {
-        let mut tally = Tally::new(&source, object, is_closed, case.demands.two_sided);
+    let mut verdicts = METHODS.map(|method| {
+        let mut trial = Trial::new(method, &source, object, is_closed, case.is_two_sided);
         for shot in &shots {
-            tally.add_shot(method, shot);
+            trial.add_shot(shot);
         }
-        tally.totals
+        trial.verdict()
     });
-    let ours = Method::ALL.iter().position(|m| *m == Method::Guaranteed);
-    let ours_chosen = ours.map_or(0.0, |ours| tallies[ours].chosen);
-    let verdicts = Method::ALL.iter().zip(&tallies);
+    // What depends on our own cut comes last.
+    let ours = METHODS.iter().position(|m| *m == Method::Guaranteed);
+    let ours_chosen = ours.map_or(0.0, |ours| verdicts[ours].triangles_chosen);
+    for verdict in &mut verdicts {
+        verdict.triangles_to_ours = verdict.triangles_chosen / ours_chosen.max(1.0);
+        verdict.faults = faults(verdict, case);
+    }
     CaseResult {
         case: case.name,
         story: case.story,
         reported: case.reported,
-        verdicts: verdicts
-            .map(|(method, totals)| totals.verdict(*method, case, ours_chosen, is_closed))
-            .collect(),
+        verdicts: verdicts.into(),
     }
 }
 
-/// Adds up frames of one method in one case.
-struct Tally<'a> {
+/// One method in one case: adds up its frames in a verdict.
+struct Trial<'a> {
     source: &'a SourceSurface<'a>,
     object: &'a LodObject,
-    is_closed: bool,
-    two_sided: bool,
-    coarsest_triangles: u64,
-    totals: Totals,
+    is_two_sided: bool,
+    frames: usize,
+    measured: usize,
     /// The surface measured last, for frames with the same cut.
     last: Option<(Vec<u32>, CutSurface)>,
+    /// Sums over frames, until [`Trial::verdict`] divides them.
+    sums: Verdict,
 }
 
-#[derive(Debug, Default)]
-struct Totals {
-    worst: Displacement,
-    means: f64,
-    measured: usize,
-    flips: u64,
-    churn: u64,
-    frames: usize,
-    open_edges: u64,
-    drawn: f64,
-    chosen: f64,
-    coarsest: f64,
-}
-
-impl<'a> Tally<'a> {
+impl<'a> Trial<'a> {
     fn new(
+        method: Method,
         source: &'a SourceSurface<'a>,
         object: &'a LodObject,
         is_closed: bool,
-        two_sided: bool,
+        is_two_sided: bool,
     ) -> Self {
         Self {
             source,
             object,
-            is_closed,
-            two_sided,
-            coarsest_triangles: coarsest_triangles(&object.hierarchy),
-            totals: Totals::default(),
+            is_two_sided,
+            frames: 0,
+            measured: 0,
             last: None,
+            sums: Verdict {
+                method,
+                max_px: 0.0,
+                p99_9_px: 0.0,
+                mean_px: 0.0,
+                flips_per_frame: 0.0,
+                churn_per_frame: 0.0,
+                open_edges: is_closed.then_some(0),
+                triangles_drawn: 0.0,
+                triangles_chosen: 0.0,
+                triangles_to_ours: 0.0,
+                triangles_to_coarsest: 0.0,
+                faults: Vec::new(),
+            },
         }
     }
 
-    fn add_shot(&mut self, method: Method, shot: &Shot) {
-        let mut chooser = Chooser::new(method, THRESHOLD_PX);
+    fn add_shot(&mut self, shot: &Shot) {
+        let mut chooser = Chooser::new(self.sums.method, THRESHOLD_PX);
         let mut flips = FlipCounter::default();
+        let groups = &self.object.hierarchy.groups;
         for (index, frame) in shot.frames.iter().enumerate() {
-            let seen = Seen::new(self.object, &frame.instance, &frame.eye);
-            let choice = chooser.choose(&seen);
-            let groups = &self.object.hierarchy.groups;
-            flips.add(&choice, |group| seen.touches_sphere(&groups[group].bounds));
-            self.totals.frames += 1;
-            self.totals.drawn += triangles_in_view(&seen, &choice) as f64;
-            self.totals.coarsest += self.coarsest_triangles as f64;
-            self.totals.chosen += choice.triangle_count(&self.object.hierarchy) as f64;
+            let view = ObjectView::new(self.object, &frame.instance, &frame.eye);
+            let choice = chooser.choose(&view);
+            flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
+            let in_view = view.units_in_view(&choice.units);
+            self.sums.triangles_drawn += self.object.triangle_count(&in_view) as f64;
+            self.sums.triangles_chosen += self.object.triangle_count(&choice.units) as f64;
             if index % shot.measure_every == 0 {
-                self.measure(&seen, &choice);
+                self.measure(&view, &choice);
             }
         }
-        self.totals.flips += flips.seen();
-        self.totals.churn += flips.all();
+        self.frames += shot.frames.len();
+        self.sums.flips_per_frame += flips.seen() as f64;
+        self.sums.churn_per_frame += flips.all() as f64;
     }
 
-    fn measure(&mut self, seen: &Seen, choice: &Choice) {
-        if self
-            .last
-            .as_ref()
-            .is_none_or(|(units, _)| *units != choice.units)
-        {
-            if self.is_closed {
-                let edges = open_edges(&self.object.hierarchy, &choice.units);
-                self.totals.open_edges = self.totals.open_edges.max(edges);
+    fn measure(&mut self, view: &ObjectView, choice: &Choice) {
+        let last = self.last.take().filter(|(units, _)| *units == choice.units);
+        let (units, cut) = last.unwrap_or_else(|| {
+            if let Some(most) = &mut self.sums.open_edges {
+                *most = (*most).max(open_edges(&self.object.hierarchy, &choice.units));
             }
-            let surface = self.source.cut(&choice.units);
-            self.last = Some((choice.units.clone(), surface));
-        }
-        let Some((_, cut)) = &self.last else { return };
+            (choice.units.clone(), self.source.cut(&choice.units))
+        });
+        let (instance, eye) = (&view.instance, &view.eye);
         let found = self
             .source
-            .displacement(cut, &seen.instance, &seen.eye, self.two_sided);
-        let worst = &mut self.totals.worst;
-        worst.max_px = worst.max_px.max(found.max_px);
-        worst.p99_9_px = worst.p99_9_px.max(found.p99_9_px);
-        self.totals.means += found.mean_px;
-        self.totals.measured += 1;
+            .displacement(&cut, instance, eye, self.is_two_sided);
+        self.sums.max_px = self.sums.max_px.max(found.max_px);
+        self.sums.p99_9_px = self.sums.p99_9_px.max(found.p99_9_px);
+        self.sums.mean_px += found.mean_px;
+        self.measured += 1;
+        self.last = Some((units, cut));
+    }
+
+    /// The means over all frames, all but what depends on other methods.
+    fn verdict(self) -> Verdict {
+        let (frames, sums) = (self.frames.max(1) as f64, self.sums);
+        let coarsest = self.object.coarsest_triangle_count() as f64 * frames;
+        Verdict {
+            mean_px: sums.mean_px / self.measured.max(1) as f64,
+            flips_per_frame: sums.flips_per_frame / frames,
+            churn_per_frame: sums.churn_per_frame / frames,
+            triangles_drawn: sums.triangles_drawn / frames,
+            triangles_chosen: sums.triangles_chosen / frames,
+            triangles_to_coarsest: sums.triangles_chosen / coarsest.max(1.0),
+            ..sums
+        }
     }
 }
 
-fn coarsest_triangles(hierarchy: &Hierarchy) -> u64 {
-    let coarsest = Choice {
-        refined: Vec::new(),
-        units: coarsest_units(hierarchy),
-    };
-    coarsest.triangle_count(hierarchy)
-}
-
-/// Units that nothing simplifies further.
-fn coarsest_units(hierarchy: &Hierarchy) -> Vec<u32> {
-    let terminal = hierarchy.groups.iter().filter(|group| group.is_terminal());
-    let units = terminal.flat_map(fieldlod_hierarchy::Group::units);
-    units.map(|unit| unit as u32).collect()
-}
-
-/// Triangles of the units whose box's sphere touches the picture: what any renderer's culling
-/// leaves.
-fn triangles_in_view(seen: &Seen, choice: &Choice) -> u64 {
-    let units = choice.units.iter();
-    units
-        .map(|&unit| &seen.object.hierarchy.units[unit as usize])
-        .filter(|unit| seen.touches_box(&unit.aabb))
-        .map(|unit| u64::from(unit.triangle_count))
-        .sum()
-}
-
-impl Totals {
-    fn verdict(&self, method: Method, case: &Case, ours_chosen: f64, is_closed: bool) -> Verdict {
-        let mut verdict = Verdict {
-            method,
-            max_px: self.worst.max_px,
-            p99_9_px: self.worst.p99_9_px,
-            mean_px: self.means / self.measured.max(1) as f64,
-            flips_per_frame: self.flips as f64 / self.frames.max(1) as f64,
-            churn_per_frame: self.churn as f64 / self.frames.max(1) as f64,
-            open_edges: is_closed.then_some(self.open_edges),
-            triangles_drawn: self.drawn / self.frames.max(1) as f64,
-            triangles_chosen: self.chosen / self.frames.max(1) as f64,
-            triangles_to_ours: self.chosen / ours_chosen.max(1.0),
-            triangles_to_coarsest: self.chosen / self.coarsest.max(1.0),
-            faults: Vec::new(),
-        };
-        verdict.faults = faults(&verdict, case);
-        verdict
-    }
-}
-
+/// What a method fails of what a case asks for, and holes in any case.
 fn faults(verdict: &Verdict, case: &Case) -> Vec<Fault> {
-    let demands = &case.demands;
     let promised_px = f64::from(THRESHOLD_PX) * PROMISE_ALLOWANCE;
-    let checks = [
-        (
-            Fault::Holes,
-            verdict.open_edges.is_some_and(|edges| edges > 0),
-        ),
-        (
-            Fault::Displaced,
-            demands.promise && verdict.max_px > promised_px,
-        ),
-        (Fault::Flips, demands.calm && verdict.flips_per_frame > 0.0),
-        (
-            Fault::Wastes,
-            demands.thrift && verdict.triangles_to_ours > THRIFT_RATIO,
-        ),
-        (
-            Fault::Idles,
-            demands.idle && verdict.triangles_to_coarsest > THRIFT_RATIO,
-        ),
-    ];
-    let failed = checks.into_iter().filter(|(_, fails)| *fails);
-    failed.map(|(fault, _)| fault).collect()
+    let fails = |fault: Fault| match fault {
+        Fault::Holes => verdict.open_edges.is_some_and(|edges| edges > 0),
+        Fault::Displaced => verdict.max_px > promised_px,
+        Fault::Flips => verdict.flips_per_frame > 0.0,
+        Fault::Wastes => verdict.triangles_to_ours > THRIFT_RATIO,
+        Fault::Idles => verdict.triangles_to_coarsest > THRIFT_RATIO,
+    };
+    let checks = std::iter::once(&Fault::Holes).chain(case.checks);
+    checks.copied().filter(|&fault| fails(fault)).collect()
 }

@@ -2,8 +2,10 @@
 
 use std::fmt::Write;
 
-use super::{Fault, ObjectRun, Verdict};
-use crate::rivals::Method;
+use super::METHODS;
+use super::case::Fault;
+use super::run::{ObjectRun, Verdict};
+use crate::method::Method;
 
 /// A compact table: ✓, or the figure in which the method fails.
 ///
@@ -12,18 +14,24 @@ use crate::rivals::Method;
 #[must_use]
 pub fn table(run: &ObjectRun) -> String {
     let mut text = format!("{:<18}", run.name);
-    for method in Method::ALL {
-        let _ = write!(text, "{:>11}", method.name());
+    for method in METHODS {
+        let _ = write!(text, "{:>width$}", method.name(), width = width(method));
     }
     text.push('\n');
     for case in &run.cases {
         let _ = write!(text, "{:<18}", case.case);
         for verdict in &case.verdicts {
-            let _ = write!(text, "{:>11}", cell(verdict));
+            let width = width(verdict.method);
+            let _ = write!(text, "{:>width$}", cell(verdict));
         }
         text.push('\n');
     }
     text
+}
+
+/// Width of a method's column, in letters.
+fn width(method: Method) -> usize {
+    method.name().len().max(7) + 2
 }
 
 fn cell(verdict: &Verdict) -> String {

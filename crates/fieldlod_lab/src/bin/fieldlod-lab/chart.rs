@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use fieldlod_bake::BakeConfig;
 use fieldlod_lab::chart::{
-    COMPARED_AT_PX, Generated, Measure, Options, Report, Store, Way, chart_model, write_charts,
+    CHART_METHODS, COMPARED_AT_PX, Generated, Measure, Options, Report, Store, chart_model,
+    write_charts,
 };
+use fieldlod_lab::method::Method;
 use fieldlod_lab::render::Renderer;
 use indicatif::ProgressBar;
 
@@ -64,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         poses: arguments.poses as usize,
         seed: arguments.seed,
         size_px: arguments.size.into(),
-        ways: Way::ALL.to_vec(),
+        methods: CHART_METHODS.to_vec(),
         with_extras: !arguments.brief,
     };
     let models = models(arguments);
@@ -106,11 +108,11 @@ fn advance(bar: &ProgressBar, name: &str) {
     }
 }
 
-/// What the printed table holds equal; `ratios.csv` has more.
+/// What the printed table holds equal; `report.json` has more.
 const TABLE: [Measure; 3] = [Measure::Rmse, Measure::Silhouette, Measure::Flip];
 
 /// What the columns of the last table are.
-const WORTH: &str = "\
+const ABLATION: &str = "\
 the criterion's terms, each left out: triangles relative to clusterlod's at the image error of its 1 px
 (mean, worst pose), at its silhouette's error, and at a threshold of 1 px towards the picture's corner;
 displaced pixels there, of 1 promised; nanoseconds for a group by plain code and as in a frame";
@@ -126,10 +128,10 @@ fn text(report: &Report, out: &Path) -> String {
         let _ = write!(text, "  {:34}", measure.name());
     }
     text.push('\n');
-    for way in Way::ALL {
-        let _ = write!(text, "{:22}", way.name());
+    for method in CHART_METHODS {
+        let _ = write!(text, "{:22}", method.label());
         for measure in TABLE {
-            let cells = COMPARED_AT_PX.map(|at_px| match report.ratio(way, measure, at_px) {
+            let cells = COMPARED_AT_PX.map(|at_px| match report.ratio(method, measure, at_px) {
                 Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
                 None => "-".to_owned(),
             });
@@ -140,14 +142,15 @@ fn text(report: &Report, out: &Path) -> String {
     text.push_str(&thresholds_text(report));
     text.push_str("\nquality at equal image RMSE, by model\n");
     for model in &report.models {
-        let cells = COMPARED_AT_PX.map(|at| match model.ratio(Way::Quality, Measure::Rmse, at) {
-            Some(r) => format!("{:.2} ({:.2} to {:.2})", r.mean, r.least, r.greatest),
-            None => "-".to_owned(),
-        });
+        let cells =
+            COMPARED_AT_PX.map(|at| match model.ratio(Method::Quality, Measure::Rmse, at) {
+                Some(r) => format!("{:.2} ({:.2} to {:.2})", r.mean, r.least, r.greatest),
+                None => "-".to_owned(),
+            });
         let _ = writeln!(text, "{:24}{}", model.name, cells.join("  "));
     }
-    if !report.worth.is_empty() {
-        let _ = write!(text, "\n{WORTH}\n\n{}", report.worth_table());
+    if !report.ablation.is_empty() {
+        let _ = write!(text, "\n{ABLATION}\n\n{}", report.ablation_table());
     }
     let _ = write!(text, "\ncharts and numbers: {}", out.display());
     text
@@ -155,7 +158,10 @@ fn text(report: &Report, out: &Path) -> String {
 
 /// What our threshold means beside that of others.
 fn thresholds_text(report: &Report) -> String {
-    let of_quality = report.costs.iter().filter(|cost| cost.way == Way::Quality);
+    let of_quality = report
+        .costs
+        .iter()
+        .filter(|cost| cost.method == Method::Quality);
     let at = of_quality.filter(|cost| {
         COMPARED_AT_PX
             .iter()

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::BakeConfig;
+use fieldlod_lab::object::{ErrorSource, LodObject};
 use fieldlod_lab::promise::{self, Effort, PromiseRun};
-use fieldlod_lab::rivals::{ErrorSource, LodObject};
 use fieldlod_lab::stability::{self, Fixture, Report};
 use indicatif::ProgressBar;
 

@@ -1,16 +1,17 @@
-//! One object as one eye sees it: distances, scales and boxes that the rivals' rules share.
+//! One object as one eye sees it: distances, scales and boxes that all methods' rules share.
 
 use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{Mat3, Vec3};
 
-use super::{Eye, Instance, LodObject};
+use crate::eye::{Eye, Instance};
+use crate::object::LodObject;
 
 /// An object's instance before an eye.
 ///
 /// Positions are taken relative to the eye before anything else, for all methods: engines differ in
 /// this, and digits lost far from the origin are not what is compared.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
+pub struct ObjectView<'a> {
     /// The object.
     pub object: &'a LodObject,
     /// Where it is.
@@ -26,7 +27,7 @@ pub struct Seen<'a> {
     camera_from_world: Mat3,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> ObjectView<'a> {
     /// Places `object` before `eye`.
     #[must_use]
     pub fn new(object: &'a LodObject, instance: &Instance, eye: &Eye) -> Self {
@@ -45,7 +46,7 @@ impl<'a> Seen<'a> {
     }
 
     /// A local point relative to the eye, along the world's axes.
-    pub(super) fn relative_to_eye(&self, point_in_local: Vec3) -> Vec3 {
+    pub(crate) fn relative_to_eye(&self, point_in_local: Vec3) -> Vec3 {
         self.world_from_local * point_in_local + self.origin_from_eye
     }
 
@@ -74,24 +75,32 @@ impl<'a> Seen<'a> {
         self.eye.camera.touches_sphere(center, radius)
     }
 
+    /// Those of `units` whose box's sphere touches the field of view: what any renderer's culling
+    /// leaves.
+    pub(crate) fn units_in_view(&self, units: &[u32]) -> Vec<u32> {
+        let all = &self.object.hierarchy.units;
+        let touches = |unit: &&u32| self.touches_box(&all[**unit as usize].aabb);
+        units.iter().filter(touches).copied().collect()
+    }
+
     /// Distance from the eye to a sphere's surface, negative inside, in world units.
-    pub(super) fn distance_to(&self, sphere: &Sphere) -> f32 {
+    pub(crate) fn distance_to(&self, sphere: &Sphere) -> f32 {
         self.relative_to_eye(sphere.center).length() - self.max_scale * sphere.radius
     }
 
     /// Distance from the eye to the middle of the object.
-    pub(super) fn distance_to_center(&self) -> f32 {
+    pub(crate) fn distance_to_center(&self) -> f32 {
         self.relative_to_eye(self.object.center).length()
     }
 
     /// The direction of sight in the world.
-    pub(super) fn forward(&self) -> Vec3 {
+    pub(crate) fn forward(&self) -> Vec3 {
         self.camera_from_world.transpose() * Vec3::Z
     }
 
     /// The box around the instance's box, along the world's axes, relative to the eye, with the
     /// cull margin.
-    pub(super) fn aabb_relative_to_eye(&self) -> Aabb {
+    pub(crate) fn aabb_relative_to_eye(&self) -> Aabb {
         let Aabb { min, max } = self.object.aabb;
         let half = (max - min) * 0.5;
         let m = &self.world_from_local;

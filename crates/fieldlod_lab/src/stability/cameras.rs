@@ -2,7 +2,8 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use crate::rivals::{Eye, Instance, LodObject};
+use crate::eye::{Eye, Instance};
+use crate::object::LodObject;
 
 /// The window of most cases, in pixels.
 pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
@@ -43,12 +44,7 @@ pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32
 /// A place `height` (a share of the object's radius) above the vertex nearest to the shares `x` and
 /// `z` of the object's box.
 pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
-    let (min, max) = (object.aabb.min, object.aabb.max);
-    let at = Vec2::new(min.x + (max.x - min.x) * x, min.z + (max.z - min.z) * z);
-    let positions = object.hierarchy.vertices.positions.iter();
-    let across = |p: &Vec3| Vec2::new(p.x, p.z).distance_squared(at);
-    let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
-    nearest.copied().unwrap_or_default() + Vec3::Y * (height * object.radius)
+    object.vertex_below(x, z) + Vec3::Y * (height * object.radius)
 }
 
 /// Scaled around the middle of the object.

@@ -9,7 +9,8 @@ use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use wide::f32x8;
 
-use super::{LodObject, Seen};
+use crate::object::LodObject;
+use crate::object_view::ObjectView;
 
 const LANES: usize = 8;
 /// Groups to a word of bits.
@@ -17,7 +18,7 @@ const WORD: usize = 64;
 
 /// What clusterlod reads of an object, eight groups to an element.
 #[derive(Debug)]
-pub struct SphereScan {
+pub(crate) struct SphereScan {
     /// Centre and radius of the nested sphere, and the error.
     rows: [Vec<f32x8>; 5],
     /// Of each group the first unit that it consumes, and one more at the end.
@@ -27,8 +28,7 @@ pub struct SphereScan {
 
 impl SphereScan {
     /// Lays out an object.
-    #[must_use]
-    pub fn new(object: &LodObject) -> Self {
+    pub(crate) fn new(object: &LodObject) -> Self {
         let hierarchy = &object.hierarchy;
         let padded = hierarchy.groups.len().next_multiple_of(WORD);
         let lanes = |value: &dyn Fn(usize) -> f32| -> Vec<f32x8> {
@@ -60,13 +60,13 @@ impl SphereScan {
 
     /// Marks the groups with more than `threshold_px` in a perspective view of an instance that keeps
     /// angles: a bit for each.
-    pub fn refine(&self, seen: &Seen, threshold_px: f32, refined: &mut Vec<u64>) {
+    pub(crate) fn refine(&self, view: &ObjectView, threshold_px: f32, refined: &mut Vec<u64>) {
         let splat = f32x8::splat;
-        let local_from_world = seen.instance.world_from_local.inverse();
-        let eye: Vec3 = local_from_world.transform_point3(seen.eye.position());
+        let local_from_world = view.instance.world_from_local.inverse();
+        let eye: Vec3 = local_from_world.transform_point3(view.eye.position());
         let eye = eye.to_array().map(splat);
-        let scale = splat(seen.eye.focal_px() / threshold_px);
-        let near = splat(seen.eye.near / seen.max_scale);
+        let scale = splat(view.eye.focal_px() / threshold_px);
+        let near = splat(view.eye.near / view.max_scale);
         let [x, y, z, radius, error] = &self.rows;
         refined.clear();
         refined.extend((0..x.len() / LANES).map(|word| {
@@ -83,7 +83,7 @@ impl SphereScan {
     }
 
     /// The units of the cut in which the marked groups are refined, ascending.
-    pub fn units(&self, refined: &[u64], units: &mut Vec<u32>) {
+    pub(crate) fn units(&self, refined: &[u64], units: &mut Vec<u32>) {
         let is_refined = |group: u32| refined[group as usize / WORD] >> (group as usize % WORD) & 1;
         units.clear();
         for (word, &bits) in refined.iter().enumerate() {
@@ -104,7 +104,10 @@ impl SphereScan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rivals::{Chooser, ErrorSource, Eye, Instance, Method};
+    use crate::chooser::Chooser;
+    use crate::eye::{Eye, Instance};
+    use crate::method::Method;
+    use crate::object::ErrorSource;
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
     use glam::{Affine3A, Quat, Vec2};
 
@@ -124,10 +127,10 @@ mod tests {
             let eye = Eye::perspective(60.0, Vec2::new(640.0, 360.0), 0.01);
             let eye = eye.looking_at(placed.transform_point3(Vec3::Z * distance), Vec3::ZERO);
             let instance = Instance::at(placed);
-            let seen = Seen::new(&object, &instance, &eye);
+            let view = ObjectView::new(&object, &instance, &eye);
             for threshold_px in [0.3, 1.0, 4.0] {
-                let expected = Chooser::new(Method::Clusterlod, threshold_px).choose(&seen);
-                scan.refine(&seen, threshold_px, &mut bits);
+                let expected = Chooser::new(Method::Clusterlod, threshold_px).choose(&view);
+                scan.refine(&view, threshold_px, &mut bits);
                 scan.units(&bits, &mut units);
                 assert_eq!(units, expected.units, "{distance} {threshold_px}");
                 sizes.push(units.len());

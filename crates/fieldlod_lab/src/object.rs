@@ -1,7 +1,7 @@
-//! What rivals bake beside a hierarchy: nested bounds, errors of whole levels, tuned ranges.
+//! What other systems bake beside a hierarchy: nested bounds, errors of whole levels, tuned ranges.
 
 use fieldlod_hierarchy::{Aabb, Hierarchy, Sphere};
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use serde::Serialize;
 
 /// Focal length of the reference view, in pixels: 60° high, 1080 px.
@@ -78,11 +78,43 @@ impl LodObject {
         error * REFERENCE_FOCAL_PX / threshold_px + self.radius
     }
 
-    /// The coarsest level whose `error_px` (of an error in local units) keeps to the threshold.
-    pub(super) fn coarsest_level(&self, threshold_px: f32, error_px: impl Fn(f32) -> f32) -> u32 {
-        let within = |error: &&f32| error_px(**error) <= threshold_px;
-        let levels = self.level_errors_in_local.iter().skip(1);
-        levels.take_while(within).count() as u32
+    /// The units of the source.
+    #[must_use]
+    pub fn source_units(&self) -> Vec<u32> {
+        let units = self.hierarchy.units.iter().zip(0..);
+        let source = units.filter(|(unit, _)| unit.producer().is_none());
+        source.map(|(_, index)| index).collect()
+    }
+
+    /// Triangles of some units.
+    #[must_use]
+    pub fn triangle_count(&self, units: &[u32]) -> u64 {
+        let all = &self.hierarchy.units;
+        let triangles = units.iter().map(|&unit| all[unit as usize].triangle_count);
+        triangles.map(u64::from).sum()
+    }
+
+    /// Triangles of the coarsest cut.
+    #[must_use]
+    pub fn coarsest_triangle_count(&self) -> u64 {
+        let terminal = self
+            .hierarchy
+            .groups
+            .iter()
+            .filter(|group| group.is_terminal());
+        terminal
+            .map(|group| self.hierarchy.triangle_count_of(group))
+            .sum()
+    }
+
+    /// The vertex nearest, across Y, to the shares `x` and `z` of the box.
+    #[must_use]
+    pub fn vertex_below(&self, x: f32, z: f32) -> Vec3 {
+        let at = (self.aabb.min + (self.aabb.max - self.aabb.min) * Vec3::new(x, 0.0, z)).xz();
+        let positions = self.hierarchy.vertices.positions.iter();
+        let across = |p: &Vec3| p.xz().distance_squared(at);
+        let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
+        nearest.copied().unwrap_or_default()
     }
 }
 

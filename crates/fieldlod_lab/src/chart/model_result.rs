@@ -5,12 +5,40 @@ use glam::UVec2;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::{
-    ChartError, CriterionCost, Kept, OnPath, PoseResult, Stage, Store, THRESHOLDS_PX, Way,
-    criterion_costs, poses, promise, sweep, temporal,
-};
+use super::ChartError;
+use super::criterion_cost::{CriterionCost, criterion_costs};
+use super::curve::{PoseResult, THRESHOLDS_PX};
+use super::flicker::{FlickerResult, flicker};
+use super::pose::poses;
+use super::promise::{PromiseResult, promise};
+use super::scene::ChartScene;
+use super::store::Store;
+use super::sweep::sweep;
+use crate::method::Method;
+use crate::object::{ErrorSource, LodObject};
 use crate::render::Renderer;
-use crate::rivals::{ErrorSource, LodObject};
+
+/// The methods whose pictures are compared.
+pub const CHART_METHODS: [Method; 18] = [
+    Method::Quality,
+    Method::Guaranteed,
+    Method::Both,
+    Method::NoProjection,
+    Method::NoOffAxis,
+    Method::NoBound,
+    Method::NoSilhouette,
+    Method::TwoSided,
+    Method::ShareInView,
+    Method::Clusterlod,
+    Method::Nanite,
+    Method::Depth,
+    Method::Cesium,
+    Method::Godot43,
+    Method::Unity,
+    Method::VisibilityRange,
+    Method::ProjectedSize,
+    Method::Oracle,
+];
 
 /// How a model is measured.
 #[derive(Clone, Debug)]
@@ -21,8 +49,8 @@ pub struct Options {
     pub seed: u64,
     /// Size of the pictures.
     pub size_px: UVec2,
-    /// The ways to compare, clusterlod among them.
-    pub ways: Vec<Way>,
+    /// The methods to compare, clusterlod among them.
+    pub methods: Vec<Method>,
     /// Whether promises and a path are measured, too.
     pub with_extras: bool,
 }
@@ -37,9 +65,9 @@ pub struct ModelResult {
     /// Each pose.
     pub poses: Vec<PoseResult>,
     /// What is kept of promises.
-    pub promise: Vec<Kept>,
+    pub promise: Vec<PromiseResult>,
     /// What flickers.
-    pub temporal: Vec<OnPath>,
+    pub flicker: Vec<FlickerResult>,
     /// What the criteria take for a group.
     pub criterion: Vec<CriterionCost>,
 }
@@ -66,33 +94,33 @@ pub fn chart_model(
 ) -> Result<ModelResult, ChartError> {
     let hash = hash_of(&hierarchy);
     let object = LodObject::new(hierarchy, ErrorSource::Reported);
-    let stage = Stage::new(renderer, &object, options.size_px);
+    let scene = ChartScene::new(renderer, &object, options.size_px);
     let common = (hash, options.size_px.to_array(), renderer.adapter());
-    let mut results = Vec::new();
-    for pose in poses(&object, options.poses, options.seed) {
-        let key = ("pose", common, pose, &options.ways, THRESHOLDS_PX);
-        results.push(store.get_or_make(&key, || sweep(&stage, &pose, &options.ways))?);
-        step();
-    }
-    let (mut kept, mut on_path, mut criterion) = (Vec::new(), Vec::new(), Vec::new());
-    if options.with_extras {
-        let key = ("promise", common, options.seed);
-        kept = store.get_or_make(&key, || Ok(promise(&stage, options.seed)))?;
-        step();
-        let key = ("criterion", common, options.seed);
-        criterion = store.get_or_make(&key, || Ok(criterion_costs(&stage, options.seed)))?;
-        step();
-        on_path = store.get_or_make(&("temporal", common), || temporal(&stage))?;
-        step();
-    }
-    Ok(ModelResult {
+    let mut result = ModelResult {
         name: name.to_owned(),
         triangles: object.hierarchy.source_triangle_count(),
-        poses: results,
-        promise: kept,
-        temporal: on_path,
-        criterion,
-    })
+        poses: Vec::new(),
+        promise: Vec::new(),
+        flicker: Vec::new(),
+        criterion: Vec::new(),
+    };
+    for pose in poses(&object, options.poses, options.seed) {
+        let key = ("pose", common, pose, &options.methods, THRESHOLDS_PX);
+        let make = || Ok(sweep(&scene, &pose, &options.methods)?);
+        result.poses.push(store.get_or_make(&key, make)?);
+        step();
+    }
+    if options.with_extras {
+        let key = ("promise", common, options.seed);
+        result.promise = store.get_or_make(&key, || Ok(promise(&scene, options.seed)))?;
+        step();
+        let key = ("criterion", common, options.seed);
+        result.criterion = store.get_or_make(&key, || Ok(criterion_costs(&scene, options.seed)))?;
+        step();
+        result.flicker = store.get_or_make(&("flicker", common), || flicker(&scene))?;
+        step();
+    }
+    Ok(result)
 }
 
 /// All that a choice depends on.

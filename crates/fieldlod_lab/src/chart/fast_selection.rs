@@ -5,19 +5,23 @@ use std::time::{Duration, Instant};
 
 use fieldlod_select::{GroupTable, InstanceId, LodSettings, Scene, Selector};
 
-use super::Way;
-use crate::rivals::{Instance, LodObject, Seen, SphereScan};
+use crate::baselines::sphere_scan::SphereScan;
+use crate::chooser::Chooser;
+use crate::eye::Instance;
+use crate::method::Method;
+use crate::object::LodObject;
+use crate::object_view::ObjectView;
 
-/// An object laid out for the fast ways.
+/// An object laid out for the methods that have code made for speed.
 #[derive(Debug)]
-pub(super) struct Prepared {
+pub(super) struct FastSelection {
     scene: Scene,
     instance: InstanceId,
     pub(super) table: GroupTable,
     pub(super) scan: SphereScan,
 }
 
-/// Storage of the fast ways, kept from one choice to the next.
+/// Storage of the fast methods, kept from one choice to the next.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     selector: Selector,
@@ -25,7 +29,7 @@ pub(super) struct Scratch {
     units: Vec<u32>,
 }
 
-impl Prepared {
+impl FastSelection {
     pub(super) fn new(object: &LodObject, instance: &Instance) -> Self {
         let mut scene = Scene::default();
         let table = GroupTable::new(&object.hierarchy);
@@ -40,50 +44,52 @@ impl Prepared {
         }
     }
 
-    /// The units that a way draws at a threshold, from scratch, and the time that the choice took on
+    /// The units that a method draws at a threshold, from scratch, and the time that the choice took on
     /// one thread.
     ///
     /// # Panics
-    /// For the [oracle](Way::Oracle), which needs pictures.
+    /// For the [oracle](Method::Oracle), which needs pictures.
     pub(super) fn choose(
         &self,
-        way: Way,
-        seen: &Seen,
+        method: Method,
+        view: &ObjectView,
         threshold_px: f32,
         scratch: &mut Scratch,
     ) -> (Vec<u32>, Duration) {
-        if let Some(settings) = way.settings(threshold_px) {
-            self.by_selector(&settings, seen, scratch)
-        } else if way == Way::Clusterlod {
-            self.by_scan(seen, threshold_px, scratch)
+        if let Some(settings) = method.settings(threshold_px) {
+            self.by_selector(&settings, view, scratch)
+        } else if method == Method::Clusterlod {
+            self.by_scan(view, threshold_px, scratch)
         } else {
-            way.choose_plainly(seen, threshold_px)
+            let start = Instant::now();
+            let choice = Chooser::new(method, threshold_px).choose(view);
+            (choice.units, start.elapsed())
         }
     }
 
     fn by_selector(
         &self,
         settings: &LodSettings,
-        seen: &Seen,
+        view: &ObjectView,
         scratch: &mut Scratch,
     ) -> (Vec<u32>, Duration) {
         let selector = &mut scratch.selector;
         selector.clear();
         let start = Instant::now();
-        selector.select(&self.scene, &seen.eye.view(), settings);
+        selector.select(&self.scene, &view.eye.view(), settings);
         let elapsed = start.elapsed();
         (selector.units(&self.scene, self.instance).to_vec(), elapsed)
     }
 
     fn by_scan(
         &self,
-        seen: &Seen,
+        view: &ObjectView,
         threshold_px: f32,
         scratch: &mut Scratch,
     ) -> (Vec<u32>, Duration) {
         let Scratch { refined, units, .. } = scratch;
         let start = Instant::now();
-        self.scan.refine(seen, threshold_px, refined);
+        self.scan.refine(view, threshold_px, refined);
         self.scan.units(refined, units);
         let elapsed = start.elapsed();
         (units.clone(), elapsed)
@@ -93,17 +99,18 @@ impl Prepared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rivals::{ErrorSource, Eye};
+    use crate::eye::Eye;
+    use crate::object::ErrorSource;
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
     use glam::{Vec2, Vec3};
 
-    /// The fast ways choose what the plain ones do.
+    /// The fast methods choose what the plain ones do.
     #[test]
     fn the_fast_ways_choose_as_the_plain_ones() {
         let hierarchy = bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap();
         let object = LodObject::new(hierarchy, ErrorSource::Reported);
         let instance = Instance::default();
-        let prepared = Prepared::new(&object, &instance);
+        let fast_selection = FastSelection::new(&object, &instance);
         let mut scratch = Scratch::default();
         let mut sizes = Vec::new();
         for position in [
@@ -113,11 +120,11 @@ mod tests {
         ] {
             let eye = Eye::perspective(70.0, Vec2::new(640.0, 360.0), 0.01);
             let eye = eye.looking_at(position, Vec3::ZERO);
-            let seen = Seen::new(&object, &instance, &eye);
-            for way in [Way::Quality, Way::Guaranteed, Way::Clusterlod] {
-                let (fast, _) = prepared.choose(way, &seen, 1.0, &mut scratch);
-                let (plain, _) = way.choose_plainly(&seen, 1.0);
-                assert_eq!(fast, plain, "{way:?}");
+            let view = ObjectView::new(&object, &instance, &eye);
+            for method in [Method::Quality, Method::Guaranteed, Method::Clusterlod] {
+                let (fast, _) = fast_selection.choose(method, &view, 1.0, &mut scratch);
+                let plain = Chooser::new(method, 1.0).choose(&view).units;
+                assert_eq!(fast, plain, "{method:?}");
                 sizes.push(fast.len());
             }
         }

@@ -4,7 +4,7 @@ use camera_field::{CAMERA_FROM_VIEW, Camera};
 use fieldlod_select::View;
 use glam::{Affine3A, DMat3, DVec2, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
 
-/// A camera with its place in the world, and what only some of the rivals ask of it.
+/// A camera with its place in the world, and what only some of the baselines ask of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
     /// Projection to pixels.
@@ -18,7 +18,7 @@ pub struct Eye {
     pub zoom: f32,
 }
 
-/// Where an instance is, and what only some of the rivals ask of it.
+/// Where an instance is, and what only some of the baselines ask of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
     /// Where every vertex is drawn.

@@ -3,7 +3,7 @@
 use camera_field::{Camera, Intrinsics, SphereBound};
 use glam::Vec3;
 
-use crate::rivals::Seen;
+use crate::object_view::ObjectView;
 
 /// The terms and constants of the criterion; [`Default`] is the criterion as it is.
 ///
@@ -26,7 +26,7 @@ pub struct Terms {
     pub bounded: bool,
     /// `w`: 0 leaves out the silhouette.
     pub silhouette_weight: f32,
-    /// Whether surfaces are seen from behind as from the front, with |m·s| in place of m·s.
+    /// Whether surfaces are view from behind as from the front, with |m·s| in place of m·s.
     pub two_sided: bool,
     /// Whether a group that the view's edge cuts counts by the share of it that is in view. Not part
     /// of the criterion.
@@ -48,36 +48,52 @@ impl Default for Terms {
 }
 
 impl Terms {
+    /// Without the stretch off the axis.
+    pub(crate) fn on_axis(self) -> Self {
+        Self {
+            off_axis: false,
+            ..self
+        }
+    }
+
+    /// Without the bound over the sphere.
+    pub(crate) fn unbounded(self) -> Self {
+        Self {
+            bounded: false,
+            ..self
+        }
+    }
+
     /// The screen-space error of a group in a perspective view, in pixels.
     #[must_use]
-    pub fn error_px(&self, seen: &Seen, group: usize) -> f32 {
-        let data = &seen.object.hierarchy.groups[group];
-        let center = seen.in_camera(data.bounds.center);
-        let radius = data.bounds.radius * seen.max_scale;
+    pub fn error_px(&self, view: &ObjectView, group: usize) -> f32 {
+        let data = &view.object.hierarchy.groups[group];
+        let center = view.in_camera(data.bounds.center);
+        let radius = data.bounds.radius * view.max_scale;
         if self.displacement {
-            let scale = self.pixel_scale(seen, center, radius);
-            return data.deviation_in_local * seen.max_scale * scale;
+            let scale = self.pixel_scale(view, center, radius);
+            return data.deviation_in_local * view.max_scale * scale;
         }
-        let strength = self.strength(seen, center, radius);
+        let strength = self.strength(view, center, radius);
         let weight = if self.projection_factor {
             let to_camera = -center.normalize_or_zero();
-            let mean_normal = seen.direction_in_camera(data.mean_normal);
+            let mean_normal = view.direction_in_camera(data.mean_normal);
             self.picture_weight(mean_normal, to_camera)
         } else {
             1.0
         };
-        let share = match &seen.eye.camera {
+        let share = match &view.eye.camera {
             Camera::Perspective(camera) if self.share_in_view => {
                 share_in_view(camera, center, radius)
             }
             _ => 1.0,
         };
-        let error = seen.object.errors_in_local[group] * seen.max_scale;
+        let error = view.object.errors_in_local[group] * view.max_scale;
         error * (strength * weight * share).sqrt()
     }
 
-    fn strength(&self, seen: &Seen, center: Vec3, radius: f32) -> f32 {
-        let camera = &seen.eye.camera;
+    fn strength(&self, view: &ObjectView, center: Vec3, radius: f32) -> f32 {
+        let camera = &view.eye.camera;
         let SphereBound::Bounded(bound) = camera.strength_over_sphere(center, radius) else {
             return f32::INFINITY;
         };
@@ -87,7 +103,7 @@ impl Terms {
         if bound == 0.0 || (self.off_axis && self.bounded) {
             return bound;
         }
-        let (distance, depth) = self.place(seen, center, radius);
+        let (distance, depth) = self.place(view, center, radius);
         if self.off_axis {
             intrinsics.constant_px2() * distance / (depth * depth * depth)
         } else {
@@ -95,28 +111,28 @@ impl Terms {
         }
     }
 
-    fn pixel_scale(&self, seen: &Seen, center: Vec3, radius: f32) -> f32 {
-        let SphereBound::Bounded(bound) = seen.eye.camera.pixel_scale_over_sphere(center, radius)
+    fn pixel_scale(&self, view: &ObjectView, center: Vec3, radius: f32) -> f32 {
+        let SphereBound::Bounded(bound) = view.eye.camera.pixel_scale_over_sphere(center, radius)
         else {
             return f32::INFINITY;
         };
         if bound == 0.0 || (self.off_axis && self.bounded) {
             return bound;
         }
-        let (distance, depth) = self.place(seen, center, radius);
+        let (distance, depth) = self.place(view, center, radius);
         if self.off_axis {
-            seen.eye.focal_px() * distance / (depth * depth)
+            view.eye.focal_px() * distance / (depth * depth)
         } else {
-            seen.eye.focal_px() / distance
+            view.eye.focal_px() / distance
         }
     }
 
     /// Distance and depth at which the field is taken: of the sphere's nearest point where it is
     /// bounded, else of its centre.
-    fn place(&self, seen: &Seen, center: Vec3, radius: f32) -> (f32, f32) {
+    fn place(&self, view: &ObjectView, center: Vec3, radius: f32) -> (f32, f32) {
         let reach = if self.bounded { radius } else { 0.0 };
-        let distance = (center.length() - reach).max(seen.eye.near);
-        (distance, center.z.max(seen.eye.near))
+        let distance = (center.length() - reach).max(view.eye.near);
+        (distance, center.z.max(view.eye.near))
     }
 
     fn picture_weight(&self, mean_normal: Vec3, to_camera: Vec3) -> f32 {
@@ -145,7 +161,8 @@ fn share_in_view(camera: &Intrinsics, center: Vec3, radius: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rivals::{ErrorSource, Eye, Instance, LodObject};
+    use crate::eye::{Eye, Instance};
+    use crate::object::{ErrorSource, LodObject};
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
     use fieldlod_select::{InstanceView, screen_displacement_px, screen_error_px};
     use glam::Vec2;
@@ -175,18 +192,18 @@ mod tests {
             let eye = Eye::perspective(70.0, Vec2::new(640.0, 360.0), 0.01);
             let eye = eye.looking_at(position, target);
             let instance = Instance::default();
-            let seen = Seen::new(&object, &instance, &eye);
-            let view = InstanceView::new(&eye.view(), &instance.world_from_local);
+            let view = ObjectView::new(&object, &instance, &eye);
+            let selected = InstanceView::new(&eye.view(), &instance.world_from_local);
             for (index, group) in object.hierarchy.groups.iter().enumerate() {
                 let displacement = Terms {
                     displacement: true,
                     ..Terms::default()
                 };
                 for (own, terms) in [
-                    (screen_error_px(group, &view), Terms::default()),
-                    (screen_displacement_px(group, &view), displacement),
+                    (screen_error_px(group, &selected), Terms::default()),
+                    (screen_displacement_px(group, &selected), displacement),
                 ] {
-                    let lab = terms.error_px(&seen, index);
+                    let lab = terms.error_px(&view, index);
                     let close = own == lab || (own - lab).abs() <= 1e-3 * own;
                     assert!(close || group.is_terminal(), "{index}: {own} {lab}");
                 }

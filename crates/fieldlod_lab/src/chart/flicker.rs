@@ -2,30 +2,32 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stage::in_view;
-use super::{ChartError, Stage};
+use super::ChartError;
+use super::scene::ChartScene;
+use crate::chooser::Chooser;
+use crate::eye::Eye;
 use crate::holes::FlipCounter;
 use crate::measure::temporal_error;
+use crate::method::Method;
 use crate::render::Picture;
-use crate::rivals::{Chooser, Eye, Method};
 
 /// Frames of the path: half a second.
 const FRAMES: usize = 24;
-/// Thresholds that ways run at, in pixels.
+/// Thresholds that methods run at, in pixels.
 const THRESHOLDS_PX: [f32; 4] = [0.5, 1.0, 2.0, 4.0];
-/// The ways that are compared.
-pub const TEMPORAL_METHODS: [Method; 4] = [
+/// The methods that are compared.
+const METHODS: [Method; 4] = [
     Method::Quality,
     Method::Clusterlod,
     Method::Godot43,
     Method::VisibilityRange,
 ];
 
-/// A way on a path, with its memory.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OnPath {
-    /// The way's name.
-    pub way: String,
+/// How much a method flickers at a threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlickerResult {
+    /// The method.
+    pub method: Method,
     /// The threshold, in pixels.
     pub threshold_px: f64,
     /// Mean triangles of units in view.
@@ -36,67 +38,68 @@ pub struct OnPath {
     pub flips_per_frame: f64,
 }
 
-/// Walks past an object with some ways at some thresholds.
+/// Walks past an object with some methods at some thresholds.
 ///
 /// # Errors
 /// [`ChartError::Render`] from an adapter that stops.
-pub fn temporal(stage: &Stage) -> Result<Vec<OnPath>, ChartError> {
-    let eyes: Vec<Eye> = (0..FRAMES).map(|frame| eye(stage, frame)).collect();
-    let source = stage.source_units();
-    let reference = eyes.iter().map(|eye| draw(stage, eye, &source));
+pub(super) fn flicker(scene: &ChartScene) -> Result<Vec<FlickerResult>, ChartError> {
+    let eyes: Vec<Eye> = (0..FRAMES).map(|frame| eye(scene, frame)).collect();
+    let source = scene.object.source_units();
+    let reference = eyes.iter().map(|eye| draw(scene, eye, &source));
     let reference = reference.collect::<Result<Vec<_>, _>>()?;
     let mut results = Vec::new();
-    for method in TEMPORAL_METHODS {
+    for method in METHODS {
         for threshold_px in THRESHOLDS_PX {
-            results.push(on_path(stage, &eyes, &reference, method, threshold_px)?);
+            results.push(on_path(scene, &eyes, &reference, method, threshold_px)?);
         }
     }
     Ok(results)
 }
 
 /// A walk: forwards, a little to the side, with head-bob.
-fn eye(stage: &Stage, frame: usize) -> Eye {
+fn eye(scene: &ChartScene, frame: usize) -> Eye {
     let share = frame as f32 / FRAMES as f32;
-    let (object, radius) = (stage.object, stage.object.radius);
+    let (object, radius) = (scene.object, scene.object.radius);
     let angle = 0.3 + 0.15 * share;
     let height = 0.5 + 0.01 * (share * 12.0).sin();
     let direction = glam::Vec3::new(angle.sin(), height, angle.cos()).normalize();
     let distance = radius * (2.6 - 0.5 * share);
-    let eye = Eye::perspective(60.0, stage.size_px, radius * 1e-3);
+    let eye = Eye::perspective(60.0, scene.size_px, radius * 1e-3);
     eye.looking_at(object.center + direction * distance, object.center)
 }
 
-fn draw(stage: &Stage, eye: &Eye, units: &[u32]) -> Result<Picture, ChartError> {
-    let (units, _) = in_view(&stage.seen(eye), units);
-    Ok(stage.renderer.draw(&stage.model, eye, &units)?)
+fn draw(scene: &ChartScene, eye: &Eye, units: &[u32]) -> Result<Picture, ChartError> {
+    let units = scene.view(eye).units_in_view(units);
+    Ok(scene.renderer.draw(&scene.model, eye, &units)?)
 }
 
 fn on_path(
-    stage: &Stage,
+    scene: &ChartScene,
     eyes: &[Eye],
     reference: &[Picture],
     method: Method,
     threshold_px: f32,
-) -> Result<OnPath, ChartError> {
+) -> Result<FlickerResult, ChartError> {
     let mut chooser = Chooser::new(method, threshold_px);
     let mut flips = FlipCounter::default();
     let (mut triangles, mut error) = (0.0, 0.0);
     let mut last: Option<Picture> = None;
     for (frame, eye) in eyes.iter().enumerate() {
-        let seen = stage.seen(eye);
-        let choice = chooser.choose(&seen);
-        let groups = &stage.object.hierarchy.groups;
-        flips.add(&choice, |group| seen.touches_sphere(&groups[group].bounds));
-        triangles += in_view(&seen, &choice.units).1 as f64;
-        let picture = draw(stage, eye, &choice.units)?;
+        let view = scene.view(eye);
+        let choice = chooser.choose(&view);
+        let groups = &scene.object.hierarchy.groups;
+        flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
+        let shown = view.units_in_view(&choice.units);
+        triangles += scene.object.triangle_count(&shown) as f64;
+        let picture = draw(scene, eye, &choice.units)?;
         if let Some(last) = &last {
             let references = [&reference[frame - 1], &reference[frame]];
             error += temporal_error(references, [last, &picture]);
         }
         last = Some(picture);
     }
-    Ok(OnPath {
-        way: method.name().to_owned(),
+    Ok(FlickerResult {
+        method,
         threshold_px: f64::from(threshold_px),
         triangles: triangles / eyes.len() as f64,
         temporal_error: error / (eyes.len() - 1) as f64,

@@ -1,0 +1,103 @@
+//! A method with its memory: which units it draws, from frame to frame.
+
+use fieldlod_hierarchy::Sphere;
+use fieldlod_select::{Cut, LodSettings, select, select_with};
+
+use crate::baselines::group_wise;
+use crate::method::Method;
+use crate::object_view::ObjectView;
+
+/// What a method draws.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Choice {
+    /// For each group, whether its simplification is refused.
+    pub refined: Vec<bool>,
+    /// Indices of the units drawn, ascending.
+    pub units: Vec<u32>,
+}
+
+/// One method on one instance in one view, with what it remembers of the last frame.
+#[derive(Clone, Debug)]
+pub struct Chooser {
+    method: Method,
+    threshold_px: f32,
+    cut: Cut,
+}
+
+impl Chooser {
+    /// A method that asks for `threshold_px`, without memory yet.
+    #[must_use]
+    pub fn new(method: Method, threshold_px: f32) -> Self {
+        Self {
+            method,
+            threshold_px,
+            cut: Cut::default(),
+        }
+    }
+
+    /// What the method draws in the next frame.
+    ///
+    /// # Panics
+    /// For the [oracle](Method::Oracle), which needs pictures.
+    pub fn choose(&mut self, view: &ObjectView) -> Choice {
+        if self.method == Method::ClusterlodUnclosed {
+            return unclosed(view, self.threshold_px);
+        }
+        match self.method.settings(self.threshold_px) {
+            Some(settings) => {
+                let world_from_local = &view.instance.world_from_local;
+                let (hierarchy, eye) = (&view.object.hierarchy, view.eye.view());
+                select(hierarchy, world_from_local, &eye, &settings, &mut self.cut);
+            }
+            None => self.choose_by_error(view),
+        }
+        Choice {
+            refined: self.cut.refined().to_vec(),
+            units: self.cut.units().to_vec(),
+        }
+    }
+
+    /// By the error of each group, or by one level for all of them; without hysteresis.
+    fn choose_by_error(&mut self, view: &ObjectView) {
+        let (method, hierarchy) = (self.method, &view.object.hierarchy);
+        let level = method.object_level(view, self.threshold_px);
+        let settings = LodSettings {
+            hysteresis: 1.0,
+            ..LodSettings::with_error_px(self.threshold_px)
+        };
+        select_with(hierarchy, &settings, &mut self.cut, |group| match level {
+            // A level of the whole object is all or nothing for each group.
+            Some(level) if hierarchy.groups[group].level >= level => f32::INFINITY,
+            Some(_) => 0.0,
+            None => {
+                let error_px = method.group_error_px(view, group);
+                error_px.expect("the oracle chooses by pictures")
+            }
+        });
+    }
+}
+
+/// Every unit for itself, its two groups' errors taken at its own bounds: clusters of one group
+/// disagree.
+fn unclosed(view: &ObjectView, threshold_px: f32) -> Choice {
+    let hierarchy = &view.object.hierarchy;
+    let exceeds = |group: u32, bounds: &Sphere| {
+        group_wise::clusterlod(view, group as usize, bounds) > threshold_px
+    };
+    let drawn = |index: &u32| {
+        let unit = &hierarchy.units[*index as usize];
+        let bounds = Sphere {
+            center: (unit.aabb.min + unit.aabb.max) * 0.5,
+            radius: (unit.aabb.max - unit.aabb.min).length() * 0.5,
+        };
+        let too_coarse = unit.producer().is_some_and(|group| exceeds(group, &bounds));
+        exceeds(unit.consumed_by, &bounds) && !too_coarse
+    };
+    let groups = hierarchy.groups.iter().zip(0..);
+    Choice {
+        units: (0..hierarchy.units.len() as u32).filter(drawn).collect(),
+        refined: groups
+            .map(|(group, index)| exceeds(index, &group.bounds))
+            .collect(),
+    }
+}

@@ -87,7 +87,7 @@ impl Stage {
     }
 
     /// Adds a camera that draws a picture of its own on a background of `background`.
-    pub fn add_eye(&mut self, pose: Transform, background: Color, view: LodView) -> Eye {
+    pub fn add_eye(&mut self, pose: Transform, background: Color, view: FieldLodSettings) -> Eye {
         self.add_eye_of_size(UVec2::splat(SIZE_PX), pose, background, view)
     }
 
@@ -97,7 +97,7 @@ impl Stage {
         size_px: UVec2,
         pose: Transform,
         background: Color,
-        view: LodView,
+        view: FieldLodSettings,
     ) -> Eye {
         let format = TextureFormat::Rgba8UnormSrgb;
         let target = self.add(Image::new_target_texture(
@@ -124,7 +124,7 @@ impl Stage {
         let deadline = Instant::now() + Duration::from_secs(120);
         self.app.update();
         self.app.update();
-        while self.app.world().resource::<LodStatus>().waiting > 0 {
+        while self.app.world().resource::<FieldLodProgress>().waiting > 0 {
             assert!(Instant::now() < deadline, "hierarchies are not ready");
             self.app.update();
         }
@@ -169,8 +169,12 @@ impl Stage {
     }
 
     /// The numbers of a camera's last frame.
-    pub fn stats(&self, eye: &Eye) -> LodViewStats {
-        *self.app.world().get::<LodViewStats>(eye.entity).unwrap()
+    pub fn stats(&self, eye: &Eye) -> FieldLodViewStats {
+        *self
+            .app
+            .world()
+            .get::<FieldLodViewStats>(eye.entity)
+            .unwrap()
     }
 }
 

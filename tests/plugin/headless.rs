@@ -64,8 +64,8 @@ pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App
     }
 }
 
-pub(crate) fn status(app: &App) -> LodStatus {
-    *app.world().resource::<LodStatus>()
+pub(crate) fn status(app: &App) -> FieldLodProgress {
+    *app.world().resource::<FieldLodProgress>()
 }
 
 /// Runs frames until `count` objects are drawn with levels of detail, and one more.
@@ -74,8 +74,8 @@ pub(crate) fn ready(app: &mut App, count: u32) {
     app.update();
 }
 
-pub(crate) fn stats(app: &App, camera: Entity) -> LodViewStats {
-    *app.world().get::<LodViewStats>(camera).unwrap()
+pub(crate) fn stats(app: &App, camera: Entity) -> FieldLodViewStats {
+    *app.world().get::<FieldLodViewStats>(camera).unwrap()
 }
 
 pub(crate) fn entity_count(app: &mut App) -> usize {

@@ -7,7 +7,7 @@ use bevy::camera::visibility::VisibleEntities;
 use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodSurfaceMaterial};
+use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap, LodSurfaceMaterial};
 use fieldlod_tests::apps::{bevy_mesh, finish};
 
 use crate::headless::{
@@ -74,7 +74,7 @@ fn despawning_leaves_nothing_behind() {
     app.update();
     assert_eq!(entity_count(&mut app), before);
     assert_eq!(stats(&app, camera).triangles_full, 0);
-    assert_eq!(status(&app), LodStatus::default());
+    assert_eq!(status(&app), FieldLodProgress::default());
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn a_frozen_cut_stays_while_the_camera_moves() {
     spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
     ready(&mut app, 1);
     let far = stats(&app, camera).triangles_drawn;
-    app.world_mut().resource_mut::<LodDebug>().freeze = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().freeze = true;
     app.world_mut()
         .get_mut::<Transform>(camera)
         .unwrap()
@@ -122,7 +122,7 @@ fn a_frozen_cut_stays_while_the_camera_moves() {
         .z = 6.0;
     app.update();
     assert_eq!(stats(&app, camera).triangles_drawn, far);
-    app.world_mut().resource_mut::<LodDebug>().freeze = false;
+    app.world_mut().resource_mut::<FieldLodDebug>().freeze = false;
     app.update();
     assert!(stats(&app, camera).triangles_drawn > 2 * far);
 }
@@ -133,7 +133,7 @@ fn a_mesh_exchanged_under_a_frozen_cut_is_drawn() {
     let camera = spawn_camera(&mut app, 3.0);
     let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
     ready(&mut app, 1);
-    app.world_mut().resource_mut::<LodDebug>().freeze = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().freeze = true;
     let other = bevy_mesh(&fieldlod_tests::rock(3, 2));
     let other = app.world_mut().resource_mut::<Assets<Mesh>>().add(other);
     app.world_mut().entity_mut(object).insert(Mesh3d(other));
@@ -147,7 +147,7 @@ fn a_guarantee_costs_triangles() {
     let mut app = app(Path::new("."));
     let quality = spawn_camera(&mut app, 8.0);
     let guaranteed = spawn_camera(&mut app, 8.0);
-    let view = LodView {
+    let view = FieldLodSettings {
         guaranteed: true,
         ..default()
     };
@@ -170,7 +170,7 @@ fn level_colours_and_a_new_material_reach_the_units() {
     ready(&mut app, 1);
     let own = worn(&app, object);
     assert_eq!(own.len(), 1);
-    app.world_mut().resource_mut::<LodDebug>().color_levels = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().color_levels = true;
     app.update();
     let levels = painted_levels(&app, object);
     assert!(levels.len() > 3, "{levels:?}");
@@ -187,7 +187,7 @@ fn level_colours_and_a_new_material_reach_the_units() {
         "a new material must not paint over the levels"
     );
     assert!(worn(&app, object).is_empty());
-    app.world_mut().resource_mut::<LodDebug>().color_levels = false;
+    app.world_mut().resource_mut::<FieldLodDebug>().color_levels = false;
     app.update();
     assert_eq!(worn(&app, object), [red.id()]);
     assert!(painted_levels(&app, object).is_empty());
@@ -199,7 +199,7 @@ fn units_that_come_are_painted_in_the_frame_in_which_they_come() {
     let camera = spawn_camera(&mut app, 60.0);
     let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
     ready(&mut app, 1);
-    app.world_mut().resource_mut::<LodDebug>().color_levels = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().color_levels = true;
     app.update();
     let before = entity_count(&mut app);
     crate::headless::move_camera(&mut app, camera, 3.0);
@@ -257,15 +257,15 @@ fn a_painted_prop_gets_back_what_it_wore() {
     };
     let before = wears(&app);
     assert!(before.0.is_some() && !before.1 && before.2 == 77);
-    let mut debug = app.world_mut().resource_mut::<LodDebug>();
-    debug.heat_map = Some(HeatMap::PixelError);
+    let mut debug = app.world_mut().resource_mut::<FieldLodDebug>();
+    debug.heat_map = Some(FieldLodHeatMap::PixelError);
     app.update();
     let painted = wears(&app);
     assert!(
         painted.0.is_none() && painted.1 && painted.2 >> 24 > 0,
         "{painted:?}"
     );
-    let mut debug = app.world_mut().resource_mut::<LodDebug>();
+    let mut debug = app.world_mut().resource_mut::<FieldLodDebug>();
     debug.heat_map = None;
     app.update();
     assert_eq!(wears(&app), before);
@@ -277,8 +277,8 @@ fn the_overlay_comes_and_goes() {
     spawn_camera(&mut app, 50.0);
     spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
     ready(&mut app, 1);
-    app.world_mut().resource_mut::<LodDebug>().overlay = true;
-    app.world_mut().resource_mut::<LodDebug>().bounds = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().overlay = true;
+    app.world_mut().resource_mut::<FieldLodDebug>().bounds = true;
     app.update();
     app.update();
     let text = app
@@ -291,7 +291,7 @@ fn the_overlay_comes_and_goes() {
         "{}",
         text.0
     );
-    app.world_mut().resource_mut::<LodDebug>().overlay = false;
+    app.world_mut().resource_mut::<FieldLodDebug>().overlay = false;
     app.update();
     app.update();
     assert_eq!(app.world_mut().query::<&Text>().iter(app.world()).len(), 0);

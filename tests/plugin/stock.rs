@@ -311,11 +311,11 @@ fn every_public_component_and_resource_can_be_inspected() {
         "AutoLod",
         "NoLod",
         "FieldLodSettings",
-        "LodViewStats",
+        "FieldLodViewStats",
         "LodUnit",
         "FieldLodConfig",
         "FieldLodProgress",
-        "LodDebug",
+        "FieldLodDebug",
     ];
     for name in names {
         let registration = registry.get_with_short_type_path(name);

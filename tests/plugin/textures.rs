@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bevy::prelude::*;
-use bevy_fieldlod::{TextureDemand, TextureDetail, TextureDetailPlugin};
+use bevy_fieldlod::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 use fieldlod_tests::apps::finish;
 
 use crate::headless::{move_camera, ready, spawn_camera, spawn_object, unfinished};
@@ -14,7 +14,7 @@ fn textures_are_wanted_as_finely_as_they_are_seen() {
         file_path: Path::new(".").display().to_string(),
         ..default()
     });
-    app.add_plugins(TextureDetailPlugin);
+    app.add_plugins(FieldLodTexturePlugin);
     finish(&mut app);
     let camera = spawn_camera(&mut app, 100.0);
     // One unit of texture coordinates to a unit of length, give or take the ends.
@@ -34,7 +34,7 @@ fn textures_are_wanted_as_finely_as_they_are_seen() {
     let nearer = *app.world().get::<TextureDetail>(object).unwrap();
     let finer = detail.mip_level(1024.0) - nearer.mip_level(1024.0);
     assert!((finer - 1.0).abs() < 0.1, "{finer}");
-    let demand = app.world().resource::<TextureDemand>();
+    let demand = app.world().resource::<FieldLodTextureDemand>();
     let of_materials: Vec<TextureDetail> = demand.of_standard_materials.values().copied().collect();
     assert_eq!(of_materials, [nearer]);
 
@@ -44,6 +44,6 @@ fn textures_are_wanted_as_finely_as_they_are_seen() {
     app.update();
     app.update();
     assert!(app.world().get::<TextureDetail>(object).is_none());
-    let demand = app.world().resource::<TextureDemand>();
+    let demand = app.world().resource::<FieldLodTextureDemand>();
     assert!(demand.of_standard_materials.is_empty());
 }

@@ -50,7 +50,11 @@ fn add_scene(stage: &mut Stage, casts_shadow: bool) {
 
 fn add_eye(stage: &mut Stage, error_px: f32) -> Eye {
     let pose = Transform::from_xyz(-1.5, 4.0, 6.0).looking_at(Vec3::new(-1.0, 0.7, 0.0), Vec3::Y);
-    stage.add_eye(pose, css::SKY_BLUE.into(), LodView::with_error_px(error_px))
+    stage.add_eye(
+        pose,
+        css::SKY_BLUE.into(),
+        FieldLodSettings::with_error_px(error_px),
+    )
 }
 
 fn alone(error_px: f32, casts_shadow: bool) -> Option<RgbaImage> {
@@ -120,7 +124,7 @@ fn full_detail_draws_the_source_mesh() {
         .app
         .world_mut()
         .entity_mut(eye.entity)
-        .insert(LodView {
+        .insert(FieldLodSettings {
             full_detail: true,
             ..default()
         });

@@ -3,7 +3,7 @@
 use bevy::color::palettes::css;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, LodGizmos};
+use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodGizmos, FieldLodHeatMap};
 use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{SIZE_PX, Stage};
 use image::{Rgba, RgbaImage};
@@ -11,7 +11,7 @@ use image::{Rgba, RgbaImage};
 use crate::picture::{count, difference};
 
 /// A wall across the whole picture, seen with a wide field of view.
-fn wall(heat_map: HeatMap) -> Option<RgbaImage> {
+fn wall(heat_map: FieldLodHeatMap) -> Option<RgbaImage> {
     let mut stage = Stage::unfinished()?;
     stage.app.add_plugins(FieldLodDebugPlugin);
     stage.finish();
@@ -33,7 +33,11 @@ fn wall(heat_map: HeatMap) -> Option<RgbaImage> {
     };
     let wide = Projection::Perspective(wide);
     stage.app.world_mut().entity_mut(eye.entity).insert(wide);
-    stage.app.world_mut().resource_mut::<LodDebug>().heat_map = Some(heat_map);
+    stage
+        .app
+        .world_mut()
+        .resource_mut::<FieldLodDebug>()
+        .heat_map = Some(heat_map);
     stage.settle();
     let [picture] = stage.shoot([&eye]);
     Some(picture)
@@ -52,7 +56,7 @@ fn middle_and_corner(picture: &RgbaImage) -> (i32, i32) {
 
 #[test]
 fn the_pattern_is_stretched_in_the_corners() {
-    let Some(picture) = wall(HeatMap::AspectRatio) else {
+    let Some(picture) = wall(FieldLodHeatMap::AspectRatio) else {
         return;
     };
     let (middle, corner) = middle_and_corner(&picture);
@@ -61,7 +65,7 @@ fn the_pattern_is_stretched_in_the_corners() {
 
 #[test]
 fn the_curl_vanishes_in_the_middle() {
-    let Some(picture) = wall(HeatMap::Curl) else {
+    let Some(picture) = wall(FieldLodHeatMap::Curl) else {
         return;
     };
     let (middle, corner) = middle_and_corner(&picture);
@@ -82,13 +86,13 @@ fn boxes_are_gizmos_of_a_group_of_their_own() {
     let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
     stage.settle();
     let [without] = stage.shoot([&eye]);
-    stage.app.world_mut().resource_mut::<LodDebug>().bounds = true;
+    stage.app.world_mut().resource_mut::<FieldLodDebug>().bounds = true;
     stage.app.update();
     let [with] = stage.shoot([&eye]);
     let boxes = count(&difference(&without, &with));
     assert!(boxes > 200, "{boxes} pixels of boxes");
     let mut groups = stage.app.world_mut().resource_mut::<GizmoConfigStore>();
-    groups.config_mut::<LodGizmos>().0.enabled = false;
+    groups.config_mut::<FieldLodGizmos>().0.enabled = false;
     stage.app.update();
     let [hidden] = stage.shoot([&eye]);
     assert_eq!(count(&difference(&without, &hidden)), 0);

@@ -33,7 +33,11 @@ fn no_background_shows_through_a_closed_mesh() {
     });
     stage.app.insert_resource(GlobalAmbientLight::NONE);
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white), AutoLod::default()));
-    let eye = stage.add_eye(Transform::default(), BACKGROUND, LodView::default());
+    let eye = stage.add_eye(
+        Transform::default(),
+        BACKGROUND,
+        FieldLodSettings::default(),
+    );
     let empty = image::Rgba([255, 0, 255, 255]);
     let mut triangle_counts = Vec::new();
     stage.settle();
@@ -42,7 +46,7 @@ fn no_background_shows_through_a_closed_mesh() {
         let pose =
             Transform::from_translation(direction * distance).looking_at(Vec3::ZERO, Vec3::Y);
         for error_px in [0.0, 0.5, 2.0, 8.0, 40.0] {
-            let bundle = (pose, LodView::with_error_px(error_px));
+            let bundle = (pose, FieldLodSettings::with_error_px(error_px));
             stage.app.world_mut().entity_mut(eye.entity).insert(bundle);
             let [picture] = stage.shoot([&eye]);
             let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
@@ -82,7 +86,7 @@ fn a_missing_unit_would_be_noticed() {
     });
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white)));
     let pose = Transform::from_xyz(0.0, 0.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, BACKGROUND, LodView::default());
+    let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
     stage.settle();
     let [picture] = stage.shoot([&eye]);
     assert!(enclosed(&picture, image::Rgba([255, 0, 255, 255])) > 20);

@@ -21,7 +21,7 @@ fn no_frame_blinks_when_the_units_take_over() {
         Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
     ));
     let pose = Transform::from_xyz(0.0, 0.5, 4.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let view = LodView::with_error_px(1.0);
+    let view = FieldLodSettings::with_error_px(1.0);
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
     let object = stage.spawn((Mesh3d(boulder), MeshMaterial3d(stone)));
     stage.settle();
@@ -37,7 +37,7 @@ fn no_frame_blinks_when_the_units_take_over() {
     while frames_after < 4 {
         frames.extend(stage.request(&[&eye]));
         stage.app.update();
-        let status = stage.app.world().resource::<LodStatus>();
+        let status = stage.app.world().resource::<FieldLodProgress>();
         frames_after += usize::from(status.ready == 1);
     }
     let stats = stage.stats(&eye);

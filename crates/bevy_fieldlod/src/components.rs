@@ -196,14 +196,11 @@ impl FieldLodSettings {
     }
 }
 
-/// The name that [`FieldLodSettings`] had first.
-pub type LodView = FieldLodSettings;
-
 /// What a camera drew in the last frame of the meshes that have levels of detail, after frustum
 /// culling. The plugin keeps it up to date on every camera.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
-pub struct LodViewStats {
+pub struct FieldLodViewStats {
     /// Triangles drawn.
     pub triangles_drawn: u64,
     /// Triangles that would have been drawn without levels of detail.
@@ -220,14 +217,14 @@ pub struct LodViewStats {
 /// `debug`.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Resource, Clone, Default, PartialEq)]
-pub struct LodDebug {
+pub struct FieldLodDebug {
     /// Paints each level of detail in its own colour.
     pub color_levels: bool,
     /// Paints the camera-sampling field on the surfaces instead.
-    pub heat_map: Option<HeatMap>,
+    pub heat_map: Option<FieldLodHeatMap>,
     /// Selects as if every camera stayed where it is, so that one can fly off and look at its cut.
     pub freeze: bool,
-    /// Draws the boxes of what is drawn, as gizmos of the group `LodGizmos`.
+    /// Draws the boxes of what is drawn, as gizmos of the group `FieldLodGizmos`.
     pub bounds: bool,
     /// Writes the numbers of all cameras over the picture.
     pub overlay: bool,
@@ -236,7 +233,7 @@ pub struct LodDebug {
 /// A quantity of the camera-sampling field, from blue (little) over green to red (much).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, PartialEq)]
-pub enum HeatMap {
+pub enum FieldLodHeatMap {
     /// Samples per unit of surface area: `c·n` (eq. 16), by its logarithm.
     SamplingDensity,
     /// Aspect ratio of the sampling pattern, cos φ (§3.4): red where it is stretched.
@@ -270,9 +267,6 @@ pub struct FieldLodProgress {
     /// Drawn as they are for good: too small, or no hierarchy could be had, or none applies.
     pub plain: u32,
 }
-
-/// The name that [`FieldLodProgress`] had first.
-pub type LodStatus = FieldLodProgress;
 
 impl FieldLodProgress {
     /// The share of the entities that wait for nothing any more, from 0 to 1; 1 if there are none.

@@ -17,7 +17,7 @@
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
-use crate::LodViewStats;
+use crate::FieldLodViewStats;
 
 /// Triangles drawn of meshes with levels of detail.
 pub const TRIANGLES_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_drawn");
@@ -36,9 +36,9 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(Last, measure);
 }
 
-fn measure(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &LodViewStats)>) {
+fn measure(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLodViewStats)>) {
     let active = || cameras.iter().filter(|(camera, _)| camera.is_active);
-    let sum = |value: fn(&LodViewStats) -> f64| active().map(|(_, stats)| value(stats)).sum();
+    let sum = |value: fn(&FieldLodViewStats) -> f64| active().map(|(_, stats)| value(stats)).sum();
     diagnostics.add_measurement(&TRIANGLES_DRAWN, || sum(|s| s.triangles_drawn as f64));
     diagnostics.add_measurement(&TRIANGLES_FULL, || sum(|s| s.triangles_full as f64));
     diagnostics.add_measurement(&UNITS_DRAWN, || sum(|s| f64::from(s.units_drawn)));

@@ -3,7 +3,7 @@
 use bevy::asset::AssetId;
 use bevy::prelude::*;
 
-use crate::{LodKind, PrepareError};
+use crate::{LodError, LodKind};
 
 /// Where a hierarchy came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
@@ -56,6 +56,6 @@ pub enum FieldLodEvent {
         /// Its path, if it was loaded from one.
         path: Option<String>,
         /// Why.
-        fault: PrepareError,
+        fault: LodError,
     },
 }

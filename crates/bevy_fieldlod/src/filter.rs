@@ -14,7 +14,7 @@ use bevy::camera::{Camera, RenderTarget, ShadowLodOrigin};
 use bevy::light::{DirectionalLight, PointLight, SpotLight};
 use bevy::prelude::*;
 
-use crate::LodViewStats;
+use crate::FieldLodViewStats;
 use crate::slots::{Slot, SlotKind};
 use crate::views::{ViewCuts, ViewState};
 use crate::world::LodWorld;
@@ -32,7 +32,12 @@ impl ViewCuts {
 
 /// Takes out of every camera's list what its cut does not draw, and counts the rest.
 pub(crate) fn filter_cameras(
-    mut cameras: Query<(&Camera, &mut VisibleEntities, &ViewCuts, &mut LodViewStats)>,
+    mut cameras: Query<(
+        &Camera,
+        &mut VisibleEntities,
+        &ViewCuts,
+        &mut FieldLodViewStats,
+    )>,
     world: Res<LodWorld>,
 ) {
     for (camera, mut visible, view, mut stats) in &mut cameras {

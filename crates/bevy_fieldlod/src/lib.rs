@@ -94,26 +94,27 @@ use bevy::prelude::*;
 
 pub use asset::{BakedLods, BakedLodsError};
 pub use components::{
-    AutoLod, FieldLodProgress, FieldLodSettings, HeatMap, LodDebug, LodStatus, LodView,
-    LodViewStats, NoLod,
+    AutoLod, FieldLodDebug, FieldLodHeatMap, FieldLodProgress, FieldLodSettings, FieldLodViewStats,
+    NoLod,
 };
 pub use config::{FieldLodConfig, LodKind};
 #[cfg(feature = "debug")]
-pub use debug::{FieldLodDebugPlugin, LodGizmos, LodSurfaceMaterial};
+pub use debug::{FieldLodDebugPlugin, FieldLodGizmos, LodSurfaceMaterial};
 pub use events::{FieldLodEvent, LodOrigin};
+pub use fieldlod_hierarchy::BakedFile;
+pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
-pub use prepare::PrepareError;
+pub use prepare::LodError;
 #[cfg(feature = "bake")]
 pub use processor::{BakeIntoGlb, FieldLodProcessorPlugin};
-pub use textures::{TextureDemand, TextureDetail, TextureDetailPlugin};
+pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 pub use units::LodUnit;
 
 /// What a game imports.
 pub mod prelude {
     pub use crate::{
-        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodEvent, FieldLodPlugin,
-        FieldLodProgress, FieldLodSettings, LodDebug, LodKind, LodStatus, LodView, LodViewStats,
-        NoLod,
+        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodDebug, FieldLodEvent,
+        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, LodKind, NoLod,
     };
 }
 
@@ -153,7 +154,7 @@ impl Plugin for FieldLodPlugin {
             .add_message::<FieldLodEvent>()
             .init_resource::<FieldLodConfig>()
             .init_resource::<FieldLodProgress>()
-            .init_resource::<LodDebug>()
+            .init_resource::<FieldLodDebug>()
             .init_resource::<library::LodLibrary>()
             .init_resource::<world::LodWorld>()
             .init_resource::<inherit::Inheritance>()

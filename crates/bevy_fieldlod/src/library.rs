@@ -12,7 +12,7 @@ use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, poll_once};
 use fieldlod_hierarchy::BakedFile;
 use fieldlod_select::MeshId;
 
-use crate::prepare::{Beside, Job, PrepareError, Prepared, prepare};
+use crate::prepare::{Beside, Job, LodError, Prepared, prepare};
 use crate::upload::UploadQueue;
 use crate::world::LodWorld;
 use crate::{BakedLods, FieldLodConfig, FieldLodEvent, LodKind};
@@ -65,7 +65,7 @@ impl LodMesh {
 }
 
 enum Entry {
-    Preparing(Task<Result<Prepared, PrepareError>>),
+    Preparing(Task<Result<Prepared, LodError>>),
     Ready(Arc<LodMesh>),
     /// Too small, or a fault that was told of.
     Plain,
@@ -115,7 +115,7 @@ impl LodLibrary {
 /// Why there is no `.fieldlod` file yet, or never will be.
 enum NoFile {
     Loading,
-    Failed(PrepareError),
+    Failed(LodError),
 }
 
 /// Asks for the levels of detail of meshes.
@@ -188,7 +188,7 @@ impl Librarian<'_> {
         match self.files.get(handle) {
             Some(loaded) => Ok((file, loaded.file.clone())),
             None if self.assets.load_state(handle).is_failed() => {
-                Err(NoFile::Failed(PrepareError::FileNotLoaded { file }))
+                Err(NoFile::Failed(LodError::FileNotLoaded { file }))
             }
             None => Err(NoFile::Loading),
         }
@@ -285,10 +285,10 @@ fn take_in(prepared: Prepared, world: &mut LodWorld, meshes: &mut Assets<Mesh>) 
 }
 
 /// Logs a fault and makes an event of it.
-fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, fault: PrepareError) -> FieldLodEvent {
+fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, fault: LodError) -> FieldLodEvent {
     let name = asset_name(assets, mesh.untyped());
     match fault {
-        PrepareError::Morphed => info!("{name} is drawn as it is: {fault}"),
+        LodError::Morphed => info!("{name} is drawn as it is: {fault}"),
         _ => error!("{name} is drawn without levels of detail: {fault}"),
     }
     FieldLodEvent::Failed {

@@ -58,7 +58,7 @@ pub(crate) struct PreparedPiece {
 /// Why a mesh has no levels of detail.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-pub enum PrepareError {
+pub enum LodError {
     /// The vertices live on the GPU only.
     #[error("its data is not in main memory: load it with `RenderAssetUsages::MAIN_WORLD`")]
     NotInMainWorld,
@@ -93,14 +93,14 @@ pub enum PrepareError {
     BakeDisabled,
 }
 
-impl From<MeshAccessError> for PrepareError {
+impl From<MeshAccessError> for LodError {
     fn from(_: MeshAccessError) -> Self {
         Self::NotInMainWorld
     }
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
-pub(crate) async fn prepare(job: Job) -> Result<Prepared, PrepareError> {
+pub(crate) async fn prepare(job: Job) -> Result<Prepared, LodError> {
     let source = Source::of(&job.mesh)?;
     let uv_per_area = source.uv_per_area();
     let (hierarchy, origin) = hierarchy_of(&job, source).await?;
@@ -155,10 +155,10 @@ fn pieces_of(
 }
 
 /// From the file that was named, else from one beside the asset, else from the cache, else baked.
-async fn hierarchy_of(job: &Job, source: Source) -> Result<(Hierarchy, LodOrigin), PrepareError> {
+async fn hierarchy_of(job: &Job, source: Source) -> Result<(Hierarchy, LodOrigin), LodError> {
     let hash = source.hash();
     if let Some((file, baked)) = &job.file {
-        let found = find_in(baked, hash).ok_or_else(|| PrepareError::Stale { file: file.clone() });
+        let found = find_in(baked, hash).ok_or_else(|| LodError::Stale { file: file.clone() });
         return Ok((found?, LodOrigin::File));
     }
     if let Some((assets, path, beside)) = &job.beside
@@ -185,7 +185,7 @@ async fn hierarchy_of(job: &Job, source: Source) -> Result<(Hierarchy, LodOrigin
 }
 
 #[cfg(feature = "bake")]
-fn bake(source: Source) -> Result<Hierarchy, PrepareError> {
+fn bake(source: Source) -> Result<Hierarchy, LodError> {
     let mesh = fieldlod_bake::SourceMesh {
         positions: source.positions,
         normals: source.normals,
@@ -196,6 +196,6 @@ fn bake(source: Source) -> Result<Hierarchy, PrepareError> {
 }
 
 #[cfg(not(feature = "bake"))]
-fn bake(_: Source) -> Result<Hierarchy, PrepareError> {
-    Err(PrepareError::BakeDisabled)
+fn bake(_: Source) -> Result<Hierarchy, LodError> {
+    Err(LodError::BakeDisabled)
 }

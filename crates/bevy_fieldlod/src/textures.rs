@@ -11,15 +11,15 @@ use crate::library::LodMesh;
 use crate::objects::LodObject;
 use crate::views::{ViewCuts, ViewState};
 
-/// Keeps [`TextureDetail`] and [`TextureDemand`] up to date for all meshes with levels of detail that
+/// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail that
 /// have texture coordinates. Nothing streams textures by it: read them where you do.
 ///
 /// ```
 /// use bevy::prelude::*;
-/// use bevy_fieldlod::TextureDemand;
+/// use bevy_fieldlod::FieldLodTextureDemand;
 ///
 /// /// Asks for the finest mip level that some view needs.
-/// fn stream(demand: Res<TextureDemand>, materials: Res<Assets<StandardMaterial>>) {
+/// fn stream(demand: Res<FieldLodTextureDemand>, materials: Res<Assets<StandardMaterial>>) {
 ///     for (id, detail) in &demand.of_standard_materials {
 ///         let Some(texture) = materials.get(*id).and_then(|m| m.base_color_texture.as_ref()) else {
 ///             continue;
@@ -30,7 +30,7 @@ use crate::views::{ViewCuts, ViewState};
 /// }
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
-pub struct TextureDetailPlugin;
+pub struct FieldLodTexturePlugin;
 
 /// How finely some view samples the texture of a surface: on mesh entities with levels of detail,
 /// as long as one sees it. Bounds, over the mesh's sphere and for its least stretched texture
@@ -45,7 +45,7 @@ pub struct TextureDetail {
 
 /// The finest [`TextureDetail`] of all entities with a material.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
-pub struct TextureDemand {
+pub struct FieldLodTextureDemand {
     /// For [`StandardMaterial`]s; those that no view sees are missing.
     pub of_standard_materials: HashMap<AssetId<StandardMaterial>, TextureDetail>,
 }
@@ -61,9 +61,9 @@ impl TextureDetail {
     }
 }
 
-impl Plugin for TextureDetailPlugin {
+impl Plugin for FieldLodTexturePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<TextureDemand>().add_systems(
+        app.init_resource::<FieldLodTextureDemand>().add_systems(
             PostUpdate,
             (measure, gather).chain().after(FieldLodSystems::Select),
         );
@@ -134,7 +134,7 @@ fn pixels_per_uv(
 
 fn gather(
     objects: Query<(&TextureDetail, &MeshMaterial3d<StandardMaterial>)>,
-    mut demand: ResMut<TextureDemand>,
+    mut demand: ResMut<FieldLodTextureDemand>,
 ) {
     let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
     for (detail, material) in &objects {
@@ -143,7 +143,7 @@ fn gather(
             .or_insert(*detail);
         most.pixels_per_uv = most.pixels_per_uv.max(detail.pixels_per_uv);
     }
-    demand.set_if_neq(TextureDemand {
+    demand.set_if_neq(FieldLodTextureDemand {
         of_standard_materials,
     });
 }

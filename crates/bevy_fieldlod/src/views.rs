@@ -11,7 +11,7 @@ use fieldlod_select::{LodSettings, Selector, View};
 use crate::marks::{NO_LEVEL, ViewMarks};
 use crate::objects::LodObject;
 use crate::world::{Drawn, LodWorld};
-use crate::{FieldLodSettings, LodDebug, LodViewStats};
+use crate::{FieldLodDebug, FieldLodSettings, FieldLodViewStats};
 
 /// The cuts of one camera.
 #[derive(Component, Default)]
@@ -53,7 +53,7 @@ pub(crate) fn add_view_components(mut commands: Commands, cameras: Query<Entity,
     for camera in &cameras {
         commands
             .entity(camera)
-            .insert((ViewCuts::default(), LodViewStats::default()));
+            .insert((ViewCuts::default(), FieldLodViewStats::default()));
     }
 }
 
@@ -96,12 +96,12 @@ pub(crate) fn select_views(
         &GlobalTransform,
         Option<&FieldLodSettings>,
         &mut ViewCuts,
-        &mut LodViewStats,
+        &mut FieldLodViewStats,
     )>,
     changed_layers: Query<(), (Changed<RenderLayers>, Or<(With<ViewCuts>, With<LodObject>)>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
     lights: Lights,
-    debug: Res<LodDebug>,
+    debug: Res<FieldLodDebug>,
 ) {
     let casts = lights.cast();
     let world = &mut *world;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bevy_fieldlod::HeatMap;
+use bevy_fieldlod::FieldLodHeatMap;
 use clap::{Parser, ValueEnum};
 
 /// Walk through generated ruins, drawn with view-dependent levels of detail.
@@ -83,12 +83,12 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    pub(crate) fn heat_map(self) -> HeatMap {
+    pub(crate) fn heat_map(self) -> FieldLodHeatMap {
         match self {
-            Self::Density => HeatMap::SamplingDensity,
-            Self::Aspect => HeatMap::AspectRatio,
-            Self::Curl => HeatMap::Curl,
-            Self::Error => HeatMap::PixelError,
+            Self::Density => FieldLodHeatMap::SamplingDensity,
+            Self::Aspect => FieldLodHeatMap::AspectRatio,
+            Self::Curl => FieldLodHeatMap::Curl,
+            Self::Error => FieldLodHeatMap::PixelError,
         }
     }
 }

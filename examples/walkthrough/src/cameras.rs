@@ -80,7 +80,7 @@ fn spawn(mut commands: Commands, mut images: ResMut<Assets<Image>>, target: Res<
     let full_detail = camera(&mut commands, &target, 1);
     commands.entity(full_detail).insert((
         FullDetailCamera,
-        LodView {
+        FieldLodSettings {
             full_detail: true,
             ..default()
         },
@@ -98,7 +98,7 @@ fn camera(commands: &mut Commands, target: &CameraTarget, order: isize) -> Entit
             ..default()
         }),
         Tonemapping::AcesFitted,
-        LodView::default(),
+        FieldLodSettings::default(),
         seeing_nothing(),
     ));
     let camera = camera.id();
@@ -140,7 +140,7 @@ fn follow(
 /// Brings viewports and thresholds in line with [`Look`] and with the size of the target.
 fn apply_look(
     look: Res<Look>,
-    main: Single<(&mut Camera, &mut LodView), With<MainCamera>>,
+    main: Single<(&mut Camera, &mut FieldLodSettings), With<MainCamera>>,
     twin: Single<&mut Camera, (With<FullDetailCamera>, Without<MainCamera>)>,
 ) {
     let (mut main, mut view) = main.into_inner();

@@ -39,7 +39,7 @@ pub(crate) fn plugin(app: &mut App) {
 /// The source meshes are too many triangles for most machines: the camera stays where it sees nothing
 /// until the first levels of detail are ready.
 fn worth_drawing(
-    status: Res<LodStatus>,
+    status: Res<FieldLodProgress>,
     time: Res<Time<Real>>,
     mut since_before: Local<bool>,
 ) -> bool {

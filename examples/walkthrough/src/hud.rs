@@ -87,7 +87,7 @@ fn spawn_labels(
 
 fn update_labels(
     look: Res<Look>,
-    views: Query<&LodViewStats>,
+    views: Query<&FieldLodViewStats>,
     labels: Query<(&Label, &mut Text, &mut Visibility)>,
 ) {
     for (label, mut text, mut visibility) in labels {
@@ -107,10 +107,10 @@ fn update_labels(
 fn update_panel(
     look: Res<Look>,
     walk: Res<Walk>,
-    debug: Res<LodDebug>,
-    status: Res<LodStatus>,
+    debug: Res<FieldLodDebug>,
+    status: Res<FieldLodProgress>,
     diagnostics: Res<DiagnosticsStore>,
-    main: Single<(&LodViewStats, &Projection), With<MainCamera>>,
+    main: Single<(&FieldLodViewStats, &Projection), With<MainCamera>>,
     mut panel: Single<&mut Text, With<Panel>>,
 ) {
     let frame_ms = diagnostics
@@ -146,7 +146,7 @@ fn update_panel(
     panel.set_if_neq(Text(lines.join("\n")));
 }
 
-fn status_line(status: &LodStatus) -> String {
+fn status_line(status: &FieldLodProgress) -> String {
     let mut line = format!("{} ready", status.ready);
     if status.waiting > 0 {
         line += &format!(", {} in the making", status.waiting);
@@ -157,7 +157,7 @@ fn status_line(status: &LodStatus) -> String {
     line
 }
 
-fn modes(walk: &Walk, debug: &LodDebug) -> String {
+fn modes(walk: &Walk, debug: &FieldLodDebug) -> String {
     let modes = [
         (!walk.on_path, "free flight"),
         (debug.color_levels, "level colours"),

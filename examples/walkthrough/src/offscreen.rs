@@ -136,14 +136,14 @@ impl Studio {
         let mut last_line = Instant::now();
         loop {
             self.update();
-            let status = *self.app.world().resource::<LodStatus>();
+            let status = *self.app.world().resource::<FieldLodProgress>();
             let settled = status.waiting == 0 && status.ready + status.plain > 0;
             if settled && self.app.world().resource::<Guests>().awaited == 0 {
                 break;
             }
             if last_line.elapsed() > Duration::from_secs(2) {
                 last_line = Instant::now();
-                let LodStatus { waiting, ready, .. } = status;
+                let FieldLodProgress { waiting, ready, .. } = status;
                 eprintln!("walkthrough: levels of detail: {ready} meshes ready, {waiting} waiting");
             }
         }
@@ -201,7 +201,7 @@ impl Studio {
 
     fn frame_numbers(&mut self, frame_time: Duration) -> FrameNumbers {
         let world = self.app.world_mut();
-        let mut views = world.query_filtered::<&LodViewStats, With<MainCamera>>();
+        let mut views = world.query_filtered::<&FieldLodViewStats, With<MainCamera>>();
         let stats = views.single(world).copied().unwrap_or_default();
         FrameNumbers {
             triangles_drawn: stats.triangles_drawn,

@@ -90,7 +90,7 @@ pub(crate) fn set(app: &mut App, args: &Args) {
             cameras::plugin,
             guests::plugin,
         ))
-        .insert_resource(LodDebug {
+        .insert_resource(FieldLodDebug {
             color_levels: args.levels,
             heat_map: args.heat_map.map(Quantity::heat_map),
             ..default()

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
     mut look: ResMut<Look>,
-    mut debug: ResMut<LodDebug>,
+    mut debug: ResMut<FieldLodDebug>,
     mut exit: MessageWriter<AppExit>,
 ) {
     for key in keys.get_just_pressed() {

@@ -95,8 +95,12 @@ impl Field {
         worn.map(|(entity, mesh)| (entity, mesh.id())).collect()
     }
 
-    pub(crate) fn stats(&self) -> LodViewStats {
-        *self.app.world().get::<LodViewStats>(self.camera).unwrap()
+    pub(crate) fn stats(&self) -> FieldLodViewStats {
+        *self
+            .app
+            .world()
+            .get::<FieldLodViewStats>(self.camera)
+            .unwrap()
     }
 }
 

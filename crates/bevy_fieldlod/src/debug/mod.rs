@@ -10,20 +10,20 @@ use bevy::prelude::*;
 
 use crate::units::LodUnit;
 use crate::world::LodWorld;
-use crate::{FieldLodSystems, LodDebug};
+use crate::{FieldLodDebug, FieldLodSystems};
 pub use surface::LodSurfaceMaterial;
 
-/// Shows what the selection does, as [`LodDebug`] says. Add it after
+/// Shows what the selection does, as [`FieldLodDebug`] says. Add it after
 /// [`FieldLodPlugin`](crate::FieldLodPlugin).
 ///
 /// ```no_run
 /// use bevy::prelude::*;
-/// use bevy_fieldlod::{FieldLodDebugPlugin, HeatMap, prelude::*};
+/// use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap, prelude::*};
 ///
 /// App::new()
 ///     .add_plugins((DefaultPlugins, FieldLodPlugin, FieldLodDebugPlugin))
-///     .insert_resource(LodDebug {
-///         heat_map: Some(HeatMap::SamplingDensity),
+///     .insert_resource(FieldLodDebug {
+///         heat_map: Some(FieldLodHeatMap::SamplingDensity),
 ///         overlay: true,
 ///         ..default()
 ///     })
@@ -32,15 +32,15 @@ pub use surface::LodSurfaceMaterial;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodDebugPlugin;
 
-/// The gizmos of [`LodDebug::bounds`].
+/// The gizmos of [`FieldLodDebug::bounds`].
 #[derive(Debug, Default, Reflect, GizmoConfigGroup)]
-pub struct LodGizmos;
+pub struct FieldLodGizmos;
 
 impl Plugin for FieldLodDebugPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "surface.wgsl");
         app.add_plugins(MaterialPlugin::<LodSurfaceMaterial>::default())
-            .init_gizmo_group::<LodGizmos>()
+            .init_gizmo_group::<FieldLodGizmos>()
             .init_resource::<surface::Surfaces>()
             .add_systems(
                 PostUpdate,
@@ -59,7 +59,7 @@ impl Plugin for FieldLodDebugPlugin {
             .add_systems(
                 Update,
                 (
-                    draw_bounds.run_if(|debug: Res<LodDebug>| debug.bounds),
+                    draw_bounds.run_if(|debug: Res<FieldLodDebug>| debug.bounds),
                     overlay::show,
                 ),
             );
@@ -68,7 +68,7 @@ impl Plugin for FieldLodDebugPlugin {
 
 /// Boxes of the units and whole meshes that any view draws, in the colours of their levels.
 fn draw_bounds(
-    mut gizmos: Gizmos<LodGizmos>,
+    mut gizmos: Gizmos<FieldLodGizmos>,
     world: Res<LodWorld>,
     drawn: Query<(
         &bevy::camera::primitives::Aabb,

@@ -2,18 +2,18 @@
 
 use bevy::prelude::*;
 
-use crate::{FieldLodProgress, LodDebug, LodViewStats};
+use crate::{FieldLodDebug, FieldLodProgress, FieldLodViewStats};
 
-/// The text of [`LodDebug::overlay`].
+/// The text of [`FieldLodDebug::overlay`].
 #[derive(Component)]
 pub(crate) struct Overlay;
 
 /// Shows the text, keeps it up to date, or takes it away.
 pub(crate) fn show(
     mut commands: Commands,
-    debug: Res<LodDebug>,
+    debug: Res<FieldLodDebug>,
     mut overlays: Query<(Entity, &mut Text), With<Overlay>>,
-    views: Query<(&Camera, &LodViewStats)>,
+    views: Query<(&Camera, &FieldLodViewStats)>,
     progress: Res<FieldLodProgress>,
 ) {
     if !debug.overlay {
@@ -36,13 +36,13 @@ pub(crate) fn show(
     }
 }
 
-fn text(views: &Query<(&Camera, &LodViewStats)>, progress: &FieldLodProgress) -> String {
+fn text(views: &Query<(&Camera, &FieldLodViewStats)>, progress: &FieldLodProgress) -> String {
     let mut text = format!(
         "{} ready, {} plain, {} waiting",
         progress.ready, progress.plain, progress.waiting
     );
     for (_, stats) in views.iter().filter(|(camera, _)| camera.is_active) {
-        let LodViewStats {
+        let FieldLodViewStats {
             triangles_drawn,
             triangles_full,
             units_drawn,

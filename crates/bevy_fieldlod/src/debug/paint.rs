@@ -4,7 +4,7 @@ use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 
 use super::surface::{LodSurfaceMaterial, Surfaces, tag};
-use crate::LodDebug;
+use crate::FieldLodDebug;
 use crate::inherit::Inheritance;
 use crate::units::LodUnit;
 use crate::world::{Drawn, LodWorld};
@@ -18,7 +18,7 @@ pub(crate) struct Painted {
 
 /// Whether anything is painted or should be.
 pub(crate) fn is_wanted(
-    debug: Res<LodDebug>,
+    debug: Res<FieldLodDebug>,
     surfaces: Res<Surfaces>,
     painted: Query<(), With<Painted>>,
 ) -> bool {
@@ -27,7 +27,7 @@ pub(crate) fn is_wanted(
 
 /// Paints, or puts everything back.
 pub(crate) fn paint(world: &mut World) {
-    let debug = *world.resource::<LodDebug>();
+    let debug = *world.resource::<FieldLodDebug>();
     let wanted = world.resource::<Surfaces>().wanted(&debug).cloned();
     let drawn: Vec<(Entity, u32, f32)> = world.resource::<LodWorld>().drawn_errors().collect();
     world.resource_scope(|world, mut inheritance: Mut<Inheritance>| {

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 
-use crate::{HeatMap, LodDebug};
+use crate::{FieldLodDebug, FieldLodHeatMap};
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
@@ -40,12 +40,12 @@ impl FromWorld for Surfaces {
 
 impl Surfaces {
     /// The material that is asked for, if any is.
-    pub(crate) fn wanted(&self, debug: &LodDebug) -> Option<&Handle<LodSurfaceMaterial>> {
+    pub(crate) fn wanted(&self, debug: &FieldLodDebug) -> Option<&Handle<LodSurfaceMaterial>> {
         let index = match debug.heat_map {
-            Some(HeatMap::SamplingDensity) => 1,
-            Some(HeatMap::AspectRatio) => 2,
-            Some(HeatMap::Curl) => 3,
-            Some(HeatMap::PixelError) => 4,
+            Some(FieldLodHeatMap::SamplingDensity) => 1,
+            Some(FieldLodHeatMap::AspectRatio) => 2,
+            Some(FieldLodHeatMap::Curl) => 3,
+            Some(FieldLodHeatMap::PixelError) => 4,
             None if debug.color_levels => 0,
             None => return None,
         };

@@ -5,7 +5,7 @@ use bevy::mesh::{Mesh, PrimitiveTopology, VertexAttributeValues};
 use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, Hierarchy, SourceHash};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::PrepareError;
+use super::LodError;
 
 pub(super) struct Source {
     pub(super) positions: Vec<Vec3>,
@@ -15,17 +15,17 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub(super) fn of(mesh: &Mesh) -> Result<Self, PrepareError> {
+    pub(super) fn of(mesh: &Mesh) -> Result<Self, LodError> {
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
-            return Err(PrepareError::Topology(mesh.primitive_topology()));
+            return Err(LodError::Topology(mesh.primitive_topology()));
         }
         if mesh.try_has_morph_targets()? {
-            return Err(PrepareError::Morphed);
+            return Err(LodError::Morphed);
         }
         let Some(VertexAttributeValues::Float32x3(positions)) =
             mesh.try_attribute_option(Mesh::ATTRIBUTE_POSITION)?
         else {
-            return Err(PrepareError::NoPositions);
+            return Err(LodError::NoPositions);
         };
         let normals = match mesh.try_attribute_option(Mesh::ATTRIBUTE_NORMAL)? {
             Some(VertexAttributeValues::Float32x3(normals)) => to_vec3(normals),

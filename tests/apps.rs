@@ -60,7 +60,7 @@ pub fn finish(app: &mut App) {
 ///
 /// # Panics
 /// After two minutes.
-pub fn settle(app: &mut App, ready: u32) {
+pub fn run_until_ready(app: &mut App, ready: u32) {
     let deadline = Instant::now() + Duration::from_secs(120);
     let progress = |app: &App| *app.world().resource::<FieldLodProgress>();
     while progress(app).ready + progress(app).plain < ready {

@@ -81,6 +81,11 @@ impl Stage {
         self.app.world_mut().spawn(bundle).id()
     }
 
+    /// Inserts into an entity.
+    pub fn insert(&mut self, entity: Entity, bundle: impl Bundle) {
+        self.app.world_mut().entity_mut(entity).insert(bundle);
+    }
+
     /// Adds an asset.
     pub fn add<A: Asset>(&mut self, asset: A) -> Handle<A> {
         self.app.world_mut().resource_mut::<Assets<A>>().add(asset)
@@ -120,7 +125,7 @@ impl Stage {
     }
 
     /// Draws frames until no mesh waits for its hierarchy, and one more.
-    pub fn settle(&mut self) {
+    pub fn run_until_ready(&mut self) {
         let deadline = Instant::now() + Duration::from_secs(120);
         self.app.update();
         self.app.update();

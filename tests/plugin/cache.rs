@@ -7,16 +7,15 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{app, logged, origins, ready, spawn_object};
+use crate::headless::{app, logged, origins, ready, rock, spawn_object};
 
 /// Where an app with this cache gets the levels of a rock from.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
     config.cache_folder = Some(folder.into());
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, seed)));
+    spawn_object(&mut app, rock(4, seed));
     ready(&mut app, 1);
     let origins = origins(&app);
     assert_eq!(origins.len(), 1);
@@ -46,7 +45,7 @@ fn another_mesh_has_another_entry() {
 }
 
 #[test]
-fn a_broken_entry_is_told_of_and_made_anew() {
+fn a_broken_entry_is_logged_and_made_anew() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
     let entry = entries(folder.path()).remove(0);

@@ -1,22 +1,29 @@
 //! An app without window and renderer, and what it logs.
 
+use std::any::TypeId;
 use std::fmt::{Debug, Write};
 use std::path::Path;
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
+use bevy::camera::visibility::VisibleEntities;
 use bevy::log::tracing::field::{Field, Visit};
 use bevy::log::tracing::{Event, Level, Subscriber};
 use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
 use bevy::log::tracing_subscriber::util::SubscriberInitExt;
 use bevy::log::tracing_subscriber::{Layer, registry};
 use bevy::prelude::*;
-use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::{self, finish, rendererless};
+use bevy_fieldlod::{LodOrigin, LodUnit};
+use fieldlod_tests::apps::{self, bevy_mesh, finish, rendererless};
+
+/// An app with the plugin.
+pub(crate) fn app() -> App {
+    app_in(Path::new("."))
+}
 
 /// An app with the plugin that reads assets from `folder`.
-pub(crate) fn app(folder: &Path) -> App {
+pub(crate) fn app_in(folder: &Path) -> App {
     let mut app = unfinished(AssetPlugin {
         file_path: folder.display().to_string(),
         ..default()
@@ -25,27 +32,45 @@ pub(crate) fn app(folder: &Path) -> App {
     app
 }
 
+/// An app with the plugin, and one more.
+pub(crate) fn app_with(plugin: impl Plugin) -> App {
+    let mut app = unfinished(AssetPlugin::default());
+    app.add_plugins(plugin);
+    finish(&mut app);
+    app
+}
+
+/// An app, a camera at `distance` from the origin, and a rock there with its levels of detail: a prop after
+/// 4 subdivisions, cut into units after 5 and more.
+pub(crate) fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, distance);
+    let rock = spawn_rock(&mut app, subdivisions);
+    ready(&mut app, 1);
+    (app, camera, rock)
+}
+
 /// An app with the plugin that may get more plugins before [`finish`].
 pub(crate) fn unfinished(assets: AssetPlugin) -> App {
     listen();
     let mut app = App::new();
     app.add_plugins((rendererless().set(assets), FieldLodPlugin))
-        .init_resource::<Told>()
+        .init_resource::<Events>()
         .add_systems(Last, note_events);
     app
 }
 
 /// All events so far.
 #[derive(Resource, Default)]
-pub(crate) struct Told(pub(crate) Vec<FieldLodEvent>);
+pub(crate) struct Events(pub(crate) Vec<FieldLodEvent>);
 
-fn note_events(mut events: MessageReader<FieldLodEvent>, mut told: ResMut<Told>) {
-    told.0.extend(events.read().cloned());
+fn note_events(mut events: MessageReader<FieldLodEvent>, mut noted: ResMut<Events>) {
+    noted.0.extend(events.read().cloned());
 }
 
-/// Where the hierarchies came from, in order.
+/// Where the levels of detail came from, in order.
 pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
-    let events = app.world().resource::<Told>().0.iter();
+    let events = app.world().resource::<Events>().0.iter();
     events
         .filter_map(|event| match event {
             FieldLodEvent::Ready { origin, .. } => Some(*origin),
@@ -64,20 +89,35 @@ pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App
     }
 }
 
-pub(crate) fn status(app: &App) -> FieldLodProgress {
+/// How far the entities have come.
+pub(crate) fn progress(app: &App) -> FieldLodProgress {
     *app.world().resource::<FieldLodProgress>()
 }
 
 /// Runs frames until `count` objects are drawn with levels of detail, and one more.
 pub(crate) fn ready(app: &mut App, count: u32) {
-    run_until(app, "objects are ready", |app| status(app).ready == count);
+    run_until(app, "objects are ready", |app| progress(app).ready == count);
     app.update();
 }
 
+/// What a camera drew in the last frame.
 pub(crate) fn stats(app: &App, camera: Entity) -> FieldLodViewStats {
     *app.world().get::<FieldLodViewStats>(camera).unwrap()
 }
 
+/// The meshes that a camera draws.
+pub(crate) fn visible(app: &App, camera: Entity) -> Vec<Entity> {
+    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
+    visible.get(TypeId::of::<Mesh3d>()).to_vec()
+}
+
+/// All units that have an entity.
+pub(crate) fn units(app: &mut App) -> Vec<Entity> {
+    let mut units = app.world_mut().query_filtered::<Entity, With<LodUnit>>();
+    units.iter(app.world()).collect()
+}
+
+/// How many entities have a mesh.
 pub(crate) fn entity_count(app: &mut App) -> usize {
     app.world_mut().query::<&Mesh3d>().iter(app.world()).len()
 }
@@ -89,21 +129,37 @@ pub(crate) fn move_camera(app: &mut App, camera: Entity, distance: f32) {
     app.update();
 }
 
-/// Spawns a mesh under the plugin's care.
+/// Adds an asset.
+pub(crate) fn add<A: Asset>(app: &mut App, asset: A) -> Handle<A> {
+    app.world_mut().resource_mut::<Assets<A>>().add(asset)
+}
+
+/// Inserts into an entity.
+pub(crate) fn insert(app: &mut App, entity: Entity, bundle: impl Bundle) {
+    app.world_mut().entity_mut(entity).insert(bundle);
+}
+
+/// A rock of 20 triangles, each subdivided so many times.
+pub(crate) fn rock(subdivisions: u32, seed: u32) -> Mesh {
+    bevy_mesh(&fieldlod_tests::rock(subdivisions, seed))
+}
+
+/// Spawns a rock that is to have levels of detail.
+pub(crate) fn spawn_rock(app: &mut App, subdivisions: u32) -> Entity {
+    spawn_object(app, rock(subdivisions, 1))
+}
+
+/// Spawns a mesh that is to have levels of detail.
 pub(crate) fn spawn_object(app: &mut App, mesh: Mesh) -> Entity {
+    let mesh = Mesh3d(add(app, mesh));
+    let material = MeshMaterial3d(add(app, StandardMaterial::default()));
     let world = app.world_mut();
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial::default());
-    world
-        .spawn((Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default()))
-        .id()
+    world.spawn((mesh, material, AutoLod::default())).id()
 }
 
 /// A camera at `distance` from the origin.
 pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
-    let pose = Transform::from_xyz(0.0, 0.0, distance).looking_at(Vec3::ZERO, Vec3::Y);
+    let pose = Transform::from_xyz(0.0, 0.0, distance);
     apps::spawn_camera(app.world_mut(), UVec2::new(1280, 720), pose)
 }
 

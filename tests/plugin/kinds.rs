@@ -1,41 +1,34 @@
 //! No more than a mesh needs: nothing for small ones, whole meshes for props, units for large ones.
 
-use std::path::Path;
-
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
-use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::bevy_mesh;
 
 use crate::headless::{
-    app, entity_count, move_camera, ready, spawn_camera, spawn_object, stats, status,
+    add, app, before_a_camera, entity_count, insert, move_camera, progress, ready, rock, run_until,
+    spawn_camera, spawn_rock, stats, units,
 };
 
 fn level_of(app: &App, object: Entity) -> AssetId<Mesh> {
     app.world().get::<Mesh3d>(object).unwrap().id()
 }
 
-fn units(app: &mut App) -> usize {
-    app.world_mut().query::<&LodUnit>().iter(app.world()).len()
-}
-
 #[test]
 fn small_meshes_are_left_as_they_are() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 300.0);
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(2, 1)));
-    crate::headless::run_until(&mut app, "it is left", |app| status(app).plain == 1);
+    spawn_rock(&mut app, 2);
+    run_until(&mut app, "it is left", |app| progress(app).plain == 1);
     app.update();
     assert_eq!(stats(&app, camera).triangles_full, 0);
 }
 
 #[test]
-fn a_prop_is_one_entity_whose_mesh_is_exchanged() {
-    let mut app = app(Path::new("."));
+fn a_prop_is_one_entity_whose_mesh_is_swapped() {
+    let mut app = app();
     let camera = spawn_camera(&mut app, 1000.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
+    let object = spawn_rock(&mut app, 4);
     let source = level_of(&app, object);
     app.update();
     let before = entity_count(&mut app);
@@ -56,11 +49,8 @@ fn a_prop_is_one_entity_whose_mesh_is_exchanged() {
 }
 
 #[test]
-fn the_levels_between_are_worn_in_order() {
-    let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, 2.0);
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
-    ready(&mut app, 1);
+fn the_levels_between_are_drawn_in_order() {
+    let (mut app, camera, _) = before_a_camera(4, 2.0);
     let mut counts = Vec::new();
     for step in 0..60u8 {
         move_camera(&mut app, camera, 2.0 * 1.15f32.powi(step.into()));
@@ -73,22 +63,18 @@ fn the_levels_between_are_worn_in_order() {
 
 #[test]
 fn the_finest_of_all_views_that_see_a_prop_counts() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let far = spawn_camera(&mut app, 1000.0);
     let near = spawn_camera(&mut app, 2.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
+    let object = spawn_rock(&mut app, 4);
     let source = level_of(&app, object);
     ready(&mut app, 1);
     assert_eq!(level_of(&app, object), source);
     // A view that does not see its layer has no say.
-    app.world_mut()
-        .entity_mut(near)
-        .insert(RenderLayers::layer(3));
+    insert(&mut app, near, RenderLayers::layer(3));
     app.update();
     assert_ne!(level_of(&app, object), source);
-    app.world_mut()
-        .entity_mut(near)
-        .insert(RenderLayers::default());
+    insert(&mut app, near, RenderLayers::default());
     app.update();
     assert_eq!(level_of(&app, object), source);
     // Nor has one that is not active.
@@ -103,9 +89,9 @@ fn the_finest_of_all_views_that_see_a_prop_counts() {
 
 #[test]
 fn a_prop_that_is_no_longer_marked_gets_its_mesh_back() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     spawn_camera(&mut app, 1000.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(4, 1)));
+    let object = spawn_rock(&mut app, 4);
     let source = level_of(&app, object);
     ready(&mut app, 1);
     assert_ne!(level_of(&app, object), source);
@@ -113,43 +99,38 @@ fn a_prop_that_is_no_longer_marked_gets_its_mesh_back() {
     app.update();
     app.update();
     assert_eq!(level_of(&app, object), source);
-    assert_eq!(status(&app), FieldLodProgress::default());
+    assert_eq!(progress(&app), FieldLodProgress::default());
 }
 
 #[test]
 fn the_kind_can_be_chosen() {
-    let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, 2.5);
-    let large = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
-    ready(&mut app, 1);
-    assert!(units(&mut app) > 1);
+    let (mut app, camera, large) = before_a_camera(5, 2.5);
+    assert!(units(&mut app).len() > 1);
     let chosen = AutoLod::of_kind(LodKind::Chain);
-    app.world_mut().entity_mut(large).insert(chosen);
+    insert(&mut app, large, chosen);
     app.update();
     ready(&mut app, 1);
-    assert_eq!(units(&mut app), 0);
-    app.world_mut()
-        .entity_mut(large)
-        .insert(AutoLod::of_kind(LodKind::Plain));
+    assert!(units(&mut app).is_empty());
+    insert(&mut app, large, AutoLod::of_kind(LodKind::Plain));
     app.update();
-    crate::headless::run_until(&mut app, "it is left", |app| status(app).plain == 1);
+    run_until(&mut app, "it is left", |app| progress(app).plain == 1);
     app.update();
     assert_eq!(stats(&app, camera).triangles_full, 0);
 }
 
 #[test]
 fn only_units_that_a_view_draws_have_entities() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     app.world_mut().resource_mut::<FieldLodConfig>().idle_frames = 3;
     let camera = spawn_camera(&mut app, 2.0);
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    spawn_rock(&mut app, 6);
     ready(&mut app, 1);
-    let near = units(&mut app);
+    let near = units(&mut app).len();
     move_camera(&mut app, camera, 2000.0);
     for _ in 0..10 {
         app.update();
     }
-    let far = units(&mut app);
+    let far = units(&mut app).len();
     assert!(far >= 1 && far * 5 < near, "{near} {far}");
     let stats = stats(&app, camera);
     assert_eq!(stats.units_drawn as usize, far);
@@ -157,10 +138,7 @@ fn only_units_that_a_view_draws_have_entities() {
 
 #[test]
 fn a_unit_that_is_despawned_by_someone_else_comes_back() {
-    let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, 3.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
-    ready(&mut app, 1);
+    let (mut app, camera, object) = before_a_camera(5, 3.0);
     let before = stats(&app, camera);
     app.world_mut().entity_mut(object).despawn_children();
     app.update();
@@ -171,19 +149,16 @@ fn a_unit_that_is_despawned_by_someone_else_comes_back() {
 #[test]
 fn a_bias_refines() {
     for subdivisions in [4, 5] {
-        let mut app = app(Path::new("."));
-        let camera = spawn_camera(&mut app, 40.0);
-        let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(subdivisions, 1)));
-        ready(&mut app, 1);
+        let (mut app, camera, object) = before_a_camera(subdivisions, 40.0);
         let plain = stats(&app, camera).triangles_drawn;
         let biased = AutoLod {
             bias: 20.0,
             ..default()
         };
-        app.world_mut().entity_mut(object).insert(biased);
+        insert(&mut app, object, biased);
         app.update();
         app.update();
-        assert_eq!(status(&app).ready, 1);
+        assert_eq!(progress(&app).ready, 1);
         let finer = stats(&app, camera).triangles_drawn;
         assert!(finer > 2 * plain, "{plain} {finer}");
     }
@@ -191,18 +166,18 @@ fn a_bias_refines() {
 
 #[test]
 fn a_budget_is_kept() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 3.0);
     for place in 0..4u8 {
-        let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+        let object = spawn_rock(&mut app, 5);
         let pose = Transform::from_xyz(f32::from(place) - 1.5, 0.0, 0.0);
-        app.world_mut().entity_mut(object).insert(pose);
+        insert(&mut app, object, pose);
     }
     ready(&mut app, 4);
     let free = stats(&app, camera);
     let budget = free.triangles_drawn / 3;
     let settings = FieldLodSettings::with_triangle_budget(budget);
-    app.world_mut().entity_mut(camera).insert(settings);
+    insert(&mut app, camera, settings);
     for _ in 0..5 {
         app.update();
     }
@@ -212,18 +187,17 @@ fn a_budget_is_kept() {
 }
 
 #[test]
-fn the_whole_world_can_be_had_but_for_what_is_excepted() {
-    let mut app = app(Path::new("."));
+fn the_whole_world_can_be_marked_but_for_exceptions() {
+    let mut app = app();
     spawn_camera(&mut app, 100.0);
-    let mesh = bevy_mesh(&fieldlod_tests::rock(4, 1));
-    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let mesh = add(&mut app, rock(4, 1));
     let world = app.world_mut();
     world.spawn(Mesh3d(mesh.clone()));
     let root = world.spawn((NoLod, Transform::default())).id();
     world.spawn((Mesh3d(mesh.clone()), ChildOf(root)));
     let marked = world.spawn((Mesh3d(mesh), AutoLod::default(), NoLod)).id();
     app.update();
-    assert_eq!(status(&app), FieldLodProgress::default());
+    assert_eq!(progress(&app), FieldLodProgress::default());
     let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
     config.whole_world = true;
     ready(&mut app, 1);
@@ -234,5 +208,5 @@ fn the_whole_world_can_be_had_but_for_what_is_excepted() {
     config.whole_world = false;
     app.update();
     app.update();
-    assert_eq!(status(&app).ready, 1);
+    assert_eq!(progress(&app).ready, 1);
 }

@@ -13,7 +13,7 @@ use fieldlod_tests::apps::finish;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{logged, origins, run_until, status, unfinished};
+use crate::headless::{app, logged, origins, progress, ready, run_until, unfinished};
 
 fn assets(folder: &Path, processes: bool) -> AssetPlugin {
     AssetPlugin {
@@ -91,7 +91,7 @@ fn a_processed_file_needs_no_bake() {
     finish(&mut shipped);
     load_scene(&mut shipped);
     run_until(&mut shipped, "the mesh is ready", |app| {
-        status(app).ready == 1
+        progress(app).ready == 1
     });
     assert_eq!(origins(&shipped), [LodOrigin::BesideAsset]);
 }

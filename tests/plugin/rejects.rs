@@ -1,7 +1,6 @@
 //! Meshes that cannot have levels of detail are drawn as they are, and the log says why.
 
 use std::any::TypeId;
-use std::path::Path;
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::visibility::VisibleEntities;
@@ -13,11 +12,14 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{Told, app, logged, run_until, spawn_camera, spawn_object, status};
+use crate::headless::{
+    Events, app, insert, logged, progress, rock, run_until, spawn_camera, spawn_object, spawn_rock,
+    visible,
+};
 
 /// Whether `object` stays plain and visible, and one line tells its id and all of `words`.
 fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, words: &[&str]) {
-    run_until(app, "the mesh is given up", |app| status(app).plain == 1);
+    run_until(app, "the mesh is given up", |app| progress(app).plain == 1);
     app.update();
     let visible = app.world().get::<VisibleEntities>(camera).unwrap();
     assert_eq!(visible.get(TypeId::of::<Mesh3d>()), [object]);
@@ -26,13 +28,13 @@ fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, wor
     let words: Vec<&str> = words.iter().copied().chain([id.as_str()]).collect();
     assert!(logged(level, &words), "{words:?}");
     let expected = app.world().get::<Mesh3d>(object).unwrap().id();
-    let events = &app.world().resource::<Told>().0;
+    let events = &app.world().resource::<Events>().0;
     let failed = |event: &FieldLodEvent| matches!(event, FieldLodEvent::Failed { mesh, .. } if *mesh == expected);
     assert_eq!(events.iter().any(failed), level == Level::ERROR);
 }
 
 fn rejects(mesh: Mesh, words: &[&str]) {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_object(&mut app, mesh);
     assert_plain(&mut app, camera, object, Level::ERROR, words);
@@ -62,22 +64,18 @@ fn rejects_lines() {
 
 #[test]
 fn leaves_skinned_meshes_as_they_are() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
-    app.world_mut()
-        .entity_mut(object)
-        .insert(SkinnedMesh::default());
+    let object = spawn_rock(&mut app, 5);
+    insert(&mut app, object, SkinnedMesh::default());
     assert_plain(&mut app, camera, object, Level::INFO, &["skinned"]);
 }
 
 #[test]
 fn leaves_morphed_meshes_as_they_are() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
-    let object = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
-    app.world_mut()
-        .entity_mut(object)
-        .insert(MeshMorphWeights::Reference(object));
+    let object = spawn_rock(&mut app, 5);
+    insert(&mut app, object, MeshMorphWeights::Reference(object));
     assert_plain(&mut app, camera, object, Level::INFO, &["morph"]);
 }

@@ -10,7 +10,9 @@ use fieldlod_bake::{BakeConfig, bake_file};
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{app, logged, origins, ready, run_until, spawn_camera, stats, status};
+use crate::headless::{
+    app, app_in, logged, origins, progress, ready, run_until, spawn_camera, stats,
+};
 
 /// A file with one scene of two rocks.
 fn two_rocks() -> GltfFile {
@@ -18,6 +20,14 @@ fn two_rocks() -> GltfFile {
     file.add_mesh(&fieldlod_tests::flat_shaded(&fieldlod_tests::rock(3, 2)));
     file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1, "scale": [1.0, -2.0, 1.0] }]);
     file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
+    file
+}
+
+/// A file with one scene of one rock.
+fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
+    let mut file = GltfFile::of(&fieldlod_tests::rock(subdivisions, seed));
+    file.json["nodes"] = json!([{ "mesh": 0 }]);
+    file.json["scenes"] = json!([{ "nodes": [0] }]);
     file
 }
 
@@ -42,11 +52,9 @@ fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
 fn a_scene_is_baked_in_the_background() {
     let mut file = two_rocks();
     file.glb();
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, None);
-    run_until(&mut app, "both meshes are ready", |app| {
-        status(app).ready == 2
-    });
+    ready(&mut app, 2);
 }
 
 #[test]
@@ -54,11 +62,9 @@ fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("good.fieldlod", &bake(&glb));
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("good.fieldlod"));
-    run_until(&mut app, "both meshes are ready", |app| {
-        status(app).ready == 2
-    });
+    ready(&mut app, 2);
     assert!(!logged(Level::ERROR, &["good.fieldlod"]));
 }
 
@@ -67,11 +73,9 @@ fn a_file_beside_the_asset_is_found() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, None);
-    run_until(&mut app, "both meshes are ready", |app| {
-        status(app).ready == 2
-    });
+    ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
 }
 
@@ -80,65 +84,55 @@ fn a_file_beside_the_asset_is_not_looked_for_if_not_wanted() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
     config.look_beside_assets = false;
     spawn_scene(&mut app, None);
-    run_until(&mut app, "both meshes are ready", |app| {
-        status(app).ready == 2
-    });
+    ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
 }
 
 #[test]
-fn a_stale_file_beside_the_asset_is_told_of_and_the_mesh_baked() {
+fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
-    let mut changed = GltfFile::of(&fieldlod_tests::rock(4, 10));
-    changed.json["nodes"] = json!([{ "mesh": 0 }]);
-    changed.json["scenes"] = json!([{ "nodes": [0] }]);
+    let changed = one_rock(4, 10);
     file.write("mesh.glb", &changed.glb_bytes());
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, None);
-    run_until(&mut app, "the mesh is ready", |app| status(app).ready == 1);
+    ready(&mut app, 1);
     assert_eq!(origins(&app), [LodOrigin::Baked]);
     let words = ["mesh.glb#Mesh0/Primitive0", "mesh.fieldlod", "stale"];
     assert!(logged(Level::WARN, &words));
 }
 
 #[test]
-fn a_corrupt_file_beside_the_asset_is_told_of_and_the_mesh_baked() {
+fn a_corrupt_file_beside_the_asset_is_logged_and_the_mesh_baked() {
     let mut file = two_rocks();
     let glb = file.glb();
     let mut bytes = bake(&glb);
     bytes[1000] ^= 1;
     file.write("mesh.fieldlod", &bytes);
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, None);
-    run_until(&mut app, "both meshes are ready", |app| {
-        status(app).ready == 2
-    });
+    ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
     assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
 }
 
 #[test]
 fn a_reloaded_file_is_baked_anew() {
-    let mut file = GltfFile::of(&fieldlod_tests::rock(4, 1));
-    file.json["nodes"] = json!([{ "mesh": 0 }]);
-    file.json["scenes"] = json!([{ "nodes": [0] }]);
+    let mut file = one_rock(4, 1);
     file.glb();
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     let camera = spawn_camera(&mut app, 3.0);
     // Without a watcher, the asset server reloads what someone holds.
     let whole: Handle<Gltf> = app.world().resource::<AssetServer>().load("mesh.glb");
     spawn_scene(&mut app, None);
     ready(&mut app, 1);
     assert_eq!(stats(&app, camera).triangles_full, 5120);
-    let mut changed = GltfFile::of(&fieldlod_tests::rock(3, 1));
-    changed.json["nodes"] = json!([{ "mesh": 0 }]);
-    changed.json["scenes"] = json!([{ "nodes": [0] }]);
+    let changed = one_rock(3, 1);
     file.write("mesh.glb", &changed.glb_bytes());
     app.world().resource::<AssetServer>().reload("mesh.glb");
     run_until(&mut app, "the changed mesh is drawn", |app| {
@@ -153,7 +147,7 @@ fn a_reloaded_file_is_baked_anew() {
 fn scenes_that_come_and_go_leave_nothing_behind() {
     let mut file = two_rocks();
     file.glb();
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_camera(&mut app, 3.0);
     let counts = |app: &mut App| {
         let entities = app.world_mut().query::<Entity>().iter(app.world()).count();
@@ -174,7 +168,7 @@ fn scenes_that_come_and_go_leave_nothing_behind() {
         app.world_mut().entity_mut(root).despawn();
         app.update();
         app.update();
-        assert_eq!(status(&app), FieldLodProgress::default());
+        assert_eq!(progress(&app), FieldLodProgress::default());
         let now = counts(&mut app);
         assert_eq!(*first.get_or_insert(now), now, "round {round}");
     }
@@ -189,14 +183,12 @@ fn rejects_a_stale_fieldlod_file() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("stale.fieldlod", &bake(&glb));
-    let mut changed = GltfFile::of(&fieldlod_tests::rock(4, 9));
-    changed.json["nodes"] = json!([{ "mesh": 0 }]);
-    changed.json["scenes"] = json!([{ "nodes": [0] }]);
+    let changed = one_rock(4, 9);
     file.write("mesh.glb", &changed.glb_bytes());
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("stale.fieldlod"));
     run_until(&mut app, "the mesh is given up", |app| {
-        status(app).plain == 1
+        progress(app).plain == 1
     });
     let words = ["mesh.glb#Mesh0/Primitive0", "stale.fieldlod", "stale"];
     assert!(logged(Level::ERROR, &words));
@@ -209,13 +201,13 @@ fn rejects_a_corrupt_fieldlod_file() {
     let mut bytes = bake(&glb);
     bytes[1000] ^= 1;
     file.write("corrupt.fieldlod", &bytes);
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("corrupt.fieldlod"));
     run_until(&mut app, "both meshes are given up", |app| {
-        status(app).plain == 2
+        progress(app).plain == 2
     });
     // The asset server logs from another thread.
-    run_until(&mut app, "the log names file and fault", |_| {
+    run_until(&mut app, "the log names the file and the error", |_| {
         logged(Level::ERROR, &["corrupt.fieldlod", "checksum"])
     });
 }
@@ -224,10 +216,10 @@ fn rejects_a_corrupt_fieldlod_file() {
 fn rejects_a_missing_fieldlod_file() {
     let mut file = two_rocks();
     file.glb();
-    let mut app = app(file.folder());
+    let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("missing.fieldlod"));
     run_until(&mut app, "both meshes are given up", |app| {
-        status(app).plain == 2
+        progress(app).plain == 2
     });
     run_until(&mut app, "the log names the file", |_| {
         logged(Level::ERROR, &["missing.fieldlod"])

@@ -1,7 +1,5 @@
 //! What works in Bevy goes on working with levels of detail.
 
-use std::any::TypeId;
-use std::path::Path;
 use std::time::Duration;
 
 use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
@@ -21,26 +19,9 @@ use bevy_fieldlod::{LodUnit, diagnostics};
 use fieldlod_tests::apps::{bevy_mesh, finish};
 
 use crate::headless::{
-    app, entity_count, ready, run_until, spawn_camera, spawn_object, stats, status, unfinished,
+    add, app, before_a_camera, entity_count, insert, move_camera, progress, ready, rock,
+    spawn_camera, spawn_rock, stats, unfinished, units, visible,
 };
-
-fn visible(app: &App, camera: Entity) -> Vec<Entity> {
-    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
-    visible.get(TypeId::of::<Mesh3d>()).to_vec()
-}
-
-fn units(app: &mut App) -> Vec<Entity> {
-    let mut units = app.world_mut().query_filtered::<Entity, With<LodUnit>>();
-    units.iter(app.world()).collect()
-}
-
-fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
-    let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, distance);
-    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(subdivisions, 1)));
-    ready(&mut app, 1);
-    (app, camera, rock)
-}
 
 /// A material of a game's own.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
@@ -56,8 +37,8 @@ impl MaterialExtension for Moss {}
 
 type Mossy = ExtendedMaterial<StandardMaterial, Moss>;
 
-/// Units wear a material of any type, take over another of that type, and one of another type.
-fn wears<M: Material + Default>()
+/// Units inherit a material of any type, when they are spawned and when it changes.
+fn inherits<M: Material + Default>()
 where
     M::Data: PartialEq + Eq + std::hash::Hash + Clone,
 {
@@ -65,7 +46,7 @@ where
     app.add_plugins(MaterialPlugin::<M>::default());
     finish(&mut app);
     let camera = spawn_camera(&mut app, 3.0);
-    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    let rock = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
     let world = app.world_mut();
     let mut materials = world.resource_mut::<Assets<M>>();
@@ -82,27 +63,29 @@ where
         assert!(!units.is_empty());
         for unit in units {
             let unit = app.world().entity(unit);
-            let worn = unit.get::<MeshMaterial3d<M>>().map(|worn| worn.id());
-            assert_eq!(worn, Some(material.id()));
+            let inherited = unit
+                .get::<MeshMaterial3d<M>>()
+                .map(|inherited| inherited.id());
+            assert_eq!(inherited, Some(material.id()));
             assert!(!unit.contains::<MeshMaterial3d<StandardMaterial>>());
         }
         assert_eq!(stats(&app, camera).triangles_drawn, drawn);
     }
-    // Units that are spawned later wear it too.
-    crate::headless::move_camera(&mut app, camera, 2.0);
+    // Units that are spawned later inherit it too.
+    move_camera(&mut app, camera, 2.0);
     for unit in units(&mut app) {
         assert!(app.world().get::<MeshMaterial3d<M>>(unit).is_some());
     }
 }
 
 #[test]
-fn a_custom_material_is_worn() {
-    wears::<Glow>();
+fn a_custom_material_is_inherited() {
+    inherits::<Glow>();
 }
 
 #[test]
-fn an_extended_material_is_worn() {
-    wears::<Mossy>();
+fn an_extended_material_is_inherited() {
+    inherits::<Mossy>();
 }
 
 #[test]
@@ -130,11 +113,11 @@ fn what_is_not_frustum_culled_is_drawn_outside() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
         let behind = Transform::from_xyz(0.0, 0.0, 50.0);
-        app.world_mut().entity_mut(rock).insert(behind);
+        insert(&mut app, rock, behind);
         app.update();
         app.update();
         assert_eq!(visible(&app, camera), []);
-        app.world_mut().entity_mut(rock).insert(NoFrustumCulling);
+        insert(&mut app, rock, NoFrustumCulling);
         app.update();
         app.update();
         let stats = stats(&app, camera);
@@ -148,7 +131,7 @@ fn moved_objects_take_their_units_along_in_the_same_frame() {
     let before = stats(&app, camera).triangles_drawn;
     for step in 1..40u8 {
         let place = Transform::from_xyz(0.0, 0.0, 4.0 - f32::from(step));
-        app.world_mut().entity_mut(rock).insert(place);
+        insert(&mut app, rock, place);
         app.update();
         let place = *app.world().get::<GlobalTransform>(rock).unwrap();
         for unit in visible(&app, camera) {
@@ -209,14 +192,12 @@ fn a_moved_parent_moves_the_cut() {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
         let before = stats(&app, camera).triangles_drawn;
         let root = app.world_mut().spawn(Transform::default()).id();
-        app.world_mut()
-            .entity_mut(root)
-            .insert(Visibility::default());
+        insert(&mut app, root, Visibility::default());
         app.world_mut().entity_mut(root).add_child(rock);
         app.update();
-        assert_eq!(status(&app).ready, 1);
+        assert_eq!(progress(&app).ready, 1);
         let away = Transform::from_xyz(0.0, 0.0, -200.0);
-        app.world_mut().entity_mut(root).insert(away);
+        insert(&mut app, root, away);
         app.update();
         let stats = stats(&app, camera);
         assert!(stats.triangles_drawn * 2 < before, "{stats:?}");
@@ -228,9 +209,7 @@ fn scaled_objects_are_drawn_as_fine_as_they_look() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 60.0);
         let small = stats(&app, camera).triangles_drawn;
-        app.world_mut()
-            .entity_mut(rock)
-            .insert(Transform::from_scale(Vec3::splat(20.0)));
+        insert(&mut app, rock, Transform::from_scale(Vec3::splat(20.0)));
         app.update();
         assert!(stats(&app, camera).triangles_drawn > 2 * small);
     }
@@ -238,10 +217,9 @@ fn scaled_objects_are_drawn_as_fine_as_they_look() {
 
 #[test]
 fn entities_come_under_a_root_and_leave_it_by_their_parent() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     spawn_camera(&mut app, 40.0);
-    let mesh = bevy_mesh(&fieldlod_tests::rock(5, 1));
-    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let mesh = add(&mut app, rock(5, 1));
     let world = app.world_mut();
     let rock = world.spawn(Mesh3d(mesh)).id();
     let bundle = (
@@ -251,14 +229,14 @@ fn entities_come_under_a_root_and_leave_it_by_their_parent() {
     );
     let root = world.spawn(bundle).id();
     app.update();
-    assert_eq!(status(&app), FieldLodProgress::default());
+    assert_eq!(progress(&app), FieldLodProgress::default());
     app.world_mut().entity_mut(root).add_child(rock);
     ready(&mut app, 1);
     assert!(entity_count(&mut app) > 1);
     app.world_mut().entity_mut(rock).remove::<ChildOf>();
     app.update();
     app.update();
-    assert_eq!(status(&app), FieldLodProgress::default());
+    assert_eq!(progress(&app), FieldLodProgress::default());
     assert_eq!(entity_count(&mut app), 1);
 }
 
@@ -266,8 +244,7 @@ fn entities_come_under_a_root_and_leave_it_by_their_parent() {
 fn ranges_by_hand_stand_beside_ours() {
     let (mut app, camera, _) = before_a_camera(5, 4.0);
     let before = visible(&app, camera);
-    let near = bevy_mesh(&fieldlod_tests::rock(2, 3));
-    let near = app.world_mut().resource_mut::<Assets<Mesh>>().add(near);
+    let near = add(&mut app, rock(2, 3));
     let place = Transform::from_xyz(0.5, 0.0, 0.0);
     let mut spawn = |range| {
         let bundle = (Mesh3d(near.clone()), place, range);
@@ -295,17 +272,16 @@ fn an_app_without_renderer_and_window_selects() {
     ));
     app.finish();
     app.cleanup();
-    let mesh = bevy_mesh(&fieldlod_tests::rock(5, 1));
-    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let mesh = add(&mut app, rock(5, 1));
     app.world_mut().spawn((Mesh3d(mesh), AutoLod::default()));
     // Nobody computes a camera's projection here: it draws in full.
     app.world_mut().spawn(Camera3d::default());
-    run_until(&mut app, "the mesh is ready", |app| status(app).ready == 1);
+    ready(&mut app, 1);
 }
 
 #[test]
 fn every_public_component_and_resource_can_be_inspected() {
-    let app = app(Path::new("."));
+    let app = app();
     let registry = app.world().resource::<AppTypeRegistry>().read();
     let names = [
         "AutoLod",
@@ -360,9 +336,9 @@ fn pick(app: &mut App) -> Vec<(Entity, f32)> {
 #[test]
 fn rays_hit_the_mesh_entity_where_its_surface_is() {
     for subdivisions in [4, 5] {
-        let mut app = app(Path::new("."));
+        let mut app = app();
         spawn_camera(&mut app, 12.0);
-        let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(subdivisions, 1)));
+        let rock = spawn_rock(&mut app, subdivisions);
         app.update();
         app.update();
         let before = pick(&mut app);
@@ -370,7 +346,7 @@ fn rays_hit_the_mesh_entity_where_its_surface_is() {
         ready(&mut app, 1);
         let after = pick(&mut app);
         assert_eq!(after[0].0, rock, "and not one of its units");
-        // A prop is hit where it is drawn, at the level that it wears.
+        // A prop is hit where it is drawn, at its current level.
         assert!(
             (after[0].1 - before[0].1).abs() < 0.02,
             "{before:?} {after:?}"

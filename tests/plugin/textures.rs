@@ -1,21 +1,13 @@
 //! How finely textures are seen.
 
-use std::path::Path;
-
 use bevy::prelude::*;
 use bevy_fieldlod::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
-use fieldlod_tests::apps::finish;
 
-use crate::headless::{move_camera, ready, spawn_camera, spawn_object, unfinished};
+use crate::headless::{app_with, insert, move_camera, ready, spawn_camera, spawn_object};
 
 #[test]
-fn textures_are_wanted_as_finely_as_they_are_seen() {
-    let mut app = unfinished(AssetPlugin {
-        file_path: Path::new(".").display().to_string(),
-        ..default()
-    });
-    app.add_plugins(FieldLodTexturePlugin);
-    finish(&mut app);
+fn textures_are_needed_as_finely_as_they_are_seen() {
+    let mut app = app_with(FieldLodTexturePlugin);
     let camera = spawn_camera(&mut app, 100.0);
     // One unit of texture coordinates to a unit of length, give or take the ends.
     let sphere = Sphere::new(1.0).mesh().uv(64, 32);
@@ -40,7 +32,7 @@ fn textures_are_wanted_as_finely_as_they_are_seen() {
 
     // Behind the camera nobody sees it.
     let behind = Transform::from_xyz(0.0, 0.0, 500.0);
-    app.world_mut().entity_mut(object).insert(behind);
+    insert(&mut app, object, behind);
     app.update();
     app.update();
     assert!(app.world().get::<TextureDetail>(object).is_none());

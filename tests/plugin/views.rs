@@ -1,8 +1,5 @@
 //! Cameras of every kind, each with its own cut.
 
-use std::any::TypeId;
-use std::path::Path;
-
 use bevy::camera::visibility::{
     CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleEntities,
     VisibleMeshEntities,
@@ -15,23 +12,10 @@ use bevy::math::Vec3A;
 use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::bevy_mesh;
 
-use crate::headless::{app, ready, spawn_camera, spawn_object, stats};
-
-/// A rock of clusters before the camera that is returned.
-fn before_a_camera(distance: f32) -> (App, Entity, Entity) {
-    let mut app = app(Path::new("."));
-    let camera = spawn_camera(&mut app, distance);
-    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
-    ready(&mut app, 1);
-    (app, camera, rock)
-}
-
-fn visible(app: &App, camera: Entity) -> Vec<Entity> {
-    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
-    visible.get(TypeId::of::<Mesh3d>()).to_vec()
-}
+use crate::headless::{
+    app, before_a_camera, insert, ready, rock, spawn_camera, spawn_rock, stats, units, visible,
+};
 
 fn drawn(app: &App, camera: Entity) -> u64 {
     stats(app, camera).triangles_drawn
@@ -39,7 +23,7 @@ fn drawn(app: &App, camera: Entity) -> u64 {
 
 #[test]
 fn a_smaller_viewport_draws_less() {
-    let (mut app, camera, _) = before_a_camera(5.0);
+    let (mut app, camera, _) = before_a_camera(6, 5.0);
     let whole = drawn(&app, camera);
     let other = spawn_camera(&mut app, 5.0);
     app.world_mut().get_mut::<Camera>(other).unwrap().viewport = Some(Viewport {
@@ -72,7 +56,7 @@ fn spawn_half(app: &mut App, target: &RenderTarget, is_left: bool, distance: f32
 
 #[test]
 fn each_half_of_a_split_screen_has_the_cut_that_it_has_alone() {
-    let (mut app, screen, _) = before_a_camera(5.0);
+    let (mut app, screen, _) = before_a_camera(6, 5.0);
     let target = app.world().get::<RenderTarget>(screen).unwrap().clone();
     let left = spawn_half(&mut app, &target, true, 3.0);
     let right = spawn_half(&mut app, &target, false, 30.0);
@@ -96,15 +80,13 @@ fn each_half_of_a_split_screen_has_the_cut_that_it_has_alone() {
 
 #[test]
 fn a_narrow_field_of_view_draws_more() {
-    let (mut app, camera, _) = before_a_camera(20.0);
+    let (mut app, camera, _) = before_a_camera(6, 20.0);
     let wide = drawn(&app, camera);
     let narrow = PerspectiveProjection {
         fov: 0.1,
         ..default()
     };
-    app.world_mut()
-        .entity_mut(camera)
-        .insert(Projection::Perspective(narrow));
+    insert(&mut app, camera, Projection::Perspective(narrow));
     app.update();
     app.update();
     assert!(drawn(&app, camera) > 2 * wide);
@@ -121,12 +103,10 @@ fn orthographic(height: f32) -> Projection {
 
 #[test]
 fn an_orthographic_view_goes_by_its_scale_and_not_by_distance() {
-    let (mut app, camera, _) = before_a_camera(10.0);
+    let (mut app, camera, _) = before_a_camera(6, 10.0);
     let mut drawn_at = |height: f32, distance: f32| {
         let pose = Transform::from_xyz(0.0, 0.0, distance);
-        app.world_mut()
-            .entity_mut(camera)
-            .insert((orthographic(height), pose));
+        insert(&mut app, camera, (orthographic(height), pose));
         app.update();
         app.update();
         drawn(&app, camera)
@@ -163,11 +143,9 @@ impl CameraProjection for Shifted {
 
 #[test]
 fn a_custom_projection_has_a_cut() {
-    let (mut app, camera, _) = before_a_camera(20.0);
+    let (mut app, camera, _) = before_a_camera(6, 20.0);
     let shifted = Shifted(PerspectiveProjection::default());
-    app.world_mut()
-        .entity_mut(camera)
-        .insert(Projection::custom(shifted));
+    insert(&mut app, camera, Projection::custom(shifted));
     app.update();
     app.update();
     let stats = stats(&app, camera);
@@ -179,15 +157,15 @@ fn a_custom_projection_has_a_cut() {
 }
 
 #[test]
-fn an_inactive_camera_wants_nothing() {
-    let (mut app, camera, _) = before_a_camera(2.0);
+fn an_inactive_camera_draws_no_units() {
+    let (mut app, camera, _) = before_a_camera(6, 2.0);
     app.world_mut().resource_mut::<FieldLodConfig>().idle_frames = 2;
     let far = spawn_camera(&mut app, 2000.0);
     app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = false;
     for _ in 0..8 {
         app.update();
     }
-    let units = app.world_mut().query::<&LodUnit>().iter(app.world()).len();
+    let units = units(&mut app).len();
     assert_eq!(units, stats(&app, far).units_drawn as usize);
     app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = true;
     app.update();
@@ -196,18 +174,14 @@ fn an_inactive_camera_wants_nothing() {
 
 #[test]
 fn render_layers_are_those_of_the_source() {
-    let (mut app, camera, rock) = before_a_camera(4.0);
+    let (mut app, camera, rock) = before_a_camera(6, 4.0);
     let before = drawn(&app, camera);
-    app.world_mut()
-        .entity_mut(rock)
-        .insert(RenderLayers::layer(2));
+    insert(&mut app, rock, RenderLayers::layer(2));
     app.update();
     app.update();
     assert_eq!(drawn(&app, camera), 0);
     let other = spawn_camera(&mut app, 4.0);
-    app.world_mut()
-        .entity_mut(other)
-        .insert(RenderLayers::layer(2));
+    insert(&mut app, other, RenderLayers::layer(2));
     app.update();
     app.update();
     assert_eq!(drawn(&app, other), before);
@@ -237,14 +211,12 @@ fn spawn_sun(app: &mut App) {
 
 #[test]
 fn what_stands_beside_the_image_still_casts_its_shadow() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     spawn_sun(&mut app);
-    let rock = spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    let rock = spawn_rock(&mut app, 6);
     // Out of the image to the right, towards the sun.
-    app.world_mut()
-        .entity_mut(rock)
-        .insert(Transform::from_xyz(14.0, 5.0, 0.0));
+    insert(&mut app, rock, Transform::from_xyz(14.0, 5.0, 0.0));
     ready(&mut app, 1);
     app.update();
     assert_eq!(visible(&app, camera), []);
@@ -255,7 +227,7 @@ fn what_stands_beside_the_image_still_casts_its_shadow() {
         casting.iter().all(is_unit),
         "the source must not be cast too"
     );
-    app.world_mut().entity_mut(rock).insert(NotShadowCaster);
+    insert(&mut app, rock, NotShadowCaster);
     app.update();
     app.update();
     assert_eq!(cast(&mut app, camera), []);
@@ -267,11 +239,11 @@ fn what_stands_beside_the_image_still_casts_its_shadow() {
 
 #[test]
 fn each_cameras_cascades_have_its_cut() {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let near = spawn_camera(&mut app, 4.0);
     let far = spawn_camera(&mut app, 60.0);
     spawn_sun(&mut app);
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    spawn_rock(&mut app, 6);
     ready(&mut app, 1);
     app.update();
     for camera in [near, far] {
@@ -286,18 +258,18 @@ fn each_cameras_cascades_have_its_cut() {
 /// Lights a rock by a lamp, and shares the shadows of one of two cameras, near or far: those are drawn
 /// from what that camera draws.
 fn assert_lit_as_marked(lamp: impl Bundle, shadows: fn(&mut App) -> Vec<Entity>) {
-    let mut app = app(Path::new("."));
+    let mut app = app();
     let near = spawn_camera(&mut app, 4.0);
     let far = spawn_camera(&mut app, 60.0);
     let above = Transform::from_xyz(0.0, 5.0, 0.0).looking_at(Vec3::ZERO, Vec3::X);
     app.world_mut().spawn((lamp, above));
-    spawn_object(&mut app, bevy_mesh(&fieldlod_tests::rock(6, 1)));
+    spawn_rock(&mut app, 6);
     ready(&mut app, 1);
     let mut lit = |origin: Entity, other: Entity| {
         app.world_mut()
             .entity_mut(other)
             .remove::<ShadowLodOrigin>();
-        app.world_mut().entity_mut(origin).insert(ShadowLodOrigin);
+        insert(&mut app, origin, ShadowLodOrigin);
         app.update();
         app.update();
         let lit = shadows(&mut app);

@@ -26,11 +26,7 @@ fn add_scene(stage: &mut Stage, casts_shadow: bool) {
         AutoLod::default(),
     ));
     if !casts_shadow {
-        stage
-            .app
-            .world_mut()
-            .entity_mut(boulder)
-            .insert(NotShadowCaster);
+        stage.insert(boulder, NotShadowCaster);
     }
     stage.spawn((Mesh3d(ground), MeshMaterial3d(sand)));
     stage.spawn((
@@ -61,7 +57,7 @@ fn alone(error_px: f32, casts_shadow: bool) -> Option<RgbaImage> {
     let mut stage = Stage::new()?;
     add_scene(&mut stage, casts_shadow);
     let eye = add_eye(&mut stage, error_px);
-    stage.settle();
+    stage.run_until_ready();
     let [picture] = stage.shoot([&eye]);
     Some(picture)
 }
@@ -74,7 +70,7 @@ fn two_cameras_draw_different_cuts_of_one_object_in_one_frame_shadows_included()
     add_scene(&mut stage, true);
     let fine_eye = add_eye(&mut stage, FINE_PX);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
-    stage.settle();
+    stage.run_until_ready();
     let [fine, coarse] = stage.shoot([&fine_eye, &coarse_eye]);
     let [fine_stats, coarse_stats] = [&fine_eye, &coarse_eye].map(|eye| stage.stats(eye));
     assert!(
@@ -120,15 +116,14 @@ fn full_detail_draws_the_source_mesh() {
     };
     add_scene(&mut stage, true);
     let eye = add_eye(&mut stage, COARSE_PX);
-    stage
-        .app
-        .world_mut()
-        .entity_mut(eye.entity)
-        .insert(FieldLodSettings {
+    stage.insert(
+        eye.entity,
+        FieldLodSettings {
             full_detail: true,
             ..default()
-        });
-    stage.settle();
+        },
+    );
+    stage.run_until_ready();
     let stats = stage.stats(&eye);
     assert_eq!(stats.triangles_drawn, 20 * 4u64.pow(5));
     assert_eq!(stats.triangles_drawn, stats.triangles_full);
@@ -145,13 +140,13 @@ fn a_camera_that_is_gone_has_no_say() {
     let prop = stage.spawn((Mesh3d(prop.clone()), AutoLod::default()));
     let fine_eye = add_eye(&mut stage, 0.1);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
-    stage.settle();
-    let worn = |stage: &Stage| stage.app.world().get::<Mesh3d>(prop).unwrap().id();
-    let fine = worn(&stage);
+    stage.run_until_ready();
+    let current_mesh = |stage: &Stage| stage.app.world().get::<Mesh3d>(prop).unwrap().id();
+    let fine = current_mesh(&stage);
     stage.app.world_mut().entity_mut(fine_eye.entity).despawn();
     stage.app.update();
     stage.app.update();
-    assert_ne!(worn(&stage), fine);
+    assert_ne!(current_mesh(&stage), fine);
     let mut config = stage.app.world_mut().resource_mut::<FieldLodConfig>();
     config.idle_frames = 1;
     for _ in 0..5 {

@@ -32,13 +32,13 @@ fn wall(heat_map: FieldLodHeatMap) -> Option<RgbaImage> {
         ..default()
     };
     let wide = Projection::Perspective(wide);
-    stage.app.world_mut().entity_mut(eye.entity).insert(wide);
+    stage.insert(eye.entity, wide);
     stage
         .app
         .world_mut()
         .resource_mut::<FieldLodDebug>()
         .heat_map = Some(heat_map);
-    stage.settle();
+    stage.run_until_ready();
     let [picture] = stage.shoot([&eye]);
     Some(picture)
 }
@@ -84,7 +84,7 @@ fn boxes_are_gizmos_of_a_group_of_their_own() {
     stage.spawn((Mesh3d(rock), MeshMaterial3d(grey), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y);
     let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
-    stage.settle();
+    stage.run_until_ready();
     let [without] = stage.shoot([&eye]);
     stage.app.world_mut().resource_mut::<FieldLodDebug>().bounds = true;
     stage.app.update();

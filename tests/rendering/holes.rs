@@ -40,14 +40,14 @@ fn no_background_shows_through_a_closed_mesh() {
     );
     let empty = image::Rgba([255, 0, 255, 255]);
     let mut triangle_counts = Vec::new();
-    stage.settle();
+    stage.run_until_ready();
     for (index, direction) in directions(20).enumerate() {
         let distance = [2.2, 3.5, 6.0, 12.0][index % 4];
         let pose =
             Transform::from_translation(direction * distance).looking_at(Vec3::ZERO, Vec3::Y);
         for error_px in [0.0, 0.5, 2.0, 8.0, 40.0] {
             let bundle = (pose, FieldLodSettings::with_error_px(error_px));
-            stage.app.world_mut().entity_mut(eye.entity).insert(bundle);
+            stage.insert(eye.entity, bundle);
             let [picture] = stage.shoot([&eye]);
             let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
             assert!(covered > 100, "nothing is drawn from {direction}");
@@ -87,7 +87,7 @@ fn a_missing_unit_would_be_noticed() {
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white)));
     let pose = Transform::from_xyz(0.0, 0.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y);
     let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
-    stage.settle();
+    stage.run_until_ready();
     let [picture] = stage.shoot([&eye]);
     assert!(enclosed(&picture, image::Rgba([255, 0, 255, 255])) > 20);
 }

@@ -104,11 +104,7 @@ fn add_eye(stage: &mut Stage, technique: impl Bundle) -> Eye {
     let pose = Transform::from_xyz(0.0, 0.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y);
     let view = FieldLodSettings::with_error_px(0.65);
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
-    stage
-        .app
-        .world_mut()
-        .entity_mut(eye.entity)
-        .insert(technique);
+    stage.insert(eye.entity, technique);
     eye
 }
 
@@ -116,7 +112,7 @@ fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
     let world = stage.app.world_mut();
     let mut settings = world.get_mut::<FieldLodSettings>(eye.entity).unwrap();
     settings.full_detail = full_detail;
-    // The pictures of an eye with a memory settle.
+    // The pictures of an eye with a memory run_until_ready.
     for _ in 0..12 {
         stage.app.update();
     }
@@ -147,7 +143,7 @@ fn draws_alike(technique: impl Bundle, third: OpaqueRendererMethod) {
         return;
     };
     let eye = add_eye(&mut stage, technique);
-    stage.settle();
+    stage.run_until_ready();
     set_full_detail(&mut stage, &eye, true);
     let [full] = stage.shoot([&eye]);
     assert!(covered(&full) > 9_000, "{} pixels covered", covered(&full));
@@ -199,7 +195,7 @@ fn deferred_rendering_draws_levels() {
 fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
     let mut stage = stage_with_rows(OpaqueRendererMethod::Forward)?;
     let eye = add_eye(&mut stage, TemporalAntiAliasing::default());
-    stage.settle();
+    stage.run_until_ready();
     set_full_detail(&mut stage, &eye, full_detail);
     let mut counts = Vec::new();
     for _ in 0..48 {

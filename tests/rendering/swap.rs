@@ -1,4 +1,4 @@
-//! The exchange of the source mesh for its units is not seen.
+//! The swap of the source mesh for its units is not seen.
 
 use bevy::color::palettes::css;
 use bevy::prelude::*;
@@ -24,14 +24,10 @@ fn no_frame_blinks_when_the_units_take_over() {
     let view = FieldLodSettings::with_error_px(1.0);
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
     let object = stage.spawn((Mesh3d(boulder), MeshMaterial3d(stone)));
-    stage.settle();
+    stage.run_until_ready();
     let [before] = stage.shoot([&eye]);
 
-    stage
-        .app
-        .world_mut()
-        .entity_mut(object)
-        .insert(AutoLod::default());
+    stage.insert(object, AutoLod::default());
     let mut frames = Vec::new();
     let mut frames_after = 0;
     while frames_after < 4 {

@@ -1,4 +1,4 @@
-//! What the plugin as a whole is told.
+//! Settings of the plugin as a whole.
 
 use std::path::PathBuf;
 
@@ -21,19 +21,19 @@ use bevy::prelude::*;
 #[reflect(Resource, Clone, Default)]
 pub struct FieldLodConfig {
     /// Gives levels of detail to every [`Mesh3d`] of the world, as if each stood under an
-    /// [`AutoLod`](crate::AutoLod); those under a [`NoLod`](crate::NoLod) excepted.
+    /// [`AutoLod`](crate::AutoLod), except those under a [`NoLod`](crate::NoLod).
     pub whole_world: bool,
     /// Meshes with fewer triangles are drawn as they are.
     pub plain_below_triangles: u32,
     /// Meshes with at least as many triangles are cut into units, each at its own level. Those in
-    /// between are exchanged as a whole.
+    /// between are drawn as whole meshes.
     pub clusters_from_triangles: u32,
     /// Whether a file `statue.fieldlod` beside an asset `statue.glb` is looked for.
     pub look_beside_assets: bool,
-    /// Where baked hierarchies are kept from run to run, keyed by what was baked; `None` keeps
+    /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
     /// none. An entry that cannot be read is baked anew. Not on the web.
     pub cache_folder: Option<PathBuf>,
-    /// How many frames the entity of a unit outlives its last use.
+    /// How many frames the entity of a unit outlives the last frame in which a view drew it.
     pub idle_frames: u32,
 }
 
@@ -55,20 +55,20 @@ impl Default for FieldLodConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, Default, PartialEq)]
 pub enum LodKind {
-    /// By its number of triangles: [`FieldLodConfig`].
+    /// One of the others, chosen by the number of triangles: see [`FieldLodConfig`].
     #[default]
     Auto,
-    /// Not at all.
+    /// The mesh has no levels of detail.
     Plain,
-    /// The whole mesh is exchanged: one entity, and instances of a level are still drawn together.
-    /// All views draw the same level, the finest that one of them asks for.
+    /// The whole mesh is drawn at one level: by one entity, so that instances of a level are still drawn
+    /// together. All views draw the same level, the finest that one of them asks for.
     Chain,
-    /// Each piece of the surface at its own level, and each view its own cut.
+    /// Each piece of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,
 }
 
 impl FieldLodConfig {
-    /// What `kind` comes to for a mesh of `triangles`.
+    /// The kind of levels that `kind` stands for, of a mesh with that many triangles.
     #[must_use]
     pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {

@@ -1,4 +1,4 @@
-//! Numbers under `field_lod/…` in Bevy's diagnostics: sums over all active cameras.
+//! Numbers in Bevy's diagnostics, under `field_lod/…`: sums over all active cameras.
 //!
 //! ```
 //! use bevy::diagnostic::DiagnosticsStore;
@@ -17,26 +17,27 @@
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
-use crate::FieldLodViewStats;
+use crate::stats::FieldLodViewStats;
 
 /// Triangles drawn of meshes with levels of detail.
 pub const TRIANGLES_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_drawn");
 /// Triangles that would have been drawn at full detail.
 pub const TRIANGLES_FULL: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_full");
-/// Drawable units in the visible part of the cuts.
+/// Units and whole meshes drawn.
 pub const UNITS_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/units_drawn");
-/// Milliseconds that selection took.
+/// Time that selection took, in milliseconds.
 pub const SELECTION_MS: DiagnosticPath = DiagnosticPath::const_new("field_lod/selection_ms");
 
+/// Measures at the end of each frame.
 pub(crate) fn plugin(app: &mut App) {
     app.register_diagnostic(Diagnostic::new(TRIANGLES_DRAWN))
         .register_diagnostic(Diagnostic::new(TRIANGLES_FULL))
         .register_diagnostic(Diagnostic::new(UNITS_DRAWN))
         .register_diagnostic(Diagnostic::new(SELECTION_MS).with_suffix("ms"))
-        .add_systems(Last, measure);
+        .add_systems(Last, measure_views);
 }
 
-fn measure(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLodViewStats)>) {
+fn measure_views(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLodViewStats)>) {
     let active = || cameras.iter().filter(|(camera, _)| camera.is_active);
     let sum = |value: fn(&FieldLodViewStats) -> f64| active().map(|(_, stats)| value(stats)).sum();
     diagnostics.add_measurement(&TRIANGLES_DRAWN, || sum(|s| s.triangles_drawn as f64));

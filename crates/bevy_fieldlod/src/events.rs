@@ -1,39 +1,41 @@
-//! What the plugin tells.
+//! Messages about meshes: which have levels of detail, and why others have none.
 
-use bevy::asset::AssetId;
+use bevy::asset::{AssetId, UntypedAssetId};
+use bevy::mesh::{MeshAccessError, PrimitiveTopology};
 use bevy::prelude::*;
+use thiserror::Error;
 
-use crate::{LodError, LodKind};
+use crate::config::LodKind;
 
-/// Where a hierarchy came from.
+/// Where the levels of detail of a mesh came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, PartialEq)]
 pub enum LodOrigin {
-    /// [`AutoLod::baked`](crate::AutoLod::baked).
+    /// The file that [`AutoLod::baked`](crate::AutoLod::baked) names.
     File,
-    /// A `.fieldlod` file beside the asset, or what the asset processor put into it.
+    /// A `.fieldlod` file beside the asset, or what the asset processor put into the asset.
     BesideAsset,
-    /// [`FieldLodConfig::cache_folder`](crate::FieldLodConfig::cache_folder).
+    /// An entry in [`FieldLodConfig::cache_folder`](crate::FieldLodConfig::cache_folder).
     Cache,
-    /// Baked in a background task.
+    /// A bake in a background task.
     Baked,
 }
 
 /// Written once for each mesh that was prepared or could not be: read it with a
-/// [`MessageReader`]. Faults are logged too.
+/// [`MessageReader`]. Failures are logged too.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_fieldlod::prelude::*;
-/// fn count_faults(mut events: MessageReader<FieldLodEvent>, mut faults: Local<u32>) {
+/// fn count_failures(mut events: MessageReader<FieldLodEvent>, mut failures: Local<u32>) {
 ///     for event in events.read() {
-///         if let FieldLodEvent::Failed { path, fault, .. } = event {
-///             *faults += 1;
-///             println!("{path:?}: {fault}");
+///         if let FieldLodEvent::Failed { path, error, .. } = event {
+///             *failures += 1;
+///             println!("{path:?}: {error}");
 ///         }
 ///     }
 /// }
-/// # bevy::ecs::system::assert_is_system(count_faults);
+/// # bevy::ecs::system::assert_is_system(count_failures);
 /// ```
 #[derive(Message, Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -46,7 +48,7 @@ pub enum FieldLodEvent {
         path: Option<String>,
         /// How it is drawn: [`LodKind::Chain`] or [`LodKind::Clusters`].
         kind: LodKind,
-        /// Where its hierarchy came from.
+        /// Where its levels came from.
         origin: LodOrigin,
     },
     /// A mesh is drawn as it is for good.
@@ -55,7 +57,92 @@ pub enum FieldLodEvent {
         mesh: AssetId<Mesh>,
         /// Its path, if it was loaded from one.
         path: Option<String>,
-        /// Why.
-        fault: LodError,
+        /// Why it has no levels of detail.
+        error: LodError,
     },
+}
+
+/// Why a mesh has no levels of detail.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum LodError {
+    /// The vertices live on the GPU only.
+    #[error("its data is not in main memory: load it with `RenderAssetUsages::MAIN_WORLD`")]
+    NotInMainWorld,
+    /// The mesh consists of points, lines or strips.
+    #[error("it is not a triangle list but a {0:?}")]
+    Topology(PrimitiveTopology),
+    /// Morph targets move vertices at run time.
+    #[error("it has morph targets")]
+    Morphed,
+    /// There are no positions, or they are not three floats each.
+    #[error("it has no positions of three 32-bit floats")]
+    NoPositions,
+    /// The file holds other meshes, or an older version of this one.
+    #[error("{file} holds no hierarchy that fits it: the file is stale, bake it again")]
+    Stale {
+        /// The `.fieldlod` file.
+        file: String,
+    },
+    /// The file could not be loaded; the asset server has logged why.
+    #[error("{file} could not be loaded")]
+    FileNotLoaded {
+        /// The `.fieldlod` file.
+        file: String,
+    },
+    /// The mesh cannot be baked.
+    #[cfg(feature = "bake")]
+    #[error(transparent)]
+    Bake(#[from] fieldlod_bake::MeshError),
+    /// No file was found and baking is compiled out.
+    #[cfg(not(feature = "bake"))]
+    #[error("no .fieldlod file was found and the `bake` feature is off")]
+    BakeDisabled,
+}
+
+impl From<MeshAccessError> for LodError {
+    fn from(_: MeshAccessError) -> Self {
+        Self::NotInMainWorld
+    }
+}
+
+impl FieldLodEvent {
+    /// Tells that a mesh has levels of detail.
+    pub(crate) fn ready(
+        assets: &AssetServer,
+        mesh: AssetId<Mesh>,
+        kind: LodKind,
+        origin: LodOrigin,
+    ) -> Self {
+        let path = asset_path(assets, mesh);
+        Self::Ready {
+            mesh,
+            path,
+            kind,
+            origin,
+        }
+    }
+
+    /// Tells that a mesh has none, and logs it.
+    pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
+        let name = asset_name(assets, mesh.untyped());
+        match error {
+            LodError::Morphed => info!("{name} is drawn as it is: {error}"),
+            _ => error!("{name} is drawn without levels of detail: {error}"),
+        }
+        let path = asset_path(assets, mesh);
+        Self::Failed { mesh, path, error }
+    }
+}
+
+fn asset_path(assets: &AssetServer, mesh: AssetId<Mesh>) -> Option<String> {
+    assets.get_path(mesh).map(|path| path.to_string())
+}
+
+/// The path of an asset, or its id if it was made at run time.
+pub(crate) fn asset_name(assets: &AssetServer, id: UntypedAssetId) -> String {
+    match assets.get_path(id) {
+        Some(path) => path.to_string(),
+        None => format!("the mesh {id:?}"),
+    }
 }

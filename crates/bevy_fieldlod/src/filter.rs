@@ -1,9 +1,9 @@
-//! The edit of the lists of visible entities.
+//! Filters the lists of visible entities.
 //!
-//! Bevy's culling fills, for each camera and each shadow view, a list of the entities to draw. The
-//! source meshes and the units of all views' cuts are in them, as far as the frustum reaches; here
-//! every list keeps only what its camera's cut draws. Shadow views use the cut of the camera they are
-//! for: a cut of their own would let a surface shade itself.
+//! Bevy's culling fills, for each camera and each shadow view, a list of the entities to draw: the source
+//! meshes and the units of all views' cuts, as far as the frustum reaches. Here every list keeps only
+//! what its camera's cut draws. Shadow views use the cut of the camera they are for: a cut of their own
+//! would let a surface shade itself.
 
 use std::any::TypeId;
 
@@ -14,59 +14,66 @@ use bevy::camera::{Camera, RenderTarget, ShadowLodOrigin};
 use bevy::light::{DirectionalLight, PointLight, SpotLight};
 use bevy::prelude::*;
 
-use crate::FieldLodViewStats;
-use crate::slots::{Slot, SlotKind};
-use crate::views::{ViewCuts, ViewState};
-use crate::world::LodWorld;
+use crate::draw_records::{DrawKind, DrawRecord};
+use crate::lod_scene::LodScene;
+use crate::stats::FieldLodViewStats;
+use crate::systems::FieldLodSystems;
+use crate::view_cut::{ViewCut, ViewState};
 
-impl ViewCuts {
-    /// Whether this view draws the entity of a slot.
-    fn draws(&self, number: u32, slot: &Slot) -> bool {
-        match slot.kind {
-            SlotKind::Free | SlotKind::Whole => true,
-            SlotKind::Source => self.state != ViewState::Cuts,
-            SlotKind::Unit => self.marks.draws(number),
-        }
+/// Filters after Bevy's culling, where anything is cut into units.
+pub(crate) fn plugin(app: &mut App) {
+    let has_clusters = |scene: Res<LodScene>| scene.has_clusters();
+    let systems = (
+        filter_visible_entities,
+        filter_shadow_views.run_if(has_clusters),
+    );
+    app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
+}
+
+/// Whether a view draws the entity of a record.
+fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
+    match record.kind {
+        DrawKind::Free | DrawKind::WholeMesh => true,
+        DrawKind::Source => cut.state != ViewState::Cut,
+        DrawKind::Unit { .. } => cut.visibility.contains(index),
     }
 }
 
-/// Takes out of every camera's list what its cut does not draw, and counts the rest.
-pub(crate) fn filter_cameras(
+/// Removes from every camera's list what its cut does not draw, and counts the rest.
+fn filter_visible_entities(
     mut cameras: Query<(
         &Camera,
         &mut VisibleEntities,
-        &ViewCuts,
+        &ViewCut,
         &mut FieldLodViewStats,
     )>,
-    world: Res<LodWorld>,
+    scene: Res<LodScene>,
 ) {
-    for (camera, mut visible, view, mut stats) in &mut cameras {
+    for (camera, mut visible, cut, mut stats) in &mut cameras {
         if !camera.is_active {
             continue;
         }
         let (mut drawn, mut full, mut units) = (0, 0, 0);
-        let mut count = |entity: Entity| {
-            let Some((number, slot)) = world.slots.of(entity) else {
+        let mut keep_and_count = |entity: Entity| {
+            let Some((index, record)) = scene.records.find(entity) else {
                 return true;
             };
-            full += u64::from(slot.triangles_full);
-            let is_drawn = view.draws(number, slot);
+            full += u64::from(record.triangles_full);
+            let is_drawn = is_drawn(cut, index, record);
             if is_drawn {
-                drawn += u64::from(slot.triangles);
-                units += u32::from(slot.kind != SlotKind::Source);
+                drawn += u64::from(record.triangles);
+                units += u32::from(record.kind != DrawKind::Source);
             }
             is_drawn
         };
-        if world.has_clusters() {
-            visible
-                .get_mut(TypeId::of::<Mesh3d>())
-                .retain(|&entity| count(entity));
+        let meshes = TypeId::of::<Mesh3d>();
+        if scene.has_clusters() {
+            let visible = visible.get_mut(meshes);
+            visible.retain(|&entity| keep_and_count(entity));
         } else {
-            for &entity in visible
-                .bypass_change_detection()
-                .get(TypeId::of::<Mesh3d>())
-            {
-                count(entity);
+            // Whole meshes are only counted: the list stays as it is, and unchanged.
+            for &entity in visible.bypass_change_detection().get(meshes) {
+                keep_and_count(entity);
             }
         }
         stats.triangles_drawn = drawn;
@@ -75,59 +82,61 @@ pub(crate) fn filter_cameras(
     }
 }
 
-type ShadowViews<'w, 's> = Query<
+type ShadowCasters<'w, 's> = Query<
     'w,
     's,
     (
         Entity,
         &'static Camera,
-        &'static ViewCuts,
+        &'static ViewCut,
         &'static RenderTarget,
         Has<ShadowLodOrigin>,
     ),
 >;
 
-/// Takes out of every shadow view's list what the cut of its camera does not draw.
-pub(crate) fn filter_shadows(
+/// Removes from every shadow view's list what the cut of its camera does not draw.
+fn filter_shadow_views(
     mut directional: Query<&mut CascadesVisibleEntities, With<DirectionalLight>>,
     mut point: Query<&mut CubemapVisibleEntities, With<PointLight>>,
     mut spot: Query<&mut VisibleMeshEntities, With<SpotLight>>,
-    cameras: ShadowViews,
-    world: Res<LodWorld>,
+    cameras: ShadowCasters,
+    scene: Res<LodScene>,
 ) {
-    let filter = |list: &mut VisibleMeshEntities, view: &ViewCuts| {
+    let filter = |list: &mut VisibleMeshEntities, cut: &ViewCut| {
         list.entities.retain(|&entity| {
-            let slot = world.slots.of(entity);
-            slot.is_none_or(|(number, slot)| view.draws(number, slot))
+            let record = scene.records.find(entity);
+            record.is_none_or(|(index, record)| is_drawn(cut, index, record))
         });
     };
+    // Each camera has its own cascades of a directional light.
     for mut light in &mut directional {
         for (&camera, cascades) in &mut light.entities {
-            if let Ok((_, _, view, _, _)) = cameras.get(camera) {
-                cascades.iter_mut().for_each(|list| filter(list, view));
+            if let Ok((_, _, cut, _, _)) = cameras.get(camera) {
+                cascades.iter_mut().for_each(|list| filter(list, cut));
             }
         }
     }
-    let Some(view) = shared_shadow_view(&cameras) else {
+    // All cameras share the shadow maps of point and spot lights.
+    let Some(cut) = shared_shadow_cut(&cameras) else {
         return;
     };
     for mut light in &mut point {
-        light.iter_mut().for_each(|list| filter(list, view));
+        light.iter_mut().for_each(|list| filter(list, cut));
     }
     for mut list in &mut spot {
-        filter(&mut list, view);
+        filter(&mut list, cut);
     }
 }
 
-/// The view whose cut the shadows of point and spot lights use, which all cameras share: the marked
-/// one, else one that draws to a window, else any, as Bevy chooses for its visibility ranges.
-fn shared_shadow_view<'a>(cameras: &'a ShadowViews) -> Option<&'a ViewCuts> {
+/// The cut that the shadows of point and spot lights use: that of the marked camera, else of one that
+/// draws to a window, else of any, as Bevy chooses for its visibility ranges.
+fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<&'a ViewCut> {
     cameras
         .iter()
-        .filter(|(_, camera, view, _, _)| camera.is_active && view.state != ViewState::Idle)
+        .filter(|(_, camera, cut, _, _)| camera.is_active && cut.state != ViewState::Inactive)
         .min_by_key(|(entity, _, _, target, is_origin)| {
             let to_window = matches!(target, RenderTarget::Window(_));
             (!is_origin, !to_window, *entity)
         })
-        .map(|(_, _, view, _, _)| view)
+        .map(|(_, _, cut, _, _)| cut)
 }

@@ -37,20 +37,25 @@
 //! # What happens
 //! By the number of its triangles ([`LodKind`]) a mesh is treated in one of three ways:
 //! - Small meshes stay as they are.
-//! - Props are exchanged as a whole: the entity's [`Mesh3d`] becomes that of a level, so that
+//! - Props are drawn as *whole meshes*: the entity's [`Mesh3d`] becomes that of a level, so that
 //!   instances of a level are still drawn together. Of all views that see the prop, the one that
 //!   asks for the finest level decides.
 //! - Of large meshes, each view draws its own *cut*: every piece of the surface at the coarsest level
 //!   that errs by no more than the pixels that its camera allows. The entities of the pieces
-//!   ("units") are children of the mesh's entity, spawned when a view first wants them. After Bevy's
-//!   culling, each camera's list of visible entities, and those of its shadow maps, are cut down to
-//!   what its cut draws.
+//!   (*units*, [`LodUnit`]) are children of the mesh's entity, spawned when a view first draws them.
+//!   After Bevy's culling, each camera's list of visible entities, and those of its shadow maps, are
+//!   filtered down to what its cut draws.
 //!
 //! The standard renderer draws all of them, with the material of their mesh, whatever it is; no shader
-//! and no special hardware is involved.
+//! and no special hardware is involved. [`FieldLodSystems`] names what happens in a frame, in order.
 //!
 //! Errors are counted in pixels by the camera-sampling field (Lin and Lee, 2004): field of view,
-//! resolution, scale and place in the image count for as much as they show.
+//! resolution, scale and position in the image count for as much as they show.
+//!
+//! # Names
+//! What begins with `FieldLod` belongs to the plugin, a camera or the whole app: plugins, resources,
+//! messages, and the components of cameras. Marks and components of mesh entities read as English:
+//! [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
 //! Skinned and morphed meshes are left as they are. Entities with `NoCpuCulling` bypass the lists of
@@ -62,51 +67,53 @@
 //!   are used, and no C++ is linked.
 //! - `debug`: `FieldLodDebugPlugin`.
 
-mod asset;
-mod components;
+mod auto_lod;
+mod baked_lods;
 mod config;
 #[cfg(feature = "debug")]
 mod debug;
+mod debug_options;
 pub mod diagnostics;
+mod draw_records;
 mod events;
 mod filter;
-mod gather;
 mod glb;
 mod inherit;
-mod library;
-mod marks;
-mod objects;
-mod prepare;
+mod lod_mesh;
+mod lod_scene;
+mod meshes;
 #[cfg(feature = "bake")]
 mod processor;
-mod slots;
+mod settings;
+mod stats;
+mod systems;
 mod textures;
+mod track;
 mod units;
 mod upload;
+mod view_cut;
 mod views;
-mod world;
+mod whole_meshes;
 
-use bevy::camera::CameraUpdateSystems;
-use bevy::camera::visibility::VisibilitySystems;
-use bevy::light::SimulationLightSystems;
-use bevy::mesh::mark_3d_meshes_as_changed_if_their_assets_changed;
 use bevy::prelude::*;
 
-pub use asset::{BakedLods, BakedLodsError};
-pub use components::{
-    AutoLod, FieldLodDebug, FieldLodHeatMap, FieldLodProgress, FieldLodSettings, FieldLodViewStats,
-    NoLod,
-};
+pub use auto_lod::{AutoLod, NoLod};
+pub use baked_lods::BakedLods;
 pub use config::{FieldLodConfig, LodKind};
 #[cfg(feature = "debug")]
-pub use debug::{FieldLodDebugPlugin, FieldLodGizmos, LodSurfaceMaterial};
-pub use events::{FieldLodEvent, LodOrigin};
+pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
+pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
+pub use events::{FieldLodEvent, LodError, LodOrigin};
+#[cfg(feature = "bake")]
+pub use fieldlod_bake::MeshError;
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
-pub use prepare::LodError;
 #[cfg(feature = "bake")]
-pub use processor::{BakeIntoGlb, FieldLodProcessorPlugin};
+pub use processor::FieldLodProcessorPlugin;
+pub use settings::FieldLodSettings;
+pub use stats::{FieldLodProgress, FieldLodViewStats};
+pub use systems::FieldLodSystems;
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 pub use units::LodUnit;
 
@@ -132,99 +139,22 @@ pub mod guide {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodPlugin;
 
-/// The phases of this plugin, to order other systems against.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FieldLodSystems {
-    /// In `PostUpdate`, before transforms propagate: finds mesh entities and follows their levels of
-    /// detail.
-    Prepare,
-    /// In `PostUpdate`, once cameras and transforms are final and before Bevy's culling: selects the
-    /// cut of each view, exchanges whole meshes and spawns units.
-    Select,
-    /// In `PostUpdate`, after Bevy's culling: edits the lists of visible entities.
-    Filter,
-}
-
 impl Plugin for FieldLodPlugin {
     fn build(&self, app: &mut App) {
-        app.init_asset::<Mesh>()
-            .init_asset::<BakedLods>()
-            .init_asset_loader::<asset::BakedLodsLoader>()
-            .register_type::<MeshMaterial3d<StandardMaterial>>()
-            .add_message::<FieldLodEvent>()
-            .init_resource::<FieldLodConfig>()
-            .init_resource::<FieldLodProgress>()
+        app.init_resource::<FieldLodConfig>()
             .init_resource::<FieldLodDebug>()
-            .init_resource::<library::LodLibrary>()
-            .init_resource::<world::LodWorld>()
-            .init_resource::<inherit::Inheritance>()
-            .init_resource::<inherit::Outdated>()
-            .add_plugins((upload::plugin, diagnostics::plugin))
-            .add_observer(objects::note_new)
-            .add_observer(objects::undress)
-            .add_observer(units::replace_lost)
-            .add_observer(views::release_view);
-        configure_phases(app);
-        add_systems(app);
+            .init_resource::<lod_scene::LodScene>()
+            .add_plugins((systems::plugin, baked_lods::plugin, upload::plugin))
+            // What happens in a frame, in the order of `FieldLodSystems`.
+            .add_plugins((
+                track::plugin,
+                meshes::plugin,
+                inherit::plugin,
+                views::plugin,
+                whole_meshes::plugin,
+                units::plugin,
+                filter::plugin,
+                diagnostics::plugin,
+            ));
     }
-}
-
-/// In a frame in which nothing happens, most of them do not run.
-fn add_systems(app: &mut App) {
-    let prepare = (
-        objects::follow_mesh_changes.run_if(on_message::<AssetEvent<Mesh>>),
-        objects::find_objects,
-        objects::refuse_unsupported.run_if(objects::any_waiting),
-        library::collect_prepared.run_if(library::any_preparing),
-        objects::advance_waiting.run_if(objects::any_waiting),
-        objects::update_progress,
-        views::add_view_components.run_if(views::any_new),
-        inherit::find_outdated.run_if(world::has_clusters),
-        inherit::renew_units.run_if(inherit::any_outdated),
-    );
-    let select = (
-        views::place_instances,
-        views::select_views,
-        views::exchange_levels.run_if(world::has_restless),
-        units::spawn_units.run_if(units::any_wanted),
-        units::despawn_idle.run_if(world::has_idle),
-    );
-    let filter = (
-        filter::filter_cameras,
-        filter::filter_shadows.run_if(world::has_clusters),
-    );
-    app.add_systems(
-        PostUpdate,
-        (
-            prepare.chain().in_set(FieldLodSystems::Prepare),
-            select.chain().in_set(FieldLodSystems::Select),
-            filter.in_set(FieldLodSystems::Filter),
-        ),
-    );
-}
-
-fn configure_phases(app: &mut App) {
-    app.configure_sets(
-        PostUpdate,
-        (
-            // Bevy must hear of changed materials in the frame in which it extracts them.
-            FieldLodSystems::Prepare
-                .before(mark_3d_meshes_as_changed_if_their_assets_changed)
-                .before(TransformSystems::Propagate)
-                .before(VisibilitySystems::VisibilityPropagate)
-                .before(VisibilitySystems::CalculateBounds),
-            FieldLodSystems::Select
-                .after(FieldLodSystems::Prepare)
-                .after(CameraUpdateSystems)
-                .after(TransformSystems::Propagate)
-                .after(VisibilitySystems::UpdateFrusta)
-                .after(VisibilitySystems::VisibilityPropagate)
-                .before(VisibilitySystems::CheckVisibility),
-            FieldLodSystems::Filter
-                .after(FieldLodSystems::Select)
-                .after(VisibilitySystems::CheckVisibility)
-                .after(SimulationLightSystems::CheckLightVisibility)
-                .before(VisibilitySystems::MarkNewlyHiddenEntitiesInvisible),
-        ),
-    );
 }

@@ -46,7 +46,7 @@ impl Plugin for FieldLodProcessorPlugin {
 
 /// Puts a `.fieldlod` file into a `.glb` file. Its settings are those of the loader.
 #[derive(Clone, Copy, Debug, Default, TypePath)]
-pub struct BakeIntoGlb;
+pub(crate) struct BakeIntoGlb;
 
 impl Process for BakeIntoGlb {
     type Settings = GltfLoaderSettings;

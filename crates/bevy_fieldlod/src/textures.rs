@@ -6,10 +6,9 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use camera_field::CAMERA_FROM_VIEW;
 
-use crate::FieldLodSystems;
-use crate::library::LodMesh;
-use crate::objects::LodObject;
-use crate::views::{ViewCuts, ViewState};
+use crate::lod_mesh::{LodMesh, LodObject};
+use crate::systems::FieldLodSystems;
+use crate::view_cut::{ViewCut, ViewState};
 
 /// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail that
 /// have texture coordinates. Nothing streams textures by it: read them where you do.
@@ -32,9 +31,9 @@ use crate::views::{ViewCuts, ViewState};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodTexturePlugin;
 
-/// How finely some view samples the texture of a surface: on mesh entities with levels of detail,
-/// as long as one sees it. Bounds, over the mesh's sphere and for its least stretched texture
-/// coordinates: a piece of it may do with less.
+/// How finely some view samples the texture of a surface. Mesh entities with levels of detail have it as
+/// long as a view sees them. It is a bound over the sphere around the mesh, with the mean density of its
+/// texture coordinates.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, PartialEq)]
 pub struct TextureDetail {
@@ -43,10 +42,10 @@ pub struct TextureDetail {
     pub pixels_per_uv: f32,
 }
 
-/// The finest [`TextureDetail`] of all entities with a material.
+/// The finest [`TextureDetail`] of all entities that share a material.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct FieldLodTextureDemand {
-    /// For [`StandardMaterial`]s; those that no view sees are missing.
+    /// That of each [`StandardMaterial`] that some view sees.
     pub of_standard_materials: HashMap<AssetId<StandardMaterial>, TextureDetail>,
 }
 
@@ -65,34 +64,37 @@ impl Plugin for FieldLodTexturePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldLodTextureDemand>().add_systems(
             PostUpdate,
-            (measure, gather).chain().after(FieldLodSystems::Select),
+            (measure_objects, gather_materials)
+                .chain()
+                .after(FieldLodSystems::Select),
         );
     }
 }
 
-fn measure(
+/// Measures how finely each object is seen.
+fn measure_objects(
     mut commands: Commands,
-    views: Query<(&ViewCuts, &GlobalTransform)>,
+    views: Query<(&ViewCut, &GlobalTransform)>,
     mut objects: Query<(
         Entity,
         &LodObject,
         &GlobalTransform,
         Option<&mut TextureDetail>,
     )>,
-    gone: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
+    former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
 ) {
-    for (entity, object, place, detail) in &mut objects {
-        let seen = views
+    for (entity, object, transform, detail) in &mut objects {
+        let pixels_per_uv = views
             .iter()
-            .filter_map(|(cuts, eye)| pixels_per_uv(cuts, eye, &object.mesh, place));
-        match (seen.reduce(f32::max), detail) {
-            (Some(pixels_per_uv), Some(mut detail)) => {
-                detail.set_if_neq(TextureDetail { pixels_per_uv });
+            .filter_map(|(cut, pose)| pixels_per_uv(cut, pose, &object.mesh, transform))
+            .reduce(f32::max);
+        let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
+        match (measured, detail) {
+            (Some(measured), Some(mut detail)) => {
+                detail.set_if_neq(measured);
             }
-            (Some(pixels_per_uv), None) => {
-                commands
-                    .entity(entity)
-                    .insert(TextureDetail { pixels_per_uv });
+            (Some(measured), None) => {
+                commands.entity(entity).insert(measured);
             }
             (None, Some(_)) => {
                 commands.entity(entity).remove::<TextureDetail>();
@@ -100,31 +102,33 @@ fn measure(
             (None, None) => {}
         }
     }
-    for entity in &gone {
+    for entity in &former_objects {
         commands.entity(entity).remove::<TextureDetail>();
     }
 }
 
-/// `None` outside the view and without texture coordinates.
+/// Pixels across a unit of texture coordinates; `None` outside the view and without texture coordinates.
 fn pixels_per_uv(
-    cuts: &ViewCuts,
-    eye: &GlobalTransform,
+    cut: &ViewCut,
+    pose: &GlobalTransform,
     mesh: &LodMesh,
-    place: &GlobalTransform,
+    transform: &GlobalTransform,
 ) -> Option<f32> {
-    let camera = cuts.view.filter(|_| cuts.state == ViewState::Cuts)?;
-    let camera = camera.camera();
-    let whole = mesh.whole.filter(|_| mesh.uv_per_area > 0.0)?;
-    let place = place.affine();
-    let center = place.transform_point3a(whole.center);
-    let center = Vec3::from(eye.affine().inverse().transform_point3a(center));
-    let scale = place.matrix3.x_axis.length();
-    let scale = scale.max(place.matrix3.y_axis.length());
-    let scale = scale.max(place.matrix3.z_axis.length());
-    let (center, radius) = (
-        CAMERA_FROM_VIEW * center,
-        whole.half_extents.length() * scale,
-    );
+    let view = cut.view.filter(|_| cut.state == ViewState::Cut)?;
+    let camera = view.camera();
+    let aabb = mesh.aabb.filter(|_| mesh.uv_per_area > 0.0)?;
+    // The sphere around the mesh, as the camera sees it.
+    let world_from_local = transform.affine();
+    let axes = world_from_local.matrix3;
+    let scale = axes
+        .x_axis
+        .length()
+        .max(axes.y_axis.length())
+        .max(axes.z_axis.length());
+    let radius = aabb.half_extents.length() * scale;
+    let center_in_world = world_from_local.transform_point3a(aabb.center);
+    let center_in_view = pose.affine().inverse().transform_point3a(center_in_world);
+    let center = CAMERA_FROM_VIEW * Vec3::from(center_in_view);
     if !camera.touches_sphere(center, radius) {
         return None;
     }
@@ -132,16 +136,17 @@ fn pixels_per_uv(
     Some((strength * scale * scale / mesh.uv_per_area).sqrt())
 }
 
-fn gather(
+/// Finds the finest detail that each material needs.
+fn gather_materials(
     objects: Query<(&TextureDetail, &MeshMaterial3d<StandardMaterial>)>,
     mut demand: ResMut<FieldLodTextureDemand>,
 ) {
     let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
     for (detail, material) in &objects {
-        let most = of_standard_materials
+        let finest = of_standard_materials
             .entry(material.id())
             .or_insert(*detail);
-        most.pixels_per_uv = most.pixels_per_uv.max(detail.pixels_per_uv);
+        finest.pixels_per_uv = finest.pixels_per_uv.max(detail.pixels_per_uv);
     }
     demand.set_if_neq(FieldLodTextureDemand {
         of_standard_materials,

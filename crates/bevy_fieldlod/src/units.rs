@@ -1,114 +1,100 @@
-//! The entities that draw units: spawned when a view first wants them, despawned when none has for
-//! a while.
+//! Large meshes are drawn as units: entities that are spawned when a view first draws them and despawned
+//! when none has for a while.
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::prelude::*;
 
-use crate::FieldLodConfig;
-use crate::inherit::Inheritance;
-use crate::world::LodWorld;
+use crate::config::FieldLodConfig;
+use crate::inherit::InheritedComponents;
+use crate::lod_scene::LodScene;
+use crate::systems::FieldLodSystems;
 
 /// An entity that draws one unit, as a child of the mesh entity whose surface it is part of.
 #[derive(Component, Clone, Copy, Debug, Reflect)]
 #[reflect(Component, Clone)]
+#[require(NoAutoAabb)]
 pub struct LodUnit {
-    /// 0 is the finest.
+    /// The level of detail; 0 is the finest.
     pub level: u32,
     /// The entity whose surface it is part of.
     pub object: Entity,
 }
 
-/// Despawns at most this many in a frame: after a fast turn, thousands may fall idle together.
-const MOST_DESPAWNED: usize = 256;
-
-/// Whether there are units to spawn.
-pub(crate) fn any_wanted(world: Res<LodWorld>) -> bool {
-    !world.wanted.is_empty()
+/// Spawns and despawns units as the cuts of views change.
+pub(crate) fn plugin(app: &mut App) {
+    let any_to_spawn = |scene: Res<LodScene>| !scene.units_to_spawn.is_empty();
+    let any_idle = |scene: Res<LodScene>| !scene.idle_units.is_empty();
+    let systems = (
+        spawn_units.run_if(any_to_spawn),
+        despawn_idle_units.run_if(any_idle),
+    );
+    app.add_observer(respawn_lost_unit)
+        .add_systems(PostUpdate, systems.chain().in_set(FieldLodSystems::Spawn));
 }
 
-/// Whether units were spawned in this frame.
-#[cfg(feature = "debug")]
-pub(crate) fn any_born(units: Query<(), Added<LodUnit>>) -> bool {
-    !units.is_empty()
-}
+/// A unit that is about to be spawned: its draw record and what its entity starts with.
+type UnitSpawn = (u32, (Mesh3d, Aabb, LodUnit));
 
-/// A unit that is about to be spawned.
-struct Birth {
-    slot: u32,
-    object: Entity,
-    mesh: Handle<Mesh>,
-    aabb: Aabb,
-    level: u32,
-}
-
-/// Spawns the units that views want. It runs between Bevy's propagation of transforms and its
-/// culling, so that they are drawn in the same frame, where their objects are.
+/// Spawns the units that views draw and that have no entity yet.
 pub(crate) fn spawn_units(world: &mut World) {
-    let births = take_births(&mut world.resource_mut::<LodWorld>());
-    world.resource_scope(|world, mut inheritance: Mut<Inheritance>| {
-        inheritance.update(world);
-        for birth in births {
-            let (slot, object) = (birth.slot, birth.object);
-            let Some(unit) = spawn_unit(world, birth) else {
+    let spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
+    world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
+        inherited.update(world);
+        for (record, components) in spawns {
+            let object = components.2.object;
+            let Some(unit) = spawn_unit(world, components) else {
                 continue;
             };
-            inheritance.give(world, object, unit);
-            let mut lod = world.resource_mut::<LodWorld>();
-            lod.slots.give_entity(slot, unit);
+            inherited.copy(world, object, unit);
+            let mut scene = world.resource_mut::<LodScene>();
+            scene.records.set_entity(record, unit);
         }
     });
 }
 
-fn spawn_unit(world: &mut World, birth: Birth) -> Option<Entity> {
-    let object = world.get_entity(birth.object).ok()?;
-    let place = object.get::<GlobalTransform>().copied();
-    let inherited = object.get::<InheritedVisibility>().copied();
-    let unit = world.spawn((
-        Mesh3d(birth.mesh),
-        Transform::IDENTITY,
-        place.unwrap_or_default(),
-        inherited.unwrap_or_default(),
-        birth.aabb,
-        NoAutoAabb,
-        ChildOf(birth.object),
-        LodUnit {
-            level: birth.level,
-            object: birth.object,
-        },
-    ));
+fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
+    let records = std::mem::take(&mut scene.units_to_spawn).into_iter();
+    let unit_spawn = |record: u32| {
+        let (instance, unit) = scene.records.unit(record)?;
+        let instance = scene.instance(instance)?;
+        let piece = &instance.mesh.pieces[unit as usize];
+        let unit = LodUnit {
+            level: piece.level,
+            object: instance.entity,
+        };
+        Some((record, (Mesh3d(piece.mesh.clone()?), piece.aabb, unit)))
+    };
+    records.filter_map(unit_spawn).collect()
+}
+
+/// Spawns a unit where its object is, as Bevy has already propagated transforms and visibility.
+fn spawn_unit(world: &mut World, components: (Mesh3d, Aabb, LodUnit)) -> Option<Entity> {
+    let object = components.2.object;
+    let there = world.get_entity(object).ok()?;
+    let transform = there.get::<GlobalTransform>().copied().unwrap_or_default();
+    let visibility = there.get::<InheritedVisibility>().copied();
+    let visibility = visibility.unwrap_or_default();
+    let unit = world.spawn((components, transform, visibility, ChildOf(object)));
     Some(unit.id())
 }
 
-fn take_births(lod: &mut LodWorld) -> Vec<Birth> {
-    let wanted = std::mem::take(&mut lod.wanted);
-    let birth = |slot: u32| {
-        let (instance, unit) = lod.slots.unit(slot)?;
-        let instance = lod.instance(instance)?;
-        let piece = &instance.mesh.pieces[unit as usize];
-        Some(Birth {
-            slot,
-            object: instance.entity,
-            mesh: piece.mesh.clone()?,
-            aabb: piece.aabb,
-            level: piece.level,
-        })
-    };
-    wanted.into_iter().filter_map(birth).collect()
-}
+/// Despawns at most this many units in a frame: after a fast turn, thousands may fall idle together.
+const MOST_DESPAWNED: usize = 256;
 
-/// Despawns units that no view has wanted for a while.
-pub(crate) fn despawn_idle(
-    mut world: ResMut<LodWorld>,
+/// Despawns units that no view has drawn for a while.
+fn despawn_idle_units(
+    mut scene: ResMut<LodScene>,
     config: Res<FieldLodConfig>,
     mut commands: Commands,
 ) {
-    for unit in world.take_idle(config.idle_frames, MOST_DESPAWNED) {
+    for unit in scene.take_idle_units(config.idle_frames, MOST_DESPAWNED) {
         commands.entity(unit).try_despawn();
     }
 }
 
 /// Spawns a unit again that someone else despawned.
-pub(crate) fn replace_lost(removal: On<Remove, LodUnit>, mut world: ResMut<LodWorld>) {
-    world.lose_unit(removal.entity);
+fn respawn_lost_unit(removal: On<Remove, LodUnit>, mut scene: ResMut<LodScene>) {
+    let record = scene.records.forget_entity(removal.entity);
+    scene.units_to_spawn.extend(record);
 }

@@ -1,4 +1,4 @@
-//! Tells when the GPU has the pieces of meshes, so that a cut is never drawn with pieces missing.
+//! Notes when the GPU has the pieces of meshes, so that a cut is never drawn with pieces missing.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,16 +9,17 @@ use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{Render, RenderApp, RenderSystems};
 
-use crate::library::LodMesh;
+use crate::lod_mesh::LodMesh;
 
-/// The meshes on their way to the GPU; one queue, seen by the main and the render world.
+/// The meshes on their way to the GPU: one queue, shared by the main and the render world.
 #[derive(Resource, Clone, Default)]
 pub(crate) struct UploadQueue {
-    /// `None` without a renderer: nothing to wait for.
+    /// `None` without a renderer, where there is nothing to wait for.
     waiting: Option<Arc<Mutex<Vec<Arc<LodMesh>>>>>,
 }
 
 impl UploadQueue {
+    /// Lets a mesh be noted once the GPU has all its pieces.
     pub(crate) fn push(&self, lod: Arc<LodMesh>) {
         match &self.waiting {
             Some(queue) => queue
@@ -30,13 +31,14 @@ impl UploadQueue {
     }
 }
 
+/// Looks in the render world, if there is one, for what has been uploaded.
 pub(crate) fn plugin(app: &mut App) {
     let mut queue = UploadQueue::default();
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         queue.waiting = Some(Arc::default());
         render_app.insert_resource(queue.clone()).add_systems(
             Render,
-            note_uploaded
+            note_uploaded_meshes
                 .after(RenderSystems::PrepareAssets)
                 .in_set(RenderSystems::Prepare),
         );
@@ -44,18 +46,18 @@ pub(crate) fn plugin(app: &mut App) {
     app.insert_resource(queue);
 }
 
-fn note_uploaded(queue: Res<UploadQueue>, meshes: Res<RenderAssets<RenderMesh>>) {
-    let Some(queue) = &queue.waiting else {
+fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<RenderMesh>>) {
+    let Some(waiting) = &queue.waiting else {
         return;
     };
-    let has = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
-    let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-    queue.retain(|lod| {
+    let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
+    let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    waiting.retain(|lod| {
         let mut pieces = lod.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
-        let complete = pieces.all(has);
-        if complete {
+        let is_complete = pieces.all(is_uploaded);
+        if is_complete {
             lod.uploaded.store(true, Ordering::Release);
         }
-        !complete
+        !is_complete
     });
 }

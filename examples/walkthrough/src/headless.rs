@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
     let numbers = world.numbers(generation_time, start.elapsed());
 
     // As the plugin selects.
-    let settings = FieldLodSettings::with_error_px(args.error_px).selection(true);
+    let settings = FieldLodSettings::with_error_px(args.error_px).to_lod_settings(true);
     let path = CameraPath::new();
     let mut selector = Selector::default();
     let along_the_path = frames.into_iter().map(|(_, round)| {

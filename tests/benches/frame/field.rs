@@ -1,4 +1,4 @@
-//! The same scene in each of the ways that it can be drawn.
+//! The same scene drawn by each method.
 
 use std::any::TypeId;
 use std::collections::HashMap;
@@ -8,17 +8,17 @@ use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
-use fieldlod_tests::apps::{bevy_mesh, rendererless_app, settle, spawn_camera};
+use fieldlod_tests::apps::{bevy_mesh, rendererless_app, run_until_ready, spawn_camera};
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
+pub(crate) enum Method {
     /// As Bevy does it.
     Full,
     /// Three levels by hand: one entity each, by distance.
     Ranges,
     /// By the plugin.
-    Ours(LodKind),
+    AutoLod(LodKind),
 }
 
 /// A square of instances around a camera, which may walk.
@@ -33,17 +33,17 @@ const SPACING: f32 = 5.0;
 
 impl Field {
     /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
-    pub(crate) fn new(way: Way, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
+    pub(crate) fn new(method: Method, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
         let mut app = rendererless_app();
         let world = app.world_mut();
-        spawn_rocks(world, way, rocks, count);
+        spawn_rocks(world, method, rocks, count);
         if sun {
             spawn_sun(world);
         }
         let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
         let camera = spawn_camera(world, UVec2::new(1920, 1080), pose);
-        let is_ours = matches!(way, Way::Ours(_));
-        settle(&mut app, if is_ours { count } else { 0 });
+        let has_plugin = matches!(method, Method::AutoLod(_));
+        run_until_ready(&mut app, if has_plugin { count } else { 0 });
         Self {
             app,
             camera,
@@ -87,12 +87,12 @@ impl Field {
             .collect()
     }
 
-    /// The mesh that each entity wears, in the camera's view or not.
+    /// The mesh that each entity has, in the camera's view or not.
     pub(crate) fn levels(&mut self) -> HashMap<Entity, AssetId<Mesh>> {
         let world = self.app.world_mut();
-        let mut worn = world.query::<(Entity, &Mesh3d)>();
-        let worn = worn.iter(world);
-        worn.map(|(entity, mesh)| (entity, mesh.id())).collect()
+        let mut meshes = world.query::<(Entity, &Mesh3d)>();
+        let meshes = meshes.iter(world);
+        meshes.map(|(entity, mesh)| (entity, mesh.id())).collect()
     }
 
     pub(crate) fn stats(&self) -> FieldLodViewStats {
@@ -104,7 +104,7 @@ impl Field {
     }
 }
 
-fn spawn_rocks(world: &mut World, way: Way, rocks: &[SourceMesh], count: u32) {
+fn spawn_rocks(world: &mut World, method: Method, rocks: &[SourceMesh], count: u32) {
     let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
     let material = MeshMaterial3d(materials.add(StandardMaterial::default()));
     let mut meshes = world.resource_mut::<Assets<Mesh>>();
@@ -114,14 +114,14 @@ fn spawn_rocks(world: &mut World, way: Way, rocks: &[SourceMesh], count: u32) {
         .collect();
     for pose in poses(count) {
         let one = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), material.clone(), pose);
-        match way {
-            Way::Full => {
+        match method {
+            Method::Full => {
                 world.spawn(one(&levels[0]));
             }
-            Way::Ours(kind) => {
+            Method::AutoLod(kind) => {
                 world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));
             }
-            Way::Ranges => {
+            Method::Ranges => {
                 for (level, range) in levels.iter().zip(ranges()) {
                     world.spawn((one(level), range));
                 }

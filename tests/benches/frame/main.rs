@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bevy_fieldlod::LodKind;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use field::{Field, Way};
+use field::{Field, Method};
 use fieldlod_bake::SourceMesh;
 use fieldlod_tests::rock;
 
@@ -32,10 +32,10 @@ fn frames(criterion: &mut Criterion) {
                 .sample_size(20)
                 .warm_up_time(Duration::from_secs(1))
                 .measurement_time(Duration::from_secs(2));
-            let ways = [Way::Full, Way::Ranges, Way::Ours(LodKind::Auto)];
-            for (name, way) in ["full", "ranges", "ours"].into_iter().zip(ways) {
+            let methods = [Method::Full, Method::Ranges, Method::AutoLod(LodKind::Auto)];
+            for (name, method) in ["full", "ranges", "auto_lod"].into_iter().zip(methods) {
                 // Not made where a filter leaves it out.
-                let field = LazyCell::new(|| RefCell::new(checked_field(way, count, sun)));
+                let field = LazyCell::new(|| RefCell::new(checked_field(method, count, sun)));
                 group.bench_function(BenchmarkId::new(name, "still"), |bencher| {
                     let mut field = field.borrow_mut();
                     bencher.iter(|| field.still());
@@ -50,17 +50,17 @@ fn frames(criterion: &mut Criterion) {
 }
 
 /// A field that does what it is timed for.
-fn checked_field(way: Way, count: u32, sun: bool) -> Field {
-    let mut field = Field::new(way, &rocks(), count, sun);
+fn checked_field(method: Method, count: u32, sun: bool) -> Field {
+    let mut field = Field::new(method, &rocks(), count, sun);
     let visible = field.visible();
     assert!(!visible.is_empty() && visible.len() < count as usize);
-    match way {
-        Way::Full => {}
-        Way::Ranges => {
+    match method {
+        Method::Full => {}
+        Method::Ranges => {
             let meshes: HashSet<_> = visible.iter().map(|(_, mesh)| mesh).collect();
             assert!(meshes.len() > 1, "all is drawn at one level");
         }
-        Way::Ours(_) => {
+        Method::AutoLod(_) => {
             let stats = field.stats();
             assert_eq!(stats.units_drawn as usize, visible.len());
             assert!(
@@ -113,7 +113,7 @@ fn kinds(criterion: &mut Criterion) {
 /// A field of rocks that has been walked through, with what it draws written out.
 fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
     let rocks = [rock(subdivisions, 1)];
-    let mut field = Field::new(Way::Ours(kind), &rocks, count, true);
+    let mut field = Field::new(Method::AutoLod(kind), &rocks, count, true);
     (0..100).for_each(|_| field.walk());
     let stats = field.stats();
     let has_levels = kind != LodKind::Plain;

@@ -13,7 +13,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
-use fieldlod_tests::apps::{bevy_mesh, rendererless_app, settle, spawn_camera};
+use fieldlod_tests::apps::{bevy_mesh, rendererless_app, run_until_ready, spawn_camera};
 
 /// Names of what is measured.
 const CASES: [(&str, LodKind); 3] = [
@@ -30,7 +30,7 @@ fn meshes_of(case: &str) -> Vec<SourceMesh> {
     }
 }
 
-/// What a process is told by its environment.
+/// Environment variables that tell a process what to measure.
 const CASE: &str = "FIELDLOD_MEMORY_CASE";
 const FOLDER: &str = "FIELDLOD_MEMORY_CACHE";
 const IS_PLAIN: &str = "FIELDLOD_MEMORY_PLAIN";
@@ -121,7 +121,7 @@ fn measure(case: &str, folder: &Path, is_plain: bool) -> Count {
     let source_bytes = sources.iter().map(bytes_of).sum();
     let count = sources.len() as u32;
     spawn(app.world_mut(), sources, (!is_plain).then_some(kind));
-    settle(&mut app, if is_plain { 0 } else { count });
+    run_until_ready(&mut app, if is_plain { 0 } else { count });
     let units = app.world_mut().query::<&LodUnit>().iter(app.world()).len();
     let meshes = app.world().resource::<Assets<Mesh>>();
     let of_usage = |usage| {

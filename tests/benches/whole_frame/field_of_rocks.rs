@@ -1,4 +1,4 @@
-//! Rocks in a field under a low sun, drawn in different ways.
+//! Rocks in a field under a low sun, drawn in different methods.
 
 use std::any::TypeId;
 use std::collections::HashMap;
@@ -24,26 +24,26 @@ const SWITCH_AT_M: [f32; 2] = [10.0, 40.0];
 
 /// How the rocks are drawn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Way {
+pub(crate) enum Method {
     /// As they are.
     Full,
     /// By the plugin at one pixel.
-    Plugin(LodKind),
+    AutoLod(LodKind),
     /// At three levels that distances choose, multiplied by `scale`.
     Ranges { scale: f32 },
 }
 
 /// The scene in an app of its own.
-pub(crate) struct Studio {
+pub(crate) struct RockScene {
     stage: Stage,
     eye: Eye,
-    way: Way,
+    method: Method,
     triangles_of: HashMap<AssetId<Mesh>, u32>,
 }
 
-impl Studio {
+impl RockScene {
     /// `None` without an adapter.
-    pub(crate) fn new(levels: &[Vec<Level>], way: Way) -> Option<Self> {
+    pub(crate) fn new(levels: &[Vec<Level>], method: Method) -> Option<Self> {
         let mut stage = Stage::new()?;
         let mut triangles_of = HashMap::new();
         let mut handles = |level: &Level| {
@@ -51,7 +51,7 @@ impl Studio {
             triangles_of.insert(handle.id(), level.triangles);
             handle
         };
-        let wanted = if matches!(way, Way::Ranges { .. }) {
+        let wanted = if matches!(method, Method::Ranges { .. }) {
             3
         } else {
             1
@@ -63,16 +63,16 @@ impl Studio {
         let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.55, 0.5)));
         for index in 0..ROCKS {
             let levels = &meshes[(index % SHAPES) as usize];
-            spawn_rock(&mut stage, levels, &stone, place_of(index), way);
+            spawn_rock(&mut stage, levels, &stone, place_of(index), method);
         }
         add_surroundings(&mut stage);
         let settings = FieldLodSettings::with_error_px(1.0);
         let eye = stage.add_eye_of_size(SIZE_PX, pose(0), css::SKY_BLUE.into(), settings);
-        stage.settle();
+        stage.run_until_ready();
         Some(Self {
             stage,
             eye,
-            way,
+            method,
             triangles_of,
         })
     }
@@ -105,7 +105,7 @@ impl Studio {
 
     /// Triangles of rocks in the camera's view, shadows not counted.
     pub(crate) fn triangles_drawn(&self) -> u64 {
-        if matches!(self.way, Way::Plugin(_)) {
+        if matches!(self.method, Method::AutoLod(_)) {
             return self.stage.stats(&self.eye).triangles_drawn;
         }
         let world = self.stage.app.world();
@@ -164,17 +164,17 @@ fn spawn_rock(
     levels: &[Handle<Mesh>],
     stone: &Handle<StandardMaterial>,
     place: Transform,
-    way: Way,
+    method: Method,
 ) {
     let drawn = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), MeshMaterial3d(stone.clone()), place);
-    match way {
-        Way::Full => {
+    match method {
+        Method::Full => {
             stage.spawn(drawn(&levels[0]));
         }
-        Way::Plugin(kind) => {
+        Method::AutoLod(kind) => {
             stage.spawn((drawn(&levels[0]), AutoLod { kind, ..default() }));
         }
-        Way::Ranges { scale } => {
+        Method::Ranges { scale } => {
             let [near, far] = SWITCH_AT_M.map(|at| at * scale);
             let bounds = [0.0..near, near..far, far..f32::INFINITY];
             for (mesh, range) in levels.iter().zip(bounds) {

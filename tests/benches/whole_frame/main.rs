@@ -1,7 +1,7 @@
 //! Whole frames, on whatever adapter there is: full detail, this plugin at one pixel, and three levels
 //! behind Bevy's `VisibilityRange`, at distances that give the same image error.
 //!
-//! `cargo bench -p fieldlod_tests --bench whole_frame`. The ways draw in turn, so that all share what
+//! `cargo bench -p fieldlod_tests --bench whole_frame`. The methods draw in turn, so that all share what
 //! else the machine does; times are those of whole updates until the GPU is done.
 
 mod field_of_rocks;
@@ -10,7 +10,7 @@ mod levels;
 use std::time::{Duration, Instant};
 
 use bevy_fieldlod::LodKind;
-use field_of_rocks::{Studio, Way};
+use field_of_rocks::{Method, RockScene};
 use image::RgbaImage;
 use levels::Level;
 
@@ -26,7 +26,7 @@ const SAME: f64 = 0.02;
 
 fn main() {
     let levels = levels::by_rock();
-    let Some(mut full) = Studio::new(&levels, Way::Full) else {
+    let Some(mut full) = RockScene::new(&levels, Method::Full) else {
         return;
     };
     let pictures = full.pictures(&COMPARED);
@@ -34,12 +34,12 @@ fn main() {
         measured("full detail", full, &pictures),
         measured(
             "plugin, 1 px",
-            studio(&levels, Way::Plugin(LodKind::Auto)),
+            scene(&levels, Method::AutoLod(LodKind::Auto)),
             &pictures,
         ),
         measured(
             "plugin, 1 px, whole meshes",
-            studio(&levels, Way::Plugin(LodKind::Chain)),
+            scene(&levels, Method::AutoLod(LodKind::Chain)),
             &pictures,
         ),
     ];
@@ -49,41 +49,41 @@ fn main() {
     print(&rows);
 }
 
-fn studio(levels: &[Vec<Level>], way: Way) -> Studio {
-    Studio::new(levels, way).expect("the first one had an adapter")
+fn scene(levels: &[Vec<Level>], method: Method) -> RockScene {
+    RockScene::new(levels, method).expect("the first one had an adapter")
 }
 
-/// One way to draw the scene, and what came of it.
+/// The scene drawn by one method, and what was measured.
 struct Row {
     name: &'static str,
-    studio: Studio,
+    scene: RockScene,
     /// Root mean square of the difference from full detail, of 255.
     error: f64,
     triangles: u64,
     times: Vec<Duration>,
 }
 
-fn measured(name: &'static str, mut studio: Studio, full: &[RgbaImage]) -> Row {
-    let error = rmse(&studio.pictures(&COMPARED), full);
+fn measured(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Row {
+    let error = rmse(&scene.pictures(&COMPARED), full);
     Row {
         name,
         error,
-        triangles: studio.triangles_drawn(),
-        studio,
+        triangles: scene.triangles_drawn(),
+        scene,
         times: Vec::new(),
     }
 }
 
 /// The levels at a scale of their distances at which the image error is `error`, but for [`SAME`].
-fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Studio {
+fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> RockScene {
     let (mut near, mut far) = (0.02f32, 8.0f32);
     for _ in 0..SEARCH_STEPS {
         let scale = (near * far).sqrt();
-        let mut studio = studio(levels, Way::Ranges { scale });
-        let found = rmse(&studio.pictures(&COMPARED), full);
+        let mut scene = scene(levels, Method::Ranges { scale });
+        let found = rmse(&scene.pictures(&COMPARED), full);
         eprintln!("distances times {scale:.3}: image error {found:.3} for {error:.3}");
         if (found - error).abs() <= SAME * error {
-            return studio;
+            return scene;
         }
         if found > error {
             near = scale;
@@ -97,9 +97,9 @@ fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Stu
 fn time(rows: &mut [Row]) {
     for step in 0..STEPS {
         for row in &mut *rows {
-            row.studio.go_to(step);
+            row.scene.go_to(step);
             let start = Instant::now();
-            row.studio.draw();
+            row.scene.draw();
             row.times.push(start.elapsed());
         }
     }
@@ -120,7 +120,7 @@ fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
 }
 
 fn print(rows: &[Row]) {
-    println!("{}", rows[0].studio.adapter());
+    println!("{}", rows[0].scene.adapter());
     println!(
         "{:<28} {:>10} {:>10} {:>8} {:>9} {:>7} {:>9}",
         "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "ratio"
@@ -137,8 +137,8 @@ fn print(rows: &[Row]) {
             row.name,
             row.error,
             row.triangles,
-            row.studio.mesh_entities(),
-            row.studio.mesh_bytes() as f64 / 1e6,
+            row.scene.mesh_entities(),
+            row.scene.mesh_bytes() as f64 / 1e6,
             median(row),
             median(row) / of_full
         );

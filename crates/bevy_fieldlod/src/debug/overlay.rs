@@ -2,14 +2,15 @@
 
 use bevy::prelude::*;
 
-use crate::{FieldLodDebug, FieldLodProgress, FieldLodViewStats};
+use crate::debug_options::FieldLodDebug;
+use crate::stats::{FieldLodProgress, FieldLodViewStats};
 
 /// The text of [`FieldLodDebug::overlay`].
 #[derive(Component)]
-pub(crate) struct Overlay;
+pub(super) struct Overlay;
 
-/// Shows the text, keeps it up to date, or takes it away.
-pub(crate) fn show(
+/// Shows the text, keeps it up to date, or removes it.
+pub(super) fn update_overlay(
     mut commands: Commands,
     debug: Res<FieldLodDebug>,
     mut overlays: Query<(Entity, &mut Text), With<Overlay>>,
@@ -26,13 +27,13 @@ pub(crate) fn show(
     if let Ok((_, mut shown)) = overlays.single_mut() {
         shown.set_if_neq(Text(text));
     } else {
-        let place = Node {
+        let node = Node {
             position_type: PositionType::Absolute,
             left: px(8.0),
             top: px(8.0),
             ..default()
         };
-        commands.spawn((Overlay, Text(text), TextFont::from_font_size(14.0), place));
+        commands.spawn((Overlay, Text(text), TextFont::from_font_size(14.0), node));
     }
 }
 

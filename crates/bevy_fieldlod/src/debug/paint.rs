@@ -1,130 +1,126 @@
-//! Exchanges the materials of what is drawn, and puts them back.
+//! Swaps the materials of what is drawn for the debug view's, and restores them.
 
 use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 
-use super::surface::{LodSurfaceMaterial, Surfaces, tag};
-use crate::FieldLodDebug;
-use crate::inherit::Inheritance;
+use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
+use crate::debug_options::FieldLodDebug;
+use crate::inherit::InheritedComponents;
+use crate::lod_mesh::LodPiece;
+use crate::lod_scene::{DrawnAs, LodScene};
 use crate::units::LodUnit;
-use crate::world::{Drawn, LodWorld};
 
 /// An entity that is painted.
 #[derive(Component)]
-pub(crate) struct Painted {
-    /// An entity that keeps what a chain wore itself; units get theirs from their object.
-    wardrobe: Option<Entity>,
+pub(super) struct Painted {
+    /// An entity that keeps the materials of a whole mesh meanwhile; units inherit theirs.
+    saved_materials: Option<Entity>,
 }
 
 /// Whether anything is painted or should be.
-pub(crate) fn is_wanted(
+pub(super) fn is_wanted(
     debug: Res<FieldLodDebug>,
-    surfaces: Res<Surfaces>,
+    materials: Res<DebugMaterials>,
     painted: Query<(), With<Painted>>,
 ) -> bool {
-    surfaces.wanted(&debug).is_some() || !painted.is_empty()
+    materials.wanted(&debug).is_some() || !painted.is_empty()
 }
 
-/// Paints, or puts everything back.
-pub(crate) fn paint(world: &mut World) {
+/// Paints all that is drawn, or restores it.
+pub(super) fn paint_units(world: &mut World) {
     let debug = *world.resource::<FieldLodDebug>();
-    let wanted = world.resource::<Surfaces>().wanted(&debug).cloned();
-    let drawn: Vec<(Entity, u32, f32)> = world.resource::<LodWorld>().drawn_errors().collect();
-    world.resource_scope(|world, mut inheritance: Mut<Inheritance>| {
-        inheritance.update(world);
+    let wanted = world.resource::<DebugMaterials>().wanted(&debug).cloned();
+    let scene = world.resource::<LodScene>();
+    let of_piece =
+        |(entity, piece): (Entity, &LodPiece)| (entity, piece.level, piece.error_in_local);
+    let drawn: Vec<(Entity, u32, f32)> = scene.drawn_pieces().map(of_piece).collect();
+    world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
+        inherited.update(world);
         if let Some(material) = &wanted {
             for (entity, level, error) in drawn {
-                paint_one(world, &inheritance, entity, material, (level, error));
+                paint(world, &inherited, entity, material, (level, error));
             }
         }
-        let mut painted = world.query::<(Entity, &Painted)>();
-        let painted: Vec<(Entity, Option<Entity>)> = painted
-            .iter(world)
-            .map(|(entity, painted)| (entity, painted.wardrobe))
-            .collect();
-        for (entity, wardrobe) in painted {
-            let drawn = world.resource::<LodWorld>().slots.of(entity).is_some();
-            if wanted.is_none() || !drawn {
-                put_back(world, &inheritance, entity, wardrobe);
+        // What is drawn no longer, or not to be painted any more, gets its own materials back.
+        let mut painted = world.query_filtered::<Entity, With<Painted>>();
+        let painted: Vec<Entity> = painted.iter(world).collect();
+        for entity in painted {
+            let is_drawn = world.resource::<LodScene>().records.find(entity).is_some();
+            if wanted.is_none() || !is_drawn {
+                restore(world, &inherited, entity);
             }
         }
     });
 }
 
-fn paint_one(
+/// Paints one entity that is drawn at a level, with an error in local units.
+fn paint(
     world: &mut World,
-    inheritance: &Inheritance,
+    inherited: &InheritedComponents,
     entity: Entity,
-    material: &Handle<LodSurfaceMaterial>,
+    material: &Handle<LodDebugMaterial>,
     (level, error_in_local): (u32, f32),
 ) {
     let Ok(there) = world.get_entity(entity) else {
         return;
     };
-    let scale = there.get::<GlobalTransform>().map(|place| {
-        let scale = place.scale().abs();
-        scale.max_element()
-    });
-    let tag = MeshTag(tag(level, error_in_local * scale.unwrap_or(1.0)));
-    let worn = there.get::<MeshMaterial3d<LodSurfaceMaterial>>();
-    let is_painted = worn.is_some_and(|worn| worn.id() == material.id())
+    let transform = there.get::<GlobalTransform>();
+    let scale = transform.map_or(1.0, |transform| transform.scale().abs().max_element());
+    let tag = MeshTag(mesh_tag(level, error_in_local * scale));
+    let current = there.get::<MeshMaterial3d<LodDebugMaterial>>();
+    let is_painted = current.is_some_and(|current| current.id() == material.id())
         && there.get::<MeshTag>() == Some(&tag)
-        && !inheritance.wears_material(&there);
+        && !inherited.has_material(&there);
     if is_painted {
         return;
     }
     let is_unit = there.contains::<LodUnit>();
-    let mut wardrobe = there.get::<Painted>().and_then(|painted| painted.wardrobe);
-    let was_painted = there.contains::<Painted>();
-    if !is_unit {
-        let wardrobe = *wardrobe.get_or_insert_with(|| world.spawn_empty().id());
-        inheritance.move_materials(world, entity, wardrobe, !was_painted);
+    let painted = there.get::<Painted>();
+    let saved = painted.and_then(|painted| painted.saved_materials);
+    let is_first = painted.is_none();
+    // A whole mesh keeps its materials aside; a unit inherits them again.
+    let saved_materials = if is_unit {
+        inherited.remove_materials(world, entity);
+        None
     } else {
-        inheritance.strip_materials(world, entity);
-    }
-    world
-        .entity_mut(entity)
-        .insert((MeshMaterial3d(material.clone()), tag, Painted { wardrobe }));
+        let saved = saved.unwrap_or_else(|| world.spawn_empty().id());
+        inherited.move_materials(world, entity, saved, is_first);
+        Some(saved)
+    };
+    world.entity_mut(entity).insert((
+        MeshMaterial3d(material.clone()),
+        tag,
+        Painted { saved_materials },
+    ));
 }
 
-fn put_back(
-    world: &mut World,
-    inheritance: &Inheritance,
-    entity: Entity,
-    wardrobe: Option<Entity>,
-) {
-    world
-        .entity_mut(entity)
-        .remove::<(MeshMaterial3d<LodSurfaceMaterial>, MeshTag, Painted)>();
-    if let Some(wardrobe) = wardrobe {
-        inheritance.move_materials(world, wardrobe, entity, true);
-        world.despawn(wardrobe);
+/// Gives an entity its own materials and tag back.
+fn restore(world: &mut World, inherited: &InheritedComponents, entity: Entity) {
+    let mut painted = world.entity_mut(entity);
+    painted.remove::<(MeshMaterial3d<LodDebugMaterial>, MeshTag)>();
+    let saved = painted.take::<Painted>();
+    if let Some(saved) = saved.and_then(|painted| painted.saved_materials) {
+        inherited.move_materials(world, saved, entity, true);
+        world.despawn(saved);
     } else if let Some(object) = world.get::<LodUnit>(entity).map(|unit| unit.object) {
-        inheritance.renew(world, object, entity);
+        inherited.renew(world, object, entity);
     }
 }
 
-impl LodWorld {
-    /// Everything that can be drawn, with its level.
-    pub(crate) fn drawn_levels(&self) -> impl Iterator<Item = (Entity, u32)> {
-        self.drawn_errors()
-            .map(|(entity, level, _)| (entity, level))
-    }
-
-    /// Everything that can be drawn, with its level and its error in local units.
-    fn drawn_errors(&self) -> impl Iterator<Item = (Entity, u32, f32)> {
+impl LodScene {
+    /// Everything that can be drawn, with its mesh.
+    pub(super) fn drawn_pieces(&self) -> impl Iterator<Item = (Entity, &LodPiece)> {
         self.instances().flat_map(|instance| {
-            let (own, units) = match &instance.drawn {
-                Drawn::Chain { level } => (Some((instance.entity, *level)), &[][..]),
-                Drawn::Units(units) => (None, &units[..]),
+            let (whole_mesh, units) = match &instance.drawn_as {
+                DrawnAs::WholeMesh { level } => (Some((instance.entity, *level)), &[][..]),
+                DrawnAs::Units(units) => (None, &units[..]),
             };
-            let units = units
+            let spawned = units
                 .iter()
-                .filter_map(|&(unit, slot)| Some((self.slots.entity(slot)?, unit)));
-            own.into_iter().chain(units).map(|(entity, piece)| {
-                let piece = &instance.mesh.pieces[piece as usize];
-                (entity, piece.level, piece.error_in_local)
-            })
+                .filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)));
+            let pieces = &instance.mesh.pieces;
+            let drawn = whole_mesh.into_iter().chain(spawned);
+            drawn.map(|(entity, piece)| (entity, &pieces[piece as usize]))
         })
     }
 }

@@ -1,46 +1,46 @@
-//! The material that paints.
+//! The material that paints levels of detail and heat-maps.
 
 use bevy::pbr::Material;
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 
-use crate::{FieldLodDebug, FieldLodHeatMap};
+use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
-/// What the whole entity has in common comes by its mesh tag: the level in the upper eight bits, below
+/// What is the same for the whole entity comes by its mesh tag: the level in the upper eight bits, below
 /// it the upper bits of the error as a 32-bit float in world units.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Copy, Debug, Default)]
-pub struct LodSurfaceMaterial {
+pub(crate) struct LodDebugMaterial {
     #[uniform(0)]
     mode: UVec4,
 }
 
-impl Material for LodSurfaceMaterial {
+impl Material for LodDebugMaterial {
     fn fragment_shader() -> ShaderRef {
-        "embedded://bevy_fieldlod/debug/surface.wgsl".into()
+        "embedded://bevy_fieldlod/debug/material.wgsl".into()
     }
 }
 
-/// One material for each way to paint.
+/// One material for each quantity that can be painted.
 #[derive(Resource)]
-pub(crate) struct Surfaces([Handle<LodSurfaceMaterial>; 5]);
+pub(super) struct DebugMaterials([Handle<LodDebugMaterial>; 5]);
 
-impl FromWorld for Surfaces {
+impl FromWorld for DebugMaterials {
     fn from_world(world: &mut World) -> Self {
-        let mut materials = world.resource_mut::<Assets<LodSurfaceMaterial>>();
+        let mut materials = world.resource_mut::<Assets<LodDebugMaterial>>();
         Self([0, 1, 2, 3, 4].map(|mode| {
-            materials.add(LodSurfaceMaterial {
+            materials.add(LodDebugMaterial {
                 mode: UVec4::new(mode, 0, 0, 0),
             })
         }))
     }
 }
 
-impl Surfaces {
+impl DebugMaterials {
     /// The material that is asked for, if any is.
-    pub(crate) fn wanted(&self, debug: &FieldLodDebug) -> Option<&Handle<LodSurfaceMaterial>> {
+    pub(super) fn wanted(&self, debug: &FieldLodDebug) -> Option<&Handle<LodDebugMaterial>> {
         let index = match debug.heat_map {
             Some(FieldLodHeatMap::SamplingDensity) => 1,
             Some(FieldLodHeatMap::AspectRatio) => 2,
@@ -53,12 +53,13 @@ impl Surfaces {
     }
 }
 
-/// The mesh tag of an entity at `level`, which may lie `error` from its source in world units.
-pub(crate) fn tag(level: u32, error: f32) -> u32 {
+/// The mesh tag of an entity at `level`, whose surface may err by `error` in world units.
+pub(super) fn mesh_tag(level: u32, error: f32) -> u32 {
     level.min(255) << 24 | error.to_bits() >> 8
 }
 
-/// As the shader paints it: steps of 5/12 of the circle keep neighbouring levels far apart.
-pub(crate) fn level_color(level: u32) -> Color {
+/// The colour in which the shader paints a level: steps of 5/12 of the circle keep neighbouring levels far
+/// apart.
+pub(super) fn level_color(level: u32) -> Color {
     Color::hsl((level * 5 % 12) as f32 * 30.0, 0.75, 0.55)
 }

@@ -1,4 +1,4 @@
-//! Cuts a Bevy mesh into the meshes of the drawable units.
+//! Cuts a Bevy mesh into the meshes of its drawable units.
 //!
 //! Simplification keeps source vertices, so a unit's mesh is a selection of the source mesh's
 //! vertices with every attribute that they have, whatever it is. Equal attributes mean an equal
@@ -9,7 +9,7 @@ use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues};
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
-/// The mesh of `unit`: its vertices taken from `source`, 16-bit indices.
+/// The mesh of `unit`, with vertices taken from `source` and 16-bit indices.
 pub(crate) fn unit_mesh(
     source: &Mesh,
     hierarchy: &Hierarchy,
@@ -25,7 +25,7 @@ pub(crate) fn unit_mesh(
     Ok(mesh)
 }
 
-/// The values at `vertices`, in that order.
+/// The values at `vertices`, in their order.
 fn gather(values: &VertexAttributeValues, vertices: &[u32]) -> VertexAttributeValues {
     macro_rules! each_format {
         ($($format:ident)*) => {

@@ -11,28 +11,29 @@ use fieldlod_hierarchy::BakedFile;
 
 use crate::glb;
 
+/// A file, with its name for messages.
 type Found = Option<(String, Arc<BakedFile>)>;
 
-/// What was found beside assets: read once for all meshes of an asset, as long as any is being
-/// prepared.
+/// The files that were found beside assets, each read once for all meshes of its asset, as long as any
+/// mesh is being prepared.
 #[derive(Debug, Default)]
-pub(crate) struct Beside {
+pub(crate) struct SidecarFiles {
     files: Mutex<HashMap<AssetPath<'static>, Found>>,
 }
 
-impl Beside {
+impl SidecarFiles {
     /// Forgets what was read, so that changed files are read again.
     pub(crate) fn clear(&self) {
         self.lock().clear();
     }
 
-    /// The file for the asset at `path`, with its name for messages.
+    /// Finds the file for the asset at `path`.
     pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
         let path = path.clone().without_label().into_owned();
         if let Some(found) = self.lock().get(&path) {
             return found.clone();
         }
-        let found = read_beside(assets, &path).await;
+        let found = read_sidecar(assets, &path).await;
         self.lock().insert(path, found.clone());
         found
     }
@@ -42,12 +43,12 @@ impl Beside {
     }
 }
 
-/// The file of the same name with the extension `fieldlod`; or what the asset processor put into a
+/// Reads the file of the same name with the extension `fieldlod`, or what the asset processor put into a
 /// `.glb`.
-async fn read_beside(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
-    let beside = path.path().with_extension("fieldlod");
-    if let Some(bytes) = read(assets, path, &beside).await {
-        return parse(beside.display().to_string(), &bytes);
+async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
+    let sidecar = path.path().with_extension("fieldlod");
+    if let Some(bytes) = read(assets, path, &sidecar).await {
+        return parse(sidecar.display().to_string(), &bytes);
     }
     let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
     if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
@@ -60,8 +61,8 @@ async fn read_beside(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
 fn parse(name: String, bytes: &[u8]) -> Found {
     match BakedFile::from_bytes(bytes) {
         Ok(file) => Some((name, Arc::new(file))),
-        Err(fault) => {
-            warn!("{name} is unusable: {fault}");
+        Err(error) => {
+            warn!("{name} is unusable: {error}");
             None
         }
     }
@@ -78,12 +79,12 @@ async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> 
     let result = match reader.read(file).await {
         Ok(mut reader) => reader.read_to_end(&mut bytes).await,
         Err(AssetReaderError::NotFound(_)) => return None,
-        Err(fault) => Err(std::io::Error::other(fault)),
+        Err(error) => Err(std::io::Error::other(error)),
     };
     match result {
         Ok(_) => Some(bytes),
-        Err(fault) => {
-            warn!("{} cannot be read: {fault}", PathBuf::from(file).display());
+        Err(error) => {
+            warn!("{} cannot be read: {error}", PathBuf::from(file).display());
             None
         }
     }

@@ -1,4 +1,4 @@
-//! Baked hierarchies kept from run to run.
+//! A folder that keeps baked hierarchies from run to run.
 
 use std::io;
 use std::path::Path;
@@ -7,23 +7,23 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bevy::log::warn;
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash};
 
-use super::source::find_in;
+use super::source_arrays::find_hierarchy;
 
-/// The entry at `path`, if it is there and whole; a broken one is told of.
+/// Reads the entry at `path`, if it is there and whole. A broken one is logged.
 pub(super) fn read(path: &Path, hash: SourceHash) -> Option<Hierarchy> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
-        Err(fault) if fault.kind() == io::ErrorKind::NotFound => return None,
-        Err(fault) => {
-            warn!("the cache entry {} cannot be read: {fault}", path.display());
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            warn!("the cache entry {} cannot be read: {error}", path.display());
             return None;
         }
     };
     match BakedFile::from_bytes(&bytes) {
-        Ok(file) => find_in(&file, hash),
-        Err(fault) => {
+        Ok(file) => find_hierarchy(&file, hash),
+        Err(error) => {
             warn!(
-                "the cache entry {} is unusable and is baked anew: {fault}",
+                "the cache entry {} is unusable and is baked anew: {error}",
                 path.display()
             );
             None
@@ -31,16 +31,16 @@ pub(super) fn read(path: &Path, hash: SourceHash) -> Option<Hierarchy> {
     }
 }
 
-/// Writes the entry at `path`, whole or not at all. A fault is told of and costs the next run a bake.
+/// Writes the entry at `path`, whole or not at all. A failure is logged and costs the next run a bake.
 pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
     let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
     let bytes = BakedFile {
         primitives: vec![primitive],
     }
     .to_bytes();
-    if let Err(fault) = write_atomically(path, &bytes) {
+    if let Err(error) = write_atomically(path, &bytes) {
         warn!(
-            "the cache entry {} cannot be written: {fault}",
+            "the cache entry {} cannot be written: {error}",
             path.display()
         );
     }

@@ -1,20 +1,22 @@
-//! What simplification looks at, out of a Bevy mesh.
+//! The vertex attributes and indices of a Bevy mesh that baking reads.
 
 use bevy::math::{Vec2, Vec3};
 use bevy::mesh::{Mesh, PrimitiveTopology, VertexAttributeValues};
 use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, Hierarchy, SourceHash};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::LodError;
+use crate::events::LodError;
 
-pub(super) struct Source {
+/// Vertex attributes and indices in the types of the baker.
+pub(super) struct SourceArrays {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
     pub(super) indices: Vec<u32>,
 }
 
-impl Source {
+impl SourceArrays {
+    /// Copies them out of `mesh`, or tells why it cannot have levels of detail.
     pub(super) fn of(mesh: &Mesh) -> Result<Self, LodError> {
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return Err(LodError::Topology(mesh.primitive_topology()));
@@ -49,11 +51,12 @@ impl Source {
         })
     }
 
+    /// The hash that `.fieldlod` files know their source mesh by.
     pub(super) fn hash(&self) -> SourceHash {
         SourceHash::of(&self.positions, self.indices.iter().copied())
     }
 
-    /// Area in texture coordinates for each unit of area; 0 where there is none of either.
+    /// Area in texture coordinates for each unit of area in local space; 0 without either.
     pub(super) fn uv_per_area(&self) -> f32 {
         let (triangles, _) = self.indices.as_chunks::<3>();
         let (mut uv_area, mut area) = (0.0f64, 0.0f64);
@@ -90,8 +93,8 @@ fn to_vec3(values: &[[f32; 3]]) -> Vec<Vec3> {
     values.iter().copied().map(Vec3::from).collect()
 }
 
-/// The hierarchy of the mesh with this hash.
-pub(super) fn find_in(file: &BakedFile, hash: SourceHash) -> Option<Hierarchy> {
+/// The hierarchy in `file` of the mesh with this hash.
+pub(super) fn find_hierarchy(file: &BakedFile, hash: SourceHash) -> Option<Hierarchy> {
     let mut hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
     hierarchies
         .find(|hierarchy| hierarchy.source == hash)

@@ -1,17 +1,18 @@
-//! Seeing what the selection does: colours and heat-maps on the surfaces, boxes, numbers.
+//! The debug view: colours and heat-maps on the surfaces, boxes, numbers.
 
+mod material;
 mod overlay;
 mod paint;
-mod surface;
 
 use bevy::asset::embedded_asset;
 use bevy::pbr::MaterialPlugin;
 use bevy::prelude::*;
 
+use crate::debug_options::FieldLodDebug;
+use crate::lod_scene::LodScene;
+use crate::systems::FieldLodSystems;
 use crate::units::LodUnit;
-use crate::world::LodWorld;
-use crate::{FieldLodDebug, FieldLodSystems};
-pub use surface::LodSurfaceMaterial;
+use material::{DebugMaterials, LodDebugMaterial, level_color};
 
 /// Shows what the selection does, as [`FieldLodDebug`] says. Add it after
 /// [`FieldLodPlugin`](crate::FieldLodPlugin).
@@ -38,47 +39,45 @@ pub struct FieldLodGizmos;
 
 impl Plugin for FieldLodDebugPlugin {
     fn build(&self, app: &mut App) {
-        embedded_asset!(app, "surface.wgsl");
-        app.add_plugins(MaterialPlugin::<LodSurfaceMaterial>::default())
+        embedded_asset!(app, "debug/material.wgsl");
+        let paint_units = || paint::paint_units.run_if(paint::is_wanted);
+        let any_spawned = any_match_filter::<Added<LodUnit>>;
+        let bounds_wanted = |debug: Res<FieldLodDebug>| debug.bounds;
+        app.add_plugins(MaterialPlugin::<LodDebugMaterial>::default())
             .init_gizmo_group::<FieldLodGizmos>()
-            .init_resource::<surface::Surfaces>()
+            .init_resource::<DebugMaterials>()
             .add_systems(
                 PostUpdate,
                 (
-                    paint::paint
-                        .run_if(paint::is_wanted)
-                        .in_set(FieldLodSystems::Prepare)
-                        .after(crate::inherit::renew_units),
+                    paint_units()
+                        .after(crate::inherit::renew_units)
+                        .in_set(FieldLodSystems::Inherit),
                     // Units that come are painted before they are first drawn.
-                    paint::paint
-                        .run_if(paint::is_wanted.and_then(crate::units::any_born))
-                        .in_set(FieldLodSystems::Select)
-                        .after(crate::units::spawn_units),
+                    paint_units()
+                        .run_if(any_spawned)
+                        .after(crate::units::spawn_units)
+                        .in_set(FieldLodSystems::Spawn),
                 ),
             )
             .add_systems(
                 Update,
-                (
-                    draw_bounds.run_if(|debug: Res<FieldLodDebug>| debug.bounds),
-                    overlay::show,
-                ),
+                (draw_bounds.run_if(bounds_wanted), overlay::update_overlay),
             );
     }
 }
 
-/// Boxes of the units and whole meshes that any view draws, in the colours of their levels.
+/// Draws boxes around the units and whole meshes that any view draws, in the colours of their levels.
 fn draw_bounds(
     mut gizmos: Gizmos<FieldLodGizmos>,
-    world: Res<LodWorld>,
+    scene: Res<LodScene>,
     drawn: Query<(
         &bevy::camera::primitives::Aabb,
         &GlobalTransform,
         &ViewVisibility,
-        Option<&LodUnit>,
     )>,
 ) {
-    for (entity, level) in world.drawn_levels() {
-        let Ok((aabb, place, visibility, _)) = drawn.get(entity) else {
+    for (entity, piece) in scene.drawn_pieces() {
+        let Ok((aabb, transform, visibility)) = drawn.get(entity) else {
             continue;
         };
         if visibility.get() {
@@ -86,7 +85,11 @@ fn draw_bounds(
                 min: aabb.min(),
                 max: aabb.max(),
             };
-            gizmos.aabb_3d(aabb, place.compute_transform(), surface::level_color(level));
+            gizmos.aabb_3d(
+                aabb,
+                transform.compute_transform(),
+                level_color(piece.level),
+            );
         }
     }
 }

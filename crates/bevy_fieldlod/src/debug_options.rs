@@ -1,0 +1,35 @@
+//! Ways to see what the selection does.
+
+use bevy::prelude::*;
+
+/// Ways to see what the selection does. All but `freeze` need `FieldLodDebugPlugin`, of the feature
+/// `debug`.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Clone, Default, PartialEq)]
+pub struct FieldLodDebug {
+    /// Paints each level of detail in its own colour.
+    pub color_levels: bool,
+    /// Paints the camera-sampling field on the surfaces instead.
+    pub heat_map: Option<FieldLodHeatMap>,
+    /// Selects as if every camera stayed where it is, so that one can fly off and look at its cut.
+    pub freeze: bool,
+    /// Draws the boxes of what is drawn, as gizmos of the group `FieldLodGizmos`.
+    pub bounds: bool,
+    /// Writes the numbers of all cameras over the picture.
+    pub overlay: bool,
+}
+
+/// A quantity of the camera-sampling field, from blue (little) over green to red (much).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Clone, PartialEq)]
+pub enum FieldLodHeatMap {
+    /// Samples per unit of surface area: `c·n` (eq. 16), by its logarithm.
+    SamplingDensity,
+    /// Aspect ratio of the sampling pattern, cos φ (§3.4): red where it is stretched.
+    AspectRatio,
+    /// Relative change of the field across a unit of length, `|curl c| / c` (eq. 12), by its
+    /// logarithm.
+    Curl,
+    /// The error of what is drawn, in pixels: green at half a pixel, red from one on.
+    PixelError,
+}

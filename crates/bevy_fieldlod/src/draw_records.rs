@@ -1,0 +1,183 @@
+//! A record with a number for every entity that this plugin draws, so that the lists of visible entities
+//! can be filtered with plain look-ups.
+
+use bevy::prelude::*;
+
+/// How an entity is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum DrawKind {
+    /// The record is not in use.
+    #[default]
+    Free,
+    /// A whole mesh at one level, drawn in all views.
+    WholeMesh,
+    /// The source of units: drawn by the views that want no cut.
+    Source,
+    /// A unit: drawn by the views whose cut it is in.
+    Unit {
+        /// The index of its instance.
+        instance: u32,
+        /// Its index in the hierarchy.
+        unit: u32,
+    },
+}
+
+/// How one entity is drawn.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct DrawRecord {
+    pub(crate) kind: DrawKind,
+    /// Triangles drawn by this entity.
+    pub(crate) triangles: u32,
+    /// Triangles of the source mesh that this entity stands for; 0 for units.
+    pub(crate) triangles_full: u32,
+    /// `None` until a unit is spawned.
+    entity: Option<Entity>,
+    /// How many views draw this unit.
+    view_count: u32,
+    /// The frame in which the last view stopped drawing this unit.
+    idle_since: u32,
+}
+
+/// All records.
+#[derive(Default)]
+pub(crate) struct DrawRecords {
+    records: Vec<DrawRecord>,
+    /// By the index of the entity; `NO_RECORD` for all entities that are not ours.
+    record_of_entity: Vec<u32>,
+    /// Records out of use whose numbers some view may still count as visible.
+    freed: Vec<u32>,
+    /// Records to be used again.
+    free: Vec<u32>,
+}
+
+const NO_RECORD: u32 = u32::MAX;
+
+impl DrawRecords {
+    /// Adds a record for `entity`, which stands for `triangles_full`.
+    pub(crate) fn add_entity(&mut self, entity: Entity, kind: DrawKind, triangles_full: u32) {
+        let record = self.add(DrawRecord {
+            kind,
+            triangles: triangles_full,
+            triangles_full,
+            ..default()
+        });
+        self.set_entity(record, entity);
+    }
+
+    /// Adds a record for a unit that has no entity yet, and returns its number.
+    pub(crate) fn add_unit(&mut self, instance: u32, unit: u32, triangles: u32) -> u32 {
+        self.add(DrawRecord {
+            kind: DrawKind::Unit { instance, unit },
+            triangles,
+            ..default()
+        })
+    }
+
+    fn add(&mut self, record: DrawRecord) -> u32 {
+        if let Some(index) = self.free.pop() {
+            self.records[index as usize] = record;
+            return index;
+        }
+        self.records.push(record);
+        self.records.len() as u32 - 1
+    }
+
+    /// The record of an entity, with its number.
+    pub(crate) fn find(&self, entity: Entity) -> Option<(u32, &DrawRecord)> {
+        let index = *self.record_of_entity.get(entity.index_u32() as usize)?;
+        (index != NO_RECORD).then(|| (index, &self.records[index as usize]))
+    }
+
+    /// Lets `entity` draw what `record` describes.
+    pub(crate) fn set_entity(&mut self, record: u32, entity: Entity) {
+        let index = entity.index_u32() as usize;
+        if self.record_of_entity.len() <= index {
+            self.record_of_entity.resize(index + 1, NO_RECORD);
+        }
+        self.record_of_entity[index] = record;
+        self.records[record as usize].entity = Some(entity);
+    }
+
+    /// The indices of the instance and of the unit, if the record is that of a unit.
+    pub(crate) fn unit(&self, record: u32) -> Option<(u32, u32)> {
+        match self.records[record as usize].kind {
+            DrawKind::Unit { instance, unit } => Some((instance, unit)),
+            _ => None,
+        }
+    }
+
+    /// The entity of a record, if it was spawned.
+    pub(crate) fn entity(&self, record: u32) -> Option<Entity> {
+        self.records[record as usize].entity
+    }
+
+    /// Notes how many triangles `entity` draws now.
+    pub(crate) fn set_triangles(&mut self, entity: Entity, triangles: u32) {
+        if let Some((record, _)) = self.find(entity) {
+            self.records[record as usize].triangles = triangles;
+        }
+    }
+
+    /// Forgets the entity of a unit, which is gone though its record is not, and returns the record.
+    pub(crate) fn forget_entity(&mut self, entity: Entity) -> Option<u32> {
+        let (index, record) = self.find(entity)?;
+        self.unit(index).filter(|_| record.entity == Some(entity))?;
+        self.records[index as usize].entity = None;
+        self.record_of_entity[entity.index_u32() as usize] = NO_RECORD;
+        Some(index)
+    }
+
+    /// Counts one more view that draws this unit.
+    pub(crate) fn enter_view(&mut self, record: u32) {
+        self.records[record as usize].view_count += 1;
+    }
+
+    /// Counts one view less that draws this unit, and returns whether it was the last.
+    pub(crate) fn leave_view(&mut self, record: u32, frame: u32) -> bool {
+        if self.unit(record).is_none() {
+            return false;
+        }
+        let record = &mut self.records[record as usize];
+        record.view_count = record.view_count.saturating_sub(1);
+        record.idle_since = frame;
+        record.view_count == 0
+    }
+
+    /// Whether the record is that of a unit which no view has drawn since `frame`.
+    pub(crate) fn is_idle_since(&self, record: u32, frame: u32) -> bool {
+        let is_unit = self.unit(record).is_some();
+        let record = &self.records[record as usize];
+        is_unit && record.view_count == 0 && record.idle_since == frame
+    }
+
+    /// Frees a record and returns the entity that it had.
+    pub(crate) fn free(&mut self, index: u32) -> Option<Entity> {
+        let record = &mut self.records[index as usize];
+        record.kind = DrawKind::Free;
+        self.freed.push(index);
+        let entity = record.entity.take()?;
+        // The index of the entity may belong to a later one by now.
+        let record_of_entity = &mut self.record_of_entity[entity.index_u32() as usize];
+        if *record_of_entity == index {
+            *record_of_entity = NO_RECORD;
+        }
+        Some(entity)
+    }
+
+    /// Frees the record of an entity.
+    pub(crate) fn free_entity(&mut self, entity: Entity) {
+        if let Some((record, _)) = self.find(entity) {
+            self.free(record);
+        }
+    }
+
+    /// The records that views must forget before [`DrawRecords::recycle`].
+    pub(crate) fn freed(&self) -> &[u32] {
+        &self.freed
+    }
+
+    /// Lets freed records be used again.
+    pub(crate) fn recycle(&mut self) {
+        self.free.append(&mut self.freed);
+    }
+}

@@ -1,0 +1,104 @@
+//! Finds entities that changed in what their units inherit, and renews those units.
+
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
+use bevy::ecs::change_detection::Tick;
+use bevy::ecs::component::ComponentId;
+use bevy::ecs::lifecycle::RemovedComponents;
+use bevy::ecs::resource::IsResource;
+use bevy::ecs::system::{SystemChangeTick, SystemParam};
+use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
+use bevy::mesh::MeshTag;
+use bevy::pbr::Lightmap;
+use bevy::prelude::*;
+
+use super::components::InheritedComponents;
+use crate::lod_mesh::LodObject;
+use crate::lod_scene::{DrawnAs, LodScene};
+
+/// Entities on which a component changed that units inherit.
+#[derive(SystemParam)]
+pub(crate) struct Changes<'w, 's, C: Component> {
+    changed: Query<'w, 's, Entity, (With<LodObject>, Changed<C>)>,
+    removed: RemovedComponents<'w, 's, C>,
+}
+
+impl<C: Component> Changes<'_, '_, C> {
+    fn add_to(&mut self, objects: &mut Vec<Entity>) {
+        objects.extend(self.changed.iter().chain(self.removed.read()));
+    }
+}
+
+/// Objects without a [`StandardMaterial`].
+type OtherMaterials = (
+    With<LodObject>,
+    Without<MeshMaterial3d<StandardMaterial>>,
+    Without<IsResource>,
+);
+
+/// Renews the units of objects that changed in what their units inherit.
+///
+/// Bevy can look for changes of known types quickly. The types of a game's own materials are not
+/// known here, so that entities with none but such are asked one by one.
+pub(crate) fn renew_units(
+    mut commands: Commands,
+    inherited: Res<InheritedComponents>,
+    // One by one: a filter of all of them would be asked for every object.
+    mut changes: (
+        Changes<MeshMaterial3d<StandardMaterial>>,
+        Changes<RenderLayers>,
+        Changes<NotShadowCaster>,
+        Changes<NotShadowReceiver>,
+        Changes<TransmittedShadowReceiver>,
+        Changes<NoFrustumCulling>,
+        Changes<Lightmap>,
+        Changes<MeshTag>,
+    ),
+    others: Query<EntityRef, OtherMaterials>,
+    ticks: SystemChangeTick,
+) {
+    let mut objects = Vec::new();
+    changes.0.add_to(&mut objects);
+    changes.1.add_to(&mut objects);
+    changes.2.add_to(&mut objects);
+    changes.3.add_to(&mut objects);
+    changes.4.add_to(&mut objects);
+    changes.5.add_to(&mut objects);
+    changes.6.add_to(&mut objects);
+    changes.7.add_to(&mut objects);
+    let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
+    for entity in &others {
+        let has_changed = |&id: &ComponentId| {
+            let ticks = entity.get_change_ticks_by_id(id);
+            ticks.is_some_and(|ticks| is_new(ticks.changed))
+        };
+        if inherited.materials().iter().any(has_changed) {
+            objects.push(entity.id());
+        }
+    }
+    if !objects.is_empty() {
+        commands.queue(move |world: &mut World| renew_units_of(world, &objects));
+    }
+}
+
+fn renew_units_of(world: &mut World, objects: &[Entity]) {
+    world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
+        inherited.update(world);
+        for &object in objects {
+            for unit in units_of(world.resource::<LodScene>(), object) {
+                inherited.renew(world, object, unit);
+            }
+        }
+    });
+}
+
+/// The entities that draw the units of an object.
+fn units_of(scene: &LodScene, object: Entity) -> Vec<Entity> {
+    match scene.instance_of(object).map(|instance| &instance.drawn_as) {
+        Some(DrawnAs::Units(units)) => {
+            let records = units.iter().map(|&(_, record)| record);
+            let spawned = records.filter_map(|record| scene.records.entity(record));
+            spawned.collect()
+        }
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,184 @@
+//! The plugin's picture of the world: the scene that cuts are selected from, and which entity draws what.
+
+mod cuts;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bevy::ecs::entity::EntityHashMap;
+use bevy::prelude::*;
+use fieldlod_select::{InstanceId, Scene};
+
+use crate::config::LodKind;
+use crate::draw_records::{DrawKind, DrawRecords};
+use crate::lod_mesh::LodMesh;
+use crate::view_cut::CutVisibility;
+
+/// All instances, and the units that some view draws.
+#[derive(Resource, Default)]
+pub(crate) struct LodScene {
+    pub(crate) scene: Scene,
+    pub(crate) records: DrawRecords,
+    /// Objects that are to be placed in the scene.
+    pub(crate) new_objects: Vec<Entity>,
+    /// Records of units that a view draws and that have no entity yet.
+    pub(crate) units_to_spawn: Vec<u32>,
+    /// Records of units that no view draws, each with the frame since when.
+    pub(crate) idle_units: VecDeque<(u32, u32)>,
+    /// Indices of instances whose whole mesh may have to change its level.
+    pub(crate) whole_meshes_to_swap: Vec<u32>,
+    /// By the index of their [`InstanceId`].
+    instances: Vec<Option<LodInstance>>,
+    instance_of: EntityHashMap<InstanceId>,
+    /// How many instances are cut into units.
+    clustered_count: usize,
+    /// Meshes out of use, to be freed with their last instance.
+    retired: Vec<Arc<LodMesh>>,
+    frame: u32,
+}
+
+/// An entity with levels of detail.
+pub(crate) struct LodInstance {
+    pub(crate) id: InstanceId,
+    pub(crate) entity: Entity,
+    pub(crate) mesh: Arc<LodMesh>,
+    pub(crate) drawn_as: DrawnAs,
+}
+
+/// How the surface of an instance is drawn.
+pub(crate) enum DrawnAs {
+    /// The entity itself draws the whole mesh at this level.
+    WholeMesh { level: u32 },
+    /// Units with a draw record, in ascending order, each with its record.
+    Units(Vec<(u32, u32)>),
+}
+
+impl LodScene {
+    /// Frees a mesh as soon as no instance uses it.
+    pub(crate) fn retire(&mut self, mesh: Arc<LodMesh>) {
+        self.retired.push(mesh);
+    }
+
+    /// Adds an entity or moves it.
+    pub(crate) fn place(
+        &mut self,
+        entity: Entity,
+        transform: &GlobalTransform,
+        mesh: &Arc<LodMesh>,
+        bias: f32,
+    ) {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            self.scene.set_placement(id, transform.affine());
+            return;
+        }
+        // A new entity starts at its finest level, or without any unit.
+        let (kind, drawn_as) = if mesh.kind == LodKind::Chain {
+            (DrawKind::WholeMesh, DrawnAs::WholeMesh { level: 0 })
+        } else {
+            self.clustered_count += 1;
+            (DrawKind::Source, DrawnAs::Units(Vec::new()))
+        };
+        self.records.add_entity(entity, kind, mesh.triangles_full);
+        let id = self.scene.add_instance(mesh.id, transform.affine(), bias);
+        if self.instances.len() <= id.index() {
+            self.instances.resize_with(id.index() + 1, || None);
+        }
+        self.instances[id.index()] = Some(LodInstance {
+            id,
+            entity,
+            mesh: mesh.clone(),
+            drawn_as,
+        });
+        self.instance_of.insert(entity, id);
+    }
+
+    /// Sets how much the errors of an entity count.
+    pub(crate) fn set_bias(&mut self, entity: Entity, bias: f32) {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            self.scene.set_bias(id, bias);
+        }
+    }
+
+    /// Removes an entity and returns the entities of its units.
+    pub(crate) fn remove(&mut self, entity: Entity) -> Vec<Entity> {
+        let Some(id) = self.instance_of.remove(&entity) else {
+            return Vec::new();
+        };
+        self.scene.remove(id);
+        self.records.free_entity(entity);
+        let instance = self.instances[id.index()].take();
+        let Some(DrawnAs::Units(units)) = instance.map(|instance| instance.drawn_as) else {
+            return Vec::new();
+        };
+        self.clustered_count -= 1;
+        let records = units.iter().map(|&(_, record)| record);
+        records
+            .filter_map(|record| self.records.free(record))
+            .collect()
+    }
+
+    /// Whether any entity is cut into units.
+    pub(crate) fn has_clusters(&self) -> bool {
+        self.clustered_count > 0
+    }
+
+    pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {
+        self.instances.get(index as usize)?.as_ref()
+    }
+
+    pub(crate) fn instance_of(&self, entity: Entity) -> Option<&LodInstance> {
+        self.instance(self.instance_of.get(&entity)?.index() as u32)
+    }
+
+    #[cfg(feature = "debug")]
+    pub(crate) fn instances(&self) -> impl Iterator<Item = &LodInstance> {
+        self.instances.iter().flatten()
+    }
+
+    /// Notes that a whole mesh is drawn at another level.
+    pub(crate) fn set_level(&mut self, index: u32, level: u32) {
+        let Some(instance) = &mut self.instances[index as usize] else {
+            return;
+        };
+        instance.drawn_as = DrawnAs::WholeMesh { level };
+        let triangles = instance.mesh.pieces[level as usize].triangles;
+        self.records.set_triangles(instance.entity, triangles);
+    }
+
+    /// Notes that someone else gave a whole mesh its finest level.
+    pub(crate) fn reset_level(&mut self, entity: Entity) {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            self.set_level(id.index() as u32, 0);
+            self.whole_meshes_to_swap.push(id.index() as u32);
+        }
+    }
+
+    /// Lets all whole meshes choose their level anew.
+    pub(crate) fn swap_all_whole_meshes(&mut self) {
+        let instances = self.instances.iter().flatten();
+        let whole_meshes =
+            instances.filter(|instance| matches!(instance.drawn_as, DrawnAs::WholeMesh { .. }));
+        let indices = whole_meshes.map(|instance| instance.id.index() as u32);
+        self.whole_meshes_to_swap.extend(indices);
+    }
+
+    /// Frees meshes and records that are out of use, before the cuts of a frame are selected.
+    pub(crate) fn begin_frame<'a>(&mut self, views: impl Iterator<Item = &'a mut CutVisibility>) {
+        self.frame = self.frame.wrapping_add(1);
+        // A mesh goes with its last instance.
+        let scene = &mut self.scene;
+        self.retired.retain(|mesh| {
+            let is_used = Arc::strong_count(mesh) > 1;
+            if !is_used {
+                scene.remove_mesh(mesh.id);
+            }
+            is_used
+        });
+        // A record goes once no view counts it as visible.
+        if !self.records.freed().is_empty() {
+            views.for_each(|view| view.remove(self.records.freed()));
+            self.records.recycle();
+        }
+        self.scene.update();
+    }
+}

@@ -1,0 +1,36 @@
+//! Prepares the levels of detail of meshes: looks them up or bakes them in background tasks, and gives them
+//! to the mesh entities that wait.
+
+mod cache;
+mod collect;
+mod lookup;
+mod objects;
+mod prepare;
+mod sidecar;
+mod source_arrays;
+mod unit_mesh;
+
+use bevy::prelude::*;
+
+use crate::events::FieldLodEvent;
+use crate::lod_mesh::LodWaiting;
+use crate::stats::FieldLodProgress;
+use crate::systems::FieldLodSystems;
+pub(crate) use lookup::LodMeshes;
+
+/// Prepares meshes while entities wait for them.
+pub(crate) fn plugin(app: &mut App) {
+    let any_preparing = |meshes: Res<LodMeshes>| meshes.preparing() > 0;
+    let any_waiting = any_with_component::<LodWaiting>;
+    let systems = (
+        objects::skip_unsupported_objects.run_if(any_waiting),
+        collect::collect_prepared_meshes.run_if(any_preparing),
+        objects::give_levels_to_objects.run_if(any_waiting),
+        objects::update_progress,
+    );
+    app.init_asset::<Mesh>()
+        .add_message::<FieldLodEvent>()
+        .init_resource::<FieldLodProgress>()
+        .init_resource::<LodMeshes>()
+        .add_systems(PostUpdate, systems.chain().in_set(FieldLodSystems::Prepare));
+}

@@ -1,0 +1,89 @@
+//! Gives levels of detail to the mesh entities that wait for them.
+
+use bevy::camera::primitives::Aabb;
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::mesh::morph::MeshMorphWeights;
+use bevy::mesh::skinning::SkinnedMesh;
+use bevy::platform::collections::HashSet;
+use bevy::prelude::*;
+
+use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
+use crate::config::LodKind;
+use crate::events::asset_name;
+use crate::lod_mesh::{LodObject, LodPlain, LodWaiting};
+use crate::stats::FieldLodProgress;
+
+/// Leaves skinned and morphed meshes as they are.
+pub(super) fn skip_unsupported_objects(
+    mut commands: Commands,
+    waiting: Query<(Entity, &Mesh3d, Has<SkinnedMesh>, Has<MeshMorphWeights>), Added<LodWaiting>>,
+    mut logged: Local<HashSet<AssetId<Mesh>>>,
+    assets: Res<AssetServer>,
+) {
+    for (entity, mesh, skinned, morphed) in &waiting {
+        let reason = match (skinned, morphed) {
+            (true, _) => "it is skinned",
+            (_, true) => "it has morph targets",
+            _ => continue,
+        };
+        // Its other instances, and a scene that is spawned again, need no second line.
+        if logged.insert(mesh.id()) {
+            let name = asset_name(&assets, mesh.id().untyped());
+            info!("{name} is drawn as it is: {reason}");
+        }
+        let mut commands = commands.entity(entity);
+        commands.remove::<LodWaiting>().insert(LodPlain);
+    }
+}
+
+/// Looks up the levels of detail of waiting entities, and makes objects of those whose levels the GPU
+/// has.
+pub(super) fn give_levels_to_objects(
+    mut commands: Commands,
+    waiting: Query<(Entity, &Mesh3d, &LodWaiting, Has<Aabb>, Has<NoAutoAabb>)>,
+    mut lookup: LodMeshLookup,
+) {
+    for (entity, mesh, wanted, has_aabb, has_no_auto_aabb) in &waiting {
+        let mut commands = commands.entity(entity);
+        match lookup.find(mesh.id(), wanted.baked.as_ref(), wanted.kind) {
+            Some(LodMeshEntry::Plain) => {
+                commands.insert(LodPlain).remove::<LodWaiting>();
+            }
+            Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
+                // Bevy would shrink the box with each coarser level, and read meshes that only the
+                // GPU has.
+                let keeps_aabb = lod.kind == LodKind::Chain && !has_no_auto_aabb;
+                if keeps_aabb {
+                    commands.insert(NoAutoAabb);
+                }
+                if keeps_aabb && !has_aabb {
+                    commands.insert(lod.pieces[0].aabb);
+                }
+                let object = LodObject {
+                    mesh: lod.clone(),
+                    source: mesh.0.clone(),
+                    bias: wanted.bias,
+                    keeps_aabb,
+                };
+                commands.insert(object).remove::<LodWaiting>();
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Counts how far the entities have come.
+pub(super) fn update_progress(
+    waiting: Query<(), With<LodWaiting>>,
+    objects: Query<(), With<LodObject>>,
+    plain: Query<(), With<LodPlain>>,
+    known: Res<LodMeshes>,
+    mut progress: ResMut<FieldLodProgress>,
+) {
+    progress.set_if_neq(FieldLodProgress {
+        waiting: waiting.iter().len() as u32,
+        baking: known.preparing() as u32,
+        ready: objects.iter().len() as u32,
+        plain: plain.iter().len() as u32,
+    });
+}

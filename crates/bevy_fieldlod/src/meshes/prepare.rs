@@ -1,0 +1,154 @@
+//! Prepares one mesh in a background task: finds or bakes its hierarchy, and cuts it into the meshes of its
+//! units.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
+use bevy::camera::primitives::Aabb;
+use bevy::log::warn;
+use bevy::mesh::{Mesh, MeshAccessError};
+use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
+use fieldlod_select::{GroupTable, chain_of};
+
+use super::cache;
+use super::sidecar::SidecarFiles;
+use super::source_arrays::{SourceArrays, find_hierarchy};
+use super::unit_mesh::unit_mesh;
+use crate::config::LodKind;
+use crate::events::{LodError, LodOrigin};
+use crate::lod_mesh::LodPiece;
+
+/// What a background task is asked to do.
+pub(super) struct PrepareJob {
+    pub(super) mesh: Mesh,
+    /// The name of the mesh in messages.
+    pub(super) name: String,
+    /// [`LodKind::Chain`] or [`LodKind::Clusters`].
+    pub(super) kind: LodKind,
+    /// A `.fieldlod` file, named for messages, that must hold the hierarchy.
+    pub(super) file: Option<(String, Arc<BakedFile>)>,
+    /// Where the mesh was loaded from, to look for a file there.
+    pub(super) sidecar: Option<(AssetServer, AssetPath<'static>, Arc<SidecarFiles>)>,
+    pub(super) cache_folder: Option<PathBuf>,
+}
+
+/// A mesh with levels of detail that is not in the scene and in the assets yet.
+pub(super) struct PreparedMesh {
+    pub(super) kind: LodKind,
+    pub(super) origin: LodOrigin,
+    pub(super) table: GroupTable,
+    /// What draws each unit, with the mesh that it is to refer to.
+    pub(super) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    pub(super) triangles_full: u32,
+    pub(super) aabb: Option<Aabb>,
+    pub(super) uv_per_area: f32,
+}
+
+/// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
+pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
+    let source = SourceArrays::of(&job.mesh)?;
+    let uv_per_area = source.uv_per_area();
+    let (baked, origin) = find_or_bake(&job, source).await?;
+    let triangles_full = baked.source_triangle_count() as u32;
+    // A level with more vertices than 16-bit indices reach cannot be drawn as a whole.
+    let whole_meshes = match job.kind {
+        LodKind::Chain => chain_of(&baked),
+        _ => None,
+    };
+    let (kind, hierarchy) = match whole_meshes {
+        Some(levels) => (LodKind::Chain, levels),
+        None => (LodKind::Clusters, baked),
+    };
+    let aabb = hierarchy.aabb();
+    Ok(PreparedMesh {
+        kind,
+        origin,
+        table: GroupTable::new(&hierarchy),
+        pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        triangles_full,
+        aabb: aabb.map(|aabb| Aabb::from_min_max(aabb.min, aabb.max)),
+        uv_per_area,
+    })
+}
+
+/// What draws each unit.
+fn pieces_of(
+    source: &Mesh,
+    hierarchy: &Hierarchy,
+    kind: LodKind,
+) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
+    // Rays are cast at the source of units, but at the level that a whole mesh is drawn at.
+    let usage = match kind {
+        LodKind::Chain => source.asset_usage,
+        _ => RenderAssetUsages::RENDER_WORLD,
+    };
+    let piece = |(index, unit): (usize, &Unit)| {
+        let is_source = kind == LodKind::Chain && index == 0;
+        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
+        // The finest units are the source itself: no group has simplified them.
+        let simplified_by = unit.producer();
+        let error_in_local =
+            simplified_by.map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local);
+        let piece = LodPiece {
+            mesh: None,
+            aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
+            level: hierarchy.level_of(unit),
+            triangles: unit.triangle_count,
+            error_in_local,
+        };
+        Ok((piece, mesh.transpose()?))
+    };
+    hierarchy.units.iter().enumerate().map(piece).collect()
+}
+
+/// Takes the hierarchy from the file that was named, else from one beside the asset, else from the cache,
+/// else bakes it.
+async fn find_or_bake(
+    job: &PrepareJob,
+    source: SourceArrays,
+) -> Result<(Hierarchy, LodOrigin), LodError> {
+    let hash = source.hash();
+    // A file that was named must fit.
+    if let Some((file, baked)) = &job.file {
+        let found = find_hierarchy(baked, hash);
+        let stale = || LodError::Stale { file: file.clone() };
+        return Ok((found.ok_or_else(stale)?, LodOrigin::File));
+    }
+    // A file beside the asset may be out of date.
+    if let Some((assets, path, sidecars)) = &job.sidecar
+        && let Some((file, baked)) = sidecars.find(assets, path).await
+    {
+        match find_hierarchy(&baked, hash) {
+            Some(found) => return Ok((found, LodOrigin::BesideAsset)),
+            None => warn!("{}: {}", job.name, LodError::Stale { file }),
+        }
+    }
+    // What was baked once is not baked again.
+    let folder = job.cache_folder.as_ref();
+    let entry = folder.map(|folder| folder.join(source.cache_name()));
+    if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, hash)) {
+        return Ok((found, LodOrigin::Cache));
+    }
+    let baked = bake(source)?;
+    if let Some(path) = &entry {
+        cache::write(path, &baked);
+    }
+    Ok((baked, LodOrigin::Baked))
+}
+
+#[cfg(feature = "bake")]
+fn bake(source: SourceArrays) -> Result<Hierarchy, LodError> {
+    let mesh = fieldlod_bake::SourceMesh {
+        positions: source.positions,
+        normals: source.normals,
+        uvs: source.uvs,
+        indices: source.indices,
+    };
+    Ok(fieldlod_bake::bake_mesh(&mesh, &Default::default())?)
+}
+
+#[cfg(not(feature = "bake"))]
+fn bake(_: SourceArrays) -> Result<Hierarchy, LodError> {
+    Err(LodError::BakeDisabled)
+}

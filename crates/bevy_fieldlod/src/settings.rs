@@ -1,0 +1,161 @@
+//! What a camera is told.
+
+use bevy::prelude::*;
+use fieldlod_select::{LodSettings, Offscreen, Promise};
+
+/// How fine the cuts of a camera are; put it on the camera. A camera without it uses the default.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.5)));
+///     // A mirror, which nobody looks at closely.
+///     let mirror = FieldLodSettings {
+///         triangle_budget: Some(200_000),
+///         ..FieldLodSettings::with_error_px(4.0)
+///     };
+///     commands.spawn((Camera3d::default(), mirror));
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
+#[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Component, Clone, Default, PartialEq)]
+pub struct FieldLodSettings {
+    /// Largest screen-space error in physical pixels that a simplification may show.
+    pub error_px: f32,
+    /// Bounds every displacement of the surface in the image by `error_px`, instead of the error of
+    /// the picture as a whole: no outliers, at the cost of more triangles. It rests on deviations
+    /// measured against the source.
+    pub guaranteed: bool,
+    /// Without `guaranteed`: still no displacement above this many pixels, if given.
+    pub displacement_cap_px: Option<f32>,
+    /// A piece that was refined stays so until its error falls below this share of `error_px`.
+    pub hysteresis: f32,
+    /// Aspect ratio of the sampling pattern below which `error_px` is relaxed: from 0 (never) to 1.
+    /// Towards the corners of a very wide image more triangles no longer look better.
+    pub min_aspect_ratio: f32,
+    /// Relative change of the sampling density across a piece below which one sample stands for it;
+    /// 0 always bounds it over the piece. Larger is faster and less strict.
+    pub max_curl: f32,
+    /// Triangles that this view may draw, before frustum culling; `error_px` gives way to it.
+    pub triangle_budget: Option<u64>,
+    /// Rendered pixels for each pixel of the view's target along one axis: 0.5 where an upscaler
+    /// doubles both.
+    pub resolution_scale: f32,
+    /// Margin around the image that is selected as if it were seen, as a share of the image's size
+    /// on each side: what stands there may cast its shadow into the image, or come into it with a
+    /// fast turn.
+    pub offscreen_margin: f32,
+    /// Whether what stands further out keeps its shape, as its distance asks, while some light casts
+    /// shadows: for shadows that reach far into the image. Otherwise it is at its coarsest.
+    pub offscreen_casters: bool,
+    /// Margin around that in which a refined piece still counts as seen: it leaves the view later than
+    /// it entered.
+    pub edge_hysteresis: f32,
+    /// Draws the source meshes in this view instead of a cut: for comparison.
+    pub full_detail: bool,
+}
+
+impl Default for FieldLodSettings {
+    /// 1 px of quality, coarsening below 0.8 px, with a margin of half the image on each side.
+    fn default() -> Self {
+        let settings = LodSettings::default();
+        Self {
+            error_px: settings.error_px,
+            guaranteed: false,
+            displacement_cap_px: None,
+            hysteresis: settings.hysteresis,
+            min_aspect_ratio: settings.min_aspect_ratio,
+            max_curl: settings.max_curl,
+            triangle_budget: None,
+            resolution_scale: settings.resolution_scale,
+            offscreen_margin: 0.5,
+            offscreen_casters: true,
+            edge_hysteresis: settings.edge_hysteresis,
+            full_detail: false,
+        }
+    }
+}
+
+impl FieldLodSettings {
+    /// The default at another error in physical pixels.
+    #[must_use]
+    pub fn with_error_px(error_px: f32) -> Self {
+        Self {
+            error_px,
+            ..Self::default()
+        }
+    }
+
+    /// As many triangles as `triangle_budget`, at the best quality that it buys.
+    #[must_use]
+    pub fn with_triangle_budget(triangle_budget: u64) -> Self {
+        Self {
+            triangle_budget: Some(triangle_budget),
+            ..Self::default()
+        }
+    }
+
+    /// The settings that selection reads; `has_shadows` says whether some light casts shadows.
+    #[must_use]
+    pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
+        let promise = match (self.guaranteed, self.displacement_cap_px) {
+            (true, _) => Promise::Guaranteed,
+            (false, Some(cap_px)) => Promise::Both { cap_px },
+            (false, None) => Promise::Quality,
+        };
+        LodSettings {
+            error_px: self.error_px,
+            hysteresis: self.hysteresis,
+            promise,
+            min_aspect_ratio: self.min_aspect_ratio,
+            max_curl: self.max_curl,
+            resolution_scale: self.resolution_scale,
+            offscreen_margin: self.offscreen_margin,
+            offscreen: if has_shadows && self.offscreen_casters {
+                Offscreen::OnAxis
+            } else {
+                Offscreen::Coarsest
+            },
+            edge_hysteresis: self.edge_hysteresis,
+            triangle_budget: self.triangle_budget,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_selects_as_the_library_does_but_for_the_margin() {
+        let expected = LodSettings {
+            offscreen_margin: 0.5,
+            ..LodSettings::default()
+        };
+        assert_eq!(FieldLodSettings::default().to_lod_settings(false), expected);
+        let casting = LodSettings {
+            offscreen: Offscreen::OnAxis,
+            ..expected
+        };
+        assert_eq!(FieldLodSettings::default().to_lod_settings(true), casting);
+    }
+
+    #[test]
+    fn a_cap_gives_way_to_a_guarantee() {
+        let capped = FieldLodSettings {
+            displacement_cap_px: Some(3.0),
+            ..default()
+        };
+        assert_eq!(
+            capped.to_lod_settings(false).promise,
+            Promise::Both { cap_px: 3.0 }
+        );
+        let both = FieldLodSettings {
+            guaranteed: true,
+            ..capped
+        };
+        assert_eq!(both.to_lod_settings(false).promise, Promise::Guaranteed);
+    }
+}

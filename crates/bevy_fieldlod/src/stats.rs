@@ -1,0 +1,74 @@
+//! What the plugin tells: numbers of each camera, and how far meshes have come.
+
+use std::time::Duration;
+
+use bevy::prelude::*;
+
+/// What a camera drew in the last frame of the meshes that have levels of detail, after frustum
+/// culling. The plugin keeps it up to date on every camera.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Clone, Default, PartialEq)]
+pub struct FieldLodViewStats {
+    /// Triangles drawn.
+    pub triangles_drawn: u64,
+    /// Triangles that would have been drawn without levels of detail.
+    pub triangles_full: u64,
+    /// Drawable units and whole meshes drawn.
+    pub units_drawn: u32,
+    /// The error in pixels that was selected for: that which meets the budget, if there is one.
+    pub error_px: f32,
+    /// Time that selecting this view's cuts took on the CPU.
+    pub selection_time: Duration,
+}
+
+/// How far the world's meshes have come. Counts entities with a [`Mesh3d`] under an [`AutoLod`].
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn show(progress: Res<FieldLodProgress>, mut bar: Single<&mut Node, With<Name>>) {
+///     bar.width = percent(100.0 * progress.share_done());
+/// }
+/// # bevy::ecs::system::assert_is_system(show);
+/// ```
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Clone, Default, PartialEq)]
+pub struct FieldLodProgress {
+    /// Their mesh is being loaded, baked or uploaded; drawn in full meanwhile.
+    pub waiting: u32,
+    /// Meshes, not entities, that background tasks are working on.
+    pub baking: u32,
+    /// Drawn by the cut of each camera.
+    pub ready: u32,
+    /// Drawn as they are for good: too small, or no hierarchy could be had, or none applies.
+    pub plain: u32,
+}
+
+impl FieldLodProgress {
+    /// The share of the entities that wait for nothing any more, from 0 to 1; 1 if there are none.
+    #[must_use]
+    pub fn share_done(&self) -> f32 {
+        let done = self.ready + self.plain;
+        let all = done + self.waiting;
+        if all == 0 {
+            1.0
+        } else {
+            done as f32 / all as f32
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_done_counts_what_waits() {
+        let mut progress = FieldLodProgress::default();
+        assert_eq!(progress.share_done(), 1.0);
+        progress.waiting = 3;
+        assert_eq!(progress.share_done(), 0.0);
+        progress.plain = 1;
+        assert_eq!(progress.share_done(), 0.25);
+    }
+}

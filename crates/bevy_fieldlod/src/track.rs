@@ -1,0 +1,201 @@
+//! Tracks mesh entities: which come under an [`AutoLod`], which leave it, and which change their mesh.
+
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::ecs::lifecycle::RemovedComponents;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use crate::auto_lod::{AutoLod, NoLod};
+use crate::config::{FieldLodConfig, LodKind};
+use crate::lod_mesh::{LodObject, LodPlain, LodWaiting};
+use crate::lod_scene::LodScene;
+use crate::meshes::LodMeshes;
+use crate::systems::FieldLodSystems;
+use crate::units::LodUnit;
+
+/// Tracks mesh entities in each frame.
+pub(crate) fn plugin(app: &mut App) {
+    app.add_observer(note_new_object)
+        .add_observer(restore_source)
+        .add_systems(
+            PostUpdate,
+            (
+                follow_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
+                track_objects,
+            )
+                .chain()
+                .in_set(FieldLodSystems::Track),
+        );
+}
+
+/// Lets the entities of changed meshes start anew, and forgets meshes that are gone.
+fn follow_changed_meshes(
+    mut commands: Commands,
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    mut known: ResMut<LodMeshes>,
+    mut scene: ResMut<LodScene>,
+    objects: Query<(Entity, &LodObject)>,
+    mut plain: Query<(Entity, &mut Mesh3d), With<LodPlain>>,
+) {
+    for event in events.read() {
+        let (id, changed) = match event {
+            AssetEvent::Modified { id } => (*id, true),
+            AssetEvent::Removed { id } => (*id, false),
+            _ => continue,
+        };
+        for mesh in known.forget(id) {
+            scene.retire(mesh);
+        }
+        if !changed {
+            continue;
+        }
+        // A mesh that was put on an entity is looked at by `track_objects`.
+        for (entity, object) in objects
+            .iter()
+            .filter(|(_, object)| object.source.id() == id)
+        {
+            let source = Mesh3d(object.source.clone());
+            commands.entity(entity).remove::<LodObject>().insert(source);
+        }
+        for (entity, mut mesh) in plain.iter_mut().filter(|(_, mesh)| mesh.id() == id) {
+            commands.entity(entity).remove::<LodPlain>();
+            mesh.set_changed();
+        }
+    }
+}
+
+/// Finds the [`AutoLod`] that an entity stands under.
+#[derive(SystemParam)]
+struct AutoLodLookup<'w, 's> {
+    roots: Query<'w, 's, (Option<&'static AutoLod>, Has<NoLod>), Or<(With<AutoLod>, With<NoLod>)>>,
+    parents: Query<'w, 's, &'static ChildOf>,
+    config: Res<'w, FieldLodConfig>,
+}
+
+impl AutoLodLookup<'_, '_> {
+    /// The nearest [`AutoLod`] above `entity` or on it, unless a [`NoLod`] is nearer.
+    fn find(&self, entity: Entity) -> Option<AutoLod> {
+        let mut lineage = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
+        match lineage.find_map(|ancestor| self.roots.get(ancestor).ok()) {
+            Some((_, true)) => None,
+            Some((auto_lod, false)) => auto_lod.cloned(),
+            None => self.config.whole_world.then(AutoLod::default),
+        }
+    }
+}
+
+/// Changes that may bring a mesh entity under an [`AutoLod`] or from under it.
+#[derive(SystemParam)]
+struct ChangedEntities<'w, 's> {
+    meshes: Query<'w, 's, Entity, (Changed<Mesh3d>, Without<LodUnit>)>,
+    // One by one: a filter of all three would be asked for every entity that has any of them.
+    auto_lod: Query<'w, 's, Entity, Changed<AutoLod>>,
+    no_lod: Query<'w, 's, Entity, Added<NoLod>>,
+    child_of: Query<'w, 's, Entity, (Changed<ChildOf>, Without<LodUnit>)>,
+    removed_auto_lod: RemovedComponents<'w, 's, AutoLod>,
+    removed_no_lod: RemovedComponents<'w, 's, NoLod>,
+    removed_child_of: RemovedComponents<'w, 's, ChildOf>,
+    all: Query<'w, 's, Entity, (With<Mesh3d>, Without<LodUnit>)>,
+    children: Query<'w, 's, &'static Children>,
+}
+
+impl ChangedEntities<'_, '_> {
+    /// The entities to look at again, each once; with `all`, all mesh entities.
+    ///
+    /// They are in order, so that entities which come together go on lying together in memory: Bevy
+    /// goes through them in every frame.
+    fn take(&mut self, all: bool) -> Vec<Entity> {
+        // A mark that comes or goes, or a new parent, concerns all descendants.
+        let added = self.auto_lod.iter().chain(&self.no_lod);
+        let removed = self
+            .removed_auto_lod
+            .read()
+            .chain(self.removed_no_lod.read());
+        let moved = self.child_of.iter().chain(self.removed_child_of.read());
+        let roots = added.chain(removed).chain(moved);
+        let children = &self.children;
+        let below =
+            roots.flat_map(|root| std::iter::once(root).chain(children.iter_descendants(root)));
+        let mut changed: Vec<Entity> = self.meshes.iter().chain(below).collect();
+        if all {
+            changed.extend(&self.all);
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+}
+
+/// Finds mesh entities that came under an [`AutoLod`], left it, or whose mesh was exchanged.
+fn track_objects(
+    mut commands: Commands,
+    mut scene: ResMut<LodScene>,
+    mut changed: ChangedEntities,
+    mut meshes: Query<(&Mesh3d, Option<&mut LodObject>), Without<LodUnit>>,
+    auto_lods: AutoLodLookup,
+) {
+    for entity in changed.take(auto_lods.config.is_changed()) {
+        let Ok((mesh, object)) = meshes.get_mut(entity) else {
+            continue;
+        };
+        let auto_lod = auto_lods.find(entity);
+        // An object whose mesh and kind are still the right ones stays what it is.
+        if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
+            && object.is_lod_mesh(mesh.id())
+            && [LodKind::Auto, object.mesh.kind].contains(&auto_lod.kind)
+        {
+            update_object(&mut scene, entity, mesh, &mut object, auto_lod);
+            continue;
+        }
+        // Any other starts anew.
+        let mut commands = commands.entity(entity);
+        commands.remove::<(LodObject, LodPlain, LodWaiting)>();
+        if let Some(AutoLod { baked, kind, bias }) = auto_lod {
+            commands.insert(LodWaiting { baked, kind, bias });
+        }
+    }
+}
+
+/// Takes over a new bias, and notes where someone else put the source mesh back.
+fn update_object(
+    scene: &mut LodScene,
+    entity: Entity,
+    mesh: &Mesh3d,
+    object: &mut LodObject,
+    auto_lod: &AutoLod,
+) {
+    if object.bias != auto_lod.bias {
+        object.bias = auto_lod.bias;
+        scene.set_bias(entity, auto_lod.bias);
+    }
+    if object.mesh.kind == LodKind::Chain && mesh.id() == object.source.id() {
+        scene.reset_level(entity);
+    }
+}
+
+/// Notes an entity that has become an object.
+fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
+    scene.new_objects.push(added.entity);
+}
+
+/// Gives an entity that is an object no longer its source mesh back.
+fn restore_source(
+    removal: On<Remove, LodObject>,
+    objects: Query<(&LodObject, &Mesh3d)>,
+    mut scene: ResMut<LodScene>,
+    mut commands: Commands,
+) {
+    for unit in scene.remove(removal.entity) {
+        commands.entity(unit).try_despawn();
+    }
+    let Ok((object, mesh)) = objects.get(removal.entity) else {
+        return;
+    };
+    let mut commands = commands.entity(removal.entity);
+    if object.mesh.has_piece(mesh.id()) {
+        commands.try_insert(Mesh3d(object.source.clone()));
+    }
+    if object.keeps_aabb {
+        commands.try_remove::<NoAutoAabb>();
+    }
+}

@@ -38,7 +38,7 @@ pub struct FieldLodConfig {
 }
 
 impl Default for FieldLodConfig {
-    /// Under 400 triangles nothing, from 20 000 on clusters; files beside assets, no cache.
+    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache.
     fn default() -> Self {
         Self {
             whole_world: false,
@@ -69,8 +69,7 @@ pub enum LodKind {
 
 impl FieldLodConfig {
     /// The kind of levels that `kind` stands for, of a mesh with that many triangles.
-    #[must_use]
-    pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
+    pub(crate) fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
             LodKind::Auto if triangles < self.plain_below_triangles as usize => LodKind::Plain,
             LodKind::Auto if triangles < self.clusters_from_triangles as usize => LodKind::Chain,

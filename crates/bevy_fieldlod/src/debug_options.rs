@@ -1,19 +1,18 @@
-//! Ways to see what the selection does.
+//! Options of the debug view.
 
 use bevy::prelude::*;
 
-/// Ways to see what the selection does. All but `freeze` need `FieldLodDebugPlugin`, of the feature
-/// `debug`.
+/// Shows what the selection does. All but `freeze` need `FieldLodDebugPlugin`, of the feature `debug`.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Resource, Clone, Default, PartialEq)]
 pub struct FieldLodDebug {
     /// Paints each level of detail in its own colour.
     pub color_levels: bool,
-    /// Paints the camera-sampling field on the surfaces instead.
+    /// Paints a quantity of the camera-sampling field on the surfaces instead.
     pub heat_map: Option<FieldLodHeatMap>,
     /// Selects as if every camera stayed where it is, so that one can fly off and look at its cut.
     pub freeze: bool,
-    /// Draws the boxes of what is drawn, as gizmos of the group `FieldLodGizmos`.
+    /// Draws a box around each unit and whole mesh drawn, as gizmos of the group `FieldLodGizmos`.
     pub bounds: bool,
     /// Writes the numbers of all cameras over the picture.
     pub overlay: bool,

@@ -1,4 +1,4 @@
-//! What a camera is told.
+//! Settings of a camera.
 
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, Offscreen, Promise};

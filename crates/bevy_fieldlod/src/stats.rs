@@ -1,4 +1,4 @@
-//! What the plugin tells: numbers of each camera, and how far meshes have come.
+//! Statistics: what each camera draws, and how far the meshes of the world have come.
 
 use std::time::Duration;
 
@@ -9,19 +9,20 @@ use bevy::prelude::*;
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodViewStats {
-    /// Triangles drawn.
+    /// Triangles drawn by this camera.
     pub triangles_drawn: u64,
     /// Triangles that would have been drawn without levels of detail.
     pub triangles_full: u64,
-    /// Drawable units and whole meshes drawn.
+    /// Units and whole meshes drawn by this camera.
     pub units_drawn: u32,
-    /// The error in pixels that was selected for: that which meets the budget, if there is one.
+    /// The error that was selected for, in pixels: the one that meets the budget, if there is one.
     pub error_px: f32,
-    /// Time that selecting this view's cuts took on the CPU.
+    /// Time that selecting this camera's cut took on the CPU.
     pub selection_time: Duration,
 }
 
-/// How far the world's meshes have come. Counts entities with a [`Mesh3d`] under an [`AutoLod`].
+/// How far the meshes of the world have come. Counts entities with a [`Mesh3d`] under an
+/// [`AutoLod`](crate::AutoLod).
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -34,18 +35,18 @@ pub struct FieldLodViewStats {
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Resource, Clone, Default, PartialEq)]
 pub struct FieldLodProgress {
-    /// Their mesh is being loaded, baked or uploaded; drawn in full meanwhile.
+    /// Entities whose mesh is being loaded, baked or uploaded; they are drawn in full meanwhile.
     pub waiting: u32,
     /// Meshes, not entities, that background tasks are working on.
     pub baking: u32,
-    /// Drawn by the cut of each camera.
+    /// Entities with levels of detail.
     pub ready: u32,
-    /// Drawn as they are for good: too small, or no hierarchy could be had, or none applies.
+    /// Entities that are drawn as they are for good: their mesh is small, or cannot have levels of detail.
     pub plain: u32,
 }
 
 impl FieldLodProgress {
-    /// The share of the entities that wait for nothing any more, from 0 to 1; 1 if there are none.
+    /// The share of the entities that wait no longer, from 0 to 1; 1 if there are none.
     #[must_use]
     pub fn share_done(&self) -> f32 {
         let done = self.ready + self.plain;

@@ -33,17 +33,22 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(PostUpdate, systems.chain().in_set(FieldLodSystems::Spawn));
 }
 
-/// A unit that is about to be spawned: its draw record and what its entity starts with.
-type UnitSpawn = (u32, (Mesh3d, Aabb, LodUnit));
+/// A unit that is about to be spawned.
+struct UnitSpawn {
+    record: u32,
+    mesh: Handle<Mesh>,
+    aabb: Aabb,
+    unit: LodUnit,
+}
 
 /// Spawns the units that views draw and that have no entity yet.
 pub(crate) fn spawn_units(world: &mut World) {
     let spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
-        for (record, components) in spawns {
-            let object = components.2.object;
-            let Some(unit) = spawn_unit(world, components) else {
+        for spawn in spawns {
+            let (record, object) = (spawn.record, spawn.unit.object);
+            let Some(unit) = spawn_unit(world, spawn) else {
                 continue;
             };
             inherited.copy(world, object, unit);
@@ -59,23 +64,32 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
         let (instance, unit) = scene.records.unit(record)?;
         let instance = scene.instance(instance)?;
         let piece = &instance.mesh.pieces[unit as usize];
-        let unit = LodUnit {
-            level: piece.level,
-            object: instance.entity,
-        };
-        Some((record, (Mesh3d(piece.mesh.clone()?), piece.aabb, unit)))
+        Some(UnitSpawn {
+            record,
+            mesh: piece.mesh.clone()?,
+            aabb: piece.aabb,
+            unit: LodUnit {
+                level: piece.level,
+                object: instance.entity,
+            },
+        })
     };
     records.filter_map(unit_spawn).collect()
 }
 
 /// Spawns a unit where its object is, as Bevy has already propagated transforms and visibility.
-fn spawn_unit(world: &mut World, components: (Mesh3d, Aabb, LodUnit)) -> Option<Entity> {
-    let object = components.2.object;
-    let there = world.get_entity(object).ok()?;
-    let transform = there.get::<GlobalTransform>().copied().unwrap_or_default();
-    let visibility = there.get::<InheritedVisibility>().copied();
-    let visibility = visibility.unwrap_or_default();
-    let unit = world.spawn((components, transform, visibility, ChildOf(object)));
+fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
+    let object = world.get_entity(spawn.unit.object).ok()?;
+    let transform = object.get::<GlobalTransform>().copied();
+    let visibility = object.get::<InheritedVisibility>().copied();
+    let unit = world.spawn((
+        spawn.unit,
+        Mesh3d(spawn.mesh),
+        spawn.aabb,
+        transform.unwrap_or_default(),
+        visibility.unwrap_or_default(),
+        ChildOf(spawn.unit.object),
+    ));
     Some(unit.id())
 }
 

@@ -13,7 +13,7 @@ use fieldlod_tests::apps::finish;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{app, logged, origins, progress, ready, run_until, unfinished};
+use crate::headless::{logged, origins, progress, run_until, unfinished};
 
 fn assets(folder: &Path, processes: bool) -> AssetPlugin {
     AssetPlugin {

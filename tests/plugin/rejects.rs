@@ -1,9 +1,6 @@
 //! Meshes that cannot have levels of detail are drawn as they are, and the log says why.
 
-use std::any::TypeId;
-
 use bevy::asset::RenderAssetUsages;
-use bevy::camera::visibility::VisibleEntities;
 use bevy::log::tracing::Level;
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
@@ -13,7 +10,7 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 
 use crate::headless::{
-    Events, app, insert, logged, progress, rock, run_until, spawn_camera, spawn_object, spawn_rock,
+    Events, app, insert, logged, progress, run_until, spawn_camera, spawn_object, spawn_rock,
     visible,
 };
 
@@ -21,8 +18,7 @@ use crate::headless::{
 fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, words: &[&str]) {
     run_until(app, "the mesh is given up", |app| progress(app).plain == 1);
     app.update();
-    let visible = app.world().get::<VisibleEntities>(camera).unwrap();
-    assert_eq!(visible.get(TypeId::of::<Mesh3d>()), [object]);
+    assert_eq!(visible(app, camera), [object]);
     let id = app.world().get::<Mesh3d>(object).unwrap().id();
     let id = format!("{:?}", id.untyped());
     let words: Vec<&str> = words.iter().copied().chain([id.as_str()]).collect();

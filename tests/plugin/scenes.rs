@@ -10,9 +10,7 @@ use fieldlod_bake::{BakeConfig, bake_file};
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{
-    app, app_in, logged, origins, progress, ready, run_until, spawn_camera, stats,
-};
+use crate::headless::{app_in, logged, origins, progress, ready, run_until, spawn_camera, stats};
 
 /// A file with one scene of two rocks.
 fn two_rocks() -> GltfFile {
@@ -97,7 +95,7 @@ fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
-    let changed = one_rock(4, 10);
+    let mut changed = one_rock(4, 10);
     file.write("mesh.glb", &changed.glb_bytes());
     let mut app = app_in(file.folder());
     spawn_scene(&mut app, None);
@@ -132,7 +130,7 @@ fn a_reloaded_file_is_baked_anew() {
     spawn_scene(&mut app, None);
     ready(&mut app, 1);
     assert_eq!(stats(&app, camera).triangles_full, 5120);
-    let changed = one_rock(3, 1);
+    let mut changed = one_rock(3, 1);
     file.write("mesh.glb", &changed.glb_bytes());
     app.world().resource::<AssetServer>().reload("mesh.glb");
     run_until(&mut app, "the changed mesh is drawn", |app| {
@@ -183,7 +181,7 @@ fn rejects_a_stale_fieldlod_file() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("stale.fieldlod", &bake(&glb));
-    let changed = one_rock(4, 9);
+    let mut changed = one_rock(4, 9);
     file.write("mesh.glb", &changed.glb_bytes());
     let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("stale.fieldlod"));

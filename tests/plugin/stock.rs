@@ -5,7 +5,7 @@ use std::time::Duration;
 use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
 use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
-use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange, VisibleEntities};
+use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
@@ -14,9 +14,9 @@ use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::time::TimeUpdateStrategy;
+use bevy_fieldlod::diagnostics;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{LodUnit, diagnostics};
-use fieldlod_tests::apps::{bevy_mesh, finish};
+use fieldlod_tests::apps::finish;
 
 use crate::headless::{
     add, app, before_a_camera, entity_count, insert, move_camera, progress, ready, rock,

@@ -1,9 +1,9 @@
 //! Cameras of every kind, each with its own cut.
 
 use bevy::camera::visibility::{
-    CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleEntities,
-    VisibleMeshEntities,
+    CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleMeshEntities,
 };
+
 use bevy::camera::{
     CameraProjection, RenderTarget, ScalingMode, ShadowLodOrigin, SubCameraView, Viewport,
 };
@@ -14,7 +14,7 @@ use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    app, before_a_camera, insert, ready, rock, spawn_camera, spawn_rock, stats, units, visible,
+    app, before_a_camera, insert, ready, spawn_camera, spawn_rock, stats, units, visible,
 };
 
 fn drawn(app: &App, camera: Entity) -> u64 {

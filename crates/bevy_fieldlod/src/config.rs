@@ -69,7 +69,8 @@ pub enum LodKind {
 
 impl FieldLodConfig {
     /// The kind of levels that `kind` stands for, of a mesh with that many triangles.
-    pub(crate) fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
+    #[must_use]
+    pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
             LodKind::Auto if triangles < self.plain_below_triangles as usize => LodKind::Plain,
             LodKind::Auto if triangles < self.clusters_from_triangles as usize => LodKind::Chain,

@@ -106,7 +106,7 @@ fn a_prop_that_is_no_longer_marked_gets_its_mesh_back() {
 fn the_kind_can_be_chosen() {
     let (mut app, camera, large) = before_a_camera(5, 2.5);
     assert!(units(&mut app).len() > 1);
-    let chosen = AutoLod::of_kind(LodKind::Chain);
+    let chosen = AutoLod::of_kind(LodKind::WholeMesh);
     insert(&mut app, large, chosen);
     app.update();
     ready(&mut app, 1);

@@ -62,7 +62,7 @@ pub enum LodKind {
     Plain,
     /// The whole mesh is drawn at one level: by one entity, so that instances of a level are still drawn
     /// together. All views draw the same level, the finest that one of them asks for.
-    Chain,
+    WholeMesh,
     /// Each piece of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,
 }
@@ -73,7 +73,9 @@ impl FieldLodConfig {
     pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
             LodKind::Auto if triangles < self.plain_below_triangles as usize => LodKind::Plain,
-            LodKind::Auto if triangles < self.clusters_from_triangles as usize => LodKind::Chain,
+            LodKind::Auto if triangles < self.clusters_from_triangles as usize => {
+                LodKind::WholeMesh
+            }
             LodKind::Auto => LodKind::Clusters,
             chosen => chosen,
         }
@@ -88,8 +90,8 @@ mod tests {
     fn the_kind_follows_the_triangles_unless_it_is_chosen() {
         let config = FieldLodConfig::default();
         let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
-        use LodKind::{Chain, Clusters, Plain};
-        assert_eq!(auto, [Plain, Plain, Chain, Chain, Clusters]);
+        use LodKind::{Clusters, Plain, WholeMesh};
+        assert_eq!(auto, [Plain, Plain, WholeMesh, WholeMesh, Clusters]);
         assert_eq!(config.kind_for(Clusters, 12), Clusters);
     }
 }

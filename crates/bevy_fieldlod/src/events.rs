@@ -46,7 +46,7 @@ pub enum FieldLodEvent {
         mesh: AssetId<Mesh>,
         /// Its path, if it was loaded from one.
         path: Option<String>,
-        /// How it is drawn: [`LodKind::Chain`] or [`LodKind::Clusters`].
+        /// How it is drawn: [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
         kind: LodKind,
         /// Where its levels came from.
         origin: LodOrigin,

@@ -16,7 +16,7 @@ use crate::config::LodKind;
 pub(crate) struct LodMesh {
     /// The mesh in the scene that cuts are selected from.
     pub(crate) id: MeshId,
-    /// [`LodKind::Chain`] or [`LodKind::Clusters`].
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
     /// One for each unit of the hierarchy.
     pub(crate) pieces: Vec<LodPiece>,

@@ -72,7 +72,7 @@ impl LodScene {
             return;
         }
         // A new entity starts at its finest level, or without any unit.
-        let (kind, drawn_as) = if mesh.kind == LodKind::Chain {
+        let (kind, drawn_as) = if mesh.kind == LodKind::WholeMesh {
             (DrawKind::WholeMesh, DrawnAs::WholeMesh { level: 0 })
         } else {
             self.clustered_count += 1;

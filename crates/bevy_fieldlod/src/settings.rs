@@ -1,7 +1,7 @@
 //! Settings of a camera.
 
 use bevy::prelude::*;
-use fieldlod_select::{LodSettings, Offscreen, Promise};
+use fieldlod_select::{LodSettings, Offscreen};
 
 /// How fine the cuts of a camera are; put it on the camera. A camera without it uses the default.
 ///
@@ -62,7 +62,7 @@ impl Default for FieldLodSettings {
     fn default() -> Self {
         let settings = LodSettings::default();
         Self {
-            error_px: settings.error_px,
+            error_px: 1.0,
             guaranteed: false,
             displacement_cap_px: None,
             hysteresis: settings.hysteresis,
@@ -100,15 +100,14 @@ impl FieldLodSettings {
     /// The settings that selection reads; `has_shadows` says whether some light casts shadows.
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
-        let promise = match (self.guaranteed, self.displacement_cap_px) {
-            (true, _) => Promise::Guaranteed,
-            (false, Some(cap_px)) => Promise::Both { cap_px },
-            (false, None) => Promise::Quality,
-        };
         LodSettings {
-            error_px: self.error_px,
+            error_px: (!self.guaranteed).then_some(self.error_px),
+            displacement_px: if self.guaranteed {
+                Some(self.error_px)
+            } else {
+                self.displacement_cap_px
+            },
             hysteresis: self.hysteresis,
-            promise,
             min_aspect_ratio: self.min_aspect_ratio,
             max_curl: self.max_curl,
             resolution_scale: self.resolution_scale,
@@ -148,14 +147,15 @@ mod tests {
             displacement_cap_px: Some(3.0),
             ..default()
         };
-        assert_eq!(
-            capped.to_lod_settings(false).promise,
-            Promise::Both { cap_px: 3.0 }
-        );
+        let selected = capped.to_lod_settings(false);
+        let thresholds = (selected.error_px, selected.displacement_px);
+        assert_eq!(thresholds, (Some(1.0), Some(3.0)));
         let both = FieldLodSettings {
             guaranteed: true,
             ..capped
         };
-        assert_eq!(both.to_lod_settings(false).promise, Promise::Guaranteed);
+        let selected = both.to_lod_settings(false);
+        let thresholds = (selected.error_px, selected.displacement_px);
+        assert_eq!(thresholds, (None, Some(1.0)));
     }
 }

@@ -168,7 +168,7 @@ fn update_object(
         object.bias = auto_lod.bias;
         scene.set_bias(entity, auto_lod.bias);
     }
-    if object.mesh.kind == LodKind::Chain && mesh.id() == object.source.id() {
+    if object.mesh.kind == LodKind::WholeMesh && mesh.id() == object.source.id() {
         scene.reset_level(entity);
     }
 }

@@ -100,7 +100,7 @@ fn select_views(
             let settings = settings.to_lod_settings(has_shadows);
             select_cut(&mut cut, frozen.unwrap_or(view), &settings, scene);
         }
-        stats.error_px = cut.selector.error_px().unwrap_or(0.0);
+        stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
         stats.selection_time = start.elapsed();
     }
     // Which views see a whole mesh decides its level.

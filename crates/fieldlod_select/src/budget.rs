@@ -10,7 +10,7 @@ use wide::f32x8;
 use crate::kernel::Kernel;
 use crate::scene::Scene;
 use crate::table::{CHUNK, GroupTable, LANES};
-use crate::{InstanceView, LodSettings, Promise, View};
+use crate::{InstanceView, LodSettings, View};
 
 /// Low bits of an error that do not matter: thresholds differ by 0.2 %.
 const DROPPED_BITS: u32 = 14;
@@ -25,7 +25,7 @@ pub(crate) fn is_met(budget: u64, triangle_count: u64) -> bool {
 
 #[derive(Debug, Default)]
 pub(crate) struct Search {
-    error_px: Option<f32>,
+    threshold_px: Option<f32>,
     /// Triangles that are drawn at thresholds below a bucket, less those above.
     histogram: Vec<i64>,
     errors: Vec<f32>,
@@ -34,8 +34,14 @@ pub(crate) struct Search {
 impl Search {
     /// The settings at the threshold in use.
     pub(crate) fn settings(&self, settings: &LodSettings) -> LodSettings {
-        let error_px = self.error_px.unwrap_or(settings.error_px);
-        at_threshold(settings, error_px)
+        let plain = LodSettings {
+            triangle_budget: None,
+            ..*settings
+        };
+        match self.threshold_px {
+            Some(threshold_px) => plain.at_threshold(threshold_px),
+            None => plain,
+        }
     }
 
     pub(crate) fn begin(&mut self) {
@@ -113,29 +119,13 @@ impl Search {
             }
             least -= 1;
         }
-        let error_px = f32::from_bits((least.min(BUCKETS - 1) as u32) << DROPPED_BITS);
-        self.error_px = Some(error_px);
-        at_threshold(settings, error_px)
+        let threshold_px = f32::from_bits((least.min(BUCKETS - 1) as u32) << DROPPED_BITS);
+        self.threshold_px = Some(threshold_px);
+        settings.at_threshold(threshold_px)
     }
 }
 
 fn bucket(error: f32) -> usize {
     // Zero and less are refined at no threshold.
     (error.max(0.0).to_bits() >> DROPPED_BITS) as usize
-}
-
-/// The same settings at another threshold: a cap goes with it.
-fn at_threshold(settings: &LodSettings, error_px: f32) -> LodSettings {
-    let promise = match settings.promise {
-        Promise::Both { cap_px } => Promise::Both {
-            cap_px: cap_px * (error_px / settings.error_px),
-        },
-        other => other,
-    };
-    LodSettings {
-        error_px,
-        promise,
-        triangle_budget: None,
-        ..*settings
-    }
 }

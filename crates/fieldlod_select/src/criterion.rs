@@ -29,18 +29,19 @@ use camera_field::{Camera, Intrinsics, SphereBound, SphereExtent};
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::Vec3;
 
-use crate::{InstanceView, LodSettings, Offscreen, Promise};
+use crate::settings::{LodSettings, Offscreen};
+use crate::view::InstanceView;
 
 /// Of V: 1 over that of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
 /// Of p, times [`VISIBLE_WEIGHT`].
 pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
-/// Rounding of the widest aspect ratio, added so that the promise is not relaxed by it.
+/// Rounding of the widest aspect ratio, added so that no threshold is relaxed by it.
 pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
 
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
-/// [`LodSettings::error_px`] by default.
+/// [`LodSettings::error_px`].
 ///
 /// Zero outside the field of view ([`Offscreen::Coarsest`]); infinite for a terminal group and
 /// where the group's sphere reaches the camera plane inside the field of view. Never negative; NaN
@@ -49,11 +50,11 @@ pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
 /// [`select`]: crate::select
 #[must_use]
 pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
-    promised_error_px(group, instance, &LodSettings::default())
+    group_error_px(group, instance, &LodSettings::default(), false)
 }
 
 /// The most that a point of `group`'s surface moves on screen by its simplification, in pixels:
-/// what [`Promise::Guaranteed`] compares with [`LodSettings::error_px`].
+/// what [`select`](crate::select) compares with [`LodSettings::displacement_px`].
 ///
 /// ```text
 /// E = d · √(c / cos φ)       at most, over the sphere
@@ -62,27 +63,20 @@ pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
 /// sight rays of the sphere. Zero, infinite and NaN as in [`screen_error_px`].
 #[must_use]
 pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
-    promised_error_px(group, instance, &LodSettings::guaranteed(1.0))
+    group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
 }
 
-/// The error of `group` in pixels by the promise that `settings` make: a refined group has more than
-/// [`LodSettings::error_px`].
+/// The error of `group` in pixels under `settings`: the group is refined where it is more than
+/// [`LodSettings::threshold_px`].
 ///
-/// [`Promise::Both`] gives the greater of the quality error and the displacement times
-/// `error_px / cap_px`. Zero, infinite and NaN as in [`screen_error_px`].
+/// With both thresholds it is the greater of the screen-space error and the displacement times
+/// `error_px / displacement_px`; with neither it is 0. Zero, infinite and NaN as in
+/// [`screen_error_px`].
+///
+/// A group that `was_refined` in the last cut leaves a wider view than it entered, if the view has
+/// [margins](crate::View::with_margins): its error is never less than that of one that was not.
 #[must_use]
-pub fn promised_error_px(group: &Group, instance: &InstanceView, settings: &LodSettings) -> f32 {
-    promised_px(group, instance, settings, false)
-}
-
-/// [`promised_error_px`] of a group that was refined in the last cut: it leaves a wider view than it
-/// entered, if the view has [margins](crate::View::with_margins). Never less.
-#[must_use]
-pub fn kept_error_px(group: &Group, instance: &InstanceView, settings: &LodSettings) -> f32 {
-    promised_px(group, instance, settings, true)
-}
-
-pub(crate) fn promised_px(
+pub fn group_error_px(
     group: &Group,
     instance: &InstanceView,
     settings: &LodSettings,
@@ -92,13 +86,14 @@ pub(crate) fn promised_px(
         return f32::INFINITY;
     }
     let seen = SeenGroup::new(group, instance, was_refined);
-    match settings.promise {
-        Promise::Quality => seen.quality_px(settings),
-        Promise::Guaranteed => seen.displacement_px(settings),
-        Promise::Both { cap_px } => larger(
-            seen.quality_px(settings),
-            seen.displacement_px(settings) * (settings.error_px / cap_px),
-        ),
+    let criterion = settings.criterion();
+    let error_px = criterion.counts_error.then(|| seen.error_px(settings));
+    let displacement_px = criterion
+        .displacement_weight
+        .map(|weight| seen.displacement_px(settings) * weight);
+    match (error_px, displacement_px) {
+        (Some(error_px), Some(displacement_px)) => larger(error_px, displacement_px),
+        (error_px, displacement_px) => error_px.or(displacement_px).unwrap_or(0.0),
     }
 }
 
@@ -136,7 +131,7 @@ impl<'a> SeenGroup<'a> {
     }
 
     /// `e √(c (4 V + 0.4 p))`.
-    fn quality_px(&self, settings: &LodSettings) -> f32 {
+    fn error_px(&self, settings: &LodSettings) -> f32 {
         let SphereBound::Bounded(strength) = self.strength(settings) else {
             return f32::INFINITY;
         };

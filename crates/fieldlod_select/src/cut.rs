@@ -3,8 +3,9 @@
 use fieldlod_hierarchy::Hierarchy;
 use glam::Affine3A;
 
-use crate::criterion::promised_px;
-use crate::{InstanceView, LodSettings, View};
+use crate::criterion::group_error_px;
+use crate::settings::LodSettings;
+use crate::view::{InstanceView, View};
 
 /// The cut of one instance in one view. Keep it from frame to frame: it is the memory of the
 /// hysteresis, and reusing it allocates nothing.
@@ -56,7 +57,7 @@ pub fn select(
     let view = view.with_margins(settings);
     let instance = InstanceView::new(&view, world_from_local);
     select_by(hierarchy, settings, cut, |group, was_refined| {
-        promised_px(&hierarchy.groups[group], &instance, settings, was_refined)
+        group_error_px(&hierarchy.groups[group], &instance, settings, was_refined)
     });
 }
 

@@ -24,8 +24,7 @@ use interval::{IntervalTest, IntervalView};
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
 /// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
 ///
-/// Same bits as [`promised_error_px`](crate::promised_error_px) of every group against the
-/// thresholds, with [`kept_error_px`](crate::kept_error_px) for those that were refined.
+/// Same bits as [`group_error_px`](crate::group_error_px) of every group against its threshold.
 pub fn refine(
     table: &GroupTable,
     instance: &InstanceView,

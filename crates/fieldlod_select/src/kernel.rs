@@ -1,6 +1,5 @@
 //! The criterion for eight groups at once, equal bit for bit to
-//! [`promised_error_px`](crate::promised_error_px) and, for groups that were refined,
-//! [`kept_error_px`](crate::kept_error_px).
+//! [`group_error_px`](crate::group_error_px).
 //!
 //! Every line computes what the scalar code and `camera_field`'s bounds compute, in the same order,
 //! with operations that IEEE 754 rounds exactly, so that lanes and scalars agree on every machine.
@@ -14,9 +13,10 @@ use wide::f32x8;
 
 use crate::criterion::ASPECT_ROUNDING;
 use crate::decide::conservative::Tests;
+use crate::settings::Criterion;
 use crate::stretch::{STRETCH_ROUNDING, SeenStretch};
 use crate::table::GroupTable;
-use crate::{InstanceView, LodSettings, Offscreen, Promise};
+use crate::{InstanceView, LodSettings, Offscreen};
 use bounds::{Edge, Extent, ROUNDING, Seen, picture_weight};
 use lanes::{INFINITE, M3, ONE, V3, ZERO, splat};
 
@@ -24,6 +24,7 @@ use lanes::{INFINITE, M3, ONE, V3, ZERO, splat};
 pub(crate) struct Kernel<'a> {
     instance: &'a InstanceView,
     settings: &'a LodSettings,
+    criterion: Criterion,
     camera_from_local: M3,
     origin: V3,
     normal_map: M3,
@@ -42,6 +43,7 @@ impl<'a> Kernel<'a> {
         Self {
             instance,
             settings,
+            criterion: settings.criterion(),
             corner: corner(&instance.camera),
             kept_corner: keeps.then(|| corner(&instance.kept_camera)),
             camera_from_local: M3::splat(&instance.camera_from_local),
@@ -50,7 +52,7 @@ impl<'a> Kernel<'a> {
         }
     }
 
-    /// The promised error of the groups of one block, of which `was_refined` has the bits. Terminal
+    /// The error of the groups of one block, of which `was_refined` has the bits. Terminal
     /// groups give that of no error.
     #[inline]
     pub(crate) fn error_px(&self, table: &GroupTable, block: usize, was_refined: u32) -> f32x8 {
@@ -162,7 +164,7 @@ impl<'a> Kernel<'a> {
         };
         let stretch = self.stretch(seen);
         let relaxation = self.relaxation(seen);
-        self.promised(
+        self.combined(
             table,
             block,
             strength,
@@ -188,7 +190,7 @@ impl<'a> Kernel<'a> {
         let strength = || constant(splat(pixels.x * pixels.y));
         let pixel_scale = || constant(splat(pixels.x.max(pixels.y)));
         let stretch = self.stretch(seen);
-        self.promised(table, block, strength, pixel_scale, stretch, ONE, seen)
+        self.combined(table, block, strength, pixel_scale, stretch, ONE, seen)
     }
 
     /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives.
@@ -218,7 +220,7 @@ impl<'a> Kernel<'a> {
     }
 
     #[inline]
-    fn promised(
+    fn combined(
         &self,
         table: &GroupTable,
         block: usize,
@@ -243,16 +245,17 @@ impl<'a> Kernel<'a> {
             let displacement = table.groups.deviation[block] * stretch * scale * relaxation;
             scale.simd_ge(INFINITE).bitselect(INFINITE, displacement)
         };
-        match self.settings.promise {
-            Promise::Quality => quality(),
-            Promise::Guaranteed => displacement(),
-            Promise::Both { cap_px } => {
-                let (a, b) = (
-                    quality(),
-                    displacement() * splat(self.settings.error_px / cap_px),
-                );
+        match (
+            self.criterion.counts_error,
+            self.criterion.displacement_weight,
+        ) {
+            (true, None) => quality(),
+            (false, Some(weight)) => displacement() * splat(weight),
+            (true, Some(weight)) => {
+                let (a, b) = (quality(), displacement() * splat(weight));
                 (a.simd_gt(b) | a.simd_ne(a)).bitselect(a, b)
             }
+            (false, None) => ZERO,
         }
     }
 

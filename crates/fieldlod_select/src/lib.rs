@@ -13,7 +13,7 @@
 //! let hierarchy = fixtures::two_level_strip(); // four triangles, or two with an error of 0.1
 //! let projection = Mat4::perspective_infinite_reverse_rh(1.0, 16.0 / 9.0, 0.1);
 //! let camera = Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap();
-//! let settings = LodSettings { error_px: 1.0, ..LodSettings::default() };
+//! let settings = LodSettings::with_error_px(1.0);
 //! let mut triangles_from = |distance: f32| {
 //!     let world_from_view = Affine3A::from_translation(Vec3::new(1.0, 0.5, distance));
 //!     let view = View::new(camera, &world_from_view);
@@ -29,10 +29,10 @@
 //! World and local space are right-handed; a view looks along its −Z with +Y up, as in Bevy and
 //! OpenGL. Pixels are physical pixels of the view's target.
 //!
-//! # Promises
-//! [`Promise::Quality`] gives the best picture for its triangles: it is like a root mean square, and
-//! single points may be off by more. [`Promise::Guaranteed`] bounds every displacement on screen;
-//! `tests/guarantee.rs` measures it, beside clusterlod's test.
+//! # Two thresholds
+//! [`LodSettings::error_px`] gives the best picture for its triangles: it is like a root mean square,
+//! and single points may be off by more. [`LodSettings::displacement_px`] bounds every displacement on
+//! screen; `tests/guarantee.rs` measures it, beside clusterlod's test. Either may be given, or both.
 //!
 //! # Speed
 //! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these
@@ -56,14 +56,12 @@
 //!
 //! # Determinism
 //! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute what one scalar would, in
-//! the same order: the same input gives the same cut in debug and release, on any number of threads, on
-//! every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
+//! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
 //!
 //! # Out of scope
 //! Occlusion; morphing between levels; skinned meshes.
 
 mod budget;
-mod chain;
 mod criterion;
 mod cut;
 mod decide;
@@ -80,13 +78,14 @@ mod synthetic;
 mod table;
 mod tree;
 mod view;
+mod whole_mesh_levels;
 
-pub use chain::chain_of;
-pub use criterion::{kept_error_px, promised_error_px, screen_displacement_px, screen_error_px};
+pub use criterion::{group_error_px, screen_displacement_px, screen_error_px};
 pub use cut::{Cut, select, select_with};
 pub use decide::refine;
 pub use scene::{InstanceId, MeshId, Scene};
 pub use selector::{Change, Selector, Statistics};
-pub use settings::{LodSettings, Offscreen, Promise};
+pub use settings::{LodSettings, Offscreen};
 pub use table::GroupTable;
 pub use view::{InstanceView, View};
+pub use whole_mesh_levels::whole_mesh_levels;

@@ -9,8 +9,6 @@ mod tests;
 mod visit;
 mod word_holds;
 
-use rayon::prelude::*;
-
 use crate::decide::ViewParts;
 use crate::hold::{Hold, Odometer, WholeTest};
 use crate::scene::Scene;
@@ -87,28 +85,15 @@ impl Selector {
     /// # Panics
     /// If the scene was changed without [`Scene::update`].
     pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
-        self.run(scene, view, settings, false);
-    }
-
-    /// [`Selector::select`] on all threads of the current rayon pool. The result does not depend on how
-    /// many there are.
-    ///
-    /// # Panics
-    /// If the scene was changed without [`Scene::update`].
-    pub fn par_select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
-        self.run(scene, view, settings, true);
-    }
-
-    fn run(&mut self, scene: &Scene, view: &View, settings: &LodSettings, parallel: bool) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.changes.clear();
         self.statistics = Statistics::default();
         let view = view.with_margins(settings);
         let Some(budget) = settings.triangle_budget else {
-            return self.step(scene, &view, settings, parallel);
+            return self.step(scene, &view, settings);
         };
         let settings = self.budget.settings(settings);
-        self.step(scene, &view, &settings, parallel);
+        self.step(scene, &view, &settings);
         if !budget::is_met(budget, self.triangle_count) {
             self.budget.begin();
             for (index, memory) in self.memories.iter().enumerate() {
@@ -116,12 +101,12 @@ impl Selector {
                 self.budget.add(scene, index, refined, &view, &settings);
             }
             let settings = self.budget.finish(budget, &settings);
-            self.step(scene, &view, &settings, parallel);
+            self.step(scene, &view, &settings);
         }
     }
 
     /// One selection with plain settings; changes add up.
-    fn step(&mut self, scene: &Scene, view: &View, settings: &LodSettings, parallel: bool) {
+    fn step(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let frame = Frame {
             view: *view,
             settings: *settings,
@@ -153,11 +138,8 @@ impl Selector {
             now: self.odometer,
             step,
         };
-        let decide = |pending: &mut Pending| pending.decide(scene, &moment);
-        if parallel {
-            self.pending.par_iter_mut().for_each(decide);
-        } else {
-            self.pending.iter_mut().for_each(decide);
+        for pending in &mut self.pending {
+            pending.decide(scene, &moment);
         }
         self.merge(scene);
         if is_first {
@@ -203,7 +185,7 @@ impl Selector {
         }
     }
 
-    /// Puts what was decided in place, in an order that no thread has a say in.
+    /// Puts what was decided in place.
     fn merge(&mut self, scene: &Scene) {
         let mut pending = std::mem::take(&mut self.pending);
         for Pending {
@@ -252,9 +234,9 @@ impl Selector {
 
     /// Instances whose cut changed in the last selection, each with its units ascending.
     ///
-    /// The order of the instances follows from the scene and the views so far alone, and is the
-    /// same for any number of threads; it is not that of their ids, which would take a sort of
-    /// everything in the first frame: sort by [`Change::instance`] where that matters. Where an
+    /// The order of the instances follows from the scene and the views so far alone. It is not that of
+    /// their ids, which would take a sort of everything in the first frame: sort by
+    /// [`Change::instance`] where that matters. Where an
     /// index has gone from one instance to another, what left of the first comes before what
     /// entered of the second. With a triangle budget an instance may come twice: apply the changes
     /// one after the other.
@@ -274,10 +256,11 @@ impl Selector {
         self.statistics
     }
 
-    /// The threshold in use: that which meets the triangle budget, if there is one.
+    /// The [threshold](LodSettings::threshold_px) in use: that which meets the triangle budget, if
+    /// there is one. `None` before the first selection.
     #[must_use]
-    pub fn error_px(&self) -> Option<f32> {
-        self.last.map(|frame| frame.settings.error_px)
+    pub fn threshold_px(&self) -> Option<f32> {
+        self.last.map(|frame| frame.settings.threshold_px())
     }
 
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.

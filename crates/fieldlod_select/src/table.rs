@@ -17,7 +17,7 @@ pub(crate) const CHUNK: usize = 64;
 
 /// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
 ///
-/// Tests ask for 64 groups at once first, then for eight, then for each: see the constants.
+/// Tests ask for 64 groups at once first, then for eight, then for each.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
     pub(crate) group_count: usize,
@@ -52,16 +52,6 @@ struct TableUnit {
 }
 
 impl GroupTable {
-    /// Bytes read for 64 groups that are told at once: a sphere, an error, terminal bits in and bits
-    /// out, for the quality promise.
-    pub const BYTES_PER_WORD: usize = 5 * size_of::<f32>() + 2 * size_of::<u64>();
-    /// Bytes read for eight groups that are told at once: a sphere, an error, how they face.
-    pub const BYTES_PER_BLOCK: usize = 9 * size_of::<f32>();
-    /// Bytes read for a group that a conservative test tells.
-    pub const BYTES_TESTED: usize = 9 * size_of::<f32>();
-    /// Bytes read for a group that the full criterion decides: no more than its normal's variance.
-    pub const BYTES_FULL: usize = 10 * size_of::<f32>();
-
     /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
     #[must_use]
     pub fn new(hierarchy: &Hierarchy) -> Self {

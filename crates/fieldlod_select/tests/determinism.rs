@@ -1,5 +1,5 @@
-//! One hash of a whole walk: the same cuts in debug and release, in scalars and lanes, on one
-//! thread or many, on every machine.
+//! One hash of a whole walk: the same cuts in debug and release, in scalars and lanes, on every
+//! machine.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics};
 use common::synthetic;
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{Cut, InstanceId, LodSettings, Promise, Scene, Selector, View, select};
+use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, select};
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 const EXPECTED: u64 = 0x1e4f_5576_231b_1e1b;
@@ -62,10 +62,7 @@ fn facing(eye: Vec3, back: Vec3) -> View {
 }
 
 fn settings() -> LodSettings {
-    LodSettings {
-        promise: Promise::Both { cap_px: 3.0 },
-        ..LodSettings::default()
-    }
+    LodSettings::capped(1.0, 3.0)
 }
 
 /// FNV-1a over all units of all instances.
@@ -90,7 +87,7 @@ fn walk_in_scalars() -> u64 {
     })
 }
 
-fn walk_in_lanes(select: impl Fn(&mut Selector, &Scene, &View)) -> u64 {
+fn walk_in_lanes() -> u64 {
     let mut scene = Scene::default();
     let mesh = scene.add_mesh(ball());
     let ids: Vec<InstanceId> = placements()
@@ -100,7 +97,7 @@ fn walk_in_lanes(select: impl Fn(&mut Selector, &Scene, &View)) -> u64 {
     scene.update();
     let mut selector = Selector::default();
     (0..FRAMES).fold(SEED, |mut sum, frame| {
-        select(&mut selector, &scene, &view(frame));
+        selector.select(&scene, &view(frame), &settings());
         for &id in &ids {
             sum = hash(sum, selector.units(&scene, id));
         }
@@ -120,21 +117,8 @@ fn the_cuts_of_a_walk_hash_to_the_committed_number() {
 }
 
 #[test]
-fn lanes_holds_and_threads_hash_to_it_too() {
-    let settings = settings();
-    assert_eq!(
-        walk_in_lanes(|s, scene, view| s.select(scene, view, &settings)),
-        EXPECTED
-    );
-    for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        let sum =
-            pool.install(|| walk_in_lanes(|s, scene, view| s.par_select(scene, view, &settings)));
-        assert_eq!(sum, EXPECTED, "{threads} threads");
-    }
+fn lanes_and_validity_hash_to_it_too() {
+    assert_eq!(walk_in_lanes(), EXPECTED);
 }
 
 /// A walk, one that nods harder, and an eye that stands and nods, sways and trembles.

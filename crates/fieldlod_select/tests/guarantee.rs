@@ -1,4 +1,4 @@
-//! The guaranteed promise, measured: how far surfaces move on screen at the cuts that are selected.
+//! The guarantee, measured: how far surfaces move on screen at the cuts that are selected.
 //!
 //! Points are strewn over the units of a cut. The nearest point of the source surface, in the
 //! whole instance, is where each belongs; the distance of the two on screen is the displacement.
@@ -232,7 +232,7 @@ fn assert_kept(name: &str, hierarchy: &Hierarchy, cameras: usize) {
 }
 
 #[test]
-fn no_displacement_exceeds_the_promise() {
+fn no_displacement_exceeds_the_threshold() {
     assert_kept("rock", &bake(&fixtures::rock(5, 1)), 200);
     assert_kept("torus knot", &bake(&fixtures::torus_knot(200, 24)), 200);
     assert_kept("shells", &bake(&fixtures::shells(3, 4)), 150);
@@ -240,7 +240,7 @@ fn no_displacement_exceeds_the_promise() {
 }
 
 #[test]
-fn no_displacement_of_models_exceeds_the_promise() {
+fn no_displacement_of_models_exceeds_the_threshold() {
     let Ok(folder) = std::env::var("FIELDLOD_MODELS") else {
         return;
     };

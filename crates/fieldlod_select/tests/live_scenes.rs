@@ -9,7 +9,7 @@ use common::{
 };
 use fieldlod_select::{
     Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View,
-    kept_error_px, promised_error_px, select_with,
+    group_error_px, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -182,12 +182,7 @@ fn select_one(placed: &Placed, view: &View, settings: &LodSettings, cut: &mut Cu
     let before = cut.refined().to_vec();
     select_with(hierarchy, &biased, cut, |group| {
         let was_refined = before.get(group) == Some(&true);
-        let error = if was_refined {
-            kept_error_px
-        } else {
-            promised_error_px
-        };
-        error(&hierarchy.groups[group], &instance, settings)
+        group_error_px(&hierarchy.groups[group], &instance, settings, was_refined)
     });
 }
 
@@ -270,10 +265,10 @@ fn what_a_removed_mesh_drew_leaves() {
 
 /// A whole mesh at each level: every group consumes one unit and produces one.
 #[test]
-fn of_a_chain_of_whole_meshes_one_is_drawn() {
-    let chain = synthetic::chain(5, 0.01);
+fn of_whole_mesh_levels_one_is_drawn() {
+    let whole = synthetic::whole_mesh_levels(5, 0.01);
     let mut scene = Scene::default();
-    let mesh = scene.add_mesh(&chain);
+    let mesh = scene.add_mesh(&whole);
     let distances = [0.0, 10.0, 30.0, 100.0, 1000.0, 1e5];
     let ids: Vec<InstanceId> = distances
         .iter()

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{any_placement, any_settings, any_view, hierarchies};
-use fieldlod_select::{GroupTable, InstanceView, kept_error_px, promised_error_px, refine};
+use fieldlod_select::{GroupTable, InstanceView, group_error_px, refine};
 use proptest::prelude::*;
 
 proptest! {
@@ -23,11 +23,10 @@ proptest! {
         let was_refined = vec![was; hierarchy.groups.len().div_ceil(64)];
         let mut refined = Vec::new();
         refine(&table, &instance, &settings, &was_refined, &mut refined);
-        let threshold_px = settings.error_px / settings.resolution_scale;
+        let threshold_px = settings.threshold_px() / settings.resolution_scale;
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1 == 1;
-            let error = if bit(&was_refined) { kept_error_px } else { promised_error_px };
-            let error_px = error(group, &instance, &settings);
+            let error_px = group_error_px(group, &instance, &settings, bit(&was_refined));
             let threshold_px = if bit(&was_refined) { threshold_px * settings.hysteresis } else { threshold_px };
             let expected = error_px > threshold_px || error_px.is_nan();
             prop_assert_eq!(bit(&refined), expected, "group {}: {} px against {} px, {:?}", index, error_px, threshold_px, settings);

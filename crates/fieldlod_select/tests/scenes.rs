@@ -1,4 +1,4 @@
-//! The selection of scenes: from scratch, incremental and parallel, against one instance at a time.
+//! The selection of scenes, from scratch and incremental, against one instance at a time.
 
 mod common;
 
@@ -8,8 +8,7 @@ use common::{
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, kept_error_px, naive,
-    promised_error_px,
+    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, group_error_px, naive,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -34,12 +33,7 @@ impl Naive {
                 .iter()
                 .zip(&before)
                 .map(|(group, was_refined)| {
-                    let error = if *was_refined {
-                        kept_error_px
-                    } else {
-                        promised_error_px
-                    };
-                    error(group, &instance, settings)
+                    group_error_px(group, &instance, settings, *was_refined)
                 })
                 .collect();
             // A bias is a threshold of one's own.
@@ -114,7 +108,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn incremental_and_parallel_equal_naive_along_a_walk(
+    fn incremental_equals_naive_along_a_walk(
         placed in any_instances(),
         camera in any_camera(),
         settings in any_settings(),
@@ -124,7 +118,7 @@ proptest! {
         let mut placed = placed;
         let (mut scene, ids) = scene_of(&placed);
         let mut naive = Naive::default();
-        let [mut serial, mut parallel] = [Selector::default(), Selector::default()];
+        let mut selector = Selector::default();
         let mut followed = vec![Vec::new(); ids.len()];
         let (mut eye, mut target) = (start * 30.0, Vec3::ZERO);
         for (go, turn, event) in steps {
@@ -143,15 +137,12 @@ proptest! {
             }
             let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
             let expected = naive.select(&placed, &view, &settings);
-            serial.select(&scene, &view, &settings);
-            prop_assert_eq!(&cuts(&serial, &scene, &ids), &expected);
-            parallel.par_select(&scene, &view, &settings);
-            prop_assert_eq!(&cuts(&parallel, &scene, &ids), &expected);
-            apply(&serial, &mut followed);
+            selector.select(&scene, &view, &settings);
+            prop_assert_eq!(&cuts(&selector, &scene, &ids), &expected);
+            apply(&selector, &mut followed);
             prop_assert_eq!(&followed, &expected);
-            prop_assert!(serial.changes().eq(parallel.changes()));
             let triangles = expected.iter().zip(&placed).flat_map(|(units, p)| units.iter().map(|&u| u64::from(hierarchies()[p.mesh].units[u as usize].triangle_count)));
-            prop_assert_eq!(serial.triangle_count(), triangles.sum::<u64>());
+            prop_assert_eq!(selector.triangle_count(), triangles.sum::<u64>());
         }
     }
 }
@@ -258,8 +249,8 @@ fn a_budget_is_met_within_a_frame_and_does_not_breathe() {
             selector.select(&scene, &step_of_walk(step), &settings);
             let off = selector.triangle_count() as f64 / budget as f64 - 1.0;
             assert!(off.abs() <= 0.02, "{budget}: {off} in step {step}");
-            thresholds += usize::from(last != selector.error_px());
-            last = selector.error_px();
+            thresholds += usize::from(last != selector.threshold_px());
+            last = selector.threshold_px();
         }
         assert!(
             thresholds < 40,

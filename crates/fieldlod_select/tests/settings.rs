@@ -5,8 +5,8 @@ mod common;
 use common::{any_camera, any_placement, any_settings, any_view, hierarchies, look, perspective};
 use fieldlod_hierarchy::{Group, Sphere};
 use fieldlod_select::{
-    Cut, InstanceView, LodSettings, Offscreen, Promise, kept_error_px, promised_error_px,
-    screen_displacement_px, screen_error_px, select,
+    Cut, InstanceView, LodSettings, Offscreen, group_error_px, screen_displacement_px,
+    screen_error_px, select,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -33,13 +33,13 @@ fn holds(finer: &Cut, coarser: &Cut) -> bool {
 
 proptest! {
     #[test]
-    fn both_promises_refine_what_either_does(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
+    fn both_thresholds_refine_what_either_does(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
         let instance = InstanceView::new(&view, &placement);
         let both = LodSettings::capped(error_px, cap_px);
         for group in &hierarchies()[which].groups {
             let either = screen_error_px(group, &instance) > error_px * 1.0001
                 || screen_displacement_px(group, &instance) > cap_px * 1.0001;
-            prop_assert!(!either || promised_error_px(group, &instance, &both) > error_px);
+            prop_assert!(!either || group_error_px(group, &instance, &both, false) > error_px);
         }
     }
 
@@ -57,7 +57,7 @@ proptest! {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let sampled = LodSettings { max_curl, ..LodSettings::default() };
         for group in &hierarchies()[which].groups {
-            let (bound, sample) = (screen_error_px(group, &instance), promised_error_px(group, &instance, &sampled));
+            let (bound, sample) = (screen_error_px(group, &instance), group_error_px(group, &instance, &sampled, false));
             prop_assert!(sample <= bound * 1.0001);
             // To first order √(1 + κ); spheres that graze a wide corner add a little.
             prop_assert!(bound == f32::INFINITY || sample * (1.0 + 2.0 * max_curl) >= bound, "{} {}", sample, bound);
@@ -69,7 +69,7 @@ proptest! {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let settings = LodSettings { min_aspect_ratio, ..LodSettings::guaranteed(1.0) };
         for group in &hierarchies()[which].groups {
-            let (full, relaxed) = (screen_displacement_px(group, &instance), promised_error_px(group, &instance, &settings));
+            let (full, relaxed) = (screen_displacement_px(group, &instance), group_error_px(group, &instance, &settings, false));
             prop_assert!(relaxed <= full);
             let center = instance.sphere_in_camera(&group.bounds).center;
             let aspect = view.camera().aspect_ratio(center);
@@ -93,7 +93,7 @@ proptest! {
     fn what_is_refined_is_never_judged_more_leniently(which in 0usize..4, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         for group in &hierarchies()[which].groups {
-            let is_less = kept_error_px(group, &instance, &settings) < promised_error_px(group, &instance, &settings);
+            let is_less = group_error_px(group, &instance, &settings, true) < group_error_px(group, &instance, &settings, false);
             prop_assert!(!is_less);
         }
     }
@@ -103,7 +103,7 @@ proptest! {
         let instance = InstanceView::new(&view, &placement);
         let [coarsest, on_axis] = [Offscreen::Coarsest, Offscreen::OnAxis].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
         for group in &hierarchies()[which].groups {
-            let (hidden, beside) = (promised_error_px(group, &instance, &coarsest), promised_error_px(group, &instance, &on_axis));
+            let (hidden, beside) = (group_error_px(group, &instance, &coarsest, false), group_error_px(group, &instance, &on_axis, false));
             let Sphere { center, radius } = instance.sphere_in_camera(&group.bounds);
             if group.is_terminal() || view.camera().touches_sphere(center, radius) {
                 prop_assert_eq!(hidden.to_bits(), beside.to_bits());
@@ -122,8 +122,7 @@ proptest! {
     }
 
     #[test]
-    fn every_camera_has_a_coarsest_far_away(camera in any_camera(), promise in prop_oneof![Just(Promise::Quality), Just(Promise::Guaranteed)]) {
-        let settings = LodSettings { promise, ..LodSettings::default() };
+    fn every_camera_has_a_coarsest_far_away(camera in any_camera(), settings in prop_oneof![Just(LodSettings::default()), Just(LodSettings::guaranteed(1.0))]) {
         let away = look(camera, Vec3::Z * 1e9, Vec3::Z * 2e9);
         let count = cut_of(3, &away, &settings).triangle_count();
         prop_assert!(count <= cut_of(3, &look(camera, Vec3::Z * 3.0, Vec3::ZERO), &settings).triangle_count());
@@ -157,6 +156,24 @@ fn presets_differ_as_their_names_say() {
     assert_eq!(triangles(LodSettings::capped(1.0, 1e9)), quality);
 }
 
+#[test]
+fn with_no_threshold_the_cut_is_the_coarsest() {
+    let neither = LodSettings {
+        error_px: None,
+        ..LodSettings::default()
+    };
+    for (which, hierarchy) in hierarchies().iter().enumerate() {
+        // Within the object, where every error is infinite.
+        let view = look(
+            perspective(1.0),
+            hierarchy.groups[0].bounds.center,
+            Vec3::ZERO,
+        );
+        let coarsest = cut_of(which, &view, &LodSettings::with_error_px(f32::INFINITY));
+        assert_eq!(cut_of(which, &view, &neither).units(), coarsest.units());
+    }
+}
+
 /// A caster beside or behind the camera counts as it would on the axis, as far away.
 #[test]
 fn a_caster_beside_the_camera_counts_as_on_the_axis() {
@@ -177,7 +194,7 @@ fn a_caster_beside_the_camera_counts_as_on_the_axis() {
                     ..settings
                 };
                 let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
-                promised_error_px(&small, &instance, &settings)
+                group_error_px(&small, &instance, &settings, false)
             };
             let on_axis = error(Vec3::ZERO, Offscreen::OnAxis);
             for away in [Vec3::Z * 2.0, Vec3::new(3.0, 0.5, 1.0)] {

@@ -8,7 +8,7 @@ use bevy_fieldlod::{FieldLodConfig, FieldLodSettings, LodKind};
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, import_gltf};
 use fieldlod_hierarchy::{Hierarchy, Sphere, Unit};
-use fieldlod_select::{InstanceId, InstanceView, MeshId, Scene, Selector, View, chain_of};
+use fieldlod_select::{InstanceId, InstanceView, MeshId, Scene, Selector, View, whole_mesh_levels};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
 use crate::args::Args;
@@ -108,11 +108,11 @@ impl World {
     /// Adds a mesh, to be exchanged as a whole or cut into units as the plugin would.
     fn add_mesh(&mut self, baked: Hierarchy, kind: LodKind) -> usize {
         let triangles = baked.source_triangle_count() as usize;
-        let chain = match FieldLodConfig::default().kind_for(kind, triangles) {
-            LodKind::Chain => chain_of(&baked),
+        let whole_mesh = match FieldLodConfig::default().kind_for(kind, triangles) {
+            LodKind::WholeMesh => whole_mesh_levels(&baked),
             _ => None,
         };
-        let hierarchy = chain.unwrap_or(baked);
+        let hierarchy = whole_mesh.unwrap_or(baked);
         let id = self.scene.add_mesh(&hierarchy);
         self.hierarchies.push((hierarchy, id));
         self.hierarchies.len() - 1

@@ -165,7 +165,7 @@ struct Showing(ShapeId);
 pub(crate) fn lod_kind(shape: ShapeId, split: bool) -> LodKind {
     match shape {
         _ if split => LodKind::Clusters,
-        ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => LodKind::Chain,
+        ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => LodKind::WholeMesh,
         _ => LodKind::Auto,
     }
 }

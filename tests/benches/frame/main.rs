@@ -99,7 +99,7 @@ fn kinds(criterion: &mut Criterion) {
                 .sample_size(20)
                 .warm_up_time(Duration::from_secs(1))
                 .measurement_time(Duration::from_secs(2));
-            for kind in [LodKind::Plain, LodKind::Chain, LodKind::Clusters] {
+            for kind in [LodKind::Plain, LodKind::WholeMesh, LodKind::Clusters] {
                 let field = LazyCell::new(|| RefCell::new(walked_field(kind, count, subdivisions)));
                 group.bench_function(format!("{kind:?}"), |bencher| {
                     let mut field = field.borrow_mut();

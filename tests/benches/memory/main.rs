@@ -19,7 +19,7 @@ use fieldlod_tests::apps::{bevy_mesh, rendererless_app, run_until_ready, spawn_c
 const CASES: [(&str, LodKind); 3] = [
     ("rock", LodKind::Clusters),
     ("hills", LodKind::Clusters),
-    ("16 props", LodKind::Chain),
+    ("16 props", LodKind::WholeMesh),
 ];
 
 fn meshes_of(case: &str) -> Vec<SourceMesh> {

@@ -5,7 +5,7 @@ use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::chain_of;
+use fieldlod_select::whole_mesh_levels;
 use fieldlod_tests::apps::bevy_mesh;
 
 /// Shapes of rocks.
@@ -29,14 +29,14 @@ pub(crate) fn by_rock() -> Vec<Vec<Level>> {
 
 fn levels_of(source: &SourceMesh) -> Vec<Level> {
     let baked = bake_mesh(source, &BakeConfig::default()).expect("a rock can be baked");
-    let chain = chain_of(&baked).expect("its level fits 16-bit indices");
+    let whole = whole_mesh_levels(&baked).expect("its level fits 16-bit indices");
     let all = source.indices.len() as f32 / 3.0;
     let level = |kept: f32| {
-        let mut units = chain.units.iter().enumerate();
+        let mut units = whole.units.iter().enumerate();
         let (index, _) = units
             .find(|(_, unit)| unit.triangle_count as f32 <= all * kept)
             .expect("a rock has coarse levels");
-        mesh_of(&chain, index)
+        mesh_of(&whole, index)
     };
     let coarser = KEPT[1..].iter().map(|&kept| level(kept));
     let source = Level {
@@ -46,21 +46,21 @@ fn levels_of(source: &SourceMesh) -> Vec<Level> {
     std::iter::once(source).chain(coarser).collect()
 }
 
-/// The level that a chain's unit draws.
-fn mesh_of(chain: &Hierarchy, unit: usize) -> Level {
-    let unit = &chain.units[unit];
-    let vertices = chain.vertices_of(unit).iter();
+/// The whole-mesh level that a unit draws.
+fn mesh_of(whole: &Hierarchy, unit: usize) -> Level {
+    let unit = &whole.units[unit];
+    let vertices = whole.vertices_of(unit).iter();
     let places = vertices
         .clone()
-        .map(|&v| chain.vertices.positions[v as usize].to_array());
-    let normals = vertices.map(|&v| chain.vertices.normals[v as usize].to_array());
+        .map(|&v| whole.vertices.positions[v as usize].to_array());
+    let normals = vertices.map(|&v| whole.vertices.normals[v as usize].to_array());
     let mesh = Mesh::new(
         PrimitiveTopology::TriangleList,
         RenderAssetUsages::default(),
     )
     .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, places.collect::<Vec<_>>())
     .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals.collect::<Vec<_>>())
-    .with_inserted_indices(Indices::U16(chain.indices_of(unit).to_vec()));
+    .with_inserted_indices(Indices::U16(whole.indices_of(unit).to_vec()));
     Level {
         mesh,
         triangles: unit.triangle_count,

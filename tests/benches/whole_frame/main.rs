@@ -39,7 +39,7 @@ fn main() {
         ),
         measured(
             "plugin, 1 px, whole meshes",
-            scene(&levels, Method::AutoLod(LodKind::Chain)),
+            scene(&levels, Method::AutoLod(LodKind::WholeMesh)),
             &pictures,
         ),
     ];

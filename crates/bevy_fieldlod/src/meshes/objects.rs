@@ -52,7 +52,7 @@ pub(super) fn give_levels_to_objects(
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
                 // Bevy would shrink the box with each coarser level, and read meshes that only the
                 // GPU has.
-                let keeps_aabb = lod.kind == LodKind::Chain && !has_no_auto_aabb;
+                let keeps_aabb = lod.kind == LodKind::WholeMesh && !has_no_auto_aabb;
                 if keeps_aabb {
                     commands.insert(NoAutoAabb);
                 }

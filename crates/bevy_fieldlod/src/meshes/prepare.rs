@@ -9,7 +9,7 @@ use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
-use fieldlod_select::{GroupTable, chain_of};
+use fieldlod_select::{GroupTable, whole_mesh_levels};
 
 use super::cache;
 use super::sidecar::SidecarFiles;
@@ -24,7 +24,7 @@ pub(super) struct PrepareJob {
     pub(super) mesh: Mesh,
     /// The name of the mesh in messages.
     pub(super) name: String,
-    /// [`LodKind::Chain`] or [`LodKind::Clusters`].
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(super) kind: LodKind,
     /// A `.fieldlod` file, named for messages, that must hold the hierarchy.
     pub(super) file: Option<(String, Arc<BakedFile>)>,
@@ -53,11 +53,11 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let triangles_full = baked.source_triangle_count() as u32;
     // A level with more vertices than 16-bit indices reach cannot be drawn as a whole.
     let whole_meshes = match job.kind {
-        LodKind::Chain => chain_of(&baked),
+        LodKind::WholeMesh => whole_mesh_levels(&baked),
         _ => None,
     };
     let (kind, hierarchy) = match whole_meshes {
-        Some(levels) => (LodKind::Chain, levels),
+        Some(levels) => (LodKind::WholeMesh, levels),
         None => (LodKind::Clusters, baked),
     };
     let aabb = hierarchy.aabb();
@@ -80,11 +80,11 @@ fn pieces_of(
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
     // Rays are cast at the source of units, but at the level that a whole mesh is drawn at.
     let usage = match kind {
-        LodKind::Chain => source.asset_usage,
+        LodKind::WholeMesh => source.asset_usage,
         _ => RenderAssetUsages::RENDER_WORLD,
     };
     let piece = |(index, unit): (usize, &Unit)| {
-        let is_source = kind == LodKind::Chain && index == 0;
+        let is_source = kind == LodKind::WholeMesh && index == 0;
         let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
         // The finest units are the source itself: no group has simplified them.
         let simplified_by = unit.producer();

@@ -17,7 +17,7 @@ use camera_field::Camera;
 use criterion::{Criterion, criterion_group, criterion_main};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    GroupTable, InstanceView, LodSettings, Scene, Selector, View, promised_error_px, refine,
+    GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
 };
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 use rival::SphereTable;
@@ -124,13 +124,6 @@ fn criterion_over_groups(criterion: &mut Criterion) {
             }
         }
     }
-    println!(
-        "bytes a group: {:.2} where words of 64 are told at once, {:.2} where blocks of eight, {} where groups, {} with the criterion",
-        GroupTable::BYTES_PER_WORD as f64 / 64.0,
-        GroupTable::BYTES_PER_BLOCK as f64 / 8.0,
-        GroupTable::BYTES_TESTED,
-        GroupTable::BYTES_FULL
-    );
 }
 
 fn check(
@@ -142,7 +135,7 @@ fn check(
     let mut bits = Vec::new();
     refine(table, instance, settings, &[], &mut bits);
     for (index, group) in hierarchy.groups.iter().enumerate() {
-        let expected = promised_error_px(group, instance, settings) > settings.error_px;
+        let expected = group_error_px(group, instance, settings, false) > settings.threshold_px();
         assert_eq!(
             bits[index / 64] >> (index % 64) & 1 == 1,
             expected,
@@ -256,7 +249,7 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
         "\n{} instances, {} groups, walking, ours at {} px",
         plain.places.len(),
         plain.group_count,
-        settings.error_px
+        settings.threshold_px()
     );
     for (name, time) in [
         ("rival scan", rival),

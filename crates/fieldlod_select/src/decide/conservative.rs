@@ -21,7 +21,7 @@ use wide::f32x8;
 use super::facing::FacingTest;
 use crate::stretch::least_stretch;
 use crate::table::{Bounds, GroupTable};
-use crate::{InstanceView, LodSettings, Offscreen, Promise};
+use crate::{InstanceView, LodSettings, Offscreen};
 
 /// What rounding may add to a metric, relative.
 pub(super) const SLACK: f32 = 1.001;
@@ -74,14 +74,12 @@ impl ErrorScale {
     }
 
     fn new(settings: &LodSettings, quality: f32, displacement: f32) -> Self {
-        let (of_weighed_error, of_deviation) = match settings.promise {
-            Promise::Quality => (quality, 0.0),
-            Promise::Guaranteed => (0.0, displacement),
-            Promise::Both { cap_px } => (quality, displacement * (settings.error_px / cap_px)),
-        };
+        let criterion = settings.criterion();
+        let quality = if criterion.counts_error { quality } else { 0.0 };
+        let weight = criterion.displacement_weight.unwrap_or(0.0);
         Self {
-            of_weighed_error: of_weighed_error * SLACK,
-            of_deviation: of_deviation * SLACK,
+            of_weighed_error: quality * SLACK,
+            of_deviation: displacement * weight * SLACK,
         }
     }
 

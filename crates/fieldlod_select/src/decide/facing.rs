@@ -19,7 +19,7 @@ use wide::f32x8;
 use super::conservative::{CameraParts, InLocal, SLACK};
 use crate::criterion::VISIBLE_WEIGHT;
 use crate::table::{Bounds, Facings, GroupTable};
-use crate::{InstanceView, LodSettings, Promise};
+use crate::{InstanceView, LodSettings};
 
 const ZERO: f32x8 = f32x8::splat(0.0);
 
@@ -48,14 +48,9 @@ impl FacingTest {
         };
         let focal = camera.focal_px.x.max(camera.focal_px.y);
         let quality = (camera.constant_px2() * VISIBLE_WEIGHT).sqrt();
-        let (error, deviation) = match settings.promise {
-            Promise::Quality => (Some(quality), None),
-            Promise::Guaranteed => (None, Some(focal)),
-            Promise::Both { cap_px } => {
-                let displacement = focal * (settings.error_px / cap_px);
-                (Some(quality), Some(displacement))
-            }
-        };
+        let criterion = settings.criterion();
+        let error = criterion.counts_error.then_some(quality);
+        let deviation = criterion.displacement_weight.map(|weight| focal * weight);
         let per_px = |scale: f32| f32x8::splat(scale * (SLACK / threshold_px));
         let axis = instance.camera_from_local.transpose().z_axis;
         let is_similarity = instance.seen_stretch.is_none();

@@ -26,7 +26,7 @@ use super::conservative::InLocal;
 use crate::criterion::{FLATNESS_FLOOR, SILHOUETTE_WEIGHT, VISIBLE_WEIGHT};
 use crate::settings::Thresholds;
 use crate::table::GroupTable;
-use crate::{InstanceView, LodSettings, Offscreen, Promise};
+use crate::{InstanceView, LodSettings, Offscreen};
 pub(crate) use edge::IntervalView;
 use edge::{ByMemory, Sides, lanes, least_inside};
 
@@ -83,22 +83,15 @@ impl<'a> IntervalTest<'a> {
         }
         let focal = camera.focal_px.x.max(camera.focal_px.y);
         let constant = camera.constant_px2();
-        let (of_error, of_deviation) = match settings.promise {
-            Promise::Quality => (Some(constant), None),
-            Promise::Guaranteed => (None, Some(focal)),
-            Promise::Both { cap_px } => {
-                let displacement = focal * (settings.error_px / cap_px);
-                (Some(constant), Some(displacement))
-            }
-        };
+        let criterion = settings.criterion();
         Some(Self {
             view,
             eye: in_local.eye.to_array().map(f32x8::splat),
             camera_from_local: rows(&instance.camera_from_local, 1.0 / instance.camera_per_local),
             // Rounding at this place and at the other.
             way: f32x8::splat(in_local.slack + in_local.rounding),
-            of_error,
-            of_deviation,
+            of_error: criterion.counts_error.then_some(constant),
+            of_deviation: criterion.displacement_weight.map(|weight| focal * weight),
             threshold_px: ByMemory {
                 entering: thresholds.refine_above_px,
                 leaving: thresholds.coarsen_below_px,
@@ -259,7 +252,7 @@ impl IntervalTest<'_> {
         )
     }
 
-    /// Whether the promised error keeps below `allowed(0)`, and above `allowed(1)`.
+    /// Whether the error keeps below `allowed(0)`, and above `allowed(1)`.
     #[inline]
     fn compare(
         &self,

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Offscreen, Promise, View};
+use fieldlod_select::{LodSettings, Offscreen, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -93,40 +93,39 @@ pub(crate) fn any_placement() -> impl Strategy<Value = Affine3A> {
     })
 }
 
-/// Every promise, with and without each relaxation.
+/// Either threshold, both or none, with and without each relaxation.
 pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
-    let promise = prop_oneof![
-        Just(Promise::Quality),
-        Just(Promise::Guaranteed),
-        (0.1f32..10.0).prop_map(|cap_px| Promise::Both { cap_px }),
+    let threshold = || prop_oneof![1 => Just(0.0f32), 9 => 0.05f32..20.0];
+    let thresholds = prop_oneof![
+        6 => threshold().prop_map(|error_px| (Some(error_px), None)),
+        6 => threshold().prop_map(|displacement_px| (None, Some(displacement_px))),
+        6 => (threshold(), 0.1f32..10.0).prop_map(|(error_px, cap_px)| (Some(error_px), Some(cap_px))),
+        1 => Just((None, None)),
     ];
     let ratio = || prop_oneof![2 => Just(0.0f32), 1 => 0.0f32..0.9];
-    let error_px = prop_oneof![1 => Just(0.0f32), 9 => 0.05f32..20.0];
     (
-        promise,
+        thresholds,
         ratio(),
         ratio(),
         ratio(),
-        error_px,
         0.0f32..=1.0,
         0.3f32..1.5,
         (any::<bool>(), ratio()),
     )
         .prop_map(
             |(
-                promise,
+                (error_px, displacement_px),
                 min_aspect_ratio,
                 max_curl,
                 offscreen_margin,
-                error_px,
                 hysteresis,
                 resolution_scale,
                 (is_on_axis, edge_hysteresis),
             )| {
                 LodSettings {
                     error_px,
+                    displacement_px,
                     hysteresis,
-                    promise,
                     min_aspect_ratio,
                     max_curl,
                     resolution_scale,

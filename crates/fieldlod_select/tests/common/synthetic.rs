@@ -73,7 +73,7 @@ pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
 /// A mesh simplified as a whole, `levels` times, and its terminal group; the error of level `k` is
 /// `finest_error · 2.2^k`.
 #[allow(dead_code, reason = "each suite uses its part")]
-pub(crate) fn chain(levels: u32, finest_error: f32) -> Hierarchy {
+pub(crate) fn whole_mesh_levels(levels: u32, finest_error: f32) -> Hierarchy {
     let template = fixtures::two_level_strip();
     let mut hierarchy = Hierarchy::default();
     for level in 0..=levels {

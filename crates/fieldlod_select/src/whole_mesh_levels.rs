@@ -1,6 +1,6 @@
-//! Levels of the mesh as a whole, out of a hierarchy of its pieces.
+//! Levels of the mesh as a whole, also known as discrete LODs, out of a hierarchy of its pieces.
 //!
-//! A prop is drawn with one command at one level. Its chain is a hierarchy too, of one group and one
+//! A prop is drawn with one command at one level. Its levels are a hierarchy too, of one group and one
 //! unit for each level, so that the same selection decides for both kinds.
 
 use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit};
@@ -19,9 +19,9 @@ const MOST_KEPT: f32 = 0.75;
 /// three quarters of the triangles of the one before is left out. The step from one level to the next
 /// errs as much as the worst of the groups that it simplifies.
 #[must_use]
-pub fn chain_of(baked: &Hierarchy) -> Option<Hierarchy> {
+pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
     let levels = kept_levels(baked);
-    let mut chain = Hierarchy {
+    let mut whole = Hierarchy {
         source: baked.source,
         vertices: baked.vertices.clone(),
         ..Hierarchy::default()
@@ -29,13 +29,13 @@ pub fn chain_of(baked: &Hierarchy) -> Option<Hierarchy> {
     let bounds = Sphere::around(baked.vertices.positions.iter().copied());
     for (index, level) in levels.iter().enumerate() {
         let next = levels.get(index + 1);
-        add_unit(&mut chain, index as u32, &level.triangles)?;
+        add_unit(&mut whole, index as u32, &level.triangles)?;
         let step = |length: fn(&Group) -> f32| {
             next.map_or(f32::INFINITY, |next| {
                 largest(baked, next.group_level, length)
             })
         };
-        chain.groups.push(Group {
+        whole.groups.push(Group {
             bounds,
             error_in_local: step(|group| group.error_in_local),
             deviation_in_local: step(|group| group.deviation_in_local),
@@ -43,16 +43,16 @@ pub fn chain_of(baked: &Hierarchy) -> Option<Hierarchy> {
             uv_error: next.map_or(0.0, |n| largest(baked, n.group_level, |g| g.uv_error)),
             mean_normal: mean_normal(baked, &level.triangles),
             level: index as u32,
-            first_finer: chain.finer.len() as u32,
+            first_finer: whole.finer.len() as u32,
             finer_count: u32::from(index > 0),
             first_unit: index as u32,
             unit_count: 1,
         });
         if index > 0 {
-            chain.finer.push(index as u32 - 1);
+            whole.finer.push(index as u32 - 1);
         }
     }
-    Some(chain)
+    Some(whole)
 }
 
 struct Level {
@@ -122,23 +122,23 @@ fn mean_normal(baked: &Hierarchy, triangles: &[[u32; 3]]) -> Vec3 {
 }
 
 /// Appends one unit of one cluster with `triangles` of source vertices.
-fn add_unit(chain: &mut Hierarchy, index: u32, triangles: &[[u32; 3]]) -> Option<()> {
-    let first_vertex = chain.unit_vertices.len();
-    let first_triangle = chain.indices.len() / 3;
+fn add_unit(whole: &mut Hierarchy, index: u32, triangles: &[[u32; 3]]) -> Option<()> {
+    let first_vertex = whole.unit_vertices.len();
+    let first_triangle = whole.indices.len() / 3;
     let mut used: Vec<u32> = triangles.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
     for vertex in triangles.as_flattened() {
         let place = used.binary_search(vertex).ok()?;
-        chain.indices.push(u16::try_from(place).ok()?);
+        whole.indices.push(u16::try_from(place).ok()?);
     }
     let positions = used
         .iter()
-        .map(|&vertex| chain.vertices.positions[vertex as usize]);
+        .map(|&vertex| whole.vertices.positions[vertex as usize]);
     let bounds = Sphere::around(positions.clone());
     let aabb = Aabb::around(positions).unwrap_or_default();
     let triangle_count = triangles.len() as u32;
-    chain.units.push(Unit {
+    whole.units.push(Unit {
         aabb,
         consumed_by: index,
         produced_by: index.checked_sub(1).unwrap_or(NO_GROUP),
@@ -149,12 +149,12 @@ fn add_unit(chain: &mut Hierarchy, index: u32, triangles: &[[u32; 3]]) -> Option
         first_cluster: index,
         cluster_count: 1,
     });
-    chain.clusters.push(Cluster {
+    whole.clusters.push(Cluster {
         bounds,
         first_triangle: first_triangle as u32,
         triangle_count,
     });
-    chain.unit_vertices.extend(used);
+    whole.unit_vertices.extend(used);
     Some(())
 }
 
@@ -164,25 +164,25 @@ mod tests {
     use fieldlod_hierarchy::fixtures;
 
     #[test]
-    fn a_chain_is_a_valid_hierarchy_of_one_unit_a_level() {
+    fn whole_mesh_levels_are_a_valid_hierarchy_of_one_unit_a_level() {
         for levels in 1..4 {
             let baked = fixtures::grid_pyramid(levels);
-            let chain = chain_of(&baked).unwrap();
-            assert_eq!(chain.validate(), Ok(()));
-            assert_eq!(chain.units.len(), chain.groups.len());
-            assert_eq!(chain.source_triangle_count(), baked.source_triangle_count());
+            let whole = whole_mesh_levels(&baked).unwrap();
+            assert_eq!(whole.validate(), Ok(()));
+            assert_eq!(whole.units.len(), whole.groups.len());
+            assert_eq!(whole.source_triangle_count(), baked.source_triangle_count());
         }
     }
 
     #[test]
     fn levels_shrink_and_errors_grow() {
-        let chain = chain_of(&fixtures::grid_pyramid(3)).unwrap();
-        let counts: Vec<u32> = chain.units.iter().map(|u| u.triangle_count).collect();
+        let whole = whole_mesh_levels(&fixtures::grid_pyramid(3)).unwrap();
+        let counts: Vec<u32> = whole.units.iter().map(|u| u.triangle_count).collect();
         assert!(counts.len() > 2, "{counts:?}");
         for pair in counts.windows(2) {
             assert!(pair[1] as f32 <= pair[0] as f32 * MOST_KEPT, "{counts:?}");
         }
-        assert!(chain.groups.is_sorted_by_key(|g| g.error_in_local));
+        assert!(whole.groups.is_sorted_by_key(|g| g.error_in_local));
     }
 
     #[test]
@@ -192,7 +192,7 @@ mod tests {
         baked.vertices.positions = (0..=far).map(|i| Vec3::splat(i as f32)).collect();
         baked.unit_vertices = (0..=far).collect();
         // One unit of the strip's source that uses them all cannot be indexed by 16 bits; the
-        // chain would have to.
+        // level would have to.
         let triangles: Vec<[u32; 3]> = (0..far - 1).map(|i| [i, i + 1, i + 2]).collect();
         assert!(add_unit(&mut baked, 0, &triangles).is_none());
     }

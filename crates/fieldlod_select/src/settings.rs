@@ -125,7 +125,7 @@ impl LodSettings {
     }
 
     /// What [`group_error_px`](crate::group_error_px) is compared with, in rendered pixels and before
-    /// the hysteresis: `error_px` or, without it, `displacement_px`.
+    /// the hysteresis: `error_px` or, without it, `displacement_px`; infinite with neither.
     #[must_use]
     pub fn threshold_px(&self) -> f32 {
         self.criterion().threshold_px
@@ -140,7 +140,7 @@ impl LodSettings {
             (_, None) => None,
         };
         Criterion {
-            threshold_px: self.error_px.or(self.displacement_px).unwrap_or(f32::MAX),
+            threshold_px: self.error_px.or(self.displacement_px).unwrap_or(f32::INFINITY),
             counts_error: self.error_px.is_some(),
             displacement_weight,
         }

@@ -36,7 +36,8 @@ pub struct FieldLodSettings {
     /// Towards the corners of a very wide image more triangles no longer look better.
     pub min_aspect_ratio: f32,
     /// Relative change of the sampling density across a piece below which one sample stands for it;
-    /// 0 always bounds it over the piece. Larger is faster and less strict.
+    /// 0 always bounds it over the piece. A larger one draws fewer triangles at the same `error_px`, and
+    /// lets single displacements grow; it is not faster.
     pub max_curl: f32,
     /// Triangles that this view may draw, before frustum culling; `error_px` gives way to it.
     pub triangle_budget: Option<u64>,

@@ -140,7 +140,10 @@ impl LodSettings {
             (_, None) => None,
         };
         Criterion {
-            threshold_px: self.error_px.or(self.displacement_px).unwrap_or(f32::INFINITY),
+            threshold_px: self
+                .error_px
+                .or(self.displacement_px)
+                .unwrap_or(f32::INFINITY),
             counts_error: self.error_px.is_some(),
             displacement_weight,
         }

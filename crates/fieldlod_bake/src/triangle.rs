@@ -45,7 +45,8 @@ impl Triangle {
             return cp.length_squared();
         }
         let vc = d1 * d4 - d3 * d2;
-        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        // Where b is at the same place as a, the edge to c is looked at instead.
+        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
             return (ap - self.ab * share(d1, d1 - d3)).length_squared();
         }
         let vb = d5 * d2 - d1 * d6;

@@ -299,12 +299,6 @@ fn sphere_bounds(criterion: &mut Criterion) {
         |c, p, _| c.pixel_scale_over_sphere(p, RADIUS).or_infinity(),
         |c, p, _| c.pixel_scale_over_sphere(p, RADIUS.into()).or_infinity(),
     );
-    time(
-        criterion,
-        "curl over a sphere",
-        |c, p, _| c.curl_over_sphere(p, RADIUS).or_infinity(),
-        |c, p, _| c.curl_over_sphere(p, RADIUS.into()).or_infinity(),
-    );
 }
 
 criterion_group!(

@@ -24,11 +24,10 @@ fn greatest(points: impl Iterator<Item = Vec3>, quantity: impl Fn(Vec3) -> f32) 
     points.map(quantity).fold(0.0, f32::max)
 }
 
-fn bounds(camera: &Intrinsics, center: Vec3, radius: f32) -> [SphereBound; 3] {
+fn bounds(camera: &Intrinsics, center: Vec3, radius: f32) -> [SphereBound; 2] {
     [
         camera.strength_over_sphere(center, radius),
         camera.pixel_scale_over_sphere(center, radius),
-        camera.curl_over_sphere(center, radius),
     ]
 }
 
@@ -42,11 +41,10 @@ proptest! {
         // Samples are moved inwards by a rounding error, so that they are in the f32 sphere.
         let inside = ball_points(center, radius * (1.0 - 1e-6));
         let (center, radius) = (center.as_vec3(), (radius * (1.0 + 1e-6)) as f32);
-        let [strength, scale, curl] = bounds(&camera, center, radius).map(SphereBound::or_infinity);
+        let [strength, scale] = bounds(&camera, center, radius).map(SphereBound::or_infinity);
         for p in inside {
             prop_assert!(camera.strength(p) <= strength, "strength at {p}");
             prop_assert!(camera.pixel_scale(p) <= scale, "pixel scale at {p}");
-            prop_assert!(camera.curl_magnitude(p) <= curl, "curl at {p}");
             prop_assert!(!camera.contains(p) || camera.touches_sphere(center, radius));
         }
     }
@@ -119,12 +117,9 @@ proptest! {
         let camera = single(&camera);
         let p = p.as_vec3();
         prop_assume!(camera.contains(p));
-        let [strength, scale, curl] = bounds(&camera, p, 0.0).map(SphereBound::or_infinity);
+        let [strength, scale] = bounds(&camera, p, 0.0).map(SphereBound::or_infinity);
         prop_assert!(strength <= camera.strength(p) * (1.0 + 2e-5));
         prop_assert!(scale <= camera.pixel_scale(p) * (1.0 + 2e-5));
-        // The tangent is a difference near the axis: absolute rounding there.
-        let floor = 1e-2 * camera.strength(p) / p.length();
-        prop_assert!(curl <= camera.curl_magnitude(p) * (1.0 + 2e-5) + floor);
     }
 
     #[test]
@@ -176,7 +171,7 @@ fn camera() -> Intrinsics {
 fn a_sphere_that_holds_the_camera_is_unbounded() {
     for center in [Vec3::ZERO, Vec3::Z, Vec3::NEG_Z, Vec3::X] {
         let found = bounds(&camera(), center, 1.5);
-        assert_eq!(found, [SphereBound::Unbounded; 3], "{center}");
+        assert_eq!(found, [SphereBound::Unbounded; 2], "{center}");
     }
 }
 
@@ -210,7 +205,7 @@ fn spheres_outside_the_view_have_bound_zero() {
         assert!(!camera().touches_sphere(center, 1.0));
         assert_eq!(
             bounds(&camera(), center, 1.0),
-            [SphereBound::Bounded(0.0); 3]
+            [SphereBound::Bounded(0.0); 2]
         );
     }
 }
@@ -240,10 +235,6 @@ fn orthographic_bounds_are_the_constant_or_zero() {
     assert_eq!(
         camera.pixel_scale_over_sphere(inside, 1.0),
         SphereBound::Bounded(20.0)
-    );
-    assert_eq!(
-        camera.curl_over_sphere(inside, 1.0),
-        SphereBound::Bounded(0.0)
     );
     assert_eq!(
         camera.strength_over_sphere(inside, 0.1),

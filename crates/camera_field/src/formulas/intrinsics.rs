@@ -112,13 +112,13 @@ impl Intrinsics {
     /// Equal to [`Intrinsics::aspect_ratio`] where `f_x = f_y`.
     #[inline]
     pub fn pattern_aspect_ratio(&self, p: Vec3) -> Real {
-        let slope_x = p.x / p.z;
-        let slope_y = p.y / p.z;
+        let (slope_x, slope_y) = (p.x / p.z, p.y / p.z);
         let (fx, fy) = (self.focal_px.x, self.focal_px.y);
         // J Jᵀ of the projection, times z². Its eigenvalues are the squared pixel scales.
         let xx = fx * fx * (1.0 + slope_x * slope_x);
         let yy = fy * fy * (1.0 + slope_y * slope_y);
         let xy = fx * fy * slope_x * slope_y;
+        // The greater eigenvalue, by the trace; the lesser one, by the determinant.
         let half_trace = 0.5 * (xx + yy);
         let half_difference = 0.5 * (xx - yy);
         let greatest = half_trace + (half_difference * half_difference + xy * xy).sqrt();

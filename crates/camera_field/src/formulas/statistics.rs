@@ -47,6 +47,7 @@ impl SurfaceSamples {
         if !(flux_px2 > 0.0 && area > 0.0) {
             return;
         }
+        // The mean of (c · n)² over the triangle is this times its flux density squared.
         let inverse_depths = Vec3::new(1.0 / p0.z, 1.0 / p1.z, 1.0 / p2.z);
         let product = inverse_depths.x * inverse_depths.y * inverse_depths.z;
         // Φ = C (n · P) area w₀w₁w₂, so Φ² / (area w₀w₁w₂) replaces C² (n · P)² area w₀w₁w₂.

@@ -94,6 +94,7 @@ impl SplatKernel {
         // Second factor: radial stretch by 1/cos φ, at equal area; then oblong pixels likewise.
         let stretch =
             |e: Vec2| radial * (e.x / cos_phi.sqrt()) + tangential * (e.y * cos_phi.sqrt());
+        // Third factor: the size, from the area per unit of surface.
         let pixel = camera.focal_px / camera.constant_px2().sqrt();
         let factor = camera.constant_px2() * p.length() * facing.abs() / (p.z * p.z * p.z);
         let size_px = surfel.radius * factor.sqrt();

@@ -47,11 +47,13 @@ pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<EquivalentCamera>
     let mut density = 0.0;
     let mut weighted_origin = Vec3::ZERO;
     for camera in cameras {
+        // The density that this camera adds on its axis, and its part of the sum of (21).
         let facing = camera.focal_px * camera.focal_px / (camera.depth * camera.depth);
         density += facing;
         weight += facing / camera.depth;
         weighted_origin += camera.origin * (facing / camera.depth);
     }
+    // One camera at the weighted mean has both sums at this depth (App. v).
     let depth = density / weight;
     (weight > 0.0).then(|| EquivalentCamera {
         origin: weighted_origin / weight,
@@ -102,6 +104,7 @@ impl FieldLine {
 /// Distances without the weight are the more obvious choice; they measured worse (`fieldlod-lab paper`,
 /// figure 18: the weight was chosen on its first ten pairs and confirmed on its further pairs).
 pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Vec3> {
+    // The normal equations: M q = b with M = Σ w (I − d dᵀ) and b = Σ w (I − d dᵀ) p.
     let mut matrix = Mat3::ZERO;
     let mut right_side = Vec3::ZERO;
     let mut total: Real = 0.0;
@@ -114,6 +117,7 @@ pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Ve
         right_side += across * line.point * weight;
         total += weight;
     }
+    // Lines that are all parallel leave a direction open.
     let solvable = matrix.determinant() > 16.0 * Real::EPSILON * total * total * total;
     solvable.then(|| matrix.inverse() * right_side)
 }

@@ -36,16 +36,10 @@ impl OrthographicIntrinsics {
     #[inline]
     pub fn strength(&self, p: Vec3) -> Real {
         if self.contains(p) {
-            self.pixels_per_unit.x * self.pixels_per_unit.y
+            self.pixels_per_unit.element_product()
         } else {
             0.0
         }
-    }
-
-    /// Projection factor `c · n`, as eq. 16.
-    #[inline]
-    pub fn projection_factor(&self, p: Vec3, normal: Vec3) -> Real {
-        self.field(p).dot(normal)
     }
 
     /// Whether a sphere can touch the view rectangle. Never false for one that does; true for NaN.
@@ -61,11 +55,8 @@ impl OrthographicIntrinsics {
     /// Upper bound of the strength over the visible part of a sphere.
     #[inline]
     pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        self.constant_over_sphere(
-            self.pixels_per_unit.x * self.pixels_per_unit.y,
-            center,
-            radius,
-        )
+        let density = self.pixels_per_unit.element_product();
+        self.constant_over_sphere(density, center, radius)
     }
 
     /// Upper bound of the pixels that one unit of displacement moves, over a sphere.

@@ -62,6 +62,7 @@ impl Intrinsics {
         let mut flux = 0.0;
         for row in 0..cells {
             for column in 0..cells {
+                // Two triangles for each cell.
                 let here = at(column, row);
                 let across = at(column + 1, row + 1);
                 flux += self.flux_through_triangle([here, at(column + 1, row), across]);
@@ -80,10 +81,12 @@ impl Intrinsics {
     /// The numerator is what eq. 15 takes for a splat's area; the denominator is what
     /// perspective adds within the splat. Infinite or NaN if the disk reaches the camera plane.
     pub fn flux_through_disk(&self, center: Vec3, normal: Vec3, radius: Real) -> Real {
+        // As if the whole disk had the density of its centre,
         let z_cubed = center.z * center.z * center.z;
         let factor = -self.constant_px2() * center.dot(normal) / z_cubed;
-        let reach = radius * radius * (1.0 - normal.z * normal.z).max(0.0) / (center.z * center.z);
-        let rest = 1.0 - reach;
+        // and what the differences of depth within it add.
+        let slant = (1.0 - normal.z * normal.z).max(0.0);
+        let rest = 1.0 - radius * radius * slant / (center.z * center.z);
         core::f64::consts::PI as Real * radius * radius * factor / (rest * rest.sqrt())
     }
 
@@ -117,6 +120,7 @@ impl ClippedTriangle {
             if inside_here >= 0.0 {
                 self.push(here);
             }
+            // The edge crosses the plane.
             if (inside_here >= 0.0) != (inside_next >= 0.0) {
                 let share = inside_here / (inside_here - inside_next);
                 self.push(here + (next - here) * share);

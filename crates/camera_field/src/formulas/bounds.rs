@@ -8,7 +8,6 @@
 //! z_min = max(z − r, (ρ − r) / sec)
 //! c           ≤ C sec / z_min²
 //! pixel scale ≤ max(f_x, f_y) sec / z_min
-//! |curl c|    ≤ 3C √(sec² − 1) / z_min³
 //! ```
 //!
 //! Each factor grows when the sphere grows, so the products are monotone under inclusion
@@ -86,6 +85,7 @@ impl SphereExtent {
         if !(gap > 0.0 && rho_squared < Real::INFINITY) {
             return Self::Unbounded;
         }
+        // The widest secant: of the sphere's edge, or of the image's corner if that is less.
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (rho + radius)).sqrt();
         // cos(φ + δ) ρ², expanded.
@@ -95,6 +95,7 @@ impl SphereExtent {
         } else {
             secant_corner
         };
+        // The least depth: of the front of the sphere, or as near and as far off the axis as it goes.
         let depth_min = (center.z - radius).max(gap / secant_max);
         Self::Visible {
             secant_max,
@@ -144,12 +145,6 @@ impl Intrinsics {
         self.pixel_scale_over_extent(self.sphere_extent(center, radius))
     }
 
-    /// Upper bound of the curl's magnitude (eq. 12) over the visible part of a sphere.
-    #[inline]
-    pub fn curl_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        self.curl_over_extent(self.sphere_extent(center, radius))
-    }
-
     /// [`Intrinsics::strength_over_sphere`] of an extent that is already known.
     #[inline]
     pub fn strength_over_extent(&self, extent: SphereExtent) -> SphereBound {
@@ -162,16 +157,6 @@ impl Intrinsics {
     pub fn pixel_scale_over_extent(&self, extent: SphereExtent) -> SphereBound {
         let focal = self.focal_px.x.max(self.focal_px.y);
         extent.bound(|sec, z| focal * sec / z)
-    }
-
-    /// [`Intrinsics::curl_over_sphere`] of an extent that is already known.
-    #[inline]
-    pub fn curl_over_extent(&self, extent: SphereExtent) -> SphereBound {
-        let constant = self.constant_px2();
-        extent.bound(|sec, z| {
-            let tangent = (sec * sec - 1.0).max(0.0).sqrt();
-            3.0 * constant * tangent / (z * z * z)
-        })
     }
 }
 

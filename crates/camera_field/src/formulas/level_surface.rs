@@ -45,10 +45,12 @@ impl Intrinsics {
         assert!(cells > 0, "a level surface needs at least one cell");
         let steps = || (0..=cells).map(|step| Real::from(step) / Real::from(cells));
         let range = self.slope_max - self.slope_min;
+        // Points of the surface on the sight rays of a grid on the image.
         let positions = steps()
             .flat_map(|v| steps().map(move |u| Vec2::new(u, v)))
             .map(|share| self.level_point(strength, self.slope_min + share * range))
             .collect();
+        // Two triangles for each of its cells.
         let side = u32::from(cells) + 1;
         let indices = (0..u32::from(cells))
             .flat_map(|row| (0..u32::from(cells)).map(move |column| row * side + column))

@@ -69,6 +69,7 @@ impl Camera {
             return Err(ProjectionError::EmptyViewport);
         }
         let rows = ProjectionRows::read(clip_from_view)?;
+        // What the image is divided by: a constant, or the distance along −z.
         let [.., w_from_z, w_constant] = rows.w;
         if w_from_z == 0.0 && w_constant > 0.0 {
             orthographic(&rows, viewport_px)
@@ -167,15 +168,6 @@ impl Camera {
             Self::Orthographic(camera) => camera.pixel_scale_over_sphere(center, radius),
         }
     }
-
-    /// Upper bound of the curl over the visible part of a sphere; zero for an orthographic camera.
-    #[inline]
-    pub fn curl_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        match self {
-            Self::Perspective(camera) => camera.curl_over_sphere(center, radius),
-            Self::Orthographic(_) => SphereBound::Bounded(0.0),
-        }
-    }
 }
 
 /// The rows of a projection matrix that shape the image, each as coefficients of x, y, z and 1.
@@ -215,6 +207,7 @@ fn perspective(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, Proje
     let (x_min, x_max) = edges(x_scale, x_shift, w_scale)?;
     // Camera y points down: the upper edge of clip space has the least slope.
     let (y_min, y_max) = edges(-y_scale, y_shift, w_scale)?;
+    // Clip space is two units across.
     let focal_px = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
     if !(focal_px.is_finite() && focal_px.min_element() > 0.0) {
         return Err(ProjectionError::Degenerate);
@@ -235,6 +228,7 @@ fn orthographic(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, Proj
     let w_scale = rows.w[3];
     let (x_min, x_max) = edges(x_scale, -x_offset, w_scale)?;
     let (y_min, y_max) = edges(-y_scale, -y_offset, w_scale)?;
+    // Clip space is two units across.
     let pixels_per_unit = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
     if !(pixels_per_unit.is_finite() && pixels_per_unit.min_element() > 0.0) {
         return Err(ProjectionError::Degenerate);

@@ -195,7 +195,7 @@ mod tests {
             let mut start = None;
             for point in points {
                 let exact = |triangle: [Vec3; 3]| {
-                    naive::distance(point.as_dvec3(), triangle.map(|p| p.as_dvec3()))
+                    naive::distance(point.as_dvec3(), triangle.map(Vec3::as_dvec3))
                 };
                 let expected = soup.iter().copied().map(exact).fold(f64::INFINITY, f64::min);
                 let found = tree.near_enough(point, 0.0, start).unwrap();

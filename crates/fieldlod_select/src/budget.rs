@@ -7,10 +7,13 @@
 
 use wide::f32x8;
 
-use crate::kernel::Kernel;
+use crate::bits::{LANES, block_bits, is_set};
+use crate::criterion::Criterion;
+use crate::lane::mask_of;
 use crate::scene::Scene;
-use crate::table::{CHUNK, GroupTable, LANES};
-use crate::{InstanceView, LodSettings, View};
+use crate::settings::LodSettings;
+use crate::table::GroupTable;
+use crate::view::{InstanceView, View};
 
 /// Low bits of an error that do not matter: thresholds differ by 0.2 %.
 const DROPPED_BITS: u32 = 14;
@@ -23,15 +26,16 @@ pub(crate) fn is_met(budget: u64, triangle_count: u64) -> bool {
     (triangle_count as f64 - budget as f64).abs() <= budget as f64 * DEAD_BAND
 }
 
+/// The search for that threshold, with what it has found so far.
 #[derive(Debug, Default)]
-pub(crate) struct Search {
+pub(crate) struct BudgetSearch {
     threshold_px: Option<f32>,
     /// Triangles that are drawn at thresholds below a bucket, less those above.
     histogram: Vec<i64>,
     errors: Vec<f32>,
 }
 
-impl Search {
+impl BudgetSearch {
     /// The settings at the threshold in use.
     pub(crate) fn settings(&self, settings: &LodSettings) -> LodSettings {
         let plain = LodSettings {
@@ -58,45 +62,61 @@ impl Search {
         view: &View,
         settings: &LodSettings,
     ) {
-        let data = &scene.instances[instance];
-        let Some(mesh) = scene.occupants[instance].mesh else {
+        let Some(mesh) = scene.entries[instance].mesh else {
             return;
         };
-        let table = scene.table(mesh);
-        let instance_view = InstanceView::new(view, &data.world_from_local);
-        let kernel = Kernel::new(&instance_view, settings);
+        let (table, instance) = (scene.table(mesh), &scene.instances[instance]);
         let refined = refined.unwrap_or(&table.coarsest_refined);
-        let blocks = 0..table.group_count().div_ceil(LANES);
-        self.errors.clear();
-        self.errors.extend(blocks.flat_map(|block| {
-            let was_refined = refined[block * LANES / CHUNK] >> (block * LANES % CHUNK);
-            f32x8::to_array(kernel.error_px(table, block, was_refined as u32 & 0xff))
-        }));
-        let share = settings.resolution_scale * data.bias;
+        let instance_view = InstanceView::new(view, &instance.world_from_local);
+        self.measure(table, &instance_view, settings, refined);
+        let share = settings.resolution_scale * instance.bias;
         self.close(table, refined, share, settings.hysteresis.min(1.0));
+        // A unit is drawn between the error of its producer and that of its consumer.
         for group in 0..table.group_count() {
-            for (producer, triangle_count) in table.consumed_by(group) {
-                let triangle_count = i64::from(triangle_count);
+            for unit in table.consumed_by(group) {
+                let triangle_count = i64::from(unit.triangle_count);
                 self.histogram[bucket(self.errors[group])] += triangle_count;
-                if let Some(producer) = producer {
-                    self.histogram[bucket(self.errors[producer as usize])] -= triangle_count;
+                if let Some(producer) = unit.producer() {
+                    self.histogram[bucket(self.errors[producer])] -= triangle_count;
                 }
             }
         }
     }
 
+    /// The error of each group by itself.
+    fn measure(
+        &mut self,
+        table: &GroupTable,
+        instance: &InstanceView,
+        settings: &LodSettings,
+        refined: &[u64],
+    ) {
+        let criterion = Criterion::<f32x8>::new(instance, settings);
+        let blocks = 0..table.group_count().div_ceil(LANES);
+        self.errors.clear();
+        self.errors.extend(blocks.flat_map(|block| {
+            let was_refined = block_bits(refined[block / LANES], block % LANES);
+            let error_px = criterion.error_px(&table.criterion_input(block), mask_of(was_refined));
+            error_px.to_array()
+        }));
+    }
+
+    /// Divides errors by their shares of the threshold, and closes them over finer groups.
     fn close(&mut self, table: &GroupTable, refined: &[u64], share: f32, hysteresis: f32) {
         for group in 0..table.group_count() {
-            let bit = |words: &[u64]| words[group / 64] >> (group % 64) & 1 == 1;
-            let memory = if bit(refined) { hysteresis } else { 1.0 };
+            let memory = if is_set(refined, group) {
+                hysteresis
+            } else {
+                1.0
+            };
             let error = self.errors[group];
-            let own = if bit(&table.terminal) || error.is_nan() {
+            self.errors[group] = if is_set(&table.terminal, group) || error.is_nan() {
                 f32::INFINITY
             } else {
                 error * share / memory
             };
-            self.errors[group] = own;
         }
+        // Finer groups come first.
         for group in 0..table.group_count() {
             let error = self.errors[group];
             for &coarser in table.coarser_of(group) {

@@ -25,20 +25,24 @@
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.
 
-use camera_field::{Camera, Intrinsics, SphereBound, SphereExtent};
-use fieldlod_hierarchy::{Group, Sphere};
+use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
+use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
-use crate::settings::{LodSettings, Offscreen};
+use crate::lane::{Lane, M3, V3};
+use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 
-/// Of V: 1 over that of a surface with normals in all directions.
+/// Weight of V: 1 over that of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
-/// Of p, times [`VISIBLE_WEIGHT`].
+/// Weight of p: a tenth of that of V.
 pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
+/// Keeps p finite for flat groups.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Rounding of the widest aspect ratio, added so that no threshold is relaxed by it.
-pub(crate) const ASPECT_ROUNDING: f32 = 1e-6;
+const ASPECT_ROUNDING: f32 = 1e-6;
+/// Rounding of a few operations, relative, as in `camera_field`'s bounds.
+const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
 /// [`LodSettings::error_px`].
@@ -85,196 +89,387 @@ pub fn group_error_px(
     if group.is_terminal() {
         return f32::INFINITY;
     }
-    let seen = SeenGroup::new(group, instance, was_refined);
-    let criterion = settings.criterion();
-    let error_px = criterion.counts_error.then(|| seen.error_px(settings));
-    let displacement_px = criterion
-        .displacement_weight
-        .map(|weight| seen.displacement_px(settings) * weight);
-    match (error_px, displacement_px) {
-        (Some(error_px), Some(displacement_px)) => larger(error_px, displacement_px),
-        (error_px, displacement_px) => error_px.or(displacement_px).unwrap_or(0.0),
-    }
+    let criterion = Criterion::<f32>::new(instance, settings);
+    criterion.error_px(&CriterionInput::of_group(group), was_refined)
 }
 
-/// The larger of two numbers; NaN if either is.
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b || a.is_nan() { a } else { b }
+/// What the criterion reads of a group, in local space.
+#[derive(Clone, Copy)]
+pub(crate) struct CriterionInput<L> {
+    pub(crate) center: V3<L>,
+    pub(crate) radius: L,
+    pub(crate) error: L,
+    pub(crate) deviation: L,
+    pub(crate) mean_normal: V3<L>,
+    /// `|m|` and `v` of the module's formula.
+    pub(crate) normal_length: L,
+    pub(crate) normal_variance: L,
 }
 
-/// A group in camera space.
-struct SeenGroup<'a> {
-    group: &'a Group,
-    instance: &'a InstanceView,
-    sphere: Sphere,
-    distance: f32,
-    extent: SphereExtent,
-}
-
-impl<'a> SeenGroup<'a> {
-    fn new(group: &'a Group, instance: &'a InstanceView, was_refined: bool) -> Self {
-        let sphere = instance.sphere_in_camera(&group.bounds);
-        let extent = match extent(&instance.kept_camera, &sphere) {
-            // So that nothing leaves where it enters: the wider view may exclude more of what reaches
-            // from behind the camera plane to before it.
-            SphereExtent::Outside => SphereExtent::Outside,
-            leaving if was_refined => leaving,
-            _ => extent(&instance.camera, &sphere),
-        };
+impl CriterionInput<f32> {
+    fn of_group(group: &Group) -> Self {
         Self {
-            group,
+            center: V3::splat(group.bounds.center),
+            radius: group.bounds.radius,
+            error: group.error_in_local,
+            deviation: group.deviation_in_local,
+            mean_normal: V3::splat(group.mean_normal),
+            normal_length: group.mean_normal.length(),
+            normal_variance: normal_variance(group.mean_normal),
+        }
+    }
+}
+
+/// The criterion of one instance in one view under one set of settings.
+pub(crate) struct Criterion<'a, L> {
+    instance: &'a InstanceView,
+    settings: &'a LodSettings,
+    weights: ErrorWeights,
+    camera_from_local: M3<L>,
+    origin_in_camera: V3<L>,
+    normal_in_camera_from_local: M3<L>,
+    /// Secant of the image's widest corner.
+    corner: f32,
+    /// The same of the view that refined groups leave, if that is another than they enter.
+    leaving_corner: Option<f32>,
+}
+
+/// The sphere of a group in camera space.
+struct SeenSphere<L> {
+    center: V3<L>,
+    radius: L,
+    distance_squared: L,
+    distance: L,
+}
+
+/// What the view knows of a sphere: where it lies, and bounds if neither mask is set.
+struct SeenExtent<L: Lane> {
+    outside: L::Mask,
+    /// The sphere holds the camera, or its numbers are not usable.
+    unbounded: L::Mask,
+    /// Greatest `1 / cos φ` in the visible part of the sphere.
+    secant: L,
+    /// Least depth there.
+    depth: L,
+}
+
+impl<'a, L: Lane> Criterion<'a, L> {
+    pub(crate) fn new(instance: &'a InstanceView, settings: &'a LodSettings) -> Self {
+        let has_margin = instance.kept_camera != instance.camera;
+        Self {
             instance,
-            sphere,
-            distance: sphere.center.length(),
-            extent,
+            settings,
+            weights: settings.error_weights(),
+            camera_from_local: M3::splat(&instance.camera_from_local),
+            origin_in_camera: V3::splat(instance.origin_in_camera),
+            normal_in_camera_from_local: M3::splat(&instance.normal_in_camera_from_local),
+            corner: corner_secant(&instance.camera),
+            leaving_corner: has_margin.then(|| corner_secant(&instance.kept_camera)),
         }
     }
 
-    /// `e √(c (4 V + 0.4 p))`.
-    fn error_px(&self, settings: &LodSettings) -> f32 {
-        let SphereBound::Bounded(strength) = self.strength(settings) else {
-            return f32::INFINITY;
+    /// What is compared with [`LodSettings::threshold_px`], of groups that are not terminal.
+    #[inline]
+    pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
+        let seen = self.seen(group);
+        let extent = self.extent(&seen, was_refined);
+        let stretch = self.stretch(&seen);
+        let relaxation = self.relaxation(&seen);
+        let screen_error = || {
+            let strength = self.strength(&seen, &extent);
+            let facing = self.facing(group, &seen);
+            let weight = picture_weight(facing, group.normal_variance);
+            let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
+            L::choose(L::infinity().is_at_most(strength), L::infinity(), error_px)
         };
-        let mean_normal = self.group.mean_normal;
-        let facing = self
-            .instance
-            .facing(mean_normal, self.sphere.center, self.distance);
-        let weight = picture_weight(facing, normal_variance(mean_normal));
-        let error = self.group.error_in_local * self.stretch();
-        error * (strength * weight).sqrt() * self.relaxation(settings.min_aspect_ratio)
-    }
-
-    /// `d √(c / cos φ)`.
-    fn displacement_px(&self, settings: &LodSettings) -> f32 {
-        let SphereBound::Bounded(scale) = self.pixel_scale(settings) else {
-            return f32::INFINITY;
+        let displacement = || {
+            let pixel_scale = self.pixel_scale(&seen, &extent);
+            let displacement_px = group.deviation * stretch * pixel_scale * relaxation;
+            L::choose(
+                L::infinity().is_at_most(pixel_scale),
+                L::infinity(),
+                displacement_px,
+            )
         };
-        let deviation = self.group.deviation_in_local * self.stretch();
-        deviation * scale * self.relaxation(settings.min_aspect_ratio)
-    }
-
-    fn stretch(&self) -> f32 {
-        self.instance.stretch_seen(&self.sphere, self.distance)
-    }
-
-    fn pixel_scale(&self, settings: &LodSettings) -> SphereBound {
-        match &self.instance.camera {
-            Camera::Perspective(camera) if self.is_on_axis(settings) => {
-                bounded(camera.focal_px.x.max(camera.focal_px.y) / self.distance)
+        match (self.weights.counts_error, self.weights.displacement_weight) {
+            (true, None) => screen_error(),
+            (false, Some(weight)) => displacement() * L::splat(weight),
+            (true, Some(weight)) => {
+                let (a, b) = (screen_error(), displacement() * L::splat(weight));
+                // NaN if either is.
+                L::choose(b.is_below(a) | a.is_nan(), a, b)
             }
-            Camera::Perspective(camera) => camera.pixel_scale_over_extent(self.extent),
-            Camera::Orthographic(camera) => {
-                let scale = camera.pixels_per_unit.x.max(camera.pixels_per_unit.y);
-                self.constant(scale, settings)
-            }
+            (false, None) => L::zero(),
         }
     }
 
-    /// Whether the group is outside the view and counts still.
-    fn is_on_axis(&self, settings: &LodSettings) -> bool {
-        self.extent == SphereExtent::Outside && settings.offscreen == Offscreen::OnAxis
+    #[inline]
+    fn seen(&self, group: &CriterionInput<L>) -> SeenSphere<L> {
+        let center = self
+            .camera_from_local
+            .of(group.center)
+            .plus(self.origin_in_camera);
+        let distance_squared = center.dot(center);
+        SeenSphere {
+            center,
+            radius: L::splat(self.instance.camera_per_local) * group.radius,
+            distance_squared,
+            distance: distance_squared.sqrt(),
+        }
+    }
+
+    /// Where a sphere lies in the view that its group enters or, if it was refined, leaves.
+    #[inline]
+    fn extent(&self, seen: &SeenSphere<L>, was_refined: L::Mask) -> SeenExtent<L> {
+        let entering = outside(&self.instance.camera, seen);
+        let corner = L::splat(self.corner);
+        let (outside, corner) = match self.leaving_corner {
+            None => (entering, corner),
+            Some(leaving_corner) => {
+                let leaving = outside(&self.instance.kept_camera, seen);
+                // So that nothing leaves where it enters: the wider view may exclude more of what
+                // reaches from behind the camera plane to before it.
+                let outside = leaving | (entering & !was_refined);
+                (
+                    outside,
+                    L::choose(was_refined, L::splat(leaving_corner), corner),
+                )
+            }
+        };
+        match self.instance.camera {
+            Camera::Perspective(_) => SeenExtent::new(seen, outside, corner),
+            Camera::Orthographic(_) => SeenExtent {
+                outside,
+                unbounded: is_unusable(seen),
+                // Where the field is constant, its bounds hold nothing of the sphere.
+                secant: L::one(),
+                depth: L::one(),
+            },
+        }
     }
 
     /// The field's strength for the whole group: its bound over the sphere, or one sample where the
     /// field is flat enough; outside the field of view zero or that on the axis.
-    fn strength(&self, settings: &LodSettings) -> SphereBound {
-        let center = self.sphere.center;
-        let camera = match &self.instance.camera {
-            Camera::Perspective(camera) => camera,
-            Camera::Orthographic(camera) => {
-                let strength = camera.pixels_per_unit.x * camera.pixels_per_unit.y;
-                return self.constant(strength, settings);
+    #[inline]
+    fn strength(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
+        match &self.instance.camera {
+            Camera::Perspective(camera) => {
+                let constant = L::splat(camera.constant_px2());
+                let bound = constant * extent.secant / (extent.depth * extent.depth);
+                let bound = bound * L::splat(1.0 + ROUNDING);
+                let on_axis = || constant / (seen.distance * seen.distance);
+                let bound = self.unless_outside(extent, bound, on_axis);
+                self.sampled_where_flat(constant, seen, extent, bound)
             }
-        };
-        if self.is_on_axis(settings) {
-            return bounded(camera.constant_px2() / (self.distance * self.distance));
+            Camera::Orthographic(camera) => {
+                let strength = L::splat(camera.pixels_per_unit.x * camera.pixels_per_unit.y);
+                self.unless_outside(extent, strength, || strength)
+            }
         }
-        let bound = camera.strength_over_extent(self.extent);
-        if !(matches!(self.extent, SphereExtent::Visible { .. }) && self.is_flat(settings.max_curl))
-        {
+    }
+
+    /// Pixels per unit of a displacement across the sight ray, `√(c / cos φ)`, at most.
+    #[inline]
+    fn pixel_scale(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
+        match &self.instance.camera {
+            Camera::Perspective(camera) => {
+                let focal_px = L::splat(camera.focal_px.x.max(camera.focal_px.y));
+                let bound = focal_px * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
+                self.unless_outside(extent, bound, || focal_px / seen.distance)
+            }
+            Camera::Orthographic(camera) => {
+                let scale = L::splat(camera.pixels_per_unit.x.max(camera.pixels_per_unit.y));
+                self.unless_outside(extent, scale, || scale)
+            }
+        }
+    }
+
+    /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives.
+    #[inline]
+    fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn() -> L) -> L {
+        let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
+        let outside = match self.settings.offscreen {
+            Offscreen::Coarsest => L::zero(),
+            Offscreen::OnAxis => finite(on_axis()),
+        };
+        let inside = L::choose(extent.unbounded, L::infinity(), finite(bound));
+        L::choose(extent.outside, outside, inside)
+    }
+
+    /// One sample of the strength at the centre instead of its bound, where `κ < max_curl`.
+    #[inline]
+    fn sampled_where_flat(
+        &self,
+        constant: L,
+        seen: &SeenSphere<L>,
+        extent: &SeenExtent<L>,
+        bound: L,
+    ) -> L {
+        let max_curl = self.settings.max_curl;
+        if max_curl == 0.0 {
             return bound;
         }
-        let sample = camera.constant_px2() * self.distance / (center.z * center.z * center.z);
-        // The centre may lie beyond the edge of the image.
-        if sample < bound.or_infinity() {
-            SphereBound::Bounded(sample)
-        } else {
-            bound
-        }
-    }
-
-    /// A bound that does not depend on where the sphere is.
-    fn constant(&self, value: f32, settings: &LodSettings) -> SphereBound {
-        match self.extent {
-            SphereExtent::Outside if !self.is_on_axis(settings) => SphereBound::Bounded(0.0),
-            SphereExtent::Unbounded => SphereBound::Unbounded,
-            _ => bounded(value),
-        }
-    }
-
-    /// `κ < max_curl`, without dividing by depth.
-    fn is_flat(&self, max_curl: f32) -> bool {
-        let Sphere { center, radius } = self.sphere;
+        let SeenSphere {
+            center,
+            radius,
+            distance,
+            ..
+        } = *seen;
+        // κ < max_curl, without dividing by depth.
         let z_squared = center.z * center.z;
         let off_axis_squared = center.x * center.x + center.y * center.y;
-        let change = radius * radius * (4.0 * z_squared + 9.0 * off_axis_squared);
-        let allowed = max_curl * max_curl * (self.distance * self.distance) * z_squared;
-        center.z > 0.0 && change < allowed
+        let change =
+            radius * radius * (L::splat(4.0) * z_squared + L::splat(9.0) * off_axis_squared);
+        let allowed = L::splat(max_curl * max_curl) * (distance * distance) * z_squared;
+        let is_flat = L::zero().is_below(center.z) & change.is_below(allowed);
+        let sample = constant * distance / (center.z * center.z * center.z);
+        // The centre may lie beyond the edge of the image; zero outside and infinity stay as they are.
+        let is_visible = !(extent.outside | extent.unbounded);
+        L::choose(is_flat & is_visible & sample.is_below(bound), sample, bound)
     }
 
-    /// The factor of [`LodSettings::min_aspect_ratio`].
-    fn relaxation(&self, min_aspect_ratio: f32) -> f32 {
-        match &self.instance.camera {
-            Camera::Perspective(camera) if min_aspect_ratio > 0.0 => {
-                let aspect = widest_aspect_ratio(camera, &self.sphere, self.distance);
-                if aspect < min_aspect_ratio {
-                    aspect / min_aspect_ratio
-                } else {
-                    1.0
-                }
+    /// `m·s` for a group's mean normal.
+    #[inline]
+    fn facing(&self, group: &CriterionInput<L>, seen: &SeenSphere<L>) -> L {
+        let turned = self.normal_in_camera_from_local.of(group.mean_normal);
+        let (along, distance) = match self.instance.camera {
+            Camera::Perspective(_) => (seen.center, seen.distance),
+            Camera::Orthographic(_) => (V3::splat(Vec3::Z), L::one()),
+        };
+        let away = turned.dot(along);
+        if self.instance.seen_stretch.is_none() {
+            return -away / distance;
+        }
+        let length = turned.dot(turned).sqrt();
+        let facing = -away * group.normal_length / (length * distance);
+        L::choose(L::zero().is_below(length), facing, L::zero())
+    }
+
+    /// The most that a displacement of a point of the sphere grows across its sight ray, in camera
+    /// units per local unit: at the centre's ray exactly, and by `sin δ = r/ρ` more of the greatest
+    /// stretch for the other rays.
+    #[inline]
+    fn stretch(&self, seen: &SeenSphere<L>) -> L {
+        let most = L::splat(self.instance.camera_per_local);
+        let Some(stretch) = &self.instance.seen_stretch else {
+            return most;
+        };
+        let across = match self.instance.camera {
+            Camera::Perspective(_) => {
+                let along = seen.center.times(L::one() / seen.distance);
+                stretch.across(along) + most * (seen.radius / seen.distance)
             }
-            _ => 1.0,
+            Camera::Orthographic(_) => stretch.across(V3::splat(Vec3::Z)),
+        };
+        across.smaller(most)
+    }
+
+    /// The factor of [`LodSettings::min_aspect_ratio`], by the greatest aspect ratio `cos φ` in the
+    /// visible part of a sphere that does not hold the camera: `cos(φ − δ)`, or 1 where the sphere
+    /// meets the axis; at least that of the widest corner.
+    #[inline]
+    fn relaxation(&self, seen: &SeenSphere<L>) -> L {
+        let min_aspect_ratio = self.settings.min_aspect_ratio;
+        let is_perspective = matches!(self.instance.camera, Camera::Perspective(_));
+        if !(is_perspective && min_aspect_ratio > 0.0) {
+            return L::one();
+        }
+        let SeenSphere {
+            center,
+            radius,
+            distance,
+            ..
+        } = *seen;
+        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+        let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
+        let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
+        let widest = (cosine + L::splat(ASPECT_ROUNDING)).larger(L::splat(1.0 / self.corner));
+        let aspect = L::choose(off_axis.is_at_most(radius), L::one(), widest);
+        let limit = L::splat(min_aspect_ratio);
+        L::choose(aspect.is_below(limit), aspect / limit, L::one())
+    }
+}
+
+impl<L: Lane> SeenExtent<L> {
+    /// The extent of `camera_field`, for a given greatest secant of the view.
+    #[inline]
+    fn new(seen: &SeenSphere<L>, outside: L::Mask, corner: L) -> Self {
+        let SeenSphere {
+            center,
+            radius,
+            distance_squared,
+            distance,
+        } = *seen;
+        let gap = distance * L::splat(1.0 - ROUNDING) - radius;
+        // An infinite square has lost the distance.
+        let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
+        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+        let tangent_length = (gap * (distance + radius)).sqrt();
+        // cos(φ + δ) ρ², expanded.
+        let cosine =
+            (center.z * tangent_length - off_axis * radius) / distance_squared - L::splat(ROUNDING);
+        let is_narrower = L::one().is_below(cosine * corner);
+        let secant = L::choose(is_narrower, L::one() / cosine, corner);
+        Self {
+            outside,
+            unbounded: is_unusable(seen) | (!is_apart & !outside),
+            secant,
+            depth: (center.z - radius).larger(gap / secant),
         }
     }
 }
 
-fn bounded(value: f32) -> SphereBound {
-    if (0.0..f32::INFINITY).contains(&value) {
-        SphereBound::Bounded(value)
-    } else {
-        SphereBound::Unbounded
-    }
-}
-
-/// Of a sphere in the view. Where the field is constant it has neither secant nor depth.
-fn extent(camera: &Camera, sphere: &Sphere) -> SphereExtent {
-    let Sphere { center, radius } = *sphere;
+fn corner_secant(camera: &Camera) -> f32 {
     match camera {
-        Camera::Perspective(camera) => camera.sphere_extent(center, radius),
-        Camera::Orthographic(_) if !(center.is_finite() && radius >= 0.0) => {
-            SphereExtent::Unbounded
-        }
-        Camera::Orthographic(camera) if camera.touches_sphere(center, radius) => {
-            SphereExtent::Visible {
-                secant_max: 1.0,
-                depth_min: 1.0,
-            }
-        }
-        Camera::Orthographic(_) => SphereExtent::Outside,
+        Camera::Perspective(camera) => camera.max_secant(),
+        Camera::Orthographic(_) => 1.0,
     }
 }
 
-/// The greatest aspect ratio `cos φ` in the visible part of a sphere that does not hold the camera:
-/// `cos(φ − δ)`, or 1 where the sphere meets the axis; at least that of the widest corner.
-fn widest_aspect_ratio(camera: &Intrinsics, sphere: &Sphere, distance: f32) -> f32 {
-    let Sphere { center, radius } = *sphere;
-    let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-    if off_axis <= radius {
-        return 1.0;
-    }
-    let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
-    let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
-    (cosine + ASPECT_ROUNDING).max(1.0 / camera.max_secant())
+/// Whether a sphere's numbers are not usable at all.
+#[inline]
+fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
+    let V3 { x, y, z } = seen.center;
+    let is_finite = |coordinate: L| coordinate.abs().is_below(L::infinity());
+    !(is_finite(x) & is_finite(y) & is_finite(z) & L::zero().is_at_most(seen.radius))
+}
+
+/// Whether a sphere does not touch the field of view, as `camera_field` tells it.
+#[inline]
+fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask {
+    let beyond = match camera {
+        Camera::Perspective(camera) => beyond_slopes(camera, seen),
+        Camera::Orthographic(camera) => beyond_edges(camera, seen),
+    };
+    beyond & !is_unusable(seen)
+}
+
+#[inline]
+fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask {
+    let SeenSphere { center, radius, .. } = *seen;
+    let (min, max) = (camera.slope_min, camera.slope_max);
+    // Squares in place of a plane's unit normal save a root.
+    let beyond = |across: L, slope: f32| {
+        let edge = L::splat(slope) * center.z;
+        let inside_by = across - edge + L::splat(ROUNDING) * (across.abs() + edge.abs());
+        let allowed = radius * radius * L::splat(1.0 + slope * slope);
+        inside_by.is_below(L::zero()) & allowed.is_below(inside_by * inside_by)
+    };
+    center.z.is_below(-radius)
+        | beyond(center.x, min.x)
+        | beyond(-center.x, -max.x)
+        | beyond(center.y, min.y)
+        | beyond(-center.y, -max.y)
+}
+
+#[inline]
+fn beyond_edges<L: Lane>(camera: &OrthographicIntrinsics, seen: &SeenSphere<L>) -> L::Mask {
+    let SeenSphere { center, radius, .. } = *seen;
+    let (min, max) = (camera.min, camera.max);
+    (center.x + radius).is_below(L::splat(min.x))
+        | L::splat(max.x).is_below(center.x - radius)
+        | (center.y + radius).is_below(L::splat(min.y))
+        | L::splat(max.y).is_below(center.y - radius)
 }
 
 /// `v` of the module's formula. Rounding may leave |m| a hair above 1.
@@ -283,12 +478,31 @@ pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
 }
 
 /// `4 V + 0.4 p` of the module's formula, for `μ` and `v`.
-pub(crate) fn picture_weight(facing: f32, variance: f32) -> f32 {
-    let facing_squared = facing * facing;
-    let visible = 0.5 * VISIBLE_WEIGHT * (facing + (facing_squared + variance).sqrt());
-    let u = facing_squared / (2.0 * variance + FLATNESS_FLOOR);
-    let silhouette = 1.0 / (1.0 + u + 0.5 * u * u);
-    visible.max(0.0) + SILHOUETTE_WEIGHT * silhouette
+#[inline]
+pub(crate) fn picture_weight<L: Lane>(facing: L, variance: L) -> L {
+    let flatness = facing * facing / silhouette_width(variance);
+    visible_weight(facing, variance).larger(L::zero()) + silhouette_weight(flatness)
+}
+
+/// `4 V`, which grows with the facing `μ` and may be a hair below zero where the surface is turned
+/// away.
+#[inline]
+pub(crate) fn visible_weight<L: Lane>(facing: L, variance: L) -> L {
+    let root = (facing * facing + variance).sqrt();
+    L::splat(0.5 * VISIBLE_WEIGHT) * (facing + root)
+}
+
+/// `2v + 0.005`: by how much `μ²` counts in [`silhouette_weight`].
+#[inline]
+pub(crate) fn silhouette_width<L: Lane>(variance: L) -> L {
+    L::splat(2.0) * variance + L::splat(FLATNESS_FLOOR)
+}
+
+/// `0.4 p` for `u`, with which it falls.
+#[inline]
+pub(crate) fn silhouette_weight<L: Lane>(u: L) -> L {
+    let silhouette = L::one() / (L::one() + u + L::splat(0.5) * u * u);
+    L::splat(SILHOUETTE_WEIGHT) * silhouette
 }
 
 #[cfg(test)]

@@ -1,25 +1,31 @@
-//! Which groups ask for refinement: conservative tests first, the criterion where they cannot tell.
+//! Which groups ask for refinement: tests that are cheap first, the criterion where they cannot tell.
 //!
-//! The tests of [`conservative`] are asked of 64 groups at once, eight such spheres to a register; of
-//! eight groups at once where that could not tell, with [`facing`]; then of each group, eight to a
-//! register again. What remains takes the test of [`interval`], which tells both ways, and what still
-//! remains the criterion.
+//! Each test answers only where it is certain that the criterion would answer the same. The tests of
+//! [`bounds_test`] are asked of 64 groups at once, eight such spheres to a register; of eight groups at
+//! once where that could not tell; then of each group, eight to a register again. What remains takes
+//! the test of [`interval`], which tells both ways, and what still remains the criterion. What each of
+//! them is worth is in the record of `benches/selection`.
 
-pub(crate) mod conservative;
+mod bounds_test;
+mod eye;
 mod facing;
 mod interval;
+mod view_parts;
 
 use std::cell::OnceCell;
 
-use camera_field::Camera;
 use wide::f32x8;
 
-use crate::kernel::Kernel;
-use crate::settings::Thresholds;
-use crate::table::{CHUNK, GroupTable, LANES, set_bits_of};
-use crate::{InstanceView, LodSettings};
-use conservative::{CameraParts, InLocal, Tests};
-use interval::{IntervalTest, IntervalView};
+use crate::bits::{LANES, block_bits, set_bits_of};
+use crate::criterion::Criterion;
+use crate::lane::{Lane, bits_of, mask_of};
+use crate::settings::{LodSettings, Thresholds};
+use crate::table::GroupTable;
+use crate::view::InstanceView;
+use bounds_test::BoundsTest;
+use eye::LocalEye;
+use interval::IntervalTest;
+pub(crate) use view_parts::ViewParts;
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
 /// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
@@ -33,28 +39,9 @@ pub fn refine(
     refined: &mut Vec<u64>,
 ) {
     let thresholds = settings.thresholds(1.0);
-    let parts = ViewParts::new(&instance.camera, &instance.kept_camera, settings);
+    let parts = ViewParts::of_instance(instance, settings);
     let decision = Decision::new(table, instance, &parts, settings, thresholds, 0.0);
     decision.decide(table, was_refined, refined);
-}
-
-/// What the tests of all instances need of a view under one set of settings.
-pub(crate) struct ViewParts {
-    entering: CameraParts,
-    leaving: CameraParts,
-    interval: IntervalView,
-}
-
-impl ViewParts {
-    pub(crate) fn new(camera: &Camera, kept: &Camera, settings: &LodSettings) -> Self {
-        let entering = CameraParts::new(camera, settings);
-        let leaving = CameraParts::new(kept, settings);
-        Self {
-            entering,
-            leaving,
-            interval: IntervalView::new(&entering, &leaving),
-        }
-    }
 }
 
 /// The tests of one instance in one view.
@@ -63,58 +50,53 @@ pub(crate) struct Decision<'a> {
     parts: &'a ViewParts,
     settings: &'a LodSettings,
     thresholds: Thresholds,
-    in_local: InLocal,
-    /// Made when first asked.
-    kernel: OnceCell<Kernel<'a>>,
-    entering: OnceCell<Tests>,
+    eye: LocalEye,
+    /// Made when first asked, as are the tests.
+    criterion: OnceCell<Criterion<'a, f32x8>>,
+    entering: OnceCell<BoundsTest>,
     /// For where something was refined.
-    leaving: OnceCell<Tests>,
+    leaving: OnceCell<BoundsTest>,
     interval: Option<IntervalTest<'a>>,
     /// Whether no error, as of what is outside, is below the thresholds.
     zero_is_below: bool,
 }
 
-/// Bits, and whether they hold on the way that was asked for.
+/// Bits, and whether they stay valid under the moves that were asked for.
 #[derive(Clone, Copy)]
 struct Answer {
     bits: u32,
-    holds: bool,
-}
-
-impl Answer {
-    const NONE_REFINED: Self = Self {
-        bits: 0,
-        holds: true,
-    };
+    stays_valid: bool,
 }
 
 impl<'a> Decision<'a> {
-    /// Answers tell whether they hold for all poses that move no point farther than `way` in camera
-    /// space.
+    /// Answers tell whether they stay valid for all poses that move no point farther than `tolerance`
+    /// in camera space.
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,
         parts: &'a ViewParts,
         settings: &'a LodSettings,
         thresholds: Thresholds,
-        way: f32,
+        tolerance: f32,
     ) -> Self {
-        let in_local = InLocal::new(instance, &table.whole.bounds, way);
-        let interval = &parts.interval;
+        let eye = LocalEye::new(instance, &table.bounds.sphere, tolerance);
+        let interval =
+            IntervalTest::new(parts, &table.bounds, instance, &eye, settings, thresholds);
         Self {
             instance,
             parts,
             settings,
             thresholds,
-            in_local,
-            kernel: OnceCell::new(),
+            eye,
+            criterion: OnceCell::new(),
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
-            interval: IntervalTest::new(interval, table, instance, &in_local, settings, thresholds),
+            interval,
             zero_is_below: thresholds.coarsen_below_px >= 0.0,
         }
     }
 
+    /// Decides all groups of a table.
     pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
         refined.clone_from(&table.terminal);
         for (element, words) in refined.chunks_mut(LANES).enumerate() {
@@ -123,7 +105,7 @@ impl<'a> Decision<'a> {
     }
 
     /// Adds the bits to those words of an element of eight that `asked` has bits of: they have the
-    /// terminal groups' so far. Returns bits of those whose answers hold on the way.
+    /// terminal groups' so far. Returns bits of those whose answers stay valid.
     pub(crate) fn decide_words(
         &self,
         table: &GroupTable,
@@ -135,132 +117,111 @@ impl<'a> Decision<'a> {
         let first = element * LANES;
         let asked = asked & ((1 << words.len()) - 1);
         let was = |word: usize| was_refined.get(first + word).copied().unwrap_or(0);
-        let may_be_lower = |word: usize| was(word) & !table.terminal[first + word] != 0;
-        let any_may = !was_refined.is_empty() && set_bits_of(asked).any(may_be_lower);
-        let live = asked & self.live(|| self.tests(any_may).idle(&table.chunks, element));
-        let mut held = asked & !live;
+        // Only where a group was refined that need not be, the lower threshold is asked for.
+        let may_leave = |word: usize| was(word) & !table.terminal[first + word] != 0;
+        let any_may_leave = !was_refined.is_empty() && set_bits_of(asked).any(may_leave);
+        // All words at once, then each that this could not answer for.
+        let test = self.bounds_test(any_may_leave);
+        let live = asked & self.live(|| test.passes_chunks(table, element));
+        let mut valid = asked & !live;
         for word in set_bits_of(live) {
-            let tests = self.tests(may_be_lower(word));
-            let (bits, holds) = self.exceeding(table, first + word, was(word), tests);
+            let test = self.bounds_test(may_leave(word));
+            let (bits, stays_valid) = self.decide_blocks(table, first + word, was(word), test);
             words[word] |= bits;
-            held |= u32::from(holds) << word;
+            valid |= u32::from(stays_valid) << word;
         }
-        held
+        valid
     }
 
-    /// The bits of eight bounds that the conservative tests cannot answer for.
+    /// The bits of eight bounds that the bounds tests cannot answer for.
     #[inline]
-    fn live(&self, idle: impl Fn() -> f32x8) -> u32 {
+    fn live(&self, passed: impl Fn() -> f32x8) -> u32 {
         if self.zero_is_below {
-            !idle().to_bitmask() & 0xff
+            !bits_of(passed()) & 0xff
         } else {
             0xff
         }
     }
 
-    fn kernel(&self) -> &Kernel<'a> {
-        self.kernel
-            .get_or_init(|| Kernel::new(self.instance, self.settings))
-    }
-
-    fn tests(&self, may_be_lower: bool) -> &Tests {
-        let (tests, parts, threshold_px) = if may_be_lower {
+    fn bounds_test(&self, may_leave: bool) -> &BoundsTest {
+        let (test, parts, threshold_px) = if may_leave {
             let parts = &self.parts.leaving;
             (&self.leaving, parts, self.thresholds.coarsen_below_px)
         } else {
             let parts = &self.parts.entering;
             (&self.entering, parts, self.thresholds.refine_above_px)
         };
-        tests.get_or_init(|| {
-            Tests::new(
-                self.instance,
-                self.in_local,
-                parts,
-                self.settings,
-                threshold_px,
-            )
+        test.get_or_init(|| {
+            BoundsTest::new(self.instance, &self.eye, parts, self.settings, threshold_px)
         })
     }
 
-    /// The bits of one word.
-    fn exceeding(
+    /// The bits of one word, and whether they stay valid.
+    fn decide_blocks(
         &self,
         table: &GroupTable,
         word: usize,
         was_refined: u64,
-        tests: &Tests,
+        test: &BoundsTest,
     ) -> (u64, bool) {
-        let (mut bits, mut holds) = (0, true);
-        for index in set_bits_of(self.live(|| tests.idle_blocks(table, word))) {
-            let was = (was_refined >> (index * LANES)) as u32 & 0xff;
-            let answer = self.exceeding_in(table, word * LANES + index, was, tests);
+        let (mut bits, mut stays_valid) = (0, true);
+        for index in set_bits_of(self.live(|| test.passes_blocks(table, word))) {
+            let was = block_bits(was_refined, index);
+            let answer = self.decide_block(table, word * LANES + index, was, test);
             bits |= u64::from(answer.bits) << (index * LANES);
-            holds &= answer.holds;
+            stays_valid &= answer.stays_valid;
         }
-        (bits & valid_bits(table, word), holds)
+        (bits & table.present_in(word), stays_valid)
     }
 
     /// The bits of one block.
     #[inline]
-    fn exceeding_in(
+    fn decide_block(
         &self,
         table: &GroupTable,
         block: usize,
         was_refined: u32,
-        tests: &Tests,
+        test: &BoundsTest,
     ) -> Answer {
         if !self.zero_is_below {
-            let error_px = self.kernel().error_px(table, block, was_refined);
-            return self.compared(error_px, was_refined);
+            return self.decide_exactly(table, block, was_refined);
         }
-        let below = tests.idle_groups(table, block);
+        let below = test.passes_groups(table, block);
         if below.all() {
-            return Answer::NONE_REFINED;
+            return Answer {
+                bits: 0,
+                stays_valid: true,
+            };
         }
         if let Some(interval) = &self.interval {
             let certain = interval.certain(table, block, was_refined);
-            let told = certain.below | certain.above | below;
-            let told = told.to_bitmask() | table.terminal_in(block);
-            if told & 0xff == 0xff {
+            let told = bits_of(certain.below | certain.above | below);
+            if told | table.terminal_or_missing_in(block) == 0xff {
                 return Answer {
-                    bits: certain.above.to_bitmask() & 0xff,
-                    holds: true,
+                    bits: bits_of(certain.above),
+                    stays_valid: true,
                 };
             }
-            let error_px = self.kernel().error_px(table, block, was_refined);
-            return self.compared(error_px, was_refined);
         }
-        let kernel = self.kernel();
-        match kernel.error_px_unless(below, tests, table, block, was_refined) {
-            Some(error_px) => self.compared(error_px, was_refined),
-            None => Answer {
-                bits: 0,
-                holds: false,
-            },
-        }
+        self.decide_exactly(table, block, was_refined)
     }
 
-    /// The bits of errors above their thresholds, as of now.
+    /// The bits of one block by the criterion, which is valid for this pose alone.
     #[inline]
-    fn compared(&self, error_px: f32x8, was_refined: u32) -> Answer {
-        let nan = error_px.simd_ne(error_px);
-        let above = |threshold_px: f32| {
-            (error_px.simd_gt(f32x8::splat(threshold_px)) | nan).to_bitmask() & 0xff
+    fn decide_exactly(&self, table: &GroupTable, block: usize, was_refined: u32) -> Answer {
+        let criterion = self
+            .criterion
+            .get_or_init(|| Criterion::new(self.instance, self.settings));
+        let was = mask_of(was_refined);
+        let error_px = criterion.error_px(&table.criterion_input(block), was);
+        let exceeds = |threshold_px: f32| {
+            bits_of(f32x8::splat(threshold_px).is_below(error_px) | Lane::is_nan(error_px))
         };
-        let refine = above(self.thresholds.refine_above_px) & !was_refined;
+        let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
+        let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
         Answer {
-            bits: refine | above(self.thresholds.coarsen_below_px) & was_refined,
-            holds: false,
+            bits: entering | staying,
+            stays_valid: false,
         }
-    }
-}
-
-/// The bits of a word that stand for groups.
-fn valid_bits(table: &GroupTable, word: usize) -> u64 {
-    let rest = table.group_count() - word * CHUNK;
-    if rest >= CHUNK {
-        u64::MAX
-    } else {
-        (1 << rest) - 1
     }
 }

@@ -61,22 +61,27 @@
 //! # Out of scope
 //! Occlusion; morphing between levels; skinned meshes.
 
+mod bits;
 mod budget;
 mod criterion;
 mod cut;
 mod decide;
-mod hold;
-mod kernel;
+mod error_bounds;
+mod error_scale;
+mod lane;
 pub mod naive;
+mod object_test;
 mod scene;
 mod selector;
 mod settings;
+mod sides;
 mod stretch;
 #[cfg(test)]
 #[path = "../tests/common/synthetic.rs"]
 mod synthetic;
 mod table;
 mod tree;
+mod validity;
 mod view;
 mod whole_mesh_levels;
 

@@ -3,7 +3,7 @@
 
 use fieldlod_hierarchy::Hierarchy;
 
-use crate::LodSettings;
+use crate::settings::LodSettings;
 
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.

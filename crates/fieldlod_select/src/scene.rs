@@ -1,11 +1,9 @@
 //! What there is to select from: meshes and where they stand.
 
-use fieldlod_hierarchy::{Hierarchy, Sphere};
-use glam::{Affine3A, Mat3, Vec3};
+use fieldlod_hierarchy::Hierarchy;
+use glam::Affine3A;
 
-use crate::GroupTable;
-use crate::hold::Whole;
-use crate::stretch::largest_stretch;
+use crate::table::GroupTable;
 use crate::tree::{Node, Tree};
 
 /// A mesh of a [`Scene`].
@@ -41,9 +39,9 @@ pub(crate) struct Instance {
     pub(crate) node: Node,
 }
 
-/// Who has an index now.
+/// Which instance has an index now.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Occupant {
+pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
@@ -60,13 +58,13 @@ struct Mesh {
 ///
 /// Instances come, move and go at any time: call [`Scene::update`] after changes and before
 /// selection. A change costs the same in a scene of any size, but for a sort of all instances each
-/// time that a quarter of them has come, gone or strayed.
+/// time that a quarter of them has come, gone or moved far.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
     pub(crate) instances: Vec<Instance>,
-    /// Apart from the instances: what settling one reads.
-    pub(crate) occupants: Vec<Occupant>,
+    /// Apart from the instances: all that is read of one at its coarsest.
+    pub(crate) entries: Vec<InstanceEntry>,
     free: Vec<u32>,
     pub(crate) tree: Tree,
     /// Counts rebuilds of the tree.
@@ -117,24 +115,24 @@ impl Scene {
             bias,
             node: self.node(mesh, &world_from_local, bias),
         };
-        let mut occupant = Occupant {
+        let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
         };
         let index = if let Some(index) = self.free.pop() {
-            occupant.generation = self.occupants[index as usize].generation + 1;
+            entry.generation = self.entries[index as usize].generation + 1;
             self.instances[index as usize] = instance;
-            self.occupants[index as usize] = occupant;
+            self.entries[index as usize] = entry;
             index
         } else {
             self.instances.push(instance);
-            self.occupants.push(occupant);
+            self.entries.push(entry);
             self.instances.len() as u32 - 1
         };
         self.changed.push(index);
         InstanceId {
             index,
-            generation: occupant.generation,
+            generation: entry.generation,
         }
     }
 
@@ -170,7 +168,7 @@ impl Scene {
         };
         self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count -= 1;
-        self.occupants[instance.index()].mesh = None;
+        self.entries[instance.index()].mesh = None;
         self.instances[instance.index()].node = Node {
             changed_at: self.revision,
             ..Node::EMPTY
@@ -182,9 +180,9 @@ impl Scene {
     /// The mesh of an instance; `None` if that was removed.
     #[must_use]
     pub fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
-        let occupant = self.occupants.get(instance.index())?;
-        (occupant.generation == instance.generation)
-            .then_some(occupant.mesh)
+        let entry = self.entries.get(instance.index())?;
+        (entry.generation == instance.generation)
+            .then_some(entry.mesh)
             .flatten()
     }
 
@@ -194,7 +192,7 @@ impl Scene {
             self.tree.put(index, &self.instances[index as usize].node);
         }
         self.changed.clear();
-        if self.tree.is_worn() {
+        if self.tree.needs_rebuild() {
             let nodes: Vec<Node> = self.instances.iter().map(|i| i.node).collect();
             self.tree = Tree::new(&nodes);
             self.tree_revision += 1;
@@ -222,11 +220,11 @@ impl Scene {
         self.instances.len()
     }
 
-    /// Who has an index now or had it last.
+    /// The instance that has an index now or had it last.
     pub(crate) fn instance_at(&self, index: u32) -> InstanceId {
         InstanceId {
             index,
-            generation: self.occupants[index as usize].generation,
+            generation: self.entries[index as usize].generation,
         }
     }
 
@@ -235,28 +233,8 @@ impl Scene {
     }
 
     fn node(&self, mesh: MeshId, world_from_local: &Affine3A, bias: f32) -> Node {
-        let whole = &self.table(mesh).whole;
-        let linear = Mat3::from(world_from_local.matrix3);
-        let stretch = largest_stretch(&linear);
-        let translation = Vec3::from(world_from_local.translation);
-        let center = linear * whole.bounds.center + translation;
-        let radius = whole.bounds.radius * stretch;
-        let or_infinity = |x: f32| if x.is_nan() { f32::INFINITY } else { x };
-        let whole = Whole {
-            bounds: if center.is_finite() && radius.is_finite() && bias > 0.0 {
-                Sphere { center, radius }
-            } else {
-                // Never certainly far nor certainly outside.
-                Sphere {
-                    center: Vec3::ZERO,
-                    radius: f32::INFINITY,
-                }
-            },
-            error_weighed: or_infinity(whole.error_weighed * stretch * bias),
-            deviation: or_infinity(whole.deviation * stretch * bias),
-        };
         Node {
-            whole,
+            bounds: self.table(mesh).bounds.placed(world_from_local, bias),
             changed_at: self.revision,
         }
     }

@@ -1,33 +1,38 @@
 //! The cut of a whole scene in one view, from frame to frame.
 
 mod changes;
+mod chunk_validity;
+mod decide_context;
+mod instance_cut;
 mod memory;
 mod pool;
-mod slot;
+mod scene_cuts;
 #[cfg(test)]
 mod tests;
-mod visit;
-mod word_holds;
+mod traversal;
 
+use crate::budget::{self, BudgetSearch};
 use crate::decide::ViewParts;
-use crate::hold::{Hold, Odometer, WholeTest};
-use crate::scene::Scene;
-use crate::{InstanceId, LodSettings, View, budget};
+use crate::object_test::ObjectTest;
+use crate::scene::{InstanceId, Scene};
+use crate::settings::LodSettings;
+use crate::validity::CameraTravel;
+use crate::view::View;
 pub use changes::Change;
-use changes::Changes;
-use memory::{Frame, Memory, Moment, NodeMemory, Pending, State, coarsest_of};
-use pool::Pool;
-use visit::Context;
+use decide_context::DecideContext;
+use scene_cuts::SceneCuts;
+pub use scene_cuts::Statistics;
+use traversal::TraversalContext;
 
 /// Selects, for one view, the cut of every instance of a scene, and remembers it: for the
-/// hysteresis, for what changed, and for how long each answer holds.
+/// hysteresis, for what changed, and for how long each answer is valid.
 ///
 /// A frame visits the nodes of a tree over the instances whose answer may have changed since they
-/// were last visited: by the way the camera has gone and turned, or because an instance did. A node
-/// that is wholly outside the view or far enough is answered at once; what remains is decided group
-/// by group. In perspective views of instances whose placement is a similarity, groups are decided
-/// again only when the camera has gone as far as their decisions can bear. The cuts are those that
-/// deciding every group anew would give. With nothing changed a frame costs nothing; once its
+/// were last visited: because the camera has moved or turned so far, or because an instance did. A
+/// node that is wholly outside the view or far enough is answered at once; what remains is decided
+/// group by group. In perspective views of instances whose placement is a similarity, groups are
+/// decided again only when the camera has moved as far as their decisions tolerate. The cuts are those
+/// that deciding every group anew would give. With nothing changed a frame costs nothing; once its
 /// storage has grown to the scene, none allocates.
 ///
 /// ```
@@ -52,31 +57,19 @@ use visit::Context;
 /// ```
 #[derive(Debug, Default)]
 pub struct Selector {
-    odometer: Odometer,
+    travel: CameraTravel,
     last: Option<Frame>,
-    memories: Vec<Memory>,
-    /// For how long each instance, tested by itself, stays as it is.
-    holds: Vec<Hold>,
-    nodes: Vec<Vec<NodeMemory>>,
-    pending: Vec<Pending>,
-    pool: Pool,
-    changes: Changes,
-    triangle_count: u64,
-    statistics: Statistics,
-    budget: budget::Search,
+    cuts: SceneCuts,
+    budget: BudgetSearch,
 }
 
-/// What the last selection did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Nodes of the tree whose answer had to be looked at again.
-    pub nodes_visited: usize,
-    /// Instances tested as a whole.
-    pub instances_tested: usize,
-    /// Instances decided group by group.
-    pub instances_decided: usize,
-    /// Their groups.
-    pub groups_decided: usize,
+/// All that a cut depends on, but for its memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Frame {
+    view: View,
+    settings: LodSettings,
+    revision: u64,
+    tree_revision: u64,
 }
 
 impl Selector {
@@ -86,27 +79,28 @@ impl Selector {
     /// If the scene was changed without [`Scene::update`].
     pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
-        self.changes.clear();
-        self.statistics = Statistics::default();
-        let view = view.with_margins(settings);
+        self.cuts.begin();
+        let wide_view = view.with_margins(settings);
         let Some(budget) = settings.triangle_budget else {
-            return self.step(scene, &view, settings);
+            return self.select_with_thresholds(scene, &wide_view, settings);
         };
-        let settings = self.budget.settings(settings);
-        self.step(scene, &view, &settings);
-        if !budget::is_met(budget, self.triangle_count) {
+        // The threshold that met the budget last; if it does not any more, another.
+        let last_settings = self.budget.settings(settings);
+        self.select_with_thresholds(scene, &wide_view, &last_settings);
+        if !budget::is_met(budget, self.cuts.triangle_count) {
             self.budget.begin();
-            for (index, memory) in self.memories.iter().enumerate() {
-                let refined = memory.state.slot().map(|slot| self.pool.at(slot).refined());
-                self.budget.add(scene, index, refined, &view, &settings);
+            for index in 0..scene.instances.len() {
+                let refined = self.cuts.refined(index);
+                self.budget
+                    .add(scene, index, refined, &wide_view, &last_settings);
             }
-            let settings = self.budget.finish(budget, &settings);
-            self.step(scene, &view, &settings);
+            let settings = self.budget.finish(budget, &last_settings);
+            self.select_with_thresholds(scene, &wide_view, &settings);
         }
     }
 
-    /// One selection with plain settings; changes add up.
-    fn step(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+    /// One selection without a budget; changes add up.
+    fn select_with_thresholds(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let frame = Frame {
             view: *view,
             settings: *settings,
@@ -117,119 +111,56 @@ impl Selector {
         if self.last == Some(frame) {
             return;
         }
-        let is_first = self.last.is_none();
-        let seen_revision = self.last.map_or(0, |last| last.revision);
-        let step = self.take_over(scene, &frame);
-        let context = Context {
+        // What stays valid of the last frame.
+        let last = self.last.replace(frame);
+        let is_first = last.is_none();
+        let last_step = self.travel(last.as_ref(), &frame);
+        let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
+        self.cuts.resize(scene, is_first, is_new_tree);
+        // Whole nodes and instances, as far as those can be told.
+        let context = TraversalContext {
             scene,
-            test: WholeTest::new(view, settings, self.odometer),
-            now: self.odometer,
-            seen_revision,
+            test: ObjectTest::new(view, settings, self.travel),
+            now: self.travel,
+            seen_revision: last.map_or(0, |last| last.revision),
             is_first,
         };
-        if !scene.tree.order.is_empty() {
-            self.visit(&context, scene.tree.levels.len() - 1, 0);
-        }
-        let moment = Moment {
+        self.cuts.traverse(&context);
+        // What remains, group by group.
+        let context = DecideContext {
             view,
-            parts: &ViewParts::new(&view.camera, &view.kept_camera, settings),
+            parts: &ViewParts::of_view(view, settings),
             settings,
             test: &context.test,
-            now: self.odometer,
-            step,
+            now: self.travel,
+            last_step,
         };
-        for pending in &mut self.pending {
-            pending.decide(scene, &moment);
-        }
-        self.merge(scene);
+        self.cuts.decide_pending(scene, &context);
         if is_first {
-            self.settle_rest(scene);
+            self.cuts.emit_coarsest(scene);
         }
     }
 
-    /// Makes room for the scene and drops what does not hold any more. Returns how far the view has gone.
-    fn take_over(&mut self, scene: &Scene, frame: &Frame) -> Odometer {
-        self.memories
-            .resize(scene.instances.len(), Memory::default());
-        self.holds.resize(scene.instances.len(), Hold::NONE);
-        let last = self.last.replace(*frame);
-        let same_criterion = last.is_some_and(|last| {
+    /// Adds the way from the last frame to the camera's travel, and returns it.
+    fn travel(&mut self, last: Option<&Frame>, frame: &Frame) -> CameraTravel {
+        let step = last.map_or_else(CameraTravel::default, |last| {
+            CameraTravel::between(&last.view, &frame.view)
+        });
+        self.travel.add(&step);
+        let is_same_criterion = last.is_some_and(|last| {
             last.settings == frame.settings && last.view.camera() == frame.view.camera()
         });
-        let step = last.map(|last| Odometer::between(&last.view, &frame.view));
-        let step = step.unwrap_or_default();
-        self.odometer.advance(&step);
-        if !(same_criterion && self.odometer.is_usable()) {
-            self.odometer.set_back();
-        }
-        if last.is_none_or(|last| last.tree_revision != frame.tree_revision) {
-            self.nodes.iter_mut().for_each(Vec::clear);
-            self.drop_removed(scene);
-        }
-        let levels = &scene.tree.levels;
-        self.nodes
-            .resize_with(levels.len().max(self.nodes.len()), Vec::new);
-        for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
-            memories.resize(nodes.len(), NodeMemory::new(last.is_none()));
+        if !(is_same_criterion && self.travel.is_finite()) {
+            self.travel.reset();
         }
         step
-    }
-
-    /// A new tree does not lead to instances that were removed.
-    fn drop_removed(&mut self, scene: &Scene) {
-        for (index, occupant) in (0..).zip(&scene.occupants) {
-            let is_drawn = self.memories[index as usize].state != State::Empty;
-            if occupant.mesh.is_none() && is_drawn {
-                self.change_state(scene, index, State::Empty);
-            }
-        }
-    }
-
-    /// Puts what was decided in place.
-    fn merge(&mut self, scene: &Scene) {
-        let mut pending = std::mem::take(&mut self.pending);
-        for Pending {
-            instance,
-            was,
-            slot,
-            ..
-        } in pending.drain(..)
-        {
-            self.statistics.instances_decided += 1;
-            self.statistics.groups_decided += slot.groups_decided();
-            self.holds[instance as usize] = slot.hold();
-            let (before, before_triangles) = match was {
-                State::Mixed(_) => (slot.units_before(), slot.triangles_before()),
-                other => coarsest_of(scene, other),
-            };
-            if !matches!(was, State::Mixed(_)) || slot.has_changed() {
-                let id = scene.instance_at(instance);
-                self.changes.record(id, before, slot.units());
-                self.triangle_count =
-                    self.triangle_count + slot.triangle_count() - before_triangles;
-            }
-            if let State::Mixed(place) = was {
-                self.pool.put_back(place, slot);
-            } else {
-                let state = State::Mixed(self.pool.place(slot));
-                self.memories[instance as usize].state = state;
-            }
-        }
-        self.pending = pending;
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
     /// the one that was selected from.
     #[must_use]
     pub fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
-        let Some(memory) = self.memories.get(instance.index()) else {
-            return &[];
-        };
-        match memory.state {
-            _ if memory.generation != instance.generation => &[],
-            State::Mixed(slot) => self.pool.at(slot).units(),
-            other => coarsest_of(scene, other).0,
-        }
+        self.cuts.units(scene, instance)
     }
 
     /// Instances whose cut changed in the last selection, each with its units ascending.
@@ -241,19 +172,19 @@ impl Selector {
     /// entered of the second. With a triangle budget an instance may come twice: apply the changes
     /// one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
-        self.changes.iter()
+        self.cuts.changes.iter()
     }
 
     /// Triangles in the view.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
-        self.triangle_count
+        self.cuts.triangle_count
     }
 
     /// What the last selection did.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
-        self.statistics
+        self.cuts.statistics
     }
 
     /// The [threshold](LodSettings::threshold_px) in use: that which meets the triangle budget, if
@@ -266,12 +197,8 @@ impl Selector {
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
-        self.odometer.set_back();
-        self.memories.clear();
-        self.nodes.iter_mut().for_each(Vec::clear);
-        self.pool.clear();
-        self.changes.clear();
-        self.triangle_count = 0;
-        self.budget = budget::Search::default();
+        self.travel.reset();
+        self.cuts.clear();
+        self.budget = BudgetSearch::default();
     }
 }

@@ -128,18 +128,18 @@ impl LodSettings {
     /// the hysteresis: `error_px` or, without it, `displacement_px`; infinite with neither.
     #[must_use]
     pub fn threshold_px(&self) -> f32 {
-        self.criterion().threshold_px
+        self.error_weights().threshold_px
     }
 
     /// Resolves the two optional thresholds. Displacements count in proportion to the thresholds, so
     /// that one comparison does for both.
-    pub(crate) fn criterion(&self) -> Criterion {
+    pub(crate) fn error_weights(&self) -> ErrorWeights {
         let displacement_weight = match (self.error_px, self.displacement_px) {
             (Some(error_px), Some(displacement_px)) => Some(error_px / displacement_px),
             (None, Some(_)) => Some(1.0),
             (_, None) => None,
         };
-        Criterion {
+        ErrorWeights {
             threshold_px: self
                 .error_px
                 .or(self.displacement_px)
@@ -175,7 +175,7 @@ impl LodSettings {
 /// What the optional thresholds of [`LodSettings`] come to: which errors of a group count, and how
 /// much. The greatest of them is compared with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Criterion {
+pub(crate) struct ErrorWeights {
     pub(crate) threshold_px: f32,
     /// Whether the screen-space error counts.
     pub(crate) counts_error: bool,

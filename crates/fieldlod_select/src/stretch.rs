@@ -2,6 +2,8 @@
 
 use glam::{DMat3, Mat3, Vec3};
 
+use crate::lane::{Lane, M3, V3};
+
 /// How far `MᵀM` may be from a multiple of the identity, relative, for `M` to count as a rotation
 /// with one scale (and mirror).
 const SIMILARITY_TOLERANCE: f32 = 1e-4;
@@ -79,13 +81,13 @@ fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenStretch {
-    pub(crate) gram: Mat3,
-    pub(crate) adjugate: Mat3,
-    pub(crate) trace: f32,
+    gram: Mat3,
+    adjugate: Mat3,
+    trace: f32,
 }
 
 /// Rounding of the quadratic forms above, relative to the trace.
-pub(crate) const STRETCH_ROUNDING: f32 = 1e-6;
+const ROUNDING: f32 = 1e-6;
 
 impl SeenStretch {
     pub(crate) fn new(m: &Mat3) -> Self {
@@ -99,11 +101,13 @@ impl SeenStretch {
     }
 
     /// `√λ` for the unit sight ray `along`, an upper bound up to rounding.
-    pub(crate) fn across(&self, along: Vec3) -> f32 {
-        let trace = self.trace - along.dot(self.gram * along);
-        let determinant = along.dot(self.adjugate * along);
-        let discriminant = (trace * trace - 4.0 * determinant).max(0.0);
-        let eigenvalue = 0.5 * (trace + discriminant.sqrt()) + STRETCH_ROUNDING * self.trace;
+    #[inline]
+    pub(crate) fn across<L: Lane>(&self, along: V3<L>) -> L {
+        let trace = L::splat(self.trace) - along.dot(M3::splat(&self.gram).of(along));
+        let determinant = along.dot(M3::splat(&self.adjugate).of(along));
+        let discriminant = trace * trace - L::splat(4.0) * determinant;
+        let root = discriminant.larger(L::zero()).sqrt();
+        let eigenvalue = L::splat(0.5) * (trace + root) + L::splat(ROUNDING * self.trace);
         eigenvalue.sqrt()
     }
 }
@@ -152,7 +156,7 @@ mod tests {
             for along in directions().step_by(7) {
                 let across = |e: Vec3| (m * e - along * along.dot(m * e)).length();
                 let most = directions().map(across).fold(0.0, f32::max);
-                let bound = seen.across(along);
+                let bound = seen.across(V3::<f32>::splat(along));
                 assert!(
                     most <= bound * 1.0001 && bound < most * 1.05,
                     "{most} {bound}"
@@ -164,7 +168,7 @@ mod tests {
     #[test]
     fn a_flat_map_seen_from_its_side_moves_little() {
         let needle = Mat3::from_diagonal(Vec3::new(0.1, 0.1, 10.0));
-        let seen = SeenStretch::new(&needle).across(Vec3::Z);
+        let seen = SeenStretch::new(&needle).across(V3::<f32>::splat(Vec3::Z));
         assert!(seen < 0.11, "{seen}");
     }
 

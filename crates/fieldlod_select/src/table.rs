@@ -1,39 +1,38 @@
 //! A hierarchy laid out for selection: structures of arrays, eight groups to a register.
 
-mod bounds;
+mod lanes;
 
-use fieldlod_hierarchy::{Group, Hierarchy};
+use std::ops::Range;
+
+use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 use wide::f32x8;
 
-use crate::criterion::{SILHOUETTE_WEIGHT, VISIBLE_WEIGHT, normal_variance};
-use crate::hold::Whole;
-pub(crate) use bounds::{Bounds, Facings};
-use bounds::{around, of_one};
-
-/// Groups in a register.
-pub(crate) const LANES: usize = 8;
-/// Groups in a chunk: the bits of one word.
-pub(crate) const CHUNK: usize = 64;
+use crate::bits::{CHUNK, LANES, block_bits, is_set, set_bits};
+use crate::criterion::{CriterionInput, normal_variance};
+use crate::error_bounds::ErrorBounds;
+use lanes::lanes_of;
+pub(crate) use lanes::{BoundsLanes, FacingLanes};
 
 /// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
 ///
 /// Tests ask for 64 groups at once first, then for eight, then for each.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
-    pub(crate) group_count: usize,
+    group_count: usize,
     /// Groups, eight to an element.
-    pub(crate) groups: Bounds,
+    pub(crate) groups: BoundsLanes,
     /// Elements of `groups`, eight to an element: one for each word of bits.
-    pub(crate) blocks: Bounds,
+    pub(crate) blocks: BoundsLanes,
     /// Elements of `blocks`, eight to an element.
-    pub(crate) chunks: Bounds,
-    pub(crate) facings: Facings,
-    pub(crate) block_facings: Facings,
-    pub(crate) normal_length: Vec<f32x8>,
+    pub(crate) chunks: BoundsLanes,
+    pub(crate) facings: FacingLanes,
+    pub(crate) block_facings: FacingLanes,
+    normal_length: Vec<f32x8>,
     pub(crate) normal_variance: Vec<f32x8>,
     /// One bit for each group, set if it is terminal.
     pub(crate) terminal: Vec<u64>,
-    pub(crate) whole: Whole,
+    /// The bounds of all groups.
+    pub(crate) bounds: ErrorBounds,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -45,10 +44,18 @@ pub struct GroupTable {
     pub(crate) coarsest_triangle_count: u64,
 }
 
+/// What a cut needs of a unit.
 #[derive(Clone, Copy, Debug)]
-struct TableUnit {
+pub(crate) struct TableUnit {
     produced_by: u32,
-    triangle_count: u32,
+    pub(crate) triangle_count: u32,
+}
+
+impl TableUnit {
+    /// The group whose simplification the unit is; `None` for source geometry.
+    pub(crate) fn producer(self) -> Option<usize> {
+        (self.produced_by != NO_GROUP).then_some(self.produced_by as usize)
+    }
 }
 
 impl GroupTable {
@@ -56,81 +63,91 @@ impl GroupTable {
     #[must_use]
     pub fn new(hierarchy: &Hierarchy) -> Self {
         let groups = &hierarchy.groups;
-        let lanes = |value: &dyn Fn(&Group) -> f32| -> Vec<f32x8> {
-            let padded = groups.len().next_multiple_of(CHUNK);
-            let at = |index: usize| groups.get(index).map_or(0.0, value);
-            (0..padded / LANES)
-                .map(|block| f32x8::from(std::array::from_fn(|lane| at(block * LANES + lane))))
-                .collect()
+        let words = groups.len().div_ceil(CHUNK);
+        let around = |groups: &[Group]| {
+            let bounds = groups.iter().map(ErrorBounds::of_group);
+            ErrorBounds::around(bounds).unwrap_or_default()
         };
         let (first_coarser, coarser) = coarser_links(hierarchy);
-        let words = groups.len().div_ceil(CHUNK);
-        let table = Self {
+        let mut table = Self {
             group_count: groups.len(),
-            groups: Bounds::new(groups.iter().map(of_one), words * LANES),
-            blocks: Bounds::new(groups.chunks(LANES).map(around), words),
-            chunks: Bounds::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
-            facings: Facings::new(groups, 1, words * LANES),
-            block_facings: Facings::new(groups, LANES, words),
-            normal_length: lanes(&|g| g.mean_normal.length()),
-            normal_variance: lanes(&|g| normal_variance(g.mean_normal)),
+            // Bounds of one group, of eight and of 64.
+            groups: BoundsLanes::new(groups.iter().map(ErrorBounds::of_group), words * LANES),
+            blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
+            chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
+            bounds: around(groups),
+            facings: FacingLanes::new(groups, 1, words * LANES),
+            block_facings: FacingLanes::new(groups, LANES, words),
+            normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
+            normal_variance: lanes_of(groups, words * LANES, |g| normal_variance(g.mean_normal)),
             terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
-            whole: around(groups),
+            // The links of the cut rule.
             coarser,
             first_coarser,
-            first_unit: groups.iter().map(|g| g.first_unit).collect(),
-            units: table_units(hierarchy),
+            first_unit: groups.iter().map(|group| group.first_unit).collect(),
+            units: hierarchy.units.iter().map(TableUnit::from).collect(),
             coarsest_units: Vec::new(),
             coarsest_refined: Vec::new(),
             coarsest_triangle_count: 0,
         };
-        table.with_coarsest()
+        table.find_coarsest();
+        table
     }
 
-    fn with_coarsest(mut self) -> Self {
+    fn find_coarsest(&mut self) {
         let mut refined = self.terminal.clone();
-        self.close(&mut refined);
+        self.close_refinement(&mut refined);
         let mut units = Vec::new();
         self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
         self.coarsest_units = units;
         self.coarsest_refined = refined;
-        self
     }
 
     /// Frees all but what tells the coarsest cut.
     pub(crate) fn retain_coarsest(&mut self) {
-        let coarsest = Self {
+        *self = Self {
             coarsest_units: std::mem::take(&mut self.coarsest_units),
             coarsest_triangle_count: self.coarsest_triangle_count,
             ..Self::new(&Hierarchy::default())
         };
-        *self = coarsest;
     }
 
-    /// How many groups.
+    /// How many groups the hierarchy has.
     #[must_use]
     pub fn group_count(&self) -> usize {
         self.group_count
     }
 
-    /// The groups that a word of bits stands for.
+    /// How many groups the bits of a word stand for.
     pub(crate) fn groups_in_word(&self, word: usize) -> usize {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
     }
 
-    /// At least as many as any cut has units, and as there are groups; of meshes of about the same
-    /// size the same.
+    /// The logarithm of a number that no cut has more units than, nor the mesh more groups; the same
+    /// for meshes of about the same size.
     pub(crate) fn size_class(&self) -> u32 {
-        self.units
-            .len()
-            .max(self.group_count)
-            .next_power_of_two()
-            .trailing_zeros()
+        let size = self.units.len().max(self.group_count);
+        size.next_power_of_two().trailing_zeros()
     }
 
-    /// Makes the cut valid: whatever has a refined finer group becomes refined. Finer groups come
-    /// first, so one pass over the set bits does it, reading also those that it sets.
-    pub(crate) fn close(&self, refined: &mut [u64]) {
+    /// What the criterion reads of the groups of a block.
+    #[inline]
+    pub(crate) fn criterion_input(&self, block: usize) -> CriterionInput<f32x8> {
+        CriterionInput {
+            center: self.groups.center(block),
+            radius: self.groups.radius[block],
+            error: self.facings.error[block],
+            deviation: self.groups.deviation[block],
+            mean_normal: self.facings.normal(block),
+            normal_length: self.normal_length[block],
+            normal_variance: self.normal_variance[block],
+        }
+    }
+
+    /// Closes a refinement as [`Hierarchy::close_refinement`] does, but for terminal groups, whose
+    /// bits are set before. Finer groups come first, so one pass over the set bits does it, reading
+    /// also those that it sets.
+    pub(crate) fn close_refinement(&self, refined: &mut [u64]) {
         for word in 0..refined.len() {
             let mut done = 0u64;
             while refined[word] & !done != 0 {
@@ -144,14 +161,18 @@ impl GroupTable {
         }
     }
 
+    /// The bits of a word that stand for groups.
+    pub(crate) fn present_in(&self, word: usize) -> u64 {
+        u64::MAX
+            .checked_shr((CHUNK - self.groups_in_word(word)) as u32)
+            .unwrap_or(0)
+    }
+
     /// The bits of a block's terminal groups, and of what is missing to a full block.
     #[inline]
-    pub(crate) fn terminal_in(&self, block: usize) -> u32 {
-        let first = block * LANES;
-        let word = self.terminal.get(first / CHUNK).copied().unwrap_or(0);
-        let terminal = (word >> (first % CHUNK)) as u32 & 0xff;
-        let present = self.group_count.saturating_sub(first).min(LANES);
-        terminal | (0xff << present) & 0xff
+    pub(crate) fn terminal_or_missing_in(&self, block: usize) -> u32 {
+        let (word, index) = (block / LANES, block % LANES);
+        block_bits(self.terminal[word] | !self.present_in(word), index)
     }
 
     pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {
@@ -164,7 +185,8 @@ impl GroupTable {
         for group in set_bits(refined) {
             for index in self.units_of(group) {
                 let unit = self.units[index];
-                if !is_set(refined, unit.produced_by) {
+                // The mark of source geometry is beyond the end.
+                if !is_set(refined, unit.produced_by as usize) {
                     units.push(index as u32);
                     triangle_count += u64::from(unit.triangle_count);
                 }
@@ -173,18 +195,12 @@ impl GroupTable {
         triangle_count
     }
 
-    /// Triangles of the units that `group` consumes, each with its producer, if any.
-    pub(crate) fn consumed_by(&self, group: usize) -> impl Iterator<Item = (Option<u32>, u32)> {
-        self.units[self.units_of(group)].iter().map(|unit| {
-            let is_source = unit.produced_by == fieldlod_hierarchy::NO_GROUP;
-            (
-                (!is_source).then_some(unit.produced_by),
-                unit.triangle_count,
-            )
-        })
+    /// The units that `group` consumes.
+    pub(crate) fn consumed_by(&self, group: usize) -> &[TableUnit] {
+        &self.units[self.units_of(group)]
     }
 
-    fn units_of(&self, group: usize) -> std::ops::Range<usize> {
+    fn units_of(&self, group: usize) -> Range<usize> {
         let end = self
             .first_unit
             .get(group + 1)
@@ -193,53 +209,18 @@ impl GroupTable {
     }
 }
 
-/// The indices of the bits that are set, ascending.
-pub(crate) fn set_bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
-    let in_word = |(index, &word)| set_bits_of(word).map(move |bit| index * CHUNK + bit);
-    words.iter().enumerate().flat_map(in_word)
-}
-
-/// The same of one word.
-#[inline]
-pub(crate) fn set_bits_of(word: impl Into<u64>) -> impl Iterator<Item = usize> {
-    let mut rest: u64 = word.into();
-    std::iter::from_fn(move || {
-        let bit = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
-        rest &= rest - 1;
-        Some(bit)
-    })
-}
-
-/// Whether a bit is set; no bit beyond the end is.
-fn is_set(words: &[u64], bit: u32) -> bool {
-    let word = words.get(bit as usize / CHUNK);
-    word.is_some_and(|word| word >> (bit as usize % CHUNK) & 1 == 1)
-}
-
-/// Terminal groups are told by their bit; as numbers they ask for nothing.
-fn of_simplified(group: &Group, value: f32) -> f32 {
-    if group.is_terminal() { 0.0 } else { value }
-}
-
-fn error_weighed(group: &Group) -> f32 {
-    let facing = group.mean_normal.length();
-    let variance = normal_variance(group.mean_normal);
-    let visible = 0.5 * VISIBLE_WEIGHT * (facing + (facing * facing + variance).sqrt());
-    let weight = visible + SILHOUETTE_WEIGHT;
-    of_simplified(group, group.error_in_local) * weight.sqrt()
+impl From<&Unit> for TableUnit {
+    fn from(unit: &Unit) -> Self {
+        Self {
+            produced_by: unit.produced_by,
+            triangle_count: unit.triangle_count,
+        }
+    }
 }
 
 fn terminal_bits(groups: &[Group]) -> u64 {
     let bit = |(index, group): (usize, &Group)| u64::from(group.is_terminal()) << index;
     groups.iter().enumerate().map(bit).sum()
-}
-
-fn table_units(hierarchy: &Hierarchy) -> Vec<TableUnit> {
-    let of = |unit: &fieldlod_hierarchy::Unit| TableUnit {
-        produced_by: unit.produced_by,
-        triangle_count: unit.triangle_count,
-    };
-    hierarchy.units.iter().map(of).collect()
 }
 
 /// The inverse of [`Hierarchy::finer_groups`], as one list with the start of each group's part.

@@ -2,57 +2,61 @@
 //! sixteen blocks, and so on.
 //!
 //! No pointers, no rotations: a changed instance touches one node per level, and each node is a plain
-//! slot for what a view remembers of it. New instances go to the end, removed ones leave a hole, moved
-//! ones stay in their block, and the curve is laid anew when a quarter is out of place. Ray-tracing
+//! place for what a view remembers of it. New instances go to the end, removed ones leave a hole, moved
+//! ones stay in their block, and the tree is built anew when a quarter is out of bounds. Ray-tracing
 //! trees (obvhs) fit tighter, but a selection culls with spheres and margins, and objects move.
 
 use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
 
-use crate::hold::Whole;
+use crate::error_bounds::ErrorBounds;
 
 pub(crate) const FAN: usize = 16;
-/// For an instance without a place on the curve.
+/// For an instance without a position on the curve.
 const NOWHERE: u32 = u32::MAX;
-/// Instances that may be out of place in the smallest of scenes.
+/// Instances that may be out of bounds in the smallest of scenes.
 const FEW: usize = 64;
 
-/// One node: what holds of all instances below.
+/// What bounds all instances below a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
-    pub(crate) whole: Whole,
+    pub(crate) bounds: ErrorBounds,
     /// When an instance below last changed.
     pub(crate) changed_at: u64,
 }
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
-    /// Instances along the curve, removed ones included until it is laid anew.
+    /// Instances along the curve, removed ones included until the tree is built anew.
     pub(crate) order: Vec<u32>,
-    place: Vec<u32>,
+    /// By instance, its position along the curve.
+    position: Vec<u32>,
     /// From the leaves, which hold instances, to the root.
     pub(crate) levels: Vec<Vec<Node>>,
-    /// Bounds of the leaves when the curve was laid.
-    laid: Vec<Sphere>,
-    /// For each place, whether its instance has come, gone or left those bounds since.
-    is_out_of_place: Vec<bool>,
-    out_of_place: usize,
+    /// Bounds of the leaves when the tree was built.
+    built_bounds: Vec<Sphere>,
+    /// By position, whether its instance has come, gone or left those bounds since.
+    is_out_of_bounds: Vec<bool>,
+    out_of_bounds_count: usize,
+    /// Leaves whose bounds are not up to date.
     dirty: Vec<u32>,
 }
 
 impl Tree {
     pub(crate) fn new(items: &[Node]) -> Self {
+        // The live instances along the curve.
         let live = morton_keys(items).zip(0..).zip(items);
         let mut keyed: Vec<(u32, u32)> = live
-            .filter(|(_, item)| !item.is_empty())
+            .filter(|(_, item)| !item.bounds.is_empty())
             .map(|(keyed, _)| keyed)
             .collect();
         keyed.sort_unstable();
         let order: Vec<u32> = keyed.into_iter().map(|(_, index)| index).collect();
-        let mut place = vec![NOWHERE; items.len()];
+        let mut positions = vec![NOWHERE; items.len()];
         for (position, &index) in order.iter().enumerate() {
-            place[index as usize] = position as u32;
+            positions[index as usize] = position as u32;
         }
+        // The levels above them, each a sixteenth of the one before.
         let sorted: Vec<Node> = order.iter().map(|&index| items[index as usize]).collect();
         let mut levels = Vec::new();
         let mut below = &sorted;
@@ -61,51 +65,53 @@ impl Tree {
             below = &levels[levels.len() - 1];
         }
         Self {
-            laid: levels[0].iter().map(|leaf| leaf.whole.bounds).collect(),
-            is_out_of_place: vec![false; order.len()],
-            out_of_place: 0,
+            built_bounds: levels[0].iter().map(|leaf| leaf.bounds.sphere).collect(),
+            is_out_of_bounds: vec![false; order.len()],
+            out_of_bounds_count: 0,
             dirty: Vec::new(),
             order,
-            place,
+            position: positions,
             levels,
         }
     }
 
-    /// Takes over that `instance` is now `item`: it came, moved or went.
+    /// Notes that `instance` is now `item`: it came, moved or went.
     pub(crate) fn put(&mut self, instance: u32, item: &Node) {
-        let position = self.place_of(instance);
+        let position = self.position_of(instance);
         let leaf = position / FAN;
-        let center = item.whole.bounds.center;
-        let at_home = |laid: &Sphere| laid.center.distance(center) <= laid.radius;
-        let strays = item.is_empty() || !self.laid.get(leaf).is_some_and(at_home);
-        if strays && !self.is_out_of_place[position] {
-            self.is_out_of_place[position] = true;
-            self.out_of_place += 1;
+        let center = item.bounds.sphere.center;
+        let is_within = |built: &Sphere| built.center.distance(center) <= built.radius;
+        let is_in_bounds =
+            !item.bounds.is_empty() && self.built_bounds.get(leaf).is_some_and(is_within);
+        if !is_in_bounds && !self.is_out_of_bounds[position] {
+            self.is_out_of_bounds[position] = true;
+            self.out_of_bounds_count += 1;
         }
         self.dirty.push(leaf as u32);
     }
 
-    fn place_of(&mut self, instance: u32) -> usize {
+    fn position_of(&mut self, instance: u32) -> usize {
         let index = instance as usize;
-        if index >= self.place.len() {
-            self.place.resize(index + 1, NOWHERE);
+        if index >= self.position.len() {
+            self.position.resize(index + 1, NOWHERE);
         }
-        if self.place[index] == NOWHERE {
-            self.place[index] = self.order.len() as u32;
+        if self.position[index] == NOWHERE {
+            self.position[index] = self.order.len() as u32;
             self.order.push(instance);
-            self.is_out_of_place.push(false);
+            self.is_out_of_bounds.push(false);
         }
-        self.place[index] as usize
+        self.position[index] as usize
     }
 
-    /// Whether so much is out of place that the curve should be laid anew.
-    pub(crate) fn is_worn(&self) -> bool {
-        self.out_of_place > self.order.len() / 4 + FEW
+    /// Whether so much is out of bounds that the tree should be built anew.
+    pub(crate) fn needs_rebuild(&self) -> bool {
+        self.out_of_bounds_count > self.order.len() / 4 + FEW
     }
 
     /// Brings the bounds of what was put up to date.
     pub(crate) fn refit(&mut self, item: &impl Fn(u32) -> Node) {
         self.grow();
+        // The leaves, then the nodes above them level by level.
         let mut dirty = std::mem::take(&mut self.dirty);
         dirty.sort_unstable();
         dirty.dedup();
@@ -149,54 +155,17 @@ impl Tree {
 }
 
 impl Node {
-    /// What holds of no instance at all.
+    /// The node of no instance at all.
     pub(crate) const EMPTY: Self = Self {
-        whole: Whole {
-            bounds: Sphere {
-                center: Vec3::ZERO,
-                radius: f32::NEG_INFINITY,
-            },
-            error_weighed: 0.0,
-            deviation: 0.0,
-        },
+        bounds: ErrorBounds::EMPTY,
         changed_at: 0,
     };
 
-    fn is_empty(&self) -> bool {
-        self.whole.bounds.radius == f32::NEG_INFINITY
-    }
-
-    fn around(items: &[Self]) -> Self {
-        let changed_at = items.iter().map(|i| i.changed_at).max().unwrap_or(0);
-        let live = || items.iter().filter(|item| !item.is_empty());
-        let boxes = live().map(|item| {
-            let Sphere { center, radius } = item.whole.bounds;
-            (center - Vec3::splat(radius), center + Vec3::splat(radius))
-        });
-        let Some((min, max)) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
-            return Self {
-                changed_at,
-                ..Self::EMPTY
-            };
-        };
-        let center = (min + max) * 0.5;
-        let largest = |value: &dyn Fn(&Self) -> f32| {
-            // NaN must not get lost: it is as good as infinite.
-            let or_infinity = |x: f32| if x.is_nan() { f32::INFINITY } else { x };
-            live().map(|i| or_infinity(value(i))).fold(0.0, f32::max)
-        };
+    fn around(nodes: &[Self]) -> Self {
+        let bounds = nodes.iter().map(|node| node.bounds);
         Self {
-            whole: Whole {
-                bounds: Sphere {
-                    center,
-                    radius: largest(&|i| {
-                        i.whole.bounds.center.distance(center) + i.whole.bounds.radius
-                    }) * 1.0001,
-                },
-                error_weighed: largest(&|i| i.whole.error_weighed),
-                deviation: largest(&|i| i.whole.deviation),
-            },
-            changed_at,
+            bounds: ErrorBounds::around(bounds).unwrap_or(ErrorBounds::EMPTY),
+            changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
         }
     }
 }
@@ -206,15 +175,15 @@ fn morton_keys(items: &[Node]) -> impl Iterator<Item = u32> {
     let centers = || {
         items
             .iter()
-            .filter(|item| !item.is_empty())
-            .map(|item| item.whole.bounds.center)
+            .filter(|item| !item.bounds.is_empty())
+            .map(|item| item.bounds.sphere.center)
             .filter(|c| c.is_finite())
     };
     let min = centers().fold(Vec3::splat(f32::MAX), Vec3::min);
     let max = centers().fold(Vec3::splat(f32::MIN), Vec3::max);
     let extent = (max - min).max_element().max(f32::MIN_POSITIVE);
     items.iter().map(move |item| {
-        let cell = (item.whole.bounds.center - min) * (1023.0 / extent);
+        let cell = (item.bounds.sphere.center - min) * (1023.0 / extent);
         // Casts saturate, and take NaN to 0.
         spread(cell.x as u32) | spread(cell.y as u32) << 1 | spread(cell.z as u32) << 2
     })

@@ -4,7 +4,7 @@ use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics, OrthographicIntrinsics}
 use fieldlod_hierarchy::Sphere;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
-use crate::LodSettings;
+use crate::settings::LodSettings;
 use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 
 /// A camera with its place in the world.
@@ -136,43 +136,6 @@ impl InstanceView {
             center: self.camera_from_local * sphere.center + self.origin_in_camera,
             radius: self.camera_per_local * sphere.radius,
         }
-    }
-
-    /// `m·s` for a group's mean normal at `center_in_camera`, which is `distance` from the camera.
-    pub(crate) fn facing(&self, mean_normal: Vec3, center_in_camera: Vec3, distance: f32) -> f32 {
-        let turned = self.normal_in_camera_from_local * mean_normal;
-        let (along, distance) = match self.camera {
-            Camera::Perspective(_) => (center_in_camera, distance),
-            Camera::Orthographic(_) => (Vec3::Z, 1.0),
-        };
-        let away = turned.dot(along);
-        if self.seen_stretch.is_none() {
-            return -away / distance;
-        }
-        let length = turned.length();
-        if length > 0.0 {
-            -away * mean_normal.length() / (length * distance)
-        } else {
-            0.0
-        }
-    }
-
-    /// The most that a displacement of a point of the sphere grows across its sight ray, in camera
-    /// units per local unit: at the centre's ray exactly, and by `sin δ = r/ρ` more of the greatest
-    /// stretch for the other rays.
-    pub(crate) fn stretch_seen(&self, sphere_in_camera: &Sphere, distance: f32) -> f32 {
-        let Some(stretch) = &self.seen_stretch else {
-            return self.camera_per_local;
-        };
-        let most = self.camera_per_local;
-        let seen = match self.camera {
-            Camera::Perspective(_) => {
-                let along = sphere_in_camera.center * (1.0 / distance);
-                stretch.across(along) + most * (sphere_in_camera.radius / distance)
-            }
-            Camera::Orthographic(_) => stretch.across(Vec3::Z),
-        };
-        if seen < most { seen } else { most }
     }
 }
 

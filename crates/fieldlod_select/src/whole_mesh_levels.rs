@@ -6,7 +6,8 @@
 use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit};
 use glam::Vec3;
 
-use crate::{Cut, LodSettings, select_with};
+use crate::cut::{Cut, select_with};
+use crate::settings::LodSettings;
 
 /// A level that keeps more than this share of the triangles of the one before is left out.
 const MOST_KEPT: f32 = 0.75;

@@ -2,7 +2,7 @@
 //! which most are.
 //!
 //! With `sec ≤ (ρ + r)/(z − r)` and `sec ≤ S`, `z_min ≥ z − r`, and `W ≤ 4 (max(m·s, 0) + ½√v + 0.1)`,
-//! all in local space, the squared quality error is below τ² if
+//! all in local space, the squared screen-space error is below τ² if
 //! ```text
 //! X = (2 e f/τ)² (max(−m·(p − eye), 0) + (½√v + 0.1) ρ),    Y = ρ (z − r)²
 //! X (ρ + r) < Y (z − r)   or   X S < Y
@@ -13,21 +13,23 @@
 //! (d f/τ) (ρ + r) < (z − r)²   or   (d f/τ) S < z − r
 //! ```
 
-use camera_field::Camera;
+use camera_field::Intrinsics;
 use wide::f32x8;
 
-use super::conservative::{CameraParts, InLocal, SLACK};
+use super::eye::LocalEye;
 use crate::criterion::VISIBLE_WEIGHT;
-use crate::table::{Bounds, Facings, GroupTable};
-use crate::{InstanceView, LodSettings};
+use crate::error_scale::ROUNDING_ALLOWANCE;
+use crate::lane::{Lane, V3};
+use crate::settings::LodSettings;
+use crate::table::{BoundsLanes, FacingLanes, GroupTable};
+use crate::view::InstanceView;
 
-const ZERO: f32x8 = f32x8::splat(0.0);
-
-pub(crate) struct FacingTest {
-    eye: [f32x8; 3],
+/// The test of one instance against one threshold.
+pub(super) struct FacingTest {
+    eye: V3<f32x8>,
     /// The view's axis, a hair short.
-    axis: [f32x8; 3],
-    /// `2 f/τ` for the quality error, `f/τ` for the displacement, where asked.
+    axis: V3<f32x8>,
+    /// `2 f/τ` for the screen-space error, `f/τ` for the displacement, where they count.
     error: Option<f32x8>,
     deviation: Option<f32x8>,
     secant: f32x8,
@@ -35,83 +37,78 @@ pub(crate) struct FacingTest {
 }
 
 impl FacingTest {
-    /// `None` where the instance is no similarity or the view is orthographic.
+    /// `secant` is that of the image's widest corner.
     pub(super) fn new(
+        camera: &Intrinsics,
         instance: &InstanceView,
-        in_local: InLocal,
-        parts: &CameraParts,
+        eye: &LocalEye,
+        secant: f32,
         settings: &LodSettings,
         threshold_px: f32,
-    ) -> Option<Self> {
-        let Camera::Perspective(camera) = &parts.camera else {
-            return None;
-        };
-        let focal = camera.focal_px.x.max(camera.focal_px.y);
-        let quality = (camera.constant_px2() * VISIBLE_WEIGHT).sqrt();
-        let criterion = settings.criterion();
-        let error = criterion.counts_error.then_some(quality);
-        let deviation = criterion.displacement_weight.map(|weight| focal * weight);
-        let per_px = |scale: f32| f32x8::splat(scale * (SLACK / threshold_px));
+    ) -> Self {
+        let weights = settings.error_weights();
+        let focal_px = camera.focal_px.x.max(camera.focal_px.y);
+        let of_error = (camera.constant_px2() * VISIBLE_WEIGHT).sqrt();
+        let per_px = |scale: f32| f32x8::splat(scale * (ROUNDING_ALLOWANCE / threshold_px));
         let axis = instance.camera_from_local.transpose().z_axis;
-        let is_similarity = instance.seen_stretch.is_none();
-        is_similarity.then(|| Self {
-            eye: in_local.eye.to_array().map(f32x8::splat),
+        let of_deviation = |weight: f32| per_px(focal_px * weight);
+        Self {
+            eye: eye.in_lanes(),
             // Similarities are so but for 1e-4, which the other slacks bear too.
-            axis: (axis * (0.9998 / instance.camera_per_local))
-                .to_array()
-                .map(f32x8::splat),
-            error: error.map(per_px),
-            deviation: deviation.map(per_px),
-            secant: f32x8::splat(parts.secant),
-            slack: f32x8::splat(in_local.slack),
-        })
+            axis: V3::splat(axis * (0.9998 / instance.camera_per_local)),
+            error: weights.counts_error.then(|| per_px(of_error)),
+            deviation: weights.displacement_weight.map(of_deviation),
+            secant: f32x8::splat(secant),
+            slack: f32x8::splat(eye.slack),
+        }
     }
 
     /// Which groups of a block are certainly below the threshold.
     #[inline]
-    pub(super) fn passed_by(&self, table: &GroupTable, block: usize) -> f32x8 {
-        self.passed(&table.groups, &table.facings, block, ZERO)
+    pub(super) fn passes_groups(&self, table: &GroupTable, block: usize) -> f32x8 {
+        self.passes(&table.groups, &table.facings, block, f32x8::splat(0.0))
     }
 
     /// Which blocks of a word are, with all of their groups.
     #[inline]
-    pub(super) fn passed_by_blocks(&self, table: &GroupTable, word: usize) -> f32x8 {
-        let spread = table.blocks.radius[word] * f32x8::splat(SLACK);
-        self.passed(&table.blocks, &table.block_facings, word, spread)
+    pub(super) fn passes_blocks(&self, table: &GroupTable, word: usize) -> f32x8 {
+        let spread = table.blocks.radius[word] * f32x8::splat(ROUNDING_ALLOWANCE);
+        self.passes(&table.blocks, &table.block_facings, word, spread)
     }
 
-    /// `spread`: how far the centres of groups may be from that of their bound.
+    /// `spread` is how far the centres of groups may be from that of their bound.
     #[inline]
-    fn passed(&self, bounds: &Bounds, facings: &Facings, element: usize, spread: f32x8) -> f32x8 {
-        let (x, y, z) = (
-            bounds.x[element] - self.eye[0],
-            bounds.y[element] - self.eye[1],
-            bounds.z[element] - self.eye[2],
-        );
-        let radius = bounds.radius[element] * f32x8::splat(SLACK) + self.slack;
-        let distance = (x * x + y * y + z * z).sqrt();
-        let [a_x, a_y, a_z] = self.axis;
-        let depth = x * a_x + y * a_y + z * a_z - (radius + self.slack);
+    fn passes(
+        &self,
+        bounds: &BoundsLanes,
+        facings: &FacingLanes,
+        element: usize,
+        spread: f32x8,
+    ) -> f32x8 {
+        let zero = f32x8::splat(0.0);
+        let from_eye = bounds.center(element).minus(self.eye);
+        let radius = bounds.radius[element] * f32x8::splat(ROUNDING_ALLOWANCE) + self.slack;
+        let distance = from_eye.dot(from_eye).sqrt();
+        let depth = from_eye.dot(self.axis) - (radius + self.slack);
         let farthest = distance + radius + self.slack;
-        let mut below = depth.simd_gt(ZERO);
-        let spread = spread + self.slack;
+        let mut below = zero.is_below(depth);
         if let Some(per_px) = self.error {
-            let [m_x, m_y, m_z] = &facings.normal;
-            let away = x * m_x[element] + y * m_y[element] + z * m_z[element];
-            let towards = spread - away;
-            let towards = towards.simd_gt(ZERO).bitselect(towards, ZERO);
+            let spread = spread + self.slack;
+            // X of the module's formula.
+            let towards = (spread - from_eye.dot(facings.normal(element))).larger(zero);
             let error = facings.error[element] * per_px;
             let edge_on = facings.edge_on_weight[element] * (distance + spread);
             let shows = error * error * (towards + edge_on);
-            let nearest = distance - spread;
-            let allowed = nearest.simd_gt(ZERO).bitselect(nearest, ZERO) * depth * depth;
-            below &= (shows * farthest).simd_lt(allowed * depth)
-                | (shows * self.secant).simd_lt(allowed);
+            // Y of the module's formula.
+            let nearest = (distance - spread).larger(zero);
+            let allowed = nearest * depth * depth;
+            below &= (shows * farthest).is_below(allowed * depth)
+                | (shows * self.secant).is_below(allowed);
         }
         if let Some(per_px) = self.deviation {
             let shows = bounds.deviation[element] * per_px;
             below &=
-                (shows * farthest).simd_lt(depth * depth) | (shows * self.secant).simd_lt(depth);
+                (shows * farthest).is_below(depth * depth) | (shows * self.secant).is_below(depth);
         }
         below
     }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::scene::MeshId;
-use crate::{GroupTable, InstanceId};
+use crate::scene::{InstanceId, MeshId};
+use crate::table::GroupTable;
 
 /// What changed in the cut of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +25,7 @@ struct RawChange {
     left: Range<u32>,
 }
 
+/// All changes of one selection.
 #[derive(Debug, Default)]
 pub(super) struct Changes {
     all: Vec<RawChange>,

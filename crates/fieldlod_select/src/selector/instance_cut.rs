@@ -1,14 +1,16 @@
 //! The cut of one instance that is decided group by group, in storage that is used again.
 
-use super::memory::Moment;
-use super::word_holds::WordHolds;
+use super::chunk_validity::ChunkValidity;
+use super::decide_context::DecideContext;
+use crate::bits::{CHUNK, LANES, set_bits_of};
 use crate::decide::Decision;
-use crate::hold::{Hold, Odometer};
-use crate::table::{CHUNK, GroupTable, LANES, set_bits_of};
-use crate::{InstanceView, scene::Instance};
+use crate::scene::Instance;
+use crate::table::GroupTable;
+use crate::validity::{CameraTravel, Validity};
+use crate::view::InstanceView;
 
 #[derive(Debug, Default)]
-pub(super) struct Slot {
+pub(super) struct InstanceCut {
     /// Bits of groups whose own errors exceed their thresholds.
     own: Vec<u64>,
     /// The closure of those, now and in the last frame.
@@ -20,12 +22,12 @@ pub(super) struct Slot {
     triangles_before: u64,
     groups_decided: usize,
     has_changed: bool,
-    holds: WordHolds,
-    hold: Hold,
+    chunk_validity: ChunkValidity,
+    validity: Validity,
     class: u32,
 }
 
-impl Slot {
+impl InstanceCut {
     /// With room for any cut of a mesh of a [size class](GroupTable::size_class).
     pub(super) fn of_class(class: u32) -> Self {
         let units = || Vec::with_capacity(1 << class);
@@ -37,84 +39,103 @@ impl Slot {
             refined_before: words(),
             units: units(),
             units_before: units(),
-            holds: WordHolds::with_capacity(word_count),
+            chunk_validity: ChunkValidity::with_capacity(word_count),
             class,
             ..Self::default()
         }
     }
 
-    pub(super) fn class(&self) -> u32 {
-        self.class
-    }
-
     /// Decides the first cut of an instance that was at its coarsest, or not there.
-    pub(super) fn decide(&mut self, table: &GroupTable, instance: &Instance, moment: &Moment) {
+    pub(super) fn decide_first(
+        &mut self,
+        table: &GroupTable,
+        instance: &Instance,
+        context: &DecideContext,
+    ) {
         // Every group that was refined is so whatever its error.
         self.refined.clone_from(&table.coarsest_refined);
-        self.holds.forget();
-        let view = InstanceView::new(moment.view, &instance.world_from_local);
-        let thresholds = moment.settings.thresholds(instance.bias);
-        let decision = Decision::new(table, &view, moment.parts, moment.settings, thresholds, 0.0);
+        self.chunk_validity.forget();
+        self.validity = Validity::NONE;
+        let DecideContext {
+            view,
+            parts,
+            settings,
+            ..
+        } = *context;
+        let instance_view = InstanceView::new(view, &instance.world_from_local);
+        let thresholds = settings.thresholds(instance.bias);
+        let decision = Decision::new(table, &instance_view, parts, settings, thresholds, 0.0);
         decision.decide(table, &self.refined, &mut self.own);
         self.groups_decided = table.group_count();
-        self.hold = Hold::NONE;
-        self.renew(table);
+        self.close(table);
         self.has_changed = true;
         self.gather(table);
     }
 
-    /// Decides the next cut of the same instance: the words whose answers do not hold any more. None does
-    /// if the instance `has_moved`.
+    /// Decides the next cut of the same instance: the words whose answers are not valid any more. None
+    /// is if the instance `has_moved`.
     pub(super) fn decide_again(
         &mut self,
         table: &GroupTable,
         instance: &Instance,
-        moment: &Moment,
+        context: &DecideContext,
         has_moved: bool,
     ) {
-        let Moment {
+        let DecideContext {
             view,
             parts,
             settings,
             test,
             now,
-            step,
-        } = *moment;
+            last_step,
+        } = *context;
+        // How far the camera may move with the answers still valid.
         if has_moved {
-            self.holds.forget();
+            self.chunk_validity.forget();
         }
-        let farthest = test.farthest(&instance.node.whole.bounds);
-        self.holds.begin(self.own.len(), farthest, &now, &step);
-        let way = if test.is_usable() {
-            self.holds.way()
+        let farthest = test.farthest(&instance.node.bounds.sphere);
+        self.chunk_validity
+            .begin(self.own.len(), farthest, &now, &last_step);
+        let tolerance = if test.is_usable() {
+            self.chunk_validity.tolerance()
         } else {
             0.0
         };
+        // The words that are to be decided.
         let instance_view = InstanceView::new(view, &instance.world_from_local);
         let thresholds = settings.thresholds(instance.bias);
-        let decision = Decision::new(table, &instance_view, parts, settings, thresholds, way);
-        self.has_changed =
-            self.decide_ended(table, &decision, &now, way > 0.0) && self.renew(table);
+        let decision = Decision::new(
+            table,
+            &instance_view,
+            parts,
+            settings,
+            thresholds,
+            tolerance,
+        );
+        let own_changed = self.decide_ended(table, &decision, &now, tolerance > 0.0);
+        // The cut, if it can have changed.
+        self.has_changed = own_changed && self.close(table);
         if self.has_changed {
             self.end_changed();
             self.gather(table);
         }
-        self.hold = self.holds.finish(&now);
+        self.validity = self.chunk_validity.finish(&now);
     }
 
-    /// Whether any bit of those words has changed. The answers hold from now on only if they `may_hold`.
+    /// Decides the words that are not valid any more. Whether any bit of theirs has changed. The answers
+    /// stay valid only if they `may_stay`.
     fn decide_ended(
         &mut self,
         table: &GroupTable,
         decision: &Decision,
-        now: &Odometer,
-        may_hold: bool,
+        now: &CameraTravel,
+        may_stay: bool,
     ) -> bool {
         self.groups_decided = 0;
         let mut has_changed = false;
         for (element, words) in self.own.chunks_mut(LANES).enumerate() {
             let first = element * LANES;
-            let asked = self.holds.ended(first, now);
+            let asked = self.chunk_validity.ended(first, now);
             if asked == 0 {
                 continue;
             }
@@ -123,10 +144,10 @@ impl Slot {
             for word in set_bits_of(asked) {
                 words[word] = table.terminal[first + word];
             }
-            let held = decision.decide_words(table, element, &self.refined, words, asked);
+            let valid = decision.decide_words(table, element, &self.refined, words, asked);
             has_changed |= before[..words.len()] != *words;
-            let held = if may_hold { held } else { 0 };
-            self.holds.put(first, asked, held, now);
+            let valid = if may_stay { valid } else { 0 };
+            self.chunk_validity.put(first, asked, valid, now);
             let groups = |word| table.groups_in_word(first + word);
             self.groups_decided += set_bits_of(asked).map(groups).sum::<usize>();
         }
@@ -134,19 +155,19 @@ impl Slot {
     }
 
     /// Closes the bits anew. Whether that changes the cut.
-    fn renew(&mut self, table: &GroupTable) -> bool {
+    fn close(&mut self, table: &GroupTable) -> bool {
         std::mem::swap(&mut self.refined, &mut self.refined_before);
         self.refined.clone_from(&self.own);
-        table.close(&mut self.refined);
+        table.close_refinement(&mut self.refined);
         self.refined != self.refined_before
     }
 
-    /// Thresholds depend on what was refined: where that has changed, nothing holds.
+    /// Thresholds depend on what was refined: where that has changed, nothing is valid any more.
     fn end_changed(&mut self) {
         let words = self.refined.iter().zip(&self.refined_before).enumerate();
         for (word, (now, before)) in words {
             if now != before {
-                self.holds.end(word);
+                self.chunk_validity.end(word);
             }
         }
     }
@@ -162,40 +183,38 @@ impl Slot {
     #[cfg(test)]
     pub(super) fn capacity(&self) -> usize {
         self.own.capacity()
-            + self.holds.capacity()
+            + self.chunk_validity.capacity()
             + self.refined.capacity()
             + self.refined_before.capacity()
             + self.units.capacity()
             + self.units_before.capacity()
     }
 
+    pub(super) fn class(&self) -> u32 {
+        self.class
+    }
+
     pub(super) fn refined(&self) -> &[u64] {
         &self.refined
     }
 
-    pub(super) fn units(&self) -> &[u32] {
-        &self.units
+    /// The units drawn and their triangles.
+    pub(super) fn drawn(&self) -> (&[u32], u64) {
+        (&self.units, self.triangle_count)
     }
 
-    pub(super) fn units_before(&self) -> &[u32] {
-        &self.units_before
-    }
-
-    pub(super) fn triangle_count(&self) -> u64 {
-        self.triangle_count
-    }
-
-    pub(super) fn triangles_before(&self) -> u64 {
-        self.triangles_before
+    /// What was drawn before.
+    pub(super) fn drawn_before(&self) -> (&[u32], u64) {
+        (&self.units_before, self.triangles_before)
     }
 
     pub(super) fn groups_decided(&self) -> usize {
         self.groups_decided
     }
 
-    /// For how long the cut holds.
-    pub(super) fn hold(&self) -> Hold {
-        self.hold
+    /// For how long the cut is valid.
+    pub(super) fn validity(&self) -> Validity {
+        self.validity
     }
 
     pub(super) fn has_changed(&self) -> bool {

@@ -1,0 +1,102 @@
+//! A sphere and the largest errors in it: what tests of many groups or objects at once read.
+
+use fieldlod_hierarchy::{Aabb, Group, Sphere};
+use glam::{Affine3A, Mat3, Vec3};
+
+use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, visible_weight};
+use crate::stretch::largest_stretch;
+
+/// A sphere around groups or objects, and the largest errors of those that have a simplification.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ErrorBounds {
+    pub(crate) sphere: Sphere,
+    /// `e √W` with the greatest weight `W` of the criterion that any direction gives.
+    pub(crate) error_weighed: f32,
+    pub(crate) deviation: f32,
+}
+
+impl ErrorBounds {
+    /// The bounds of nothing at all.
+    pub(crate) const EMPTY: Self = Self {
+        sphere: Sphere {
+            center: Vec3::ZERO,
+            radius: f32::NEG_INFINITY,
+        },
+        error_weighed: 0.0,
+        deviation: 0.0,
+    };
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.sphere.radius == f32::NEG_INFINITY
+    }
+
+    /// The bounds of a group by itself, in its local space.
+    pub(crate) fn of_group(group: &Group) -> Self {
+        let facing = group.mean_normal.length();
+        let variance = normal_variance(group.mean_normal);
+        let most_weight = visible_weight(facing, variance) + SILHOUETTE_WEIGHT;
+        Self {
+            sphere: group.bounds,
+            error_weighed: simplified(group, group.error_in_local) * most_weight.sqrt(),
+            deviation: simplified(group, group.deviation_in_local),
+        }
+    }
+
+    /// The bounds of all items that are not empty; `None` if there are none.
+    pub(crate) fn around(items: impl Iterator<Item = Self> + Clone) -> Option<Self> {
+        let items = items.filter(|item| !item.is_empty());
+        let largest = |value: &dyn Fn(&Self) -> f32| {
+            let values = items.clone().map(|item| or_infinity(value(&item)));
+            values.fold(0.0, f32::max)
+        };
+        let corners = items.clone().flat_map(|item| {
+            let Sphere { center, radius } = item.sphere;
+            [center - Vec3::splat(radius), center + Vec3::splat(radius)]
+        });
+        let aabb = Aabb::around(corners)?;
+        let center = (aabb.min + aabb.max) * 0.5;
+        let farthest = |item: &Self| item.sphere.center.distance(center) + item.sphere.radius;
+        Some(Self {
+            sphere: Sphere {
+                center,
+                // What rounding may take off.
+                radius: largest(&farthest) * 1.0001,
+            },
+            error_weighed: largest(&|item| item.error_weighed),
+            deviation: largest(&|item| item.deviation),
+        })
+    }
+
+    /// The bounds of an instance in the world, whose errors count `bias` times.
+    pub(crate) fn placed(&self, world_from_local: &Affine3A, bias: f32) -> Self {
+        let linear = Mat3::from(world_from_local.matrix3);
+        let stretch = largest_stretch(&linear);
+        let center = linear * self.sphere.center + Vec3::from(world_from_local.translation);
+        let radius = self.sphere.radius * stretch;
+        let is_usable = center.is_finite() && radius.is_finite() && bias > 0.0;
+        // An infinite sphere is never certainly far nor certainly outside.
+        let everywhere = Sphere {
+            center: Vec3::ZERO,
+            radius: f32::INFINITY,
+        };
+        Self {
+            sphere: if is_usable {
+                Sphere { center, radius }
+            } else {
+                everywhere
+            },
+            error_weighed: or_infinity(self.error_weighed * stretch * bias),
+            deviation: or_infinity(self.deviation * stretch * bias),
+        }
+    }
+}
+
+/// A terminal group has no simplification, and so no error of one.
+pub(crate) fn simplified(group: &Group, error: f32) -> f32 {
+    if group.is_terminal() { 0.0 } else { error }
+}
+
+/// NaN must not get lost in a maximum: it is as good as infinite.
+pub(crate) fn or_infinity(value: f32) -> f32 {
+    if value.is_nan() { f32::INFINITY } else { value }
+}

@@ -1,0 +1,133 @@
+//! The test of whole objects: whether all of their groups stay at their coarsest, and for how long.
+
+use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
+
+use crate::error_bounds::ErrorBounds;
+use crate::error_scale::ErrorScale;
+use crate::lane::V3;
+use crate::settings::{LodSettings, Offscreen, Thresholds};
+use crate::sides::Sides;
+use crate::stretch::is_similarity;
+use crate::validity::{CameraTravel, Validity};
+use crate::view::View;
+
+/// Allowance for the rounding of coordinates, relative to their size.
+const POSITION_SLACK: f32 = 1e-5;
+const ROUNDING_ALLOWANCE: f32 = 1.001;
+
+/// Spheres and errors of whole objects against one view.
+pub(crate) struct ObjectTest<'a> {
+    view: &'a View,
+    entering: Bounds,
+    leaving: Bounds,
+    /// The scale of what is outside the view, if that counts.
+    on_axis: Option<ErrorScale>,
+    now: CameraTravel,
+    is_usable: bool,
+}
+
+/// What objects enter or leave.
+struct Bounds {
+    scale: ErrorScale,
+    sides: Sides<f32>,
+    threshold_px: f32,
+}
+
+impl<'a> ObjectTest<'a> {
+    pub(crate) fn new(view: &'a View, settings: &LodSettings, now: CameraTravel) -> Self {
+        let Thresholds {
+            refine_above_px,
+            coarsen_below_px,
+        } = settings.thresholds(1.0);
+        let bounds = |camera: &Camera, threshold_px: f32| Bounds {
+            scale: ErrorScale::of_view(camera, settings),
+            sides: Sides::of(camera),
+            threshold_px,
+        };
+        let unit = view.camera_from_world.x_axis.length();
+        let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
+        Self {
+            view,
+            entering: bounds(&view.camera, refine_above_px),
+            leaving: bounds(&view.kept_camera, coarsen_below_px),
+            on_axis: (settings.offscreen == Offscreen::OnAxis)
+                .then(|| ErrorScale::on_axis(&view.camera, settings)),
+            now,
+            // A view that scales, or no threshold at all, gets no shortcut.
+            is_usable: is_rigid && coarsen_below_px >= 0.0,
+        }
+    }
+
+    /// Whether points move no farther in camera space than the camera's travel says.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.is_usable
+    }
+
+    /// How far the farthest point of a sphere is from the eye, at most.
+    pub(crate) fn farthest(&self, sphere: &Sphere) -> f32 {
+        let distance = (sphere.center - self.view.eye_in_world).length();
+        (distance + sphere.radius) * ROUNDING_ALLOWANCE
+    }
+
+    /// For how long nothing in `object` is refined but what always is; `None` if that cannot be told.
+    /// `is_coarsest` says that nothing in it was refined before.
+    pub(crate) fn coarsest(&self, object: &ErrorBounds, is_coarsest: bool) -> Option<Validity> {
+        if !self.is_usable {
+            return None;
+        }
+        // The sphere in camera space, wider by what rounding may move it.
+        let Sphere { center, radius } = object.sphere;
+        let from_eye = center - self.view.eye_in_world;
+        let distance = from_eye.length();
+        let size = center.length() + self.view.eye_in_world.length() + radius;
+        let sphere = Sphere {
+            center: self.view.camera_from_world * from_eye,
+            radius: radius * ROUNDING_ALLOWANCE + size * POSITION_SLACK,
+        };
+        let gap = distance - sphere.radius;
+        let bounds = if is_coarsest {
+            &self.entering
+        } else {
+            &self.leaving
+        };
+        let tolerating = |tolerance: f32, max_distance: f32| {
+            Validity::tolerating(f64::from(tolerance * 0.999), max_distance, &self.now)
+        };
+        // Far enough in any direction: turns do not matter.
+        let error = |scale: &ErrorScale| scale.of(object) / bounds.threshold_px;
+        let beyond_error = self.distance_beyond(error(&bounds.scale), gap);
+        if beyond_error > 0.0 {
+            return Some(tolerating(beyond_error, 0.0));
+        }
+        // Outside the view, and far enough there if that counts.
+        let mut outside = self.distance_outside(&bounds.sides, &sphere);
+        if let Some(on_axis) = &self.on_axis {
+            let beyond_error = self.distance_beyond(error(on_axis), gap);
+            // NaN if either is.
+            if !(outside < beyond_error || outside.is_nan()) {
+                outside = beyond_error;
+            }
+        }
+        (outside > 0.0).then(|| tolerating(outside, (distance + outside) * ROUNDING_ALLOWANCE))
+    }
+
+    /// By how much a gap to the camera is more than that at which an error reaches its threshold.
+    fn distance_beyond(&self, error: f32, gap: f32) -> f32 {
+        match self.view.camera {
+            Camera::Perspective(_) => gap - error,
+            Camera::Orthographic(_) if error < 1.0 => f32::INFINITY,
+            Camera::Orthographic(_) => -1.0,
+        }
+    }
+
+    /// How far a sphere in camera space is from the field of view, at least; negative inside.
+    fn distance_outside(&self, sides: &Sides<f32>, sphere: &Sphere) -> f32 {
+        let beyond_side = -sides.least_inside(V3::splat(sphere.center));
+        let beyond = match self.view.camera {
+            Camera::Perspective(_) => beyond_side.max(-sphere.center.z),
+            Camera::Orthographic(_) => beyond_side,
+        };
+        beyond - sphere.radius
+    }
+}

@@ -1,0 +1,18 @@
+//! What cuts are decided with in one frame.
+
+use crate::decide::ViewParts;
+use crate::object_test::ObjectTest;
+use crate::settings::LodSettings;
+use crate::validity::CameraTravel;
+use crate::view::View;
+
+#[derive(Clone, Copy)]
+pub(super) struct DecideContext<'a> {
+    pub(super) view: &'a View,
+    pub(super) parts: &'a ViewParts,
+    pub(super) settings: &'a LodSettings,
+    pub(super) test: &'a ObjectTest<'a>,
+    pub(super) now: CameraTravel,
+    /// The camera's travel since the last frame.
+    pub(super) last_step: CameraTravel,
+}

@@ -1,0 +1,225 @@
+//! The cuts of all instances of a scene, and what changes them.
+
+use super::changes::Changes;
+use super::decide_context::DecideContext;
+use super::memory::{InstanceMemory, InstanceState, NodeMemory, Pending};
+use super::pool::Pool;
+use crate::scene::{InstanceId, MeshId, Scene};
+use crate::validity::Validity;
+
+/// What the last selection did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Nodes of the tree whose answer had to be looked at again.
+    pub nodes_visited: usize,
+    /// Instances tested as a whole.
+    pub instances_tested: usize,
+    /// Instances decided group by group.
+    pub instances_decided: usize,
+    /// Groups of those whose answers were not valid any more.
+    pub groups_decided: usize,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct SceneCuts {
+    pub(super) memories: Vec<InstanceMemory>,
+    /// For how long each instance, tested by itself, stays as it is.
+    pub(super) validities: Vec<Validity>,
+    /// By level of the tree.
+    pub(super) nodes: Vec<Vec<NodeMemory>>,
+    pub(super) pending: Vec<Pending>,
+    pub(super) pool: Pool,
+    pub(super) changes: Changes,
+    pub(super) triangle_count: u64,
+    pub(super) statistics: Statistics,
+}
+
+/// Instances of one mesh with indices that follow each other.
+struct Run {
+    first: InstanceId,
+    count: u32,
+    mesh: MeshId,
+}
+
+impl Run {
+    fn continues_with(&self, next: InstanceId, mesh: MeshId) -> bool {
+        self.mesh == mesh
+            && self.first.index + self.count == next.index
+            && self.first.generation == next.generation
+    }
+}
+
+impl SceneCuts {
+    /// Gets ready for a selection: no changes yet.
+    pub(super) fn begin(&mut self) {
+        self.changes.clear();
+        self.statistics = Statistics::default();
+    }
+
+    /// Makes room for a scene. A new tree has new nodes, and does not lead to instances that were
+    /// removed.
+    pub(super) fn resize(&mut self, scene: &Scene, is_first: bool, is_new_tree: bool) {
+        let count = scene.instances.len();
+        self.memories.resize(count, InstanceMemory::default());
+        self.validities.resize(count, Validity::NONE);
+        if is_new_tree {
+            self.nodes.iter_mut().for_each(Vec::clear);
+            self.drop_removed(scene);
+        }
+        let levels = &scene.tree.levels;
+        let level_count = levels.len().max(self.nodes.len());
+        self.nodes.resize_with(level_count, Vec::new);
+        for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
+            memories.resize(nodes.len(), NodeMemory::new(is_first));
+        }
+    }
+
+    fn drop_removed(&mut self, scene: &Scene) {
+        for (index, entry) in (0..).zip(&scene.entries) {
+            let is_drawn = self.memories[index as usize].state != InstanceState::Empty;
+            if entry.mesh.is_none() && is_drawn {
+                self.change_state(scene, index, InstanceState::Empty);
+            }
+        }
+    }
+
+    /// Decides what is pending, group by group.
+    pub(super) fn decide_pending(&mut self, scene: &Scene, context: &DecideContext) {
+        let mut pending = std::mem::take(&mut self.pending);
+        for mut one in pending.drain(..) {
+            one.decide(scene, context);
+            self.put_back(scene, one);
+        }
+        self.pending = pending;
+    }
+
+    fn put_back(&mut self, scene: &Scene, pending: Pending) {
+        let Pending {
+            instance, was, cut, ..
+        } = pending;
+        self.statistics.instances_decided += 1;
+        self.statistics.groups_decided += cut.groups_decided();
+        self.validities[instance as usize] = cut.validity();
+        let is_mixed = matches!(was, InstanceState::Mixed(_));
+        if !is_mixed || cut.has_changed() {
+            let (before, triangles_before) = if is_mixed {
+                cut.drawn_before()
+            } else {
+                was.coarsest(scene)
+            };
+            let (now, triangles) = cut.drawn();
+            let id = scene.instance_at(instance);
+            self.changes.record(id, before, now);
+            self.triangle_count = self.triangle_count + triangles - triangles_before;
+        }
+        if let InstanceState::Mixed(key) = was {
+            self.pool.put_back(key, cut);
+        } else {
+            let state = InstanceState::Mixed(self.pool.insert(cut));
+            self.memories[instance as usize].state = state;
+        }
+    }
+
+    /// After a first traversal: what has no cut of its own enters at its coarsest.
+    pub(super) fn emit_coarsest(&mut self, scene: &Scene) {
+        let mut run: Option<Run> = None;
+        for (index, entry) in (0..).zip(&scene.entries) {
+            let memory = &mut self.memories[index as usize];
+            memory.generation = entry.generation;
+            let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.mesh) else {
+                continue;
+            };
+            memory.state = InstanceState::Coarsest(mesh);
+            let first = scene.instance_at(index);
+            match &mut run {
+                Some(run) if run.continues_with(first, mesh) => run.count += 1,
+                _ => {
+                    let count = 1;
+                    self.enter(scene, run.replace(Run { first, count, mesh }));
+                }
+            }
+        }
+        self.enter(scene, run);
+    }
+
+    fn enter(&mut self, scene: &Scene, run: Option<Run>) {
+        let Some(Run { first, count, mesh }) = run else {
+            return;
+        };
+        let table = scene.table(mesh);
+        self.changes.enter(first, count, mesh, table);
+        self.triangle_count += u64::from(count) * table.coarsest_triangle_count;
+    }
+
+    /// If `index` has gone to another instance, what the last one drew leaves.
+    pub(super) fn drop_previous_instance(&mut self, scene: &Scene, index: u32) {
+        let generation = scene.entries[index as usize].generation;
+        let memory = &mut self.memories[index as usize];
+        if memory.generation != generation {
+            if memory.state != InstanceState::Empty {
+                self.change_state(scene, index, InstanceState::Empty);
+            }
+            self.memories[index as usize].generation = generation;
+            self.validities[index as usize] = Validity::NONE;
+        }
+    }
+
+    /// Goes over to a state without a cut of its own.
+    pub(super) fn change_state(&mut self, scene: &Scene, index: u32, state: InstanceState) {
+        let memory = &mut self.memories[index as usize];
+        let was = std::mem::replace(&mut memory.state, state);
+        let (now, triangles) = state.coarsest(scene);
+        let (before, triangles_before) = match was {
+            InstanceState::Mixed(key) => self.pool.at(key).drawn(),
+            other => other.coarsest(scene),
+        };
+        let instance = InstanceId {
+            index,
+            generation: memory.generation,
+        };
+        self.changes.record(instance, before, now);
+        self.triangle_count = self.triangle_count + triangles - triangles_before;
+        if let InstanceState::Mixed(key) = was {
+            self.pool.free(key);
+        }
+    }
+
+    pub(super) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
+        let Some(memory) = self.memories.get(instance.index()) else {
+            return &[];
+        };
+        match memory.state {
+            _ if memory.generation != instance.generation => &[],
+            InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
+            other => other.coarsest(scene).0,
+        }
+    }
+
+    /// The bits of an instance's cut, if it has one of its own.
+    pub(super) fn refined(&self, index: usize) -> Option<&[u64]> {
+        match self.memories.get(index)?.state {
+            InstanceState::Mixed(key) => Some(self.pool.at(key).refined()),
+            _ => None,
+        }
+    }
+
+    /// Forgets all cuts.
+    pub(super) fn clear(&mut self) {
+        self.memories.clear();
+        self.nodes.iter_mut().for_each(Vec::clear);
+        self.pool.clear();
+        self.changes.clear();
+        self.triangle_count = 0;
+    }
+
+    /// What all storage could hold without growing.
+    #[cfg(test)]
+    pub(super) fn capacity(&self) -> usize {
+        self.memories.capacity()
+            + self.validities.capacity()
+            + self.nodes.iter().map(Vec::capacity).sum::<usize>()
+            + self.pending.capacity()
+            + self.changes.capacity()
+            + self.pool.capacity()
+    }
+}

@@ -1,0 +1,184 @@
+//! The traversal of the tree: whole nodes and instances where that can be told, the rest left pending.
+
+use std::ops::Range;
+
+use super::memory::{InstanceState, NodeMemory, Pending};
+use super::scene_cuts::SceneCuts;
+use crate::object_test::ObjectTest;
+use crate::scene::Scene;
+use crate::tree::FAN;
+use crate::validity::{CameraTravel, Validity};
+
+/// What a frame traverses with.
+pub(super) struct TraversalContext<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) test: ObjectTest<'a>,
+    pub(super) now: CameraTravel,
+    /// Changes of the scene up to here were taken into account before.
+    pub(super) seen_revision: u64,
+    /// Nothing is remembered: what is at its coarsest is listed in the end, in one go.
+    pub(super) is_first: bool,
+}
+
+impl SceneCuts {
+    /// Visits all nodes whose answers are not valid any more.
+    pub(super) fn traverse(&mut self, context: &TraversalContext) {
+        let tree = &context.scene.tree;
+        if !tree.order.is_empty() {
+            self.visit(context, tree.levels.len() - 1, 0);
+        }
+    }
+
+    fn visit(&mut self, context: &TraversalContext, level: usize, index: usize) -> NodeMemory {
+        let node = &context.scene.tree.levels[level][index];
+        let memory = self.nodes[level][index];
+        let is_unchanged = node.changed_at <= context.seen_revision;
+        if is_unchanged && memory.validity.lasts(&context.now) {
+            return memory;
+        }
+        self.statistics.nodes_visited += 1;
+        let is_coarsest = (is_unchanged || context.is_first) && memory.is_coarsest;
+        let found = match context.test.coarsest(&node.bounds, is_coarsest) {
+            Some(validity) if is_coarsest => NodeMemory {
+                validity,
+                is_coarsest,
+            },
+            Some(validity) => return self.mark_coarsest(context, level, index, validity),
+            None => self.visit_children(context, level, index),
+        };
+        self.nodes[level][index] = found;
+        found
+    }
+
+    fn visit_children(
+        &mut self,
+        context: &TraversalContext,
+        level: usize,
+        index: usize,
+    ) -> NodeMemory {
+        let mut all = NodeMemory {
+            validity: Validity::forever(&context.now),
+            is_coarsest: true,
+        };
+        for child in children(context.scene, level, index) {
+            let one = if level > 0 {
+                self.visit(context, level - 1, child)
+            } else {
+                self.visit_instance(context, context.scene.tree.order[child])
+            };
+            all.validity = all.validity.and(&one.validity, &context.now);
+            all.is_coarsest &= one.is_coarsest;
+        }
+        all
+    }
+
+    fn visit_instance(&mut self, context: &TraversalContext, instance: u32) -> NodeMemory {
+        let index = instance as usize;
+        if !context.is_first {
+            self.drop_previous_instance(context.scene, instance);
+        }
+        let memory = self.memories[index];
+        let is_coarsest = !matches!(memory.state, InstanceState::Mixed(_));
+        // An answer that is valid still.
+        let node = &context.scene.instances[index].node;
+        let is_unchanged = node.changed_at <= context.seen_revision;
+        let validity = self.validities[index];
+        if is_unchanged && validity.lasts(&context.now) {
+            return NodeMemory {
+                validity,
+                is_coarsest,
+            };
+        }
+        // An answer for the instance as a whole.
+        self.statistics.instances_tested += 1;
+        let mesh = context.scene.entries[index].mesh;
+        let coarsest = match mesh {
+            Some(_) => context.test.coarsest(&node.bounds, is_coarsest),
+            None => Some(Validity::forever(&context.now)),
+        };
+        self.validities[index] = coarsest.unwrap_or(Validity::NONE);
+        let (None, Some(mesh)) = (coarsest, mesh) else {
+            return self.mark_instance_coarsest(context, instance, self.validities[index]);
+        };
+        // Its groups have to be decided.
+        let cut = match memory.state {
+            InstanceState::Mixed(key) => self.pool.take(key),
+            _ => self.pool.make(context.scene.table(mesh)),
+        };
+        self.pending.push(Pending {
+            instance,
+            was: memory.state,
+            has_moved: !is_unchanged,
+            cut,
+        });
+        NodeMemory::new(false)
+    }
+
+    /// Everything below is at its coarsest, as long as `validity` lasts.
+    ///
+    /// The validities of instances tested by themselves stay, but for those that have changed:
+    /// `validity` ends when the node is visited again, and they may last.
+    fn mark_coarsest(
+        &mut self,
+        context: &TraversalContext,
+        level: usize,
+        index: usize,
+        validity: Validity,
+    ) -> NodeMemory {
+        let changed_at = context.scene.tree.levels[level][index].changed_at;
+        let has_changed = changed_at > context.seen_revision;
+        for child in children(context.scene, level, index) {
+            if level > 0 {
+                let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
+                let memory = &mut self.nodes[level - 1][child];
+                if memory.is_coarsest && changed_at <= context.seen_revision {
+                    memory.validity = validity;
+                } else {
+                    self.mark_coarsest(context, level - 1, child, validity);
+                }
+            } else {
+                let instance = context.scene.tree.order[child];
+                self.mark_instance_coarsest(context, instance, validity);
+                if has_changed {
+                    self.validities[instance as usize] = Validity::NONE;
+                }
+            }
+        }
+        let memory = NodeMemory {
+            validity,
+            is_coarsest: true,
+        };
+        self.nodes[level][index] = memory;
+        memory
+    }
+
+    fn mark_instance_coarsest(
+        &mut self,
+        context: &TraversalContext,
+        instance: u32,
+        validity: Validity,
+    ) -> NodeMemory {
+        if !context.is_first {
+            self.drop_previous_instance(context.scene, instance);
+            let state = match context.scene.entries[instance as usize].mesh {
+                Some(mesh) => InstanceState::Coarsest(mesh),
+                None => InstanceState::Empty,
+            };
+            if self.memories[instance as usize].state != state {
+                self.change_state(context.scene, instance, state);
+            }
+        }
+        NodeMemory {
+            validity,
+            is_coarsest: true,
+        }
+    }
+}
+
+fn children(scene: &Scene, level: usize, index: usize) -> Range<usize> {
+    let below = match level {
+        0 => scene.tree.order.len(),
+        _ => scene.tree.levels[level - 1].len(),
+    };
+    index * FAN..below.min((index + 1) * FAN)
+}

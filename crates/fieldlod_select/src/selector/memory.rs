@@ -52,7 +52,7 @@ impl Pending {
         match self.was {
             InstanceState::Mixed(_) => {
                 self.cut
-                    .decide_again(table, instance, context, self.has_moved)
+                    .decide_again(table, instance, context, self.has_moved);
             }
             _ => self.cut.decide_first(table, instance, context),
         }

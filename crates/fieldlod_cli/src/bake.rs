@@ -7,12 +7,10 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
+use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
 use fieldlod_hierarchy::{BakedFile, Precision};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::failure::Failure;
-use crate::output::{bytes_text, print, print_json, thousands, write_whole};
 use crate::summary::PrimitiveSummary;
 use crate::treatments::{PrimitiveBake, treatment_lines};
 
@@ -102,21 +100,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     write_whole(&output, &bytes)?;
     let seconds = started.elapsed().as_secs_f64();
     let report = Report::new(input, &output, &outcome, seconds, bytes.len() as u64);
-    if arguments.json {
-        print_json(&report)
-    } else {
-        print(&report.text())
-    }
+    print(&report, arguments.json, Report::text)
 }
 
 fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, Failure> {
-    // Draws on standard error, and nothing where that is not a terminal.
-    let bar = ProgressBar::new(0);
-    if let Ok(style) =
-        ProgressStyle::with_template("{bar:40} {percent:>3} %  {per_sec:>11} triangles  {eta} left")
-    {
-        bar.set_style(style);
-    }
+    let bar = progress_bar("{bar:40} {percent:>3} %  {per_sec:>11} triangles  {eta} left");
     let show = |progress: BakeProgress| {
         bar.set_length(progress.triangles_total);
         bar.set_position(progress.triangles_done);

@@ -5,12 +5,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
+use fieldlod_cli::output::{Failure, bytes_text, print, thousands, write_whole};
 use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION};
 use serde::Serialize;
 
-use crate::failure::Failure;
 use crate::levels::draw_levels;
-use crate::output::{bytes_text, print, print_json, thousands, write_whole};
 use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
 
 /// Check a .fieldlod file and show its levels.
@@ -55,11 +54,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes: bytes.len() as u64,
         primitives: file.primitives.iter().map(PrimitiveSummary::of).collect(),
     };
-    if arguments.json {
-        print_json(&report)
-    } else {
-        print(&report.text(arguments.texture_size))
-    }
+    let text = |report: &Report| report.text(arguments.texture_size);
+    print(&report, arguments.json, text)
 }
 
 impl Report {

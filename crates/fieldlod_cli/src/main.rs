@@ -5,10 +5,8 @@
 //! 1 for a failure and 2 for a wrong command line.
 
 mod bake;
-mod failure;
 mod inspect;
 mod levels;
-mod output;
 mod summary;
 mod treatments;
 mod verify;
@@ -16,8 +14,7 @@ mod verify;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-
-use crate::failure::Failure;
+use fieldlod_cli::output::{Failure, exit_code};
 
 /// Automatic, view-dependent level of detail: bake and inspect hierarchies.
 #[derive(Debug, Parser)]
@@ -45,11 +42,5 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    match CommandLine::parse().command.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("{failure}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(CommandLine::parse().command.run())
 }

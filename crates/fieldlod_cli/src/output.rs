@@ -1,18 +1,62 @@
-//! What the commands write: text or JSON to standard output, and whole files.
+//! Results on standard output, progress and failures on standard error, and whole files.
 
+use std::error::Error;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
+use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::failure::Failure;
+/// Why a command failed, in one line.
+#[derive(Debug)]
+pub struct Failure(String);
 
-/// Prints text. A reader that has gone away, such as `head`, is no failure.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    let written = writeln!(stdout, "{}", text.trim_end()).and_then(|()| stdout.flush());
-    match written {
+impl Failure {
+    /// The failure of a file or folder.
+    pub fn new(path: &Path, fault: impl Display) -> Self {
+        Self(format!("{}: {fault}", path.display()))
+    }
+}
+
+/// Errors that name their file themselves.
+impl<E: Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// The exit code of a command: 1 for a failure, which is told in one line on standard error.
+#[must_use]
+pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure(line)) => {
+            // A file's name may hold a line end.
+            eprintln!("error: {}", line.replace(char::is_control, " "));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints a result as one JSON object or as text. A reader that has gone away, such as `head`, is no
+/// failure.
+///
+/// # Errors
+/// What the system says of standard output.
+pub fn print<T: Serialize>(
+    result: &T,
+    as_json: bool,
+    text: impl FnOnce(&T) -> String,
+) -> Result<(), Failure> {
+    let output = if as_json {
+        serde_json::to_string_pretty(result)?
+    } else {
+        text(result)
+    };
+    match writeln!(io::stdout(), "{}", output.trim_end()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::new(Path::new("standard output"), error))
         }
@@ -20,16 +64,21 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Prints `value` as one JSON object.
-pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
-    match serde_json::to_string_pretty(value) {
-        Ok(text) => print(&text),
-        Err(error) => Err(Failure::new(Path::new("standard output"), error)),
+/// A bar on standard error; nothing is drawn where that is not a terminal.
+#[must_use]
+pub fn progress_bar(template: &str) -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
     }
+    bar
 }
 
 /// Writes a file that is there whole or not at all: under another name in the same folder first.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+///
+/// # Errors
+/// What the system says, with the file's name.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let temporary = temporary_name(path);
     let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     written.map_err(|error| {
@@ -52,7 +101,8 @@ fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// A count with thousands separated: `1,234,567`.
-pub(crate) fn thousands(count: u64) -> String {
+#[must_use]
+pub fn thousands(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -65,7 +115,8 @@ pub(crate) fn thousands(count: u64) -> String {
 }
 
 /// A number of bytes in the unit that fits it: `3.9 MB`.
-pub(crate) fn bytes_text(bytes: u64) -> String {
+#[must_use]
+pub fn bytes_text(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} B"),
         1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),

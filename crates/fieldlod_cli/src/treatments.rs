@@ -3,9 +3,8 @@
 use std::fmt::Write;
 
 use fieldlod_bake::{BakeReport, Fallback, FallbackKind};
+use fieldlod_cli::output::thousands;
 use serde::Serialize;
-
-use crate::output::thousands;
 
 /// How the bake of one primitive went.
 #[derive(Debug, Serialize)]

@@ -6,11 +6,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fieldlod_bake::{ImportedPrimitive, Verified, VerifySettings, import_gltf, verify};
+use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::BakedFile;
 use serde::Serialize;
-
-use crate::failure::Failure;
-use crate::output::{print, print_json, thousands};
 
 /// Check a .fieldlod file against its source: invariants, deviations measured anew by denser
 /// samples, and 200 random cuts for holes, overlaps and flipped triangles.
@@ -76,11 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         passed: primitives.iter().all(|primitive| primitive.fault.is_none()),
         primitives,
     };
-    if arguments.json {
-        print_json(&report)?;
-    } else {
-        print(&report.text())?;
-    }
+    print(&report, arguments.json, Report::text)?;
     let failed = report
         .primitives
         .iter()

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DVec2, dvec2};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use tiny_skia::{
     FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Stroke,
@@ -98,8 +98,8 @@ pub(crate) struct Rect {
 impl Rect {
     pub(crate) const fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
         Self {
-            min: DVec2::new(x, y),
-            size: DVec2::new(width, height),
+            min: dvec2(x, y),
+            size: dvec2(width, height),
         }
     }
 
@@ -113,7 +113,7 @@ impl Rect {
 
     fn corners(&self) -> [DVec2; 4] {
         let (min, max) = (self.min, self.max());
-        [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)]
+        [min, dvec2(max.x, min.y), max, dvec2(min.x, max.y)]
     }
 }
 
@@ -215,7 +215,7 @@ impl Canvas {
         let (x0, y0) = (rect.min.x as u32, rect.min.y as u32);
         for row in 0..rect.size.y as u32 {
             for column in 0..rect.size.x as u32 {
-                let color = color_at(DVec2::new(f64::from(column), f64::from(row)) + 0.5);
+                let color = color_at(dvec2(f64::from(column), f64::from(row)) + 0.5);
                 self.set_pixel(x0 + column, y0 + row, color.rgb);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use glam::DVec2;
+use glam::{DVec2, dvec2};
 
 use crate::canvas::{Align, Canvas, Color, Rect};
 
@@ -94,24 +94,24 @@ impl Plot {
         let (min, max) = (self.area.min, self.area.max());
         for (tick, text) in &self.x.ticks {
             let x = min.x + self.x.share(*tick) * self.area.size.x;
-            canvas.line(DVec2::new(x, min.y), DVec2::new(x, max.y), 1.0, Color::PALE);
-            canvas.caption(DVec2::new(x, max.y + 14.0), text);
+            canvas.line(dvec2(x, min.y), dvec2(x, max.y), 1.0, Color::PALE);
+            canvas.caption(dvec2(x, max.y + 14.0), text);
         }
         for (tick, text) in &self.y.ticks {
             let y = max.y - self.y.share(*tick) * self.area.size.y;
-            canvas.line(DVec2::new(min.x, y), DVec2::new(max.x, y), 1.0, Color::PALE);
-            canvas.text(DVec2::new(min.x - 8.0, y), Align::Right, text, Color::INK);
+            canvas.line(dvec2(min.x, y), dvec2(max.x, y), 1.0, Color::PALE);
+            canvas.text(dvec2(min.x - 8.0, y), Align::Right, text, Color::INK);
         }
         canvas.frame(self.area, Color::GRAY);
-        let below = DVec2::new(self.area.center().x, max.y + 38.0);
+        let below = dvec2(self.area.center().x, max.y + 38.0);
         canvas.caption(below, &self.x.label);
-        let above = DVec2::new((min.x - 60.0).max(8.0), min.y - 16.0);
+        let above = dvec2((min.x - 60.0).max(8.0), min.y - 16.0);
         canvas.text(above, Align::Left, &self.y.label, Color::INK);
     }
 
     /// Where a pair of values lies in the picture.
     pub(crate) fn place(&self, value: DVec2) -> DVec2 {
-        let share = DVec2::new(self.x.share(value.x), 1.0 - self.y.share(value.y));
+        let share = dvec2(self.x.share(value.x), 1.0 - self.y.share(value.y));
         self.area.min + share * self.area.size
     }
 
@@ -148,9 +148,9 @@ impl Plot {
 /// Names of the curves, one below the other.
 pub(crate) fn draw_legend(canvas: &mut Canvas, at: DVec2, entries: &[(&str, Color)]) {
     for (row, &(name, color)) in entries.iter().enumerate() {
-        let left = at + DVec2::new(0.0, 20.0 * row as f64);
-        canvas.line(left, left + DVec2::new(24.0, 0.0), 3.0, color);
-        canvas.text(left + DVec2::new(32.0, 0.0), Align::Left, name, Color::INK);
+        let left = at + dvec2(0.0, 20.0 * row as f64);
+        canvas.line(left, left + dvec2(24.0, 0.0), 3.0, color);
+        canvas.text(left + dvec2(32.0, 0.0), Align::Left, name, Color::INK);
     }
 }
 

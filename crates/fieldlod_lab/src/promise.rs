@@ -10,6 +10,7 @@
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use fieldlod_hierarchy::fixtures::Random;
 use glam::{Affine3A, Mat3, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -119,14 +120,14 @@ fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) 
 
 /// Cameras around and inside an object, near and far, that look at it or past it.
 fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
-    let mut random = Random(effort.seed);
+    let mut random = Random::new(effort.seed);
     let window_px = Vec2::new(1920.0, 1080.0);
     let scene = |index: usize| {
         let placement = placement(&mut random, index % 2 == 1);
-        let fovy_deg = 30.0 + 90.0 * random.share();
+        let fovy_deg = 30.0 + 90.0 * random.unit();
         let eye = Eye::perspective(fovy_deg, window_px, object.radius * 1e-3);
         let around = object.center + random.vector() * object.radius;
-        let far = random.share();
+        let far = random.unit();
         let away = random.vector().normalize_or(Vec3::X) * (0.6 + 30.0 * far * far);
         let local = object.center + away * object.radius;
         let [position, target] = [local, around].map(|p| placement.transform_point3(p));
@@ -142,34 +143,15 @@ fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
         Mat3::from_quat(Quat::from_xyzw(a.x, a.y, a.z, b.x + 0.1).normalize())
     };
     let (before, after) = (turn(), turn());
-    let even = Vec3::splat(0.2 + 3.0 * random.share());
-    let uneven = Vec3::new(random.share(), random.share(), random.share()) * 3.0 + 0.2;
-    let mirror = if random.share() < 0.5 { -1.0 } else { 1.0 };
+    let even = Vec3::splat(0.2 + 3.0 * random.unit());
+    let uneven = Vec3::new(random.unit(), random.unit(), random.unit()) * 3.0 + 0.2;
+    let mirror = if random.unit() < 0.5 { -1.0 } else { 1.0 };
     let linear = if is_uneven {
         after * Mat3::from_diagonal(uneven * Vec3::new(mirror, 1.0, 1.0)) * before
     } else {
         after * Mat3::from_diagonal(even)
     };
     Affine3A::from_mat3_translation(linear, random.vector() * 10.0)
-}
-
-/// A generator of numbers that needs no crate: the same on every machine.
-struct Random(u64);
-
-impl Random {
-    /// In `0..1`.
-    fn share(&mut self) -> f32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// In the cube from −1 to 1.
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.share(), self.share(), self.share()) * 2.0 - 1.0
-    }
 }
 
 /// The runs as text, one line for each.

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DVec2, dvec2};
 
 use crate::canvas::{Align, Canvas, Color, Rect};
 use crate::files::WriteError;
 use crate::method::Method;
 use crate::plot::{Axis, Plot};
 
-const PANEL_SIZE: DVec2 = DVec2::new(560.0, 400.0);
+const PANEL_SIZE: DVec2 = dvec2(560.0, 400.0);
 /// Left for tick labels, above for titles, right for names, below for the axis.
 const LEFT: f64 = 84.0;
 const ABOVE: f64 = 124.0;
@@ -68,9 +68,9 @@ impl Figure {
         let width = step * self.panels.len() as f64;
         let height = ABOVE + PANEL_SIZE.y + BELOW;
         let mut canvas = Canvas::new(width as u32, height as u32);
-        canvas.heading(DVec2::new(24.0, 32.0), &self.title);
+        canvas.heading(dvec2(24.0, 32.0), &self.title);
         for (line, text) in self.note.lines().enumerate() {
-            let at = DVec2::new(24.0, 58.0 + 20.0 * line as f64);
+            let at = dvec2(24.0, 58.0 + 20.0 * line as f64);
             canvas.text(at, Align::Left, text, Color::INK);
         }
         // One scale for all panels, so that they can be compared.
@@ -128,9 +128,9 @@ impl Panel {
             lowest += NAME_HEIGHT;
             let y = end.y.max(free).min(lowest);
             free = y + NAME_HEIGHT;
-            let at = DVec2::new(area.max().x + 14.0, y);
+            let at = dvec2(area.max().x + 14.0, y);
             let color = series.color.faded(110);
-            canvas.line(end, at - DVec2::new(3.0, 0.0), 1.0, color);
+            canvas.line(end, at - dvec2(3.0, 0.0), 1.0, color);
             canvas.text(at, Align::Left, &series.name, series.color);
         }
     }

@@ -14,7 +14,7 @@ use fieldlod_select::{Cut, LodSettings, select_with};
 
 use super::pose_view::PoseView;
 use crate::object_view::ObjectView;
-use crate::render::{Details, Picture, RenderError, SUPERSAMPLING};
+use crate::render::{Picture, RenderError, SUPERSAMPLING, UnitMap};
 
 /// How far, in texels, a difference beside a silhouette may lie from the surface that made it.
 const REACH_TEXELS: i64 = 6;
@@ -33,9 +33,7 @@ impl Oracle {
             let units = level_units(&view.view, level);
             let units = view.view.units_in_view(&units);
             let scene = view.scene;
-            let drawn = scene
-                .renderer
-                .draw_details(&scene.model, &view.eye, &units)?;
+            let drawn = scene.renderer.draw_units(&scene.model, &view.eye, &units)?;
             attribute(view, level, &drawn, &mut squares);
         }
         let saved = saved_in_view(&view.view);
@@ -102,12 +100,12 @@ fn saved_in_view(view: &ObjectView) -> Vec<i64> {
 fn attribute(
     view: &PoseView,
     level: u32,
-    (picture, details): &(Picture, Details),
+    (picture, map): &(Picture, UnitMap),
     squares: &mut [f64],
 ) {
     let hierarchy = &view.view.object.hierarchy;
     let group_at = |x: i64, y: i64| {
-        let unit = unit_at(details, x, y)?;
+        let unit = unit_at(map, x, y)?;
         let group = hierarchy.units[unit as usize].producer()?;
         (hierarchy.groups[group as usize].level == level).then_some(group)
     };
@@ -125,13 +123,10 @@ fn attribute(
     }
 }
 
-fn unit_at(details: &Details, x: i64, y: i64) -> Option<u32> {
-    let (width, height) = (
-        i64::from(details.size_texels.x),
-        i64::from(details.size_texels.y),
-    );
+fn unit_at(map: &UnitMap, x: i64, y: i64) -> Option<u32> {
+    let (width, height) = (i64::from(map.size_texels.x), i64::from(map.size_texels.y));
     let inside = (0..width).contains(&x) && (0..height).contains(&y);
-    inside.then(|| details.unit[(y * width + x) as usize])?
+    inside.then(|| map.units[(y * width + x) as usize])?
 }
 
 /// The group at a texel, or at one of the rings around it.

@@ -102,7 +102,7 @@ mod tests {
         let (middle, [a, b]) = disk.kernel.ellipse();
         let reach = (a.length() + b.length()) as i32 + 20;
         let pixels: Vec<DVec2> = (-reach..reach)
-            .flat_map(|x| (-reach..reach).map(move |y| middle + DVec2::new(x.into(), y.into())))
+            .flat_map(|x| (-reach..reach).map(move |y| middle + dvec2(x.into(), y.into())))
             .collect();
         let exact = pixels
             .iter()

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use camera_field::double::Intrinsics;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, dvec2, dvec3};
 use serde::Serialize;
 
 use super::profile::{Profile, polar, wide_camera};
@@ -33,9 +33,9 @@ pub struct CurlAtAngle {
 pub(super) fn draw(path: &Path) -> Result<Figure9, WriteError> {
     let camera = wide_camera(100.0);
     let mut canvas = Canvas::new(1240, 620);
-    canvas.title(DVec2::new(310.0, 28.0), "curl on a plane across the axis");
+    canvas.title(dvec2(310.0, 28.0), "curl on a plane across the axis");
     draw_curl(&mut canvas, &camera, Rect::new(70.0, 60.0, 480.0, 480.0));
-    canvas.title(DVec2::new(920.0, 28.0), "a cut through the axis");
+    canvas.title(dvec2(920.0, 28.0), "a cut through the axis");
     draw_sampling_lines(&mut canvas, Rect::new(640.0, 60.0, 560.0, 480.0));
     canvas.save(path)?;
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
@@ -60,23 +60,23 @@ fn curl_at(camera: &Intrinsics, off_axis_deg: f64) -> CurlAtAngle {
 /// Arrows of the curl over its length as a shade, on the plane z = 1 to 45° off axis.
 fn draw_curl(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     let point = |pixel: DVec2| (pixel / area.size * 2.0 - 1.0).extend(1.0);
-    let greatest = camera.curl_magnitude(DVec3::new(1.0, 1.0, 1.0));
+    let greatest = camera.curl_magnitude(dvec3(1.0, 1.0, 1.0));
     canvas.shade(area, |pixel| {
         Color::scale(camera.curl_magnitude(point(pixel)) / greatest * 0.75)
     });
     for row in 0..12 {
         for column in 0..12 {
-            let pixel = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5) * 40.0;
+            let pixel = dvec2(f64::from(column) + 0.5, f64::from(row) + 0.5) * 40.0;
             let curl = camera.curl(point(pixel)).truncate() / greatest * 36.0;
             let middle = area.min + pixel;
             canvas.arrow(middle - curl * 0.5, middle + curl * 0.5, 1.6, Color::INK);
         }
     }
     canvas.frame(area, Color::GRAY);
-    let below = DVec2::new(area.center().x, area.max().y + 20.0);
+    let below = dvec2(area.center().x, area.max().y + 20.0);
     let text = "arrows: curl c;  shade: its length, 0 on the axis";
     canvas.caption(below, text);
-    let below = below + DVec2::new(0.0, 20.0);
+    let below = below + dvec2(0.0, 20.0);
     canvas.caption(below, "(edges of the square: 45 deg off axis)");
 }
 
@@ -84,14 +84,14 @@ fn draw_curl(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
 fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
     let profile = Profile {
         area,
-        camera_px: DVec2::new(area.center().x, area.max().y - 30.0),
+        camera_px: dvec2(area.center().x, area.max().y - 30.0),
         px_per_unit: 360.0,
     };
     let widest: f64 = 1.2;
     canvas.clip_to(Some(area));
     for step in -26..=26 {
         let slope = f64::from(step) / 26.0 * widest.tan();
-        let ray = DVec3::new(slope, 0.0, 1.0).normalize();
+        let ray = dvec3(slope, 0.0, 1.0).normalize();
         canvas.line(
             profile.camera_px,
             profile.place(ray * 1.8),
@@ -102,19 +102,19 @@ fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
     for radius in [0.5, 1.0] {
         profile.polar_curve(canvas, [-widest, widest], 2.0, Color::BLUE, |_| radius);
     }
-    let image_plane = [-1.3, 1.3].map(|x| profile.place(DVec3::new(x, 0.0, 0.3)));
+    let image_plane = [-1.3, 1.3].map(|x| profile.place(dvec3(x, 0.0, 0.3)));
     canvas.polyline(&image_plane, 2.0, Color::ORANGE);
     profile.draw_camera(canvas);
     canvas.clip_to(None);
     for phi in [0.25, 0.8] {
         let at = profile.place(polar(1.0, phi));
         canvas.dot(at, 5.0, Color::RED);
-        draw_turn(canvas, at - DVec2::new(0.0, 30.0), 6.0 + 12.0 * phi.tan());
+        draw_turn(canvas, at - dvec2(0.0, 30.0), 6.0 + 12.0 * phi.tan());
     }
-    let below = DVec2::new(area.center().x, area.max().y + 20.0);
+    let below = dvec2(area.center().x, area.max().y + 20.0);
     let text = "rays at equal steps on the image (orange); blue: equal distance";
     canvas.caption(below, text);
-    let below = below + DVec2::new(0.0, 20.0);
+    let below = below + dvec2(0.0, 20.0);
     let text = "red: the field turns clockwise, faster where density grows faster";
     canvas.caption(below, text);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use camera_field::double::Intrinsics;
-use glam::{DVec2, DVec3};
+use glam::{DVec3, dvec2};
 use serde::Serialize;
 
 use super::profile::{Profile, polar, wide_camera};
@@ -38,7 +38,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure10, WriteError> {
     let camera = wide_camera(1.0);
     let mut canvas = Canvas::new(1000, 640);
     let title = "level surfaces (lines) and gradient (arrows) of the strength";
-    canvas.title(DVec2::new(500.0, 26.0), title);
+    canvas.title(dvec2(500.0, 26.0), title);
     draw_profile(&mut canvas, &camera, Rect::new(40.0, 50.0, 920.0, 530.0));
     canvas.save(path)?;
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
@@ -62,7 +62,7 @@ fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
 fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     let profile = Profile {
         area,
-        camera_px: DVec2::new(area.center().x, area.max().y - 30.0),
+        camera_px: dvec2(area.center().x, area.max().y - 30.0),
         px_per_unit: 330.0,
     };
     canvas.shade(area, |pixel| {
@@ -96,10 +96,10 @@ fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     profile.draw_camera(canvas);
     canvas.clip_to(None);
     canvas.frame(area, Color::GRAY);
-    let below = DVec2::new(area.center().x, area.max().y + 20.0);
+    let below = dvec2(area.center().x, area.max().y + 20.0);
     let text = "orange: gradient, the way the density grows fastest;  dashes: towards the camera";
     canvas.caption(below, text);
-    let below = below + DVec2::new(0.0, 20.0);
+    let below = below + dvec2(0.0, 20.0);
     let text = "they agree on the axis; off the axis the angle between them is atan(3/2 tan phi)";
     canvas.caption(below, text);
 }

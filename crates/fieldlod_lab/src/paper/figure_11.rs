@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 use std::path::Path;
 
 use camera_field::double::Intrinsics;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, dvec2, dvec3};
 use serde::Serialize;
 
 use super::profile::{Profile, polar};
@@ -39,15 +39,12 @@ pub(super) fn draw(path: &Path) -> Result<Figure11, WriteError> {
     let angles = ANGLES_DEG.map(pattern_at).to_vec();
     let mut canvas = Canvas::new(1240, 640);
     canvas.title(
-        DVec2::new(300.0, 26.0),
+        dvec2(300.0, 26.0),
         "one sample on the image and off the axis",
     );
     draw_cut(&mut canvas, Rect::new(40.0, 50.0, 520.0, 300.0));
     draw_patterns(&mut canvas, Rect::new(40.0, 410.0, 520.0, 160.0));
-    canvas.title(
-        DVec2::new(920.0, 26.0),
-        "aspect ratio of the sampling pattern",
-    );
+    canvas.title(dvec2(920.0, 26.0), "aspect ratio of the sampling pattern");
     draw_chart(&mut canvas, &angles);
     canvas.save(path)?;
     Ok(Figure11 { angles })
@@ -76,15 +73,15 @@ fn extent(points: &[DVec2], coordinate: impl Fn(&DVec2) -> f64) -> f64 {
 /// the sight ray through the pixel's centre; x along the image's radius. The radius is in units of
 /// the focal length, and so is the result.
 fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
-    let center = DVec3::new(phi.tan(), 0.0, 1.0);
+    let center = dvec3(phi.tan(), 0.0, 1.0);
     let sight = center.normalize();
-    let u_phi = DVec3::new(phi.cos(), 0.0, -phi.sin());
+    let u_phi = dvec3(phi.cos(), 0.0, -phi.sin());
     (0..720)
         .map(|step| {
             let on_pixel = DVec2::from_angle(f64::from(step) / 720.0 * TAU) * radius;
             let ray = center + on_pixel.extend(0.0);
             let offset = ray * (center.length() / ray.dot(sight)) - center;
-            DVec2::new(offset.dot(u_phi), offset.y)
+            dvec2(offset.dot(u_phi), offset.y)
         })
         .collect()
 }
@@ -93,16 +90,16 @@ fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
 fn draw_cut(canvas: &mut Canvas, area: Rect) {
     let profile = Profile {
         area,
-        camera_px: DVec2::new(area.min.x + 110.0, area.max().y - 30.0),
+        camera_px: dvec2(area.min.x + 110.0, area.max().y - 30.0),
         px_per_unit: 190.0,
     };
     canvas.clip_to(Some(area));
-    let image = [-0.5, 2.6].map(|x| profile.place(DVec3::new(x, 0.0, 1.0)));
+    let image = [-0.5, 2.6].map(|x| profile.place(dvec3(x, 0.0, 1.0)));
     canvas.polyline(&image, 1.5, Color::GRAY);
     for degrees in [0.0_f64, 30.0, 60.0] {
         let phi = degrees.to_radians();
         let half = 0.14;
-        let on_image = |side: f64| DVec3::new(phi.tan() + side, 0.0, 1.0);
+        let on_image = |side: f64| dvec3(phi.tan() + side, 0.0, 1.0);
         let [left, right] = [on_image(-half), on_image(half)];
         for edge in [left, right] {
             canvas.line(
@@ -116,15 +113,15 @@ fn draw_cut(canvas: &mut Canvas, area: Rect) {
         canvas.line(profile.camera_px, center, 1.5, Color::INK);
         canvas.line(profile.place(left), profile.place(right), 5.0, Color::BLUE);
         let reach = extent(&pattern(phi, half), |p| p.x) * 0.5;
-        let across = DVec3::new(phi.cos(), 0.0, -phi.sin()) * reach;
+        let across = dvec3(phi.cos(), 0.0, -phi.sin()) * reach;
         let ends = [on_image(0.0) - across, on_image(0.0) + across].map(|p| profile.place(p));
         canvas.polyline(&ends, 5.0, Color::ORANGE);
         let label = format!("{degrees:.0} deg");
-        canvas.caption(center - DVec2::new(0.0, 24.0), &label);
+        canvas.caption(center - dvec2(0.0, 24.0), &label);
     }
     canvas.clip_to(None);
     canvas.dot(profile.camera_px, 5.0, Color::INK);
-    let at = DVec2::new(area.min.x + 200.0, area.max().y - 20.0);
+    let at = dvec2(area.min.x + 200.0, area.max().y - 20.0);
     draw_legend(
         canvas,
         at,
@@ -141,14 +138,14 @@ fn draw_patterns(canvas: &mut Canvas, area: Rect) {
     for (index, degrees) in shown.into_iter().enumerate() {
         let outline = pattern(degrees.to_radians(), 1e-3);
         let scale = 110.0 / extent(&outline, |p| p.y);
-        let center = area.min + DVec2::new(65.0 + 130.0 * index as f64, 70.0);
+        let center = area.min + dvec2(65.0 + 130.0 * index as f64, 70.0);
         let points: Vec<DVec2> = outline.iter().map(|p| center + *p * scale).collect();
         canvas.polygon(&points, Color::ORANGE.faded(110));
         canvas.loop_line(&points, 2.0, Color::ORANGE);
         let label = format!("{degrees:.0} deg: {:.2}", degrees.to_radians().cos());
-        canvas.caption(center + DVec2::new(0.0, 78.0), &label);
+        canvas.caption(center + dvec2(0.0, 78.0), &label);
     }
-    let below = DVec2::new(area.center().x, area.max().y + 20.0);
+    let below = dvec2(area.center().x, area.max().y + 20.0);
     let text = "seen along the sight ray; image radius to the right";
     canvas.caption(below, text);
 }
@@ -161,17 +158,17 @@ fn draw_chart(canvas: &mut Canvas, angles: &[PatternAtAngle]) {
     };
     chart.draw_frame(canvas);
     let cosine: Vec<DVec2> = (0..=90)
-        .map(|degrees| DVec2::new(degrees.into(), f64::from(degrees).to_radians().cos()))
+        .map(|degrees| dvec2(degrees.into(), f64::from(degrees).to_radians().cos()))
         .collect();
     chart.curve(canvas, &cosine, Color::BLUE);
     let measured: Vec<DVec2> = angles
         .iter()
-        .map(|at| DVec2::new(at.off_axis_deg, at.measured_at_1000_px))
+        .map(|at| dvec2(at.off_axis_deg, at.measured_at_1000_px))
         .collect();
     chart.dots(canvas, &measured, Color::ORANGE);
     draw_legend(
         canvas,
-        DVec2::new(710.0, 460.0),
+        dvec2(710.0, 460.0),
         &[
             ("cos phi", Color::BLUE),
             ("measured, f = 1000 px (dots)", Color::ORANGE),

@@ -7,7 +7,7 @@ use core::f64::consts::TAU;
 use std::path::Path;
 
 use camera_field::double::Surfel;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, dvec2, dvec3};
 use serde::Serialize;
 
 use super::disks::{Disk, KernelKind};
@@ -69,7 +69,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure14, WriteError> {
 fn surfel(off_axis_deg: f64, turn_deg: f64, radius: f64) -> Surfel {
     let (phi, turn) = (off_axis_deg.to_radians(), turn_deg.to_radians());
     let center = polar(1.0, phi);
-    let outwards = DVec3::new(phi.cos(), 0.0, -phi.sin());
+    let outwards = dvec3(phi.cos(), 0.0, -phi.sin());
     let normal = outwards * turn.sin() - center * turn.cos();
     Surfel {
         center,
@@ -104,7 +104,7 @@ fn draw_kernels(canvas: &mut Canvas) {
         "difference",
     ];
     for (column, name) in columns.into_iter().enumerate() {
-        canvas.title(DVec2::new(270.0 + 230.0 * column as f64, 24.0), name);
+        canvas.title(dvec2(270.0 + 230.0 * column as f64, 24.0), name);
     }
     let rows = [
         (60.0, 0.0, ["60 deg off axis,", "across the", "sight ray"]),
@@ -114,7 +114,7 @@ fn draw_kernels(canvas: &mut Canvas) {
     for (row, (off_axis, turn, labels)) in rows.into_iter().enumerate() {
         let top = 44.0 + 200.0 * row as f64;
         for (line, label) in labels.into_iter().enumerate() {
-            let at = DVec2::new(10.0, top + 70.0 + 20.0 * line as f64);
+            let at = dvec2(10.0, top + 70.0 + 20.0 * line as f64);
             canvas.text(at, Align::Left, label, Color::INK);
         }
         let disk = Disk::new(&wide_camera(1000.0), &surfel(off_axis, turn, 0.3));
@@ -127,7 +127,7 @@ fn draw_kernels(canvas: &mut Canvas) {
     }
     let text =
         "rings: equal distances on the disk; dot: its centre. green: exact only, red: kernel only";
-    canvas.caption(DVec2::new(660.0, 660.0), text);
+    canvas.caption(dvec2(660.0, 660.0), text);
 }
 
 /// A square of the picture that shows a disk's kernels at one scale.
@@ -186,7 +186,7 @@ impl<'a> Panel<'a> {
         });
         canvas.frame(self.area, Color::PALE);
         let share = self.disk.symmetric_difference(kind) * 100.0;
-        let at = self.area.max() - DVec2::new(6.0, 12.0);
+        let at = self.area.max() - dvec2(6.0, 12.0);
         canvas.text(at, Align::Right, &format!("{share:.1} %"), Color::INK);
     }
 }
@@ -194,7 +194,7 @@ impl<'a> Panel<'a> {
 fn draw_charts(canvas: &mut Canvas, numbers: &Figure14) {
     let text =
         "symmetric difference to the exact kernel, in % of its area; radius 0.15 of the distance";
-    canvas.caption(DVec2::new(660.0, 710.0), text);
+    canvas.caption(dvec2(660.0, 710.0), text);
     let charts = [
         ("across the sight ray", &numbers.across_sight_ray),
         ("turned 60 deg outwards", &numbers.turned_outwards),
@@ -215,7 +215,7 @@ fn draw_charts(canvas: &mut Canvas, numbers: &Figure14) {
             };
             let points: Vec<DVec2> = values
                 .iter()
-                .map(|at| DVec2::new(at.off_axis_deg, share(at) * 100.0))
+                .map(|at| dvec2(at.off_axis_deg, share(at) * 100.0))
                 .collect();
             chart.curve(canvas, &points, color);
         }
@@ -224,7 +224,7 @@ fn draw_charts(canvas: &mut Canvas, numbers: &Figure14) {
     for (index, (name, (_, color))) in names.into_iter().zip(COMPARED).enumerate() {
         draw_legend(
             canvas,
-            DVec2::new(260.0 + 300.0 * index as f64, 1086.0),
+            dvec2(260.0 + 300.0 * index as f64, 1086.0),
             &[(name, color)],
         );
     }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use camera_field::double::{Intrinsics, Pose, PosedCamera};
-use glam::{DVec2, DVec3};
+use fieldlod_hierarchy::fixtures::Random;
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 
 use super::model::{Vertex, sample_surface, torus_knot};
 use super::raster::{Image, draw_triangles};
-use super::rng::Rng;
 use super::splatting::{SplatMode, draw_splats};
 use crate::canvas::{Canvas, Color, Rect};
 use crate::files::WriteError;
@@ -49,7 +49,7 @@ const SAMPLES: u32 = 9000;
 pub(super) fn draw(path: &Path) -> Result<Figure15, WriteError> {
     let camera = camera();
     let triangles = torus_knot();
-    let (samples, stratum) = sample_surface(&triangles, SAMPLES, &mut Rng::new(15));
+    let (samples, stratum) = sample_surface(&triangles, SAMPLES, &mut Random::new(15));
     // Disks of eight strata: random samples leave few gaps.
     let radius = (8.0 * stratum / core::f64::consts::PI).sqrt();
     let reference = draw_triangles(&camera, &triangles, SIDE);
@@ -116,7 +116,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure15, WriteError> {
 fn camera() -> PosedCamera {
     PosedCamera {
         intrinsics: Intrinsics::centered(190.0, DVec2::splat(SIDE as f64)),
-        pose: Pose::looking_at(DVec3::new(0.2, -0.5, -2.05), DVec3::ZERO, DVec3::NEG_Y),
+        pose: Pose::looking_at(dvec3(0.2, -0.5, -2.05), DVec3::ZERO, DVec3::NEG_Y),
     }
 }
 
@@ -161,7 +161,7 @@ fn draw_image(canvas: &mut Canvas, [left, top]: [f64; 2], name: &str, image: &Im
         Color::from_unit(image.color[index].to_array())
     });
     canvas.frame(area, Color::PALE);
-    canvas.caption(DVec2::new(area.center().x, top - 16.0), name);
+    canvas.caption(dvec2(area.center().x, top - 16.0), name);
 }
 
 /// The visible ones of a tenth of the samples.
@@ -172,7 +172,7 @@ fn draw_samples(
     samples: &[Vertex],
     reference: &Image,
 ) {
-    let corner = DVec2::new(left, top);
+    let corner = dvec2(left, top);
     canvas.clip_to(Some(Rect::new(left, top, SIDE as f64, SIDE as f64)));
     // Samples are stored ring by ring: a fixed step would pick lines of them.
     let picked = |index: usize| (index as f64 * 0.618_034).fract() < 0.1;

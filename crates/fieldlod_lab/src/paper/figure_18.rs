@@ -7,12 +7,12 @@
 use std::path::Path;
 
 use camera_field::double::PosedCamera;
-use glam::{DVec2, DVec3};
+use fieldlod_hierarchy::fixtures::Random;
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 
 use super::ldi_set::{CameraSet, Placement, SetResult};
-use super::rng::Rng;
-use super::scene::{Scene, Solid};
+use super::scene::{Scene, Solid, between};
 use crate::canvas::{Align, Canvas, Color, Rect};
 use crate::files::WriteError;
 use crate::plot::{Axis, Plot, draw_legend};
@@ -108,14 +108,14 @@ fn examples() -> [Example; 2] {
         Example {
             name: "stage",
             scene: Scene::stage(),
-            target: DVec3::new(0.0, 0.2, 11.0),
+            target: dvec3(0.0, 0.2, 11.0),
             headings: 0.0,
             seed: 1,
         },
         Example {
             name: "plaza",
             scene: Scene::plaza(),
-            target: DVec3::new(0.0, 0.2, 0.0),
+            target: dvec3(0.0, 0.2, 0.0),
             headings: core::f64::consts::TAU,
             seed: 2,
         },
@@ -124,17 +124,17 @@ fn examples() -> [Example; 2] {
 
 impl Example {
     fn run(&self, sets: u32, seed: u64, most_toe_in: f64) -> Vec<CameraSet> {
-        let mut rng = Rng::new(seed);
+        let mut random = Random::new(seed);
         (0..sets)
             .map(|_| {
-                let heading = self.headings * rng.unit();
-                let target = self.target + DVec3::X * rng.between(-1.0, 1.0);
+                let heading = self.headings * f64::from(random.unit());
+                let target = self.target + DVec3::X * between(&mut random, -1.0, 1.0);
                 let placement = Placement {
                     target,
                     heading,
                     most_toe_in,
                 };
-                CameraSet::new(&self.scene, placement, &mut rng)
+                CameraSet::new(&self.scene, placement, &mut random)
             })
             .collect()
     }
@@ -196,26 +196,21 @@ fn draw_row(
 ) {
     let view = Rect::new(20.0, top + 40.0, 400.0, 400.0);
     draw_top_view(canvas, view, example, sets);
-    draw_references(
-        canvas,
-        DVec2::new(440.0, top + 40.0),
-        &example.scene,
-        &sets[0],
-    );
+    draw_references(canvas, dvec2(440.0, top + 40.0), &example.scene, &sets[0]);
     draw_chart(canvas, top, result);
 }
 
 /// The scene from above, all cameras, and the frusta of the first pair.
 fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[CameraSet]) {
     let title = format!("{}, from above", example.name);
-    canvas.title(DVec2::new(area.center().x, area.min.y - 18.0), &title);
+    canvas.title(dvec2(area.center().x, area.min.y - 18.0), &title);
     let middle = if example.headings > 0.0 {
         DVec3::ZERO
     } else {
         DVec3::Z * 8.0
     };
     let scale = area.size.x / 25.0;
-    let place = |p: DVec3| area.center() + DVec2::new(p.x - middle.x, middle.z - p.z) * scale;
+    let place = |p: DVec3| area.center() + dvec2(p.x - middle.x, middle.z - p.z) * scale;
     canvas.clip_to(Some(area));
     for solid in &example.scene.solids {
         match *solid {
@@ -244,13 +239,13 @@ fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[Cam
     }
     canvas.clip_to(None);
     canvas.frame(area, Color::PALE);
-    let below = DVec2::new(area.center().x, area.max().y + 14.0);
+    let below = dvec2(area.center().x, area.max().y + 14.0);
     let text = "cameras; convergent (blue), average (orange)";
     canvas.caption(below, text);
 }
 
 fn draw_frustum(canvas: &mut Canvas, camera: &PosedCamera, place: impl Fn(DVec3) -> DVec2) {
-    let edge = |slope: f64| place(camera.pose.to_world(DVec3::new(slope, 0.0, 1.0) * 18.0));
+    let edge = |slope: f64| place(camera.pose.to_world(dvec3(slope, 0.0, 1.0) * 18.0));
     let (left, right) = (camera.intrinsics.slope_min.x, camera.intrinsics.slope_max.x);
     let apex = place(camera.pose.origin);
     canvas.polygon(&[apex, edge(left), edge(right)], Color::BLUE.faded(28));
@@ -259,11 +254,11 @@ fn draw_frustum(canvas: &mut Canvas, camera: &PosedCamera, place: impl Fn(DVec3)
 
 /// The two images of the first pair, one below the other.
 fn draw_references(canvas: &mut Canvas, corner: DVec2, scene: &Scene, set: &CameraSet) {
-    let middle = corner + DVec2::new(120.0, -18.0);
+    let middle = corner + dvec2(120.0, -18.0);
     canvas.title(middle, "first pair");
     for (index, camera) in set.references.iter().enumerate() {
         let image = camera.intrinsics.image_px().round();
-        let at = corner + DVec2::new(0.0, 200.0 * index as f64);
+        let at = corner + dvec2(0.0, 200.0 * index as f64);
         let hits = scene.capture(camera);
         canvas.shade(
             Rect {
@@ -273,7 +268,7 @@ fn draw_references(canvas: &mut Canvas, corner: DVec2, scene: &Scene, set: &Came
             |pixel| {
                 let index = pixel.y as usize * image.x as usize + pixel.x as usize;
                 hits[index].map_or(Color::WHITE, |hit| {
-                    let light = DVec3::new(-0.5, -0.8, -0.3).normalize();
+                    let light = dvec3(-0.5, -0.8, -0.3).normalize();
                     let facing = 0.5 + 0.5 * hit.normal.dot(light);
                     let depth = camera.pose.to_camera(hit.position).z;
                     Color::gray((0.25 + 0.75 * facing) * (1.0 - 0.02 * depth).max(0.3))
@@ -302,7 +297,7 @@ fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
             let x = index as f64 + 0.64 + 0.24 * bar as f64;
             let percent = 100.0 * count / set.samples as f64;
             let corners = [(x, 0.0), (x + 0.22, 0.0), (x + 0.22, percent), (x, percent)];
-            canvas.polygon(&corners.map(|(x, y)| chart.place(DVec2::new(x, y))), color);
+            canvas.polygon(&corners.map(|(x, y)| chart.place(dvec2(x, y))), color);
         }
     }
     let names = [
@@ -310,7 +305,7 @@ fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
         ("at the average, same focal length", Color::ORANGE),
         ("at the average, same density", Color::GRAY),
     ];
-    draw_legend(canvas, DVec2::new(760.0, top + 396.0), &names);
+    draw_legend(canvas, dvec2(760.0, top + 396.0), &names);
     let text = |comparison: &Comparison| {
         let Comparison {
             fewer_in,
@@ -320,9 +315,9 @@ fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
         } = comparison;
         format!("fewer in {fewer_in} of {sets}, mean {mean_fewer_percent:.1} %")
     };
-    let at = DVec2::new(1270.0, top + 416.0);
+    let at = dvec2(1270.0, top + 416.0);
     canvas.text(at, Align::Right, &text(&result.all.same_focal), Color::INK);
-    let at = DVec2::new(1270.0, top + 436.0);
+    let at = dvec2(1270.0, top + 436.0);
     canvas.text(
         at,
         Align::Right,

@@ -8,11 +8,11 @@ use camera_field::double::{
     FieldLine, Intrinsics, ParallelCamera, Pose, PosedCamera, compound_field, convergent_point,
     equivalent_camera,
 };
-use glam::{DVec2, DVec3};
+use fieldlod_hierarchy::fixtures::Random;
+use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 
-use super::rng::Rng;
-use super::scene::Scene;
+use super::scene::{Scene, between};
 
 /// Samples closer than this share of their depth are taken for one piece of surface.
 const SAME_DEPTH: f64 = 0.02;
@@ -66,8 +66,8 @@ pub(super) struct Placement {
 }
 
 impl CameraSet {
-    pub(super) fn new(scene: &Scene, placement: Placement, rng: &mut Rng) -> Self {
-        let references = free_references(scene, placement, rng);
+    pub(super) fn new(scene: &Scene, placement: Placement, random: &mut Random) -> Self {
+        let references = free_references(scene, placement, random);
         let points = shared_samples(scene, &references);
         let axis = (references[0].pose.axis() + references[1].pose.axis()).normalize();
         let plane = points.iter().map(|p| p.dot(axis)).sum::<f64>() / points.len() as f64;
@@ -131,9 +131,9 @@ fn general_case(
 }
 
 /// A pair of which no camera stands inside a solid.
-fn free_references(scene: &Scene, placement: Placement, rng: &mut Rng) -> [PosedCamera; 2] {
+fn free_references(scene: &Scene, placement: Placement, random: &mut Random) -> [PosedCamera; 2] {
     loop {
-        let pair = references(placement, rng);
+        let pair = references(placement, random);
         if pair
             .iter()
             .all(|camera| scene.is_free(camera.pose.origin, 0.3))
@@ -144,20 +144,20 @@ fn free_references(scene: &Scene, placement: Placement, rng: &mut Rng) -> [Posed
 }
 
 /// Two cameras side by side, one of them further back, with one focal length.
-fn references(placement: Placement, rng: &mut Rng) -> [PosedCamera; 2] {
-    let axis = DVec3::new(placement.heading.sin(), 0.0, placement.heading.cos());
-    let side = DVec3::new(axis.z, 0.0, -axis.x);
-    let distance = rng.between(8.0, 11.0);
-    let nearer = rng.between(0.0, 4.5);
-    let apart = rng.between(1.0, 3.5);
-    let height = rng.between(-0.6, 0.4);
+fn references(placement: Placement, random: &mut Random) -> [PosedCamera; 2] {
+    let axis = dvec3(placement.heading.sin(), 0.0, placement.heading.cos());
+    let side = dvec3(axis.z, 0.0, -axis.x);
+    let distance = between(random, 8.0, 11.0);
+    let nearer = between(random, 0.0, 4.5);
+    let apart = between(random, 1.0, 3.5);
+    let height = between(random, -0.6, 0.4);
     let toe_in = if placement.most_toe_in > 0.0 {
-        rng.between(0.25, 1.0) * placement.most_toe_in
+        between(random, 0.25, 1.0) * placement.most_toe_in
     } else {
         0.0
     };
-    let image_px = DVec2::new(240.0, 180.0);
-    let intrinsics = Intrinsics::centered(rng.between(150.0, 240.0), image_px);
+    let image_px = dvec2(240.0, 180.0);
+    let intrinsics = Intrinsics::centered(between(random, 150.0, 240.0), image_px);
     let camera = |across: f64, back: f64, height: f64, turn: f64| {
         let origin = placement.target - axis * back + side * across + DVec3::Y * height;
         let looks = axis * turn.cos() + side * turn.sin();
@@ -194,7 +194,7 @@ fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
     // The R2 sequence (Roberts 2018) covers the pixel evenly without a period of its own.
     let shifts = (0..GRID_SHIFTS).map(|index| {
         let step = f64::from(index) + 0.5;
-        DVec2::new(
+        dvec2(
             (step * 0.754_877_666).fract(),
             (step * 0.569_840_291).fract(),
         )
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn a_camera_keeps_its_own_samples() {
         let pose = Pose::looking_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y);
-        let pixels = (-20..20).flat_map(|x| (-20..20).map(move |y| DVec2::new(x.into(), y.into())));
+        let pixels = (-20..20).flat_map(|x| (-20..20).map(move |y| dvec2(x.into(), y.into())));
         let points: Vec<DVec3> = pixels
             .map(|pixel| pose.to_world(((pixel + 0.5) / 100.0).extend(1.0) * 5.0))
             .collect();

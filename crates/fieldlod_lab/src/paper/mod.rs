@@ -14,7 +14,6 @@ mod ldi_set;
 mod model;
 mod profile;
 mod raster;
-mod rng;
 mod scene;
 mod splatting;
 

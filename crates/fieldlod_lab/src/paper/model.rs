@@ -2,9 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use glam::DVec3;
-
-use super::rng::Rng;
+use fieldlod_hierarchy::fixtures::Random;
+use glam::{DVec3, dvec3};
 
 /// A point of the model's surface.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +17,7 @@ pub(super) struct Vertex {
 impl Vertex {
     /// Colour under a fixed light.
     pub(super) fn color(&self) -> DVec3 {
-        let light = DVec3::new(-0.4, -0.7, -0.6).normalize();
+        let light = dvec3(-0.4, -0.7, -0.6).normalize();
         self.albedo * (0.25 + 0.75 * self.normal.normalize().dot(light).max(0.0))
     }
 
@@ -61,7 +60,7 @@ pub(super) fn torus_knot() -> Vec<[Vertex; 3]> {
 
 fn knot(turn: f64) -> DVec3 {
     let radius = 1.0 + 0.45 * (3.0 * turn).cos();
-    DVec3::new(
+    dvec3(
         radius * (2.0 * turn).cos(),
         radius * (2.0 * turn).sin(),
         0.6 * (3.0 * turn).sin(),
@@ -77,8 +76,8 @@ fn vertex(along: f64, around: f64) -> Vertex {
     let angle = around * TAU;
     let normal = side * angle.cos() + up * angle.sin();
     let stripe = (20.0 * turn + 3.0 * angle).sin();
-    let base = DVec3::new(0.86, 0.55, 0.28);
-    let band = DVec3::new(0.20, 0.42, 0.62);
+    let base = dvec3(0.86, 0.55, 0.28);
+    let band = dvec3(0.20, 0.42, 0.62);
     let share = (0.5 + 2.0 * stripe).clamp(0.0, 1.0);
     Vertex {
         position: center + normal * TUBE_RADIUS,
@@ -97,11 +96,11 @@ fn area(triangle: &[Vertex; 3]) -> f64 {
 pub(super) fn sample_surface(
     triangles: &[[Vertex; 3]],
     count: u32,
-    rng: &mut Rng,
+    random: &mut Random,
 ) -> (Vec<Vertex>, f64) {
     let total: f64 = triangles.iter().map(area).sum();
     let stratum = total / f64::from(count);
-    let mut next = stratum * rng.unit();
+    let mut next = stratum * f64::from(random.unit());
     let mut index = 0;
     let mut samples = Vec::new();
     let mut passed = 0.0;
@@ -109,7 +108,7 @@ pub(super) fn sample_surface(
         passed += area(triangle);
         while next < passed {
             // Evenly over a triangle: fold the unit square.
-            let (u, v) = (rng.unit(), rng.unit());
+            let (u, v) = (f64::from(random.unit()), f64::from(random.unit()));
             let (u, v) = if u + v > 1.0 {
                 (1.0 - u, 1.0 - v)
             } else {
@@ -117,7 +116,7 @@ pub(super) fn sample_surface(
             };
             samples.push(Vertex::mix(triangle, [1.0 - u - v, u, v]));
             index += 1;
-            next = stratum * (f64::from(index) + rng.unit());
+            next = stratum * (f64::from(index) + f64::from(random.unit()));
         }
     }
     (samples, stratum)

@@ -1,7 +1,7 @@
 //! A cut through the optical axis: the camera below, depth upwards.
 
 use camera_field::double::Intrinsics;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2, dvec3};
 
 use crate::canvas::{Canvas, Color, Rect};
 
@@ -16,7 +16,7 @@ pub(super) fn wide_camera(focal_px: f64) -> Intrinsics {
 
 /// The point at distance `rho`, `phi` off the axis, in the plane of the cut.
 pub(super) fn polar(rho: f64, phi: f64) -> DVec3 {
-    DVec3::new(phi.sin(), 0.0, phi.cos()) * rho
+    dvec3(phi.sin(), 0.0, phi.cos()) * rho
 }
 
 /// Places points of the cut in a picture.
@@ -28,12 +28,12 @@ pub(super) struct Profile {
 
 impl Profile {
     pub(super) fn place(&self, p: DVec3) -> DVec2 {
-        self.camera_px + DVec2::new(p.x, -p.z) * self.px_per_unit
+        self.camera_px + dvec2(p.x, -p.z) * self.px_per_unit
     }
 
     pub(super) fn unplace(&self, pixel: DVec2) -> DVec3 {
         let offset = (pixel - self.camera_px) / self.px_per_unit;
-        DVec3::new(offset.x, 0.0, -offset.y)
+        dvec3(offset.x, 0.0, -offset.y)
     }
 
     /// The curve through the points at `radius(φ)`, between two angles.
@@ -54,10 +54,10 @@ impl Profile {
 
     /// The optical axis and the centre of projection.
     pub(super) fn draw_camera(&self, canvas: &mut Canvas) {
-        let top = DVec2::new(self.camera_px.x, self.area.min.y + 6.0);
+        let top = dvec2(self.camera_px.x, self.area.min.y + 6.0);
         canvas.arrow(self.camera_px, top, 1.5, Color::INK);
         canvas.dot(self.camera_px, 5.0, Color::INK);
-        let below = self.camera_px + DVec2::new(0.0, 16.0);
+        let below = self.camera_px + dvec2(0.0, 16.0);
         canvas.caption(below, "centre of projection");
     }
 }

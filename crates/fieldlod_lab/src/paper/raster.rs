@@ -1,7 +1,7 @@
 //! A colour and depth image, and triangles drawn into it.
 
 use camera_field::double::PosedCamera;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, dvec2};
 
 use super::model::Vertex;
 
@@ -45,7 +45,7 @@ impl Image {
         let columns = range(middle_px.x, reach.x);
         range(middle_px.y, reach.y).flat_map(move |row| {
             columns.clone().map(move |column| {
-                let pixel = DVec2::new(column as f64, row as f64) + 0.5 - half;
+                let pixel = dvec2(column as f64, row as f64) + 0.5 - half;
                 (row * side + column, pixel)
             })
         })

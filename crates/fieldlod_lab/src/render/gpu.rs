@@ -4,25 +4,19 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use fieldlod_hierarchy::Hierarchy;
-use glam::{UVec2, Vec3};
+use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::camera::{self, Uniform};
 use super::model::{DrawnModel, Vertex};
-use super::picture::{Details, Picture};
+use super::picture::{Picture, UnitMap};
 use super::target::{Target, wait};
 use super::{RenderError, SUPERSAMPLING};
 use crate::eye::Eye;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Colour, normal, depth and unit, in the order of the shader's outputs.
-const DETAILS: [wgpu::TextureFormat; 4] = [
-    COLOR,
-    wgpu::TextureFormat::Rgba8Unorm,
-    wgpu::TextureFormat::R32Float,
-    wgpu::TextureFormat::R32Uint,
-];
+const UNIT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
 /// Draws cuts without a window.
 #[derive(Debug)]
@@ -32,7 +26,7 @@ pub struct Renderer {
     adapter: String,
     layout: wgpu::BindGroupLayout,
     color_pipeline: wgpu::RenderPipeline,
-    details_pipeline: wgpu::RenderPipeline,
+    units_pipeline: wgpu::RenderPipeline,
     /// Those of the last picture: most are of one size.
     targets: RefCell<Option<Targets>>,
 }
@@ -40,7 +34,7 @@ pub struct Renderer {
 #[derive(Debug)]
 struct Targets {
     size: UVec2,
-    colors: Vec<Target>,
+    colors: [Target; 2],
     depth: Target,
 }
 
@@ -86,14 +80,14 @@ impl Renderer {
             }],
         });
         let color_pipeline = pipeline(&device, &layout, "color", &[COLOR]);
-        let details_pipeline = pipeline(&device, &layout, "details", &DETAILS);
+        let units_pipeline = pipeline(&device, &layout, "color_and_unit", &[COLOR, UNIT]);
         Self {
             device,
             queue,
             adapter,
             layout,
             color_pipeline,
-            details_pipeline,
+            units_pipeline,
             targets: RefCell::new(None),
         }
     }
@@ -144,22 +138,27 @@ impl Renderer {
         })
     }
 
-    /// Draws some units of a model and tells what each texel shows.
+    /// Draws some units of a model and tells which of them each texel shows.
     ///
     /// # Errors
     /// As [`Renderer::draw`].
-    pub fn draw_details(
+    pub fn draw_units(
         &self,
         model: &DrawnModel,
         eye: &Eye,
         units: &[u32],
-    ) -> Result<(Picture, Details), RenderError> {
+    ) -> Result<(Picture, UnitMap), RenderError> {
         let (size_px, uniform) = camera::of_eye(eye)?;
         self.with_targets(size_px * SUPERSAMPLING, |targets| {
             self.submit(model, &uniform, units, targets, true);
             let texels = targets.colors[0].read(&self.device, &self.queue)?;
-            let picture = Picture::of_texels(targets.size, &texels);
-            Ok((picture, self.read_details(targets)?))
+            // The shader counts units from 1, so that 0 is none.
+            let shown: Vec<u32> = targets.colors[1].read(&self.device, &self.queue)?;
+            let map = UnitMap {
+                size_texels: targets.size,
+                units: shown.iter().map(|unit| unit.checked_sub(1)).collect(),
+            };
+            Ok((Picture::of_texels(targets.size, &texels), map))
         })
     }
 
@@ -182,21 +181,21 @@ impl Renderer {
         uniform: &Uniform,
         units: &[u32],
         targets: &Targets,
-        with_details: bool,
+        with_units: bool,
     ) {
         let bindings = self.bindings(uniform);
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let count = if with_details { DETAILS.len() } else { 1 };
+        let count = if with_units { 2 } else { 1 };
         let attachments: Vec<_> = targets.colors[..count].iter().map(cleared).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &attachments,
             depth_stencil_attachment: Some(targets.depth_attachment()),
             ..wgpu::RenderPassDescriptor::default()
         });
-        pass.set_pipeline(if with_details {
-            &self.details_pipeline
+        pass.set_pipeline(if with_units {
+            &self.units_pipeline
         } else {
             &self.color_pipeline
         });
@@ -225,41 +224,13 @@ impl Renderer {
             }],
         })
     }
-
-    fn read_details(&self, targets: &Targets) -> Result<Details, RenderError> {
-        let (device, queue) = (&self.device, &self.queue);
-        let normals: Vec<[u8; 4]> = targets.colors[1].read(device, queue)?;
-        let depth: Vec<f32> = targets.colors[2].read(device, queue)?;
-        let units: Vec<u32> = targets.colors[3].read(device, queue)?;
-        let unit: Vec<Option<u32>> = units.iter().map(|unit| unit.checked_sub(1)).collect();
-        let with = |index: usize| unit[index].is_some();
-        let normal = |(index, texel): (usize, &[u8; 4])| {
-            let [x, y, z, _] = texel.map(|level| f32::from(level) / 127.5 - 1.0);
-            if with(index) {
-                Vec3::new(x, y, z)
-            } else {
-                Vec3::ZERO
-            }
-        };
-        let depth = depth.iter().enumerate();
-        Ok(Details {
-            size_texels: targets.size,
-            depth: depth
-                .map(|(index, &depth)| if with(index) { depth } else { f32::INFINITY })
-                .collect(),
-            normal: normals.iter().enumerate().map(normal).collect(),
-            unit,
-        })
-    }
 }
 
 impl Targets {
     fn new(device: &wgpu::Device, size: UVec2) -> Self {
         Self {
             size,
-            colors: DETAILS
-                .map(|format| Target::new(device, size, format))
-                .into(),
+            colors: [COLOR, UNIT].map(|format| Target::new(device, size, format)),
             depth: Target::new(device, size, DEPTH_BUFFER),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! [`Renderer`] draws without a window, with two texels to a pixel along each axis, averaged in linear
 //! light. The same picture comes out each time on the same adapter, software or not. [`Renderer::draw`]
-//! gives colours and coverage, [`Renderer::draw_details`] depth, normal and unit of every texel.
+//! gives colours and coverage, [`Renderer::draw_units`] the unit of every texel, too.
 //!
 //! # Shading
 //! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals; a pattern
@@ -22,7 +22,7 @@ use thiserror::Error;
 
 pub use gpu::Renderer;
 pub use model::DrawnModel;
-pub use picture::{Details, Picture};
+pub use picture::{Picture, UnitMap};
 
 /// Texels to a pixel along each axis.
 pub const SUPERSAMPLING: u32 = 2;

@@ -18,17 +18,13 @@ pub struct Picture {
     pub covered: Vec<bool>,
 }
 
-/// What each texel of a picture shows, by rows.
+/// Which unit each texel of a picture shows, by rows.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Details {
+pub struct UnitMap {
     /// Width and height in texels.
     pub size_texels: UVec2,
-    /// Depth along the axis in world units; infinite where nothing is.
-    pub depth: Vec<f32>,
-    /// Unit normal in local space, to 8 bits; zero where nothing is.
-    pub normal: Vec<glam::Vec3>,
-    /// The unit drawn.
-    pub unit: Vec<Option<u32>>,
+    /// The unit drawn; `None` where nothing is.
+    pub units: Vec<Option<u32>>,
 }
 
 impl Picture {

@@ -22,9 +22,7 @@ struct Corner {
 
 struct Texel {
     @location(0) color: vec4<f32>,
-    @location(1) normal: vec4<f32>,
-    @location(2) depth: f32,
-    @location(3) unit: u32,
+    @location(1) unit: u32,
 }
 
 @vertex
@@ -78,12 +76,6 @@ fn color(in: Corner) -> @location(0) vec4<f32> {
 }
 
 @fragment
-fn details(in: Corner) -> Texel {
-    var out: Texel;
-    out.color = color_of(in);
-    out.normal = vec4(facing(in) * 0.5 + 0.5, 1.0);
-    // The clip position's w is the inverse of depth.
-    out.depth = 1.0 / in.clip.w;
-    out.unit = in.unit + 1u;
-    return out;
+fn color_and_unit(in: Corner) -> Texel {
+    return Texel(color_of(in), in.unit + 1u);
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::BakeConfig;
+use fieldlod_cli::output::{Failure, print, progress_bar};
 use fieldlod_lab::chart::{
     CHART_METHODS, COMPARED_AT_PX, Generated, Measure, Options, Report, Store, chart_model,
     write_charts,
@@ -14,7 +15,6 @@ use fieldlod_lab::render::Renderer;
 use indicatif::ProgressBar;
 
 use crate::models::Model;
-use crate::output::{Failure, print, progress_bar};
 
 /// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart
 /// their triangles, times and promises against the error of their pictures.
@@ -70,7 +70,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         with_extras: !arguments.brief,
     };
     let models = models(arguments);
-    let bar = progress_bar(models.len() * options.steps());
+    let bar = progress_bar("{bar:40} {pos}/{len}  {elapsed}, {eta} left  {msg}");
+    bar.set_length((models.len() * options.steps()) as u64);
     let mut results = Vec::new();
     for model in &models {
         let name = model.name();

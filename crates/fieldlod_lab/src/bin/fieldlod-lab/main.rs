@@ -6,15 +6,13 @@
 
 mod chart;
 mod models;
-mod output;
 mod paper;
 mod stability;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-
-use crate::output::Failure;
+use fieldlod_cli::output::{Failure, exit_code};
 
 /// Measures of automatic, view-dependent level of detail: charts, hard cases, the paper's figures.
 #[derive(Debug, Parser)]
@@ -42,13 +40,5 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    match CommandLine::parse().command.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            // A file's name may hold a line end.
-            let line = failure.to_string().replace(char::is_control, " ");
-            eprintln!("error: {line}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(CommandLine::parse().command.run())
 }

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use fieldlod_bake::{BakeConfig, bake_file, bake_mesh};
+use fieldlod_cli::output::Failure;
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use fieldlod_lab::chart::Generated;
-
-use crate::output::{Failure, failure_of};
 
 /// A model before it is baked.
 pub(crate) enum Model {
@@ -35,11 +34,11 @@ impl Model {
                 primitives
                     .map(|primitive| primitive.hierarchy)
                     .max_by_key(Hierarchy::source_triangle_count)
-                    .ok_or_else(|| failure_of(path, "it has no primitives"))
+                    .ok_or_else(|| Failure::new(path, "it has no primitives"))
             }
             Self::Generated(generated) => {
                 let baked = bake_mesh(&(generated.mesh)(), config);
-                baked.map_err(|error| failure_of(Path::new(generated.name), error))
+                baked.map_err(|error| Failure::new(Path::new(generated.name), error))
             }
         }
     }
@@ -47,12 +46,12 @@ impl Model {
 
 fn read(path: &Path, config: &BakeConfig) -> Result<BakedFile, Failure> {
     if path.extension().is_some_and(|it| it == "fieldlod") {
-        let bytes = std::fs::read(path).map_err(|error| failure_of(path, error))?;
-        BakedFile::from_bytes(&bytes).map_err(|error| failure_of(path, error))
+        let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
+        BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))
     } else {
         let outcome = bake_file(path, config, &|_| ());
         outcome
             .map(|outcome| outcome.file)
-            .map_err(|error| failure_of(path, error))
+            .map_err(|error| Failure::new(path, error))
     }
 }

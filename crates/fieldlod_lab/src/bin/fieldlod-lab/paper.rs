@@ -4,9 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use fieldlod_cli::output::{Failure, print};
 use fieldlod_lab::paper::{Comparison, DifferenceAtAngle, Figure18, PaperNumbers, draw_figures};
-
-use crate::output::{Failure, print};
 
 /// Draw the figures of the camera-sampling field's paper anew, and print their numbers.
 #[derive(Args, Debug)]

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::BakeConfig;
+use fieldlod_cli::output::{Failure, print, progress_bar};
 use fieldlod_lab::object::{ErrorSource, LodObject};
 use fieldlod_lab::promise::{self, Effort, PromiseRun};
 use fieldlod_lab::stability::{self, Fixture, Report};
 use indicatif::ProgressBar;
 
 use crate::models::Model;
-use crate::output::{Failure, print, progress_bar};
 
 /// Run every level-of-detail criterion through the cases in which users of some saw them fail.
 ///
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let bar = progress_bar(0);
+    let bar = progress_bar("{msg} {bar:40} {pos}/{len}  {elapsed}");
     bar.set_message("baking");
     let models = arguments.models.iter().map(|path| bake(path));
     let models = models.collect::<Result<Vec<_>, Failure>>()?;

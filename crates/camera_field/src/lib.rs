@@ -103,8 +103,8 @@
 //!   with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is
 //!   exact.
 //! - Its claim that the convergent point merges fewer samples than the average position (Fig. 18)
-//!   holds in at least nine of ten pairs of parallel cameras, whichever way its missing focal
-//!   length is read.
+//!   holds in at least nine of ten pairs of parallel cameras if its missing focal length is that of
+//!   the convergent camera, and in eight of ten if it gives the same density.
 //! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
 //!
 //! # Guarantees

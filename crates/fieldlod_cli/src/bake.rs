@@ -86,6 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     check_writable(input, &output)?;
     let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
+    // In the precision asked for.
     let precision = if arguments.quantize {
         Precision::Quantized16
     } else {

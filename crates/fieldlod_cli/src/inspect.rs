@@ -37,17 +37,21 @@ struct Report {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    // The file, with all its checks.
     let path = &arguments.file;
-    let bytes = fs::read(path);
-    let bytes = bytes.map_err(|e| Failure::new(path, format!("cannot be read: {e}")))?;
+    let bytes =
+        fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
     let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
+    // A picture of the largest primitive.
     if let Some(out) = &arguments.png {
-        let largest = file.primitives.iter().map(|primitive| &primitive.hierarchy);
-        let largest = largest.max_by_key(|hierarchy| hierarchy.source_triangle_count());
-        let picture =
-            draw_levels(largest.ok_or_else(|| Failure::new(path, "it has no primitives"))?);
+        let hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
+        let largest = hierarchies
+            .max_by_key(|hierarchy| hierarchy.source_triangle_count())
+            .ok_or_else(|| Failure::new(path, "it has no primitives"))?;
+        let picture = draw_levels(largest);
         write_whole(out, &picture.map_err(|error| Failure::new(out, error))?)?;
     }
+    // Numbers of all of them.
     let report = Report {
         file: path.display().to_string(),
         format_version: FORMAT_VERSION,

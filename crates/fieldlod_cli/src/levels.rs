@@ -28,12 +28,14 @@ const COLORS: [[f32; 3]; 8] = [
 
 /// The bytes of a PNG file.
 pub(crate) fn draw_levels(hierarchy: &Hierarchy) -> Result<Vec<u8>, ImageError> {
+    // Panels in rows, from the finest level to the coarsest.
     let levels = hierarchy.level_count().max(1);
     let (columns, rows) = (levels.min(COLUMNS), levels.div_ceil(COLUMNS));
     let background = Rgb(BACKGROUND.map(to_byte));
     let mut picture = RgbImage::from_pixel(columns * PANEL_PX, rows * PANEL_PX, background);
     let view = View::of(hierarchy);
     for level in 0..levels {
+        // Each unit of the level's cut in the colour of its own level.
         let mut panel = Panel::new();
         for unit in units_of_cut(hierarchy, level) {
             let color = COLORS[hierarchy.level_of(unit) as usize % COLORS.len()];
@@ -69,6 +71,7 @@ impl View {
     fn of(hierarchy: &Hierarchy) -> Self {
         let view_from_local = Mat3::from_rotation_x(0.5) * Mat3::from_rotation_y(-0.6);
         let positions = hierarchy.vertices.positions.iter();
+        // The mesh as it is seen, and the scale at which its longer side fits.
         let seen = positions.map(|&position| (view_from_local * position).truncate());
         let ends = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         let (min, max) = seen.fold(ends, |(min, max), p| (min.min(p), max.max(p)));
@@ -111,14 +114,15 @@ impl Panel {
 
     /// Draws a triangle with a flat shade. Both sides are drawn, the back one darker.
     fn draw(&mut self, corners: [Vec3; 3], color: [f32; 3]) {
+        // The flat shade.
         let [a, b, c] = corners;
-        let normal = (b - a).cross(c - a);
         let light = Vec3::new(-0.4, -0.6, 0.7).normalize();
         // Down is positive, so that the triangle winds the other way round.
-        let normal = -normal.normalize_or_zero();
+        let normal = -(b - a).cross(c - a).normalize_or_zero();
         let facing = if normal.z >= 0.0 { 1.0 } else { 0.4 };
         let shade = (0.35 + 0.65 * normal.dot(light).abs()) * facing;
-        let color = color.map(|x| x * shade);
+        let shaded = color.map(|x| x * shade);
+        // Pixels within the triangle, by the shares of its corners.
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area == 0.0 || !area.is_finite() {
             return;
@@ -134,7 +138,7 @@ impl Panel {
                 };
                 let shares = Vec3::new(share(b, c), share(c, a), share(a, b));
                 if shares.min_element() >= 0.0 && x < PANEL_PX && y < PANEL_PX {
-                    self.put(x, y, shares.dot(Vec3::new(a.z, b.z, c.z)), color);
+                    self.put(x, y, shares.dot(Vec3::new(a.z, b.z, c.z)), shaded);
                 }
             }
         }

@@ -102,8 +102,8 @@ impl PrimitiveSummary {
 
 impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
-        let groups = hierarchy.groups.iter().filter(|group| group.level == level);
-        let groups: Vec<&Group> = groups.collect();
+        let all = hierarchy.groups.iter();
+        let groups: Vec<&Group> = all.filter(|group| group.level == level).collect();
         let with_normals = !hierarchy.vertices.normals.is_empty();
         let with_uvs = !hierarchy.vertices.uvs.is_empty();
         let simplified = || groups.iter().filter(|group| !group.is_terminal());
@@ -132,6 +132,7 @@ impl LevelSummary {
 
 /// The area of the cut that is drawn at `level`, as a share of the source's.
 fn area_share(hierarchy: &Hierarchy, level: u32) -> f64 {
+    // Both are sums over units of cuts.
     let area_of = |level| -> f64 {
         let units = units_of_cut(hierarchy, level);
         units.map(|unit| hierarchy.area_of_unit(unit)).sum()

@@ -49,16 +49,18 @@ struct PrimitiveReport {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    // The file and its source.
     let (source, path) = (&arguments.source, &arguments.file);
-    let bytes = fs::read(path);
-    let bytes = bytes.map_err(|e| Failure::new(path, format!("cannot be read: {e}")))?;
+    let bytes =
+        fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
     let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
     let import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
-    let primitives = import
-        .primitives
-        .iter()
-        .map(|p| PrimitiveReport::of(p, &file));
-    let mut primitives: Vec<PrimitiveReport> = primitives.collect();
+    // Each primitive of the source against that of the file.
+    let imported = import.primitives.iter();
+    let mut primitives: Vec<PrimitiveReport> = imported
+        .map(|primitive| PrimitiveReport::of(primitive, &file))
+        .collect();
+    // What the file has beyond the source.
     let extra = file.primitives.iter().filter(|baked| {
         let place = (baked.mesh_index, baked.primitive_index);
         let mut imported = import.primitives.iter();
@@ -68,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
         PrimitiveReport::failed(mesh, primitive, &baked.name, "the source does not have it")
     }));
+    // The report, and one failure for all that failed.
     let report = Report {
         source: source.display().to_string(),
         file: path.display().to_string(),

@@ -61,6 +61,7 @@ impl Color {
             [0.22, 0.55, 0.72],
             [0.09, 0.20, 0.42],
         ];
+        // Between which stops, and how far from the first of them.
         let position = share.clamp(0.0, 1.0) * 3.0;
         let index = (position as usize).min(2);
         let rest = position - index as f64;
@@ -260,6 +261,7 @@ impl Canvas {
         color: Color,
         (weight, height): (FontWeight, RasterHeight),
     ) {
+        // Where the first letter begins.
         let advance = get_raster_width(weight, height) as f64;
         let width = advance * text.chars().count() as f64;
         let left = match align {
@@ -268,6 +270,7 @@ impl Canvas {
             Align::Right => at.x - width,
         };
         let top = (at.y - 0.5 * height.val() as f64).round();
+        // Letter by letter, each a small picture of how much it covers of every pixel.
         for (index, letter) in text.chars().enumerate() {
             let Some(raster) = get_raster(letter, weight, height) else {
                 continue;

@@ -122,6 +122,7 @@ impl<'a> SourceSurface<'a> {
     ) -> Vec<f64> {
         let projector = Projector::new(instance, eye, two_sided);
         let mut displaced_px = Vec::new();
+        // From the source to the cut; what is drawn as it was is where it was.
         for sample in projector.visible(&self.samples) {
             if cut.is_drawn[sample.unit as usize] {
                 displaced_px.push(0.0);
@@ -129,6 +130,7 @@ impl<'a> SourceSurface<'a> {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
             }
         }
+        // And from the cut to the source.
         for sample in projector.visible(&cut.samples) {
             if let Some(nearest) = self.surface.nearest_point(sample.position) {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
@@ -180,11 +182,13 @@ impl<'a> Projector<'a> {
     }
 
     fn sees(&self, sample: &Sample) -> bool {
+        // Within the picture, before the near plane.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {
             return false;
         }
+        // Facing the eye.
         let [u, v] = sample
             .edges
             .map(|edge| self.camera_from_local * edge.as_dvec3());

@@ -15,6 +15,7 @@ pub const FLIP_FRAMES: usize = 5;
 #[must_use]
 pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     let positions = &hierarchy.vertices.positions;
+    // How many more triangles run along an edge one way than the other.
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {
         for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
@@ -51,6 +52,7 @@ pub struct FlipCounter {
 impl FlipCounter {
     /// Takes the next frame; `in_view` tells whether a group touches the picture.
     pub fn add(&mut self, choice: &Choice, in_view: impl Fn(usize) -> bool) {
+        // The first frame changes nothing.
         if self.frames == 0 {
             self.changed_at = vec![None; choice.refined.len()];
         } else {

@@ -1,6 +1,6 @@
 //! What other systems bake beside a hierarchy: nested bounds, errors of whole levels, tuned ranges.
 
-use fieldlod_hierarchy::{Aabb, Hierarchy, Sphere};
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Sphere};
 use glam::{Vec3, Vec3Swizzles};
 use serde::Serialize;
 
@@ -41,12 +41,12 @@ impl LodObject {
     /// Prepares a hierarchy.
     #[must_use]
     pub fn new(hierarchy: Hierarchy, source: ErrorSource) -> Self {
-        let groups = hierarchy.groups.iter();
-        let errors_in_local = groups.map(|group| match source {
+        let error = |group: &Group| match source {
             ErrorSource::Measured => group.deviation_in_local,
             ErrorSource::Reported => group.error_in_local,
-        });
-        let errors_in_local: Vec<f32> = errors_in_local.collect();
+        };
+        let errors_in_local: Vec<f32> = hierarchy.groups.iter().map(error).collect();
+        // A sphere around the middle of the box.
         let aabb = hierarchy.aabb().unwrap_or_default();
         let center = (aabb.min + aabb.max) * 0.5;
         let positions = hierarchy.vertices.positions.iter();
@@ -133,6 +133,7 @@ fn nested_bounds(hierarchy: &Hierarchy) -> Vec<Sphere> {
 fn merge(a: Sphere, b: Sphere) -> Sphere {
     let between = b.center - a.center;
     let distance = between.length();
+    // One may hold the other.
     if distance + b.radius <= a.radius {
         return a;
     }
@@ -148,6 +149,7 @@ fn merge(a: Sphere, b: Sphere) -> Sphere {
 
 /// A level is drawn by simplifying all groups below it; its error is the greatest of theirs.
 fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
+    // Simplifying a group makes units of the level above it.
     let mut of_level = vec![0.0f32; hierarchy.level_count() as usize];
     for (group, &error) in hierarchy.groups.iter().zip(errors_in_local) {
         if !group.is_terminal() {
@@ -155,6 +157,7 @@ fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
             *above = above.max(error);
         }
     }
+    // A level is no better than those below it.
     let mut greatest = 0.0f32;
     for error in &mut of_level {
         greatest = greatest.max(*error);

@@ -74,6 +74,7 @@ fn logarithmic_ticks(range: &RangeInclusive<f64>) -> Vec<f64> {
         1.0.. => &[1.0, 2.0, 5.0],
         _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
     };
+    // All steps of all powers of ten around the range, but for those outside of it.
     let first = range.start().log10().floor() as i32;
     let powers = (first..=first + decades.ceil() as i32 + 1).map(|power| 10f64.powi(power));
     let ticks = powers.flat_map(|power| steps.iter().map(move |step| step * power));
@@ -92,6 +93,7 @@ impl Plot {
     /// Frame, grid, tick labels and axis labels. The label of y stands above the axis.
     pub(crate) fn draw_frame(&self, canvas: &mut Canvas) {
         let (min, max) = (self.area.min, self.area.max());
+        // A line and a number for each tick.
         for (tick, text) in &self.x.ticks {
             let x = min.x + self.x.share(*tick) * self.area.size.x;
             canvas.line(dvec2(x, min.y), dvec2(x, max.y), 1.0, Color::PALE);
@@ -102,6 +104,7 @@ impl Plot {
             canvas.line(dvec2(min.x, y), dvec2(max.x, y), 1.0, Color::PALE);
             canvas.text(dvec2(min.x - 8.0, y), Align::Right, text, Color::INK);
         }
+        // The frame and what the axes are.
         canvas.frame(self.area, Color::GRAY);
         let below = dvec2(self.area.center().x, max.y + 38.0);
         canvas.caption(below, &self.x.label);

@@ -123,9 +123,11 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     let mut random = Random::new(effort.seed);
     let window_px = Vec2::new(1920.0, 1080.0);
     let scene = |index: usize| {
+        // Every other placement is uneven.
         let placement = placement(&mut random, index % 2 == 1);
         let fovy_deg = 30.0 + 90.0 * random.unit();
         let eye = Eye::perspective(fovy_deg, window_px, object.radius * 1e-3);
+        // The camera stands somewhere near or far, and looks at something near the object.
         let around = object.center + random.vector() * object.radius;
         let far = random.unit();
         let away = random.vector().normalize_or(Vec3::X) * (0.6 + 30.0 * far * far);
@@ -142,6 +144,7 @@ fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
         let [a, b] = [random.vector(), random.vector()];
         Mat3::from_quat(Quat::from_xyzw(a.x, a.y, a.z, b.x + 0.1).normalize())
     };
+    // All numbers are drawn in either case, so that the sequence goes on alike.
     let (before, after) = (turn(), turn());
     let even = Vec3::splat(0.2 + 3.0 * random.unit());
     let uneven = Vec3::new(random.unit(), random.unit(), random.unit()) * 3.0 + 0.2;

@@ -67,13 +67,16 @@ impl Terms {
     /// The screen-space error of a group in a perspective view, in pixels.
     #[must_use]
     pub fn error_px(&self, view: &ObjectView, group: usize) -> f32 {
+        // The group's sphere in camera space.
         let data = &view.object.hierarchy.groups[group];
         let center = view.in_camera(data.bounds.center);
         let radius = data.bounds.radius * view.max_scale;
+        // The guarantee asks for the displacement alone.
         if self.displacement {
             let scale = self.pixel_scale(view, center, radius);
             return data.deviation_in_local * view.max_scale * scale;
         }
+        // Quality weighs the field's strength by how the surface faces the camera.
         let strength = self.strength(view, center, radius);
         let weight = if self.projection_factor {
             let to_camera = -center.normalize_or_zero();
@@ -100,6 +103,7 @@ impl Terms {
         let Camera::Perspective(intrinsics) = camera else {
             return bound;
         };
+        // Nothing is left out, or the sphere is not in view.
         if bound == 0.0 || (self.off_axis && self.bounded) {
             return bound;
         }
@@ -130,16 +134,22 @@ impl Terms {
     /// Distance and depth at which the field is taken: of the sphere's nearest point where it is
     /// bounded, else of its centre.
     fn place(&self, view: &ObjectView, center: Vec3, radius: f32) -> (f32, f32) {
-        let reach = if self.bounded { radius } else { 0.0 };
-        let distance = (center.length() - reach).max(view.eye.near);
+        let towards_eye = if self.bounded { radius } else { 0.0 };
+        let distance = (center.length() - towards_eye).max(view.eye.near);
         (distance, center.z.max(view.eye.near))
     }
 
     fn picture_weight(&self, mean_normal: Vec3, to_camera: Vec3) -> f32 {
-        let facing = mean_normal.dot(to_camera);
-        let facing = if self.two_sided { facing.abs() } else { facing };
+        let mean_facing = mean_normal.dot(to_camera);
+        let facing = if self.two_sided {
+            mean_facing.abs()
+        } else {
+            mean_facing
+        };
+        // The shorter the mean normal, the more the normals of the group differ.
         let variance = (1.0 - mean_normal.length_squared()).max(0.0) * 0.25;
         let visible = 0.5 * (facing + (facing * facing + variance).sqrt());
+        // The silhouette's term is greatest where the surface is seen from the side.
         let u = facing * facing / (2.0 * variance + 0.005);
         4.0 * (visible.max(0.0) + self.silhouette_weight / (1.0 + u + 0.5 * u * u))
     }

@@ -94,7 +94,7 @@ fn sheared_splats_are_nearer_to_exact_splats(numbers: &PaperNumbers) {
     assert_eq!(figure.sheared.missing_px, 0);
 }
 
-/// In nearly every parallel pair, and in most that are not parallel.
+/// In nearly every parallel pair, and in most that are not parallel or compared at the same density.
 fn convergent_points_merge_fewer_samples(numbers: &PaperNumbers) {
     let figure = &numbers.figure_18;
     for result in &figure.parallel {
@@ -103,7 +103,7 @@ fn convergent_points_merge_fewer_samples(numbers: &PaperNumbers) {
     }
     for further in &figure.parallel_further {
         assert_fewer(&further.same_focal, 0.9, 10.0);
-        assert_fewer(&further.same_density, 0.9, 5.0);
+        assert_fewer(&further.same_density, 0.8, 5.0);
     }
     for further in &figure.not_parallel_further {
         assert_fewer(&further.same_focal, 0.6, 10.0);

@@ -30,6 +30,7 @@ impl SphereScan {
     /// Lays out an object.
     pub(crate) fn new(object: &LodObject) -> Self {
         let hierarchy = &object.hierarchy;
+        // Groups beyond the last have no error, and are never refined.
         let padded = hierarchy.groups.len().next_multiple_of(WORD);
         let lanes = |value: &dyn Fn(usize) -> f32| -> Vec<f32x8> {
             let at = |group: usize| {
@@ -62,21 +63,24 @@ impl SphereScan {
     /// angles: a bit for each.
     pub(crate) fn refine(&self, view: &ObjectView, threshold_px: f32, refined: &mut Vec<u64>) {
         let splat = f32x8::splat;
+        // All is done in local space, in which the spheres are.
         let local_from_world = view.instance.world_from_local.inverse();
         let eye: Vec3 = local_from_world.transform_point3(view.eye.position());
         let eye = eye.to_array().map(splat);
         let scale = splat(view.eye.focal_px() / threshold_px);
         let near = splat(view.eye.near / view.max_scale);
+        // Eight groups at a time, into words of 64 bits.
         let [x, y, z, radius, error] = &self.rows;
         refined.clear();
         refined.extend((0..x.len() / LANES).map(|word| {
             (0..LANES).fold(0u64, |bits, block| {
                 let at = word * LANES + block;
                 let (dx, dy, dz) = (x[at] - eye[0], y[at] - eye[1], z[at] - eye[2]);
-                let shows_to = error[at] * scale;
-                let reach = shows_to + radius[at];
-                let above = (reach * reach).simd_gt(dx * dx + dy * dy + dz * dz);
-                let above = above & shows_to.simd_gt(near);
+                // Nearer than this to the sphere, the error is above the threshold.
+                let visible_to = error[at] * scale;
+                let from_center = visible_to + radius[at];
+                let is_near = (from_center * from_center).simd_gt(dx * dx + dy * dy + dz * dz);
+                let above = is_near & visible_to.simd_gt(near);
                 bits | u64::from(above.to_bitmask() & 0xff) << (LANES * block)
             })
         }));
@@ -87,6 +91,8 @@ impl SphereScan {
         let is_refined = |group: u32| refined[group as usize / WORD] >> (group as usize % WORD) & 1;
         units.clear();
         for (word, &bits) in refined.iter().enumerate() {
+            // Each bit that is set is a group whose units are drawn, but for those that a finer group
+            // draws in their place.
             let mut left = bits;
             while left != 0 {
                 let group = word * WORD + left.trailing_zeros() as usize;

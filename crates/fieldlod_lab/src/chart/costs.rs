@@ -51,10 +51,12 @@ fn cost(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<CostAtError
         pairs.flatten().collect()
     };
     let (pairs, based) = (pairs_of(method), pairs_of(Method::Clusterlod));
+    // Too few poses would be a mean of others than clusterlod's.
     let enough = LEAST_SHARE * poses.len() as f64;
     if pairs.is_empty() || (pairs.len() as f64) < enough || based.len() < poses.len() {
         return None;
     }
+    // Clusterlod's mean over all poses, times the mean ratio over those that can be compared.
     let mean = |of: fn(&Point) -> f64| {
         let base = geometric_mean(based.iter().filter_map(|pair| pair.of_base(of)));
         let ratio = |pair: &Pair| Some(pair.of_method(of)? / pair.of_base(of)?);

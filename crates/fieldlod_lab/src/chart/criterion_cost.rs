@@ -71,6 +71,7 @@ pub(super) fn criterion_costs(scene: &ChartScene, seed: u64) -> Vec<CriterionCos
 fn plain(scene: &ChartScene, method: Method, eye: &Eye) -> f64 {
     let view = scene.view(eye);
     let count = scene.object.hierarchy.groups.len();
+    // How many groups exceed the threshold.
     let exceeding = |error_px: &dyn Fn(&ObjectView, usize) -> f32| {
         let view = black_box(&view);
         (0..count)
@@ -91,6 +92,7 @@ fn plain(scene: &ChartScene, method: Method, eye: &Eye) -> f64 {
 
 /// Seconds as in a frame, for the methods that have such code.
 fn fast(scene: &ChartScene, method: Method, eye: &Eye) -> Option<f64> {
+    // Ours as the selection does it, clusterlod by its scan.
     let mut bits = Vec::new();
     let selection = &scene.fast_selection;
     if let Some(settings) = method.settings(ABLATED_AT_PX) {

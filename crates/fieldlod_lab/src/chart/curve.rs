@@ -130,12 +130,10 @@ pub(super) fn cost_at_triangles(
     triangles: f64,
     cost: impl Fn(&Point) -> f64,
 ) -> Option<f64> {
-    let mut points: Vec<(f64, f64)> = curve
-        .points
-        .iter()
-        .map(|p| (p.triangles as f64, cost(p)))
-        .collect();
+    let of_point = |point: &Point| (point.triangles as f64, cost(point));
+    let mut points: Vec<(f64, f64)> = curve.points.iter().map(of_point).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The neighbours on both sides, and what lies between them.
     let mut pairs = points.windows(2);
     let pair = pairs.find(|pair| pair[0].0 <= triangles && triangles <= pair[1].0)?;
     let [(least, from), (greatest, to)] = [pair[0], pair[1]];
@@ -149,12 +147,14 @@ pub(super) fn cost_at_triangles(
 
 /// As [`triangles_at_error`], for pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
+    // On logarithmic scales, from few triangles to many.
     let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
     let mut logs: Vec<(f64, f64)> = usable
         .map(|(cost, error)| (cost.ln(), error.ln()))
         .collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
     logs.dedup_by_key(|point| point.0);
+    // The first pair of neighbours between which the error is met.
     let falling = falling(&logs);
     let wanted = error.ln();
     let crossing = |pair: &&[(f64, f64)]| pair[0].1 >= wanted && wanted >= pair[1].1;
@@ -173,6 +173,7 @@ fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64>
 fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut pools: Vec<(f64, usize)> = Vec::new();
     for &(_, error) in points {
+        // A point joins the pools before it for as long as its error is the greater.
         let mut pool = (error, 1usize);
         while let Some(&(before, count)) = pools.last()
             && before < pool.0

@@ -73,6 +73,7 @@ impl FastSelection {
         view: &ObjectView,
         scratch: &mut Scratch,
     ) -> (Vec<u32>, Duration) {
+        // From scratch, as without a frame before.
         let selector = &mut scratch.selector;
         selector.clear();
         let start = Instant::now();

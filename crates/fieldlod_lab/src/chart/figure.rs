@@ -68,6 +68,7 @@ impl Figure {
         let width = step * self.panels.len() as f64;
         let height = ABOVE + PANEL_SIZE.y + BELOW;
         let mut canvas = Canvas::new(width as u32, height as u32);
+        // Title and notes.
         canvas.heading(dvec2(24.0, 32.0), &self.title);
         for (line, text) in self.note.lines().enumerate() {
             let at = dvec2(24.0, 58.0 + 20.0 * line as f64);
@@ -118,9 +119,11 @@ impl Panel {
             let last = points.max_by(|a, b| a.x.total_cmp(&b.x));
             last.map(|last| plot.place(last))
         };
+        // From top to bottom.
         let named = self.series.iter().filter(|series| !series.name.is_empty());
         let mut names: Vec<(&Series, DVec2)> = named.filter_map(|s| Some((s, end(s)?))).collect();
         names.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
+        // Each name is below the one before it, and above room enough for those that follow.
         let area = plot.area;
         let mut lowest = area.max().y - NAME_HEIGHT * names.len() as f64;
         let mut free = area.min.y;

@@ -43,6 +43,7 @@ pub struct FlickerResult {
 /// # Errors
 /// [`ChartError::Render`] from an adapter that stops.
 pub(super) fn flicker(scene: &ChartScene) -> Result<Vec<FlickerResult>, ChartError> {
+    // The source in all frames, which all methods are compared with.
     let eyes: Vec<Eye> = (0..FRAMES).map(|frame| eye(scene, frame)).collect();
     let source = scene.object.source_units();
     let reference = eyes.iter().map(|eye| draw(scene, eye, &source));
@@ -80,6 +81,7 @@ fn on_path(
     method: Method,
     threshold_px: f32,
 ) -> Result<FlickerResult, ChartError> {
+    // A method with its memory.
     let mut chooser = Chooser::new(method, threshold_px);
     let mut flips = FlipCounter::default();
     let (mut triangles, mut error) = (0.0, 0.0);
@@ -91,6 +93,7 @@ fn on_path(
         flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
         let shown = view.units_in_view(&choice.units);
         triangles += scene.object.triangle_count(&shown) as f64;
+        // Change beyond that of the source.
         let picture = draw(scene, eye, &choice.units)?;
         if let Some(last) = &last {
             let references = [&reference[frame - 1], &reference[frame]];

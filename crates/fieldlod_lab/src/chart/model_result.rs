@@ -104,12 +104,14 @@ pub fn chart_model(
         flicker: Vec::new(),
         criterion: Vec::new(),
     };
+    // Pictures from all poses.
     for pose in poses(&object, options.poses, options.seed) {
         let key = ("pose", common, pose, &options.methods, THRESHOLDS_PX);
         let make = || Ok(sweep(&scene, &pose, &options.methods)?);
         result.poses.push(store.get_or_make(&key, make)?);
         step();
     }
+    // Promises, times and a walk.
     if options.with_extras {
         let key = ("promise", common, options.seed);
         result.promise = store.get_or_make(&key, || Ok(promise(&scene, options.seed)))?;

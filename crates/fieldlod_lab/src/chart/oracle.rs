@@ -28,6 +28,7 @@ pub(super) struct Oracle {
 impl Oracle {
     pub(super) fn new(view: &PoseView) -> Result<Self, RenderError> {
         let hierarchy = &view.view.object.hierarchy;
+        // What the simplification of each group changes in the picture, level by level.
         let mut squares = vec![0.0f64; hierarchy.groups.len()];
         for level in 0..hierarchy.level_count() {
             let units = level_units(&view.view, level);
@@ -36,6 +37,7 @@ impl Oracle {
             let drawn = scene.renderer.draw_units(&scene.model, &view.eye, &units)?;
             attribute(view, level, &drawn, &mut squares);
         }
+        // Over the triangles that it saves.
         let saved = saved_in_view(&view.view);
         let worth = squares.iter().zip(&saved).map(|(&squares, &saved)| {
             if saved > 0 {
@@ -113,6 +115,7 @@ fn attribute(
     let pixels = view.reference.colors.iter().zip(&picture.colors).zip(0..);
     for ((a, b), index) in pixels {
         let difference: f64 = (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum();
+        // Each difference counts for the group that shows nearest to it.
         if difference > 0.0 {
             let n = i64::from(SUPERSAMPLING);
             let (x, y) = (index % width * n, index / width * n);

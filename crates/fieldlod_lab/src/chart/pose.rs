@@ -66,6 +66,7 @@ fn is_ground(object: &LodObject) -> bool {
 }
 
 fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
+    // Near and far alike on a logarithmic scale, and a look past the middle.
     let radii = NEAREST_RADII * (FARTHEST_RADII / NEAREST_RADII).powf(share);
     let position = object.center + random.direction(1) * (radii * object.radius);
     let aside = random.direction(3) * (0.5 * object.radius * random.share(5));
@@ -74,6 +75,7 @@ fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
 
 fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
+    // From a place of the ground to another, both away from its border.
     let place = |slot: u64| {
         let (x, z) = (random.share(slot), random.share(slot + 1));
         object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)

@@ -44,10 +44,12 @@ pub struct PromiseResult {
 /// Measures the displacements that thresholds give.
 pub(super) fn promise(scene: &ChartScene, seed: u64) -> Vec<PromiseResult> {
     let surface = SourceSurface::new(&scene.object.hierarchy, SAMPLES);
+    // Which methods at which thresholds.
     let at_all = METHODS.map(|method| THRESHOLDS_PX.map(|px| (method, px)));
     let ablated = ABLATED.into_iter().filter(|it| !METHODS.contains(it));
     let at_one = ablated.map(|method| (method, ABLATED_AT_PX));
     let asked: Vec<(Method, f32)> = at_all.into_iter().flatten().chain(at_one).collect();
+    // All of them in each field of view.
     let of_fov = |fovy_deg: f32| {
         let eyes = eyes(scene, fovy_deg, seed);
         let results = asked.iter().map(|&(method, threshold_px)| {

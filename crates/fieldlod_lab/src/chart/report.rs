@@ -126,6 +126,7 @@ fn worst_promises(models: &[ModelResult]) -> Vec<PromiseResult> {
         return Vec::new();
     };
     let worst = |index: usize| {
+        // The worst displacements, and the triangles of all models together.
         let of_models = models.iter().filter_map(|model| model.promise.get(index));
         let none = PromiseResult {
             triangles: 0.0,

@@ -40,11 +40,13 @@ impl Store {
         key: &impl Serialize,
         make: impl FnOnce() -> Result<T, ChartError>,
     ) -> Result<T, ChartError> {
+        // What was measured before.
         let path = self.path(key);
         let kept = fs::read(&path).ok();
         if let Some(result) = kept.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             return Ok(result);
         }
+        // Else what is measured now.
         let result = make()?;
         let json_error = |error: serde_json::Error| WriteError::new(&path, error.into());
         let text = serde_json::to_vec(&result).map_err(json_error)?;

@@ -15,10 +15,8 @@ pub(super) struct Sample {
 
 /// Corners, middles and middles of edges of the units' triangles, thinned evenly to about `count`.
 pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> Vec<Sample> {
-    let triangles = units
-        .iter()
-        .map(|&unit| hierarchy.units[unit as usize].triangle_count);
-    let triangles: u64 = triangles.map(u64::from).sum();
+    let count_of = |&unit: &u32| u64::from(hierarchy.units[unit as usize].triangle_count);
+    let triangles: u64 = units.iter().map(count_of).sum();
     // A vertex belongs to two triangles for each of its own; taking one corner of each triangle
     // still reaches nearly all of them.
     let step = (triangles as usize * 2).div_ceil(count.max(1)).max(1);
@@ -28,6 +26,7 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     for &unit in units {
         for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
+            // Two candidates of each triangle, of kinds that alternate.
             for pick in 0..2 {
                 if next % step == 0 {
                     samples.push(sample(corners, unit, next / step + pick));

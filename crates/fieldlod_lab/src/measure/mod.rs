@@ -35,8 +35,10 @@ pub struct ImageError {
 #[must_use]
 pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> ImageError {
     assert_eq!(reference.size_px, picture.size_px, "pictures of one size");
+    // Only pixels that show a surface count.
     let shown = shown_in_either(reference, picture);
     let pixels = shown.iter().filter(|&&shown| shown).count().max(1) as f64;
+    // Differences of their channels.
     let (mut squares, mut off) = (0.0, 0u64);
     let pairs = reference.colors.iter().zip(&picture.colors);
     for ((a, b), _) in pairs.zip(&shown).filter(|(_, shown)| **shown) {

@@ -12,8 +12,10 @@ use crate::render::{Picture, SUPERSAMPLING};
 #[must_use]
 pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
     let texels_to_px = 1.0 / f64::from(SUPERSAMPLING);
+    // What one covers and the other does not.
     let pairs = reference.covered.iter().zip(&picture.covered);
     let area = pairs.filter(|(a, b)| a != b).count() as f64 * texels_to_px * texels_to_px;
+    // How long the outline is.
     let outline = outline_steps(reference) as f64 * FRAC_PI_4 * texels_to_px;
     if outline > 0.0 { area / outline } else { 0.0 }
 }

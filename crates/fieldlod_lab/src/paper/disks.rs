@@ -72,6 +72,7 @@ impl Disk {
     /// Area in exactly one of a kernel and the exact one, relative to the exact area.
     pub(super) fn symmetric_difference(&self, kind: KernelKind) -> f64 {
         const DIRECTIONS: u32 = 7200;
+        // In polar coordinates, areas are integrals of squared radii.
         let (mut difference, mut exact_area) = (0.0, 0.0);
         for step in 0..DIRECTIONS {
             let direction = DVec2::from_angle(TAU * f64::from(step) / f64::from(DIRECTIONS));
@@ -102,7 +103,7 @@ mod tests {
         let (middle, [a, b]) = disk.kernel.ellipse();
         let reach = (a.length() + b.length()) as i32 + 20;
         let pixels: Vec<DVec2> = (-reach..reach)
-            .flat_map(|x| (-reach..reach).map(move |y| middle + dvec2(x.into(), y.into())))
+            .flat_map(|x| (-reach..reach).map(move |y| middle + DVec2::new(x.into(), y.into())))
             .collect();
         let exact = pixels
             .iter()

@@ -31,6 +31,7 @@ pub struct CurlAtAngle {
 }
 
 pub(super) fn draw(path: &Path) -> Result<Figure9, WriteError> {
+    // Left the curl itself, right what it says of neighbouring rays.
     let camera = wide_camera(100.0);
     let mut canvas = Canvas::new(1240, 620);
     canvas.title(dvec2(310.0, 28.0), "curl on a plane across the axis");
@@ -60,10 +61,12 @@ fn curl_at(camera: &Intrinsics, off_axis_deg: f64) -> CurlAtAngle {
 /// Arrows of the curl over its length as a shade, on the plane z = 1 to 45° off axis.
 fn draw_curl(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     let point = |pixel: DVec2| (pixel / area.size * 2.0 - 1.0).extend(1.0);
+    // The curl's length as a shade.
     let greatest = camera.curl_magnitude(dvec3(1.0, 1.0, 1.0));
     canvas.shade(area, |pixel| {
         Color::scale(camera.curl_magnitude(point(pixel)) / greatest * 0.75)
     });
+    // The curl as arrows, twelve by twelve.
     for row in 0..12 {
         for column in 0..12 {
             let pixel = dvec2(f64::from(column) + 0.5, f64::from(row) + 0.5) * 40.0;
@@ -99,6 +102,7 @@ fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
             Color::GRAY,
         );
     }
+    // Curves of equal distance, and the image plane.
     for radius in [0.5, 1.0] {
         profile.polar_curve(canvas, [-widest, widest], 2.0, Color::BLUE, |_| radius);
     }
@@ -106,6 +110,7 @@ fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
     canvas.polyline(&image_plane, 2.0, Color::ORANGE);
     profile.draw_camera(canvas);
     canvas.clip_to(None);
+    // The field turns, faster further off the axis.
     for phi in [0.25, 0.8] {
         let at = profile.place(polar(1.0, phi));
         canvas.dot(at, 5.0, Color::RED);

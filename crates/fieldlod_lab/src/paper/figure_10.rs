@@ -65,6 +65,7 @@ fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
         camera_px: dvec2(area.center().x, area.max().y - 30.0),
         px_per_unit: 330.0,
     };
+    // The strength as a shade, within the field of view.
     canvas.shade(area, |pixel| {
         let p = profile.unplace(area.min + pixel);
         if p.z > 0.0 && p.x.abs() <= WIDEST.tan() * p.z {
@@ -82,10 +83,12 @@ fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
             Color::INK,
         );
     }
+    // Level surfaces.
     for level in LEVELS {
         let radius = |phi: f64| camera.level_radius(level, phi.cos());
         profile.polar_curve(canvas, [-WIDEST, WIDEST], 2.0, Color::BLUE, radius);
     }
+    // Gradients on all but the innermost.
     for &level in &LEVELS[..5] {
         for step in -5..=5 {
             let phi = f64::from(step) * 0.215;
@@ -112,6 +115,7 @@ fn draw_gradient(canvas: &mut Canvas, profile: &Profile, p: DVec3, gradient: DVe
         let [from, to] = [0.0, 5.0].map(|end| at + to_camera * (f64::from(dash) * 10.0 + end));
         canvas.line(from, to, 1.5, Color::INK);
     }
+    // The gradient's length says nothing here: all arrows have one.
     let along = (profile.place(p + gradient.normalize() * 1e-3) - at).normalize();
     canvas.arrow(at, at + along * 38.0, 2.2, Color::ORANGE);
     canvas.dot(at, 2.5, Color::INK);

@@ -96,6 +96,7 @@ fn draw_cut(canvas: &mut Canvas, area: Rect) {
     canvas.clip_to(Some(area));
     let image = [-0.5, 2.6].map(|x| profile.place(dvec3(x, 0.0, 1.0)));
     canvas.polyline(&image, 1.5, Color::GRAY);
+    // Three pixels, each with the rays through its edges.
     for degrees in [0.0_f64, 30.0, 60.0] {
         let phi = degrees.to_radians();
         let half = 0.14;
@@ -109,6 +110,7 @@ fn draw_cut(canvas: &mut Canvas, area: Rect) {
                 Color::PALE,
             );
         }
+        // The pixel on the image, and its pattern across the sight ray.
         let center = profile.place(on_image(0.0));
         canvas.line(profile.camera_px, center, 1.5, Color::INK);
         canvas.line(profile.place(left), profile.place(right), 5.0, Color::BLUE);
@@ -157,6 +159,7 @@ fn draw_chart(canvas: &mut Canvas, angles: &[PatternAtAngle]) {
         y: Axis::linear("width / height", 0.0..=1.0, 0.2, 1),
     };
     chart.draw_frame(canvas);
+    // The formula as a curve, what was measured as dots.
     let cosine: Vec<DVec2> = (0..=90)
         .map(|degrees| dvec2(degrees.into(), f64::from(degrees).to_radians().cos()))
         .collect();

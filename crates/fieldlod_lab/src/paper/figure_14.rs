@@ -113,11 +113,13 @@ fn draw_kernels(canvas: &mut Canvas) {
     ];
     for (row, (off_axis, turn, labels)) in rows.into_iter().enumerate() {
         let top = 44.0 + 200.0 * row as f64;
+        // What the row is.
         for (line, label) in labels.into_iter().enumerate() {
             let at = dvec2(10.0, top + 70.0 + 20.0 * line as f64);
             canvas.text(at, Align::Left, label, Color::INK);
         }
         let disk = Disk::new(&wide_camera(1000.0), &surfel(off_axis, turn, 0.3));
+        // Its kernels, and how they differ from the exact one.
         let panel = |column: usize| Panel::new(&disk, column, top);
         panel(0).draw_kernel(canvas, KernelKind::Exact);
         panel(1).draw_kernel(canvas, KernelKind::Paper);
@@ -157,6 +159,7 @@ impl<'a> Panel<'a> {
     }
 
     fn draw_kernel(&self, canvas: &mut Canvas, kind: KernelKind) {
+        // Rings on the disk, as the kernel maps them.
         let ring = |radius: f64| -> Vec<DVec2> {
             (0..180)
                 .map(|step| DVec2::from_angle(f64::from(step) / 180.0 * TAU) * radius)

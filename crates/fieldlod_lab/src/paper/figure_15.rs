@@ -47,11 +47,13 @@ const SIDE: usize = 400;
 const SAMPLES: u32 = 9000;
 
 pub(super) fn draw(path: &Path) -> Result<Figure15, WriteError> {
+    // The model, as triangles and as samples.
     let camera = camera();
     let triangles = torus_knot();
     let (samples, stratum) = sample_surface(&triangles, SAMPLES, &mut Random::new(15));
     // Disks of eight strata: random samples leave few gaps.
     let radius = (8.0 * stratum / core::f64::consts::PI).sqrt();
+    // Its picture, by triangles and by splats of each kernel.
     let reference = draw_triangles(&camera, &triangles, SIDE);
     let splats = |mode| draw_splats(&camera, &samples, radius, mode, SIDE);
     let [paper, sheared, exact] =
@@ -66,6 +68,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure15, WriteError> {
         sheared: errors(&reference, &exact, &sheared),
         exact: errors(&reference, &exact, &exact),
     };
+    // Above the pictures, below their differences.
     let mut canvas = Canvas::new(1260, 910);
     let left = 20.0;
     draw_image(
@@ -181,6 +184,7 @@ fn draw_samples(
         .enumerate()
         .filter(|&(index, _)| picked(index))
     {
+        // Only what the triangles do not hide.
         let p = camera.pose.to_camera(sample.position);
         let pixel = camera.intrinsics.project_px(p);
         let at = pixel + 0.5 * SIDE as f64;

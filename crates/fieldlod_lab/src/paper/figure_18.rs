@@ -11,8 +11,8 @@ use fieldlod_hierarchy::fixtures::Random;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 
-use super::ldi_set::{CameraSet, Placement, SetResult};
-use super::scene::{Scene, Solid, between};
+use super::ldi_set::{CameraSet, Placement, SetResult, between};
+use super::scene::{Scene, Solid};
 use crate::canvas::{Align, Canvas, Color, Rect};
 use crate::files::WriteError;
 use crate::plot::{Axis, Plot, draw_legend};
@@ -159,6 +159,7 @@ fn results(sets: &[CameraSet]) -> Vec<SetResult> {
 }
 
 pub(super) fn draw(path: &Path) -> Result<Figure18, WriteError> {
+    // The paper's comparison, drawn.
     let examples = examples();
     let mut canvas = Canvas::new(1300, 1010);
     let parallel = [0, 1].map(|row| {
@@ -174,6 +175,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure18, WriteError> {
         result
     });
     canvas.save(path)?;
+    // What the paper leaves open, in numbers alone.
     let toe_in = MOST_TOE_IN_DEG.to_radians();
     let each = |index: usize| &examples[index];
     Ok(Figure18 {
@@ -211,6 +213,7 @@ fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[Cam
     };
     let scale = area.size.x / 25.0;
     let place = |p: DVec3| area.center() + dvec2(p.x - middle.x, middle.z - p.z) * scale;
+    // The solids, but for floors and long walls seen from above.
     canvas.clip_to(Some(area));
     for solid in &example.scene.solids {
         match *solid {
@@ -226,6 +229,7 @@ fn draw_top_view(canvas: &mut Canvas, area: Rect, example: &Example, sets: &[Cam
             Solid::Box { .. } => {}
         }
     }
+    // The first pair's views, and the places of all cameras.
     for camera in &sets[0].references {
         draw_frustum(canvas, camera, place);
     }
@@ -286,6 +290,7 @@ fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
         y: Axis::linear("samples merged, % of all", 0.0..=60.0, 10.0, 0),
     };
     chart.draw_frame(canvas);
+    // Three bars for each pair.
     for (index, set) in result.sets.iter().enumerate() {
         let merged = set.merged;
         let bars = [
@@ -306,6 +311,7 @@ fn draw_chart(canvas: &mut Canvas, top: f64, result: &SceneResult) {
         ("at the average, same density", Color::GRAY),
     ];
     draw_legend(canvas, dvec2(760.0, top + 396.0), &names);
+    // What they come to.
     let text = |comparison: &Comparison| {
         let Comparison {
             fewer_in,

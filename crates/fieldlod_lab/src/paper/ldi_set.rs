@@ -12,7 +12,7 @@ use fieldlod_hierarchy::fixtures::Random;
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde::Serialize;
 
-use super::scene::{Scene, between};
+use super::scene::Scene;
 
 /// Samples closer than this share of their depth are taken for one piece of surface.
 const SAME_DEPTH: f64 = 0.02;
@@ -67,12 +67,15 @@ pub(super) struct Placement {
 
 impl CameraSet {
     pub(super) fn new(scene: &Scene, placement: Placement, random: &mut Random) -> Self {
+        // Two cameras, and the samples that both see.
         let references = free_references(scene, placement, random);
         let points = shared_samples(scene, &references);
+        // The plane across the mean axis, at the mean depth of the samples.
         let axis = (references[0].pose.axis() + references[1].pose.axis()).normalize();
         let plane = points.iter().map(|p| p.dot(axis)).sum::<f64>() / points.len() as f64;
         let depth_from = |origin: DVec3| plane - origin.dot(axis);
         let plane_depths = references.map(|camera| depth_from(camera.pose.origin));
+        // The two positions that are compared.
         let average = (references[0].pose.origin + references[1].pose.origin) * 0.5;
         let parallel = references[0].pose.axis().dot(references[1].pose.axis()) > 1.0 - 1e-12;
         let (convergent, focal_px) = if parallel {
@@ -80,6 +83,7 @@ impl CameraSet {
         } else {
             general_case(&references, &points, axis, depth_from)
         };
+        // How many samples merge in a camera there.
         let merged = |origin: DVec3, focal_px: f64| merged(&points, origin, axis, focal_px);
         let same_density = focal_px * depth_from(average) / depth_from(convergent);
         let counts = LdiCounts {
@@ -130,6 +134,11 @@ fn general_case(
     (origin, density.sqrt() * depth_from(origin))
 }
 
+/// A random number between two.
+pub(super) fn between(random: &mut Random, least: f64, greatest: f64) -> f64 {
+    least + (greatest - least) * f64::from(random.unit())
+}
+
 /// A pair of which no camera stands inside a solid.
 fn free_references(scene: &Scene, placement: Placement, random: &mut Random) -> [PosedCamera; 2] {
     loop {
@@ -147,6 +156,7 @@ fn free_references(scene: &Scene, placement: Placement, random: &mut Random) -> 
 fn references(placement: Placement, random: &mut Random) -> [PosedCamera; 2] {
     let axis = dvec3(placement.heading.sin(), 0.0, placement.heading.cos());
     let side = dvec3(axis.z, 0.0, -axis.x);
+    // How far they are away and apart, and how much they turn.
     let distance = between(random, 8.0, 11.0);
     let nearer = between(random, 0.0, 4.5);
     let apart = between(random, 1.0, 3.5);
@@ -185,6 +195,7 @@ fn shared_samples(scene: &Scene, references: &[PosedCamera; 2]) -> Vec<DVec3> {
 /// and depth.
 fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
     let pose = Pose::looking_at(origin, origin + axis, DVec3::NEG_Y);
+    // Samples on the image, with their depths.
     let projected: Vec<DVec3> = points
         .iter()
         .map(|&p| pose.to_camera(p))
@@ -214,6 +225,7 @@ fn merged_on_grid(projected: &[DVec3], shift: DVec2) -> usize {
         })
         .collect();
     keys.sort_unstable();
+    // From the nearest to the farthest of each pixel: a depth beyond the last layer's is a new one.
     let mut layers = 0;
     let mut layer: Option<(u64, f64)> = None;
     for key in &keys {

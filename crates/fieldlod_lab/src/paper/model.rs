@@ -68,6 +68,7 @@ fn knot(turn: f64) -> DVec3 {
 }
 
 fn vertex(along: f64, around: f64) -> Vertex {
+    // A frame around the knot's line.
     let turn = along * TAU;
     let center = knot(turn);
     let tangent = (knot(turn + 1e-4) - knot(turn - 1e-4)).normalize();
@@ -75,6 +76,7 @@ fn vertex(along: f64, around: f64) -> Vertex {
     let up = side.cross(tangent);
     let angle = around * TAU;
     let normal = side * angle.cos() + up * angle.sin();
+    // Stripes that wind around the tube.
     let stripe = (20.0 * turn + 3.0 * angle).sin();
     let base = dvec3(0.86, 0.55, 0.28);
     let band = dvec3(0.20, 0.42, 0.62);
@@ -105,6 +107,7 @@ pub(super) fn sample_surface(
     let mut samples = Vec::new();
     let mut passed = 0.0;
     for triangle in triangles {
+        // All strata that begin within this triangle.
         passed += area(triangle);
         while next < passed {
             // Evenly over a triangle: fold the unit square.

@@ -66,12 +66,14 @@ pub(super) fn draw_triangles(
 }
 
 fn draw_triangle(image: &mut Image, camera: &PosedCamera, triangle: &[Vertex; 3]) {
+    // Only fronts before the camera.
     let corners = triangle.map(|vertex| camera.pose.to_camera(vertex.position));
     let [p0, p1, p2] = corners;
     let volume = p0.dot((p1 - p0).cross(p2 - p0));
     if volume >= 0.0 || corners.iter().any(|p| p.z <= 0.0) {
         return;
     }
+    // The pixels around the triangle.
     let pixels = corners.map(|p| camera.intrinsics.project_px(p));
     let least = pixels[0].min(pixels[1]).min(pixels[2]);
     let greatest = pixels[0].max(pixels[1]).max(pixels[2]);

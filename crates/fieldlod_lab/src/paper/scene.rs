@@ -3,7 +3,6 @@
 //! World space as in the figures: x right, y down, z away from the reader.
 
 use camera_field::double::PosedCamera;
-use fieldlod_hierarchy::fixtures::Random;
 use glam::{DVec3, dvec2, dvec3};
 
 /// A solid of a scene.
@@ -29,40 +28,51 @@ pub(super) struct RayHit {
 impl Scene {
     /// Columns, boxes and balls on a floor before a wall; cameras stand before it.
     pub(super) fn stage() -> Self {
-        let mut random = Random::new(181);
-        let mut solids = vec![
+        let solids = vec![
             box_at(dvec3(0.0, 2.0, 10.0), dvec3(24.0, 0.5, 24.0)),
             box_at(dvec3(0.0, 0.0, 17.0), dvec3(24.0, 9.0, 0.5)),
+            block(-5.45, 10.28, [0.93, 3.45, 0.88]),
+            block(-3.47, 10.17, [1.31, 0.89, 0.55]),
+            ball(0.41, 14.00, 0.51),
+            block(5.51, 9.45, [1.19, 0.64, 0.65]),
+            ball(-6.09, 10.85, 0.60),
+            ball(2.20, 12.04, 0.71),
+            block(4.18, 12.77, [1.32, 0.83, 1.18]),
+            block(-6.16, 12.07, [0.68, 1.04, 0.62]),
+            ball(6.94, 10.83, 0.71),
+            block(-6.61, 13.67, [1.19, 3.39, 0.58]),
+            ball(3.79, 12.50, 0.42),
+            block(-4.41, 8.39, [1.34, 2.53, 0.52]),
+            block(-6.27, 12.46, [1.25, 0.66, 0.97]),
+            ball(-3.62, 14.62, 0.78),
         ];
-        for _ in 0..14 {
-            let at = dvec3(
-                between(&mut random, -8.0, 8.0),
-                0.0,
-                between(&mut random, 8.0, 15.0),
-            );
-            solids.push(some_solid(&mut random, at));
-        }
         Self { solids }
     }
 
     /// A ring of solids around a tall one; cameras look in from all sides.
     pub(super) fn plaza() -> Self {
-        let mut random = Random::new(182);
-        let mut solids = vec![
+        let solids = vec![
             box_at(dvec3(0.0, 2.0, 0.0), dvec3(30.0, 0.5, 30.0)),
             box_at(DVec3::ZERO, dvec3(1.6, 4.0, 1.6)),
+            block(3.60, 0.0, [0.87, 3.46, 1.15]),
+            ball(4.21, 2.43, 0.50),
+            ball(2.36, 4.09, 0.69),
+            block(0.0, 4.56, [1.35, 0.73, 0.80]),
+            block(-1.42, 2.46, [0.54, 0.64, 0.87]),
+            ball(-4.11, 2.37, 0.93),
+            block(-2.52, 0.0, [0.84, 0.97, 1.29]),
+            ball(-3.37, -1.95, 0.59),
+            block(-1.62, -2.80, [1.07, 2.50, 0.64]),
+            block(0.0, -4.08, [0.84, 0.88, 1.04]),
+            ball(2.07, -3.59, 0.40),
+            ball(2.07, -1.20, 0.82),
         ];
-        for step in 0..12 {
-            let turn = f64::from(step) / 12.0 * core::f64::consts::TAU;
-            let radius = between(&mut random, 2.2, 5.0);
-            let at = dvec3(turn.cos() * radius, 0.0, turn.sin() * radius);
-            solids.push(some_solid(&mut random, at));
-        }
         Self { solids }
     }
 
     /// The first solid that a ray meets.
     pub(super) fn cast(&self, origin: DVec3, direction: DVec3) -> Option<RayHit> {
+        // The nearest of all solids that the ray meets.
         let hits = self.solids.iter().filter_map(|solid| {
             let distance = solid.distance(origin, direction)?;
             Some((distance, solid))
@@ -85,6 +95,7 @@ impl Scene {
 
     /// What every pixel of a camera sees, row by row.
     pub(super) fn capture(&self, camera: &PosedCamera) -> Vec<Option<RayHit>> {
+        // A ray through the middle of each pixel.
         let image = camera.intrinsics.image_px();
         let first = camera.intrinsics.slope_min * camera.intrinsics.focal_px;
         let (columns, rows) = (image.x.round() as u32, image.y.round() as u32);
@@ -114,6 +125,7 @@ impl Solid {
                 (distance > 0.0).then_some(distance)
             }
             Self::Box { min, max } => {
+                // Where the ray is within all three pairs of faces.
                 let one = (min - origin) / direction;
                 let other = (max - origin) / direction;
                 let enter = one.min(other).max_element();
@@ -146,27 +158,15 @@ fn box_at(center: DVec3, size: DVec3) -> Solid {
     }
 }
 
-/// A random number between two.
-pub(super) fn between(random: &mut Random, least: f64, greatest: f64) -> f64 {
-    least + (greatest - least) * f64::from(random.unit())
+/// A ball that lies on the floor, at y = 1.75.
+fn ball(x: f64, z: f64, radius: f64) -> Solid {
+    Solid::Sphere {
+        center: dvec3(x, 1.75 - radius, z),
+        radius,
+    }
 }
 
-/// A ball, a column or a low box that stands on the floor at y = 1.75.
-fn some_solid(random: &mut Random, at: DVec3) -> Solid {
-    let kind = f64::from(random.unit());
-    if kind < 0.4 {
-        let radius = between(random, 0.4, 1.0);
-        Solid::Sphere {
-            center: dvec3(at.x, 1.75 - radius, at.z),
-            radius,
-        }
-    } else {
-        let height = if kind < 0.7 {
-            between(random, 2.5, 3.5)
-        } else {
-            between(random, 0.6, 1.4)
-        };
-        let size = dvec3(between(random, 0.5, 1.4), height, between(random, 0.5, 1.4));
-        box_at(dvec3(at.x, 1.75 - 0.5 * height, at.z), size)
-    }
+/// A column or a low box that stands on the floor.
+fn block(x: f64, z: f64, size: [f64; 3]) -> Solid {
+    box_at(dvec3(x, 1.75 - 0.5 * size[1], z), size.into())
 }

@@ -76,10 +76,12 @@ pub(super) fn draw_splats(
         .iter()
         .filter_map(|sample| Splat::new(camera, sample, radius))
         .collect();
+    // First the depth of the nearest surface.
     let mut image = Image::new(side);
     for splat in &splats {
         draw_depth(&mut image, splat, mode);
     }
+    // Then the colours near it.
     let mut sums = vec![(DVec3::ZERO, 0.0); side * side];
     for splat in &splats {
         add_color(&mut sums, &image, splat, mode, radius);

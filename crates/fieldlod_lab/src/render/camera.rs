@@ -38,6 +38,7 @@ pub(super) fn of_eye(eye: &Eye) -> Result<(UVec2, Uniform), RenderError> {
         DVec4::new(-middle.x * scale.x, middle.y * scale.y, 0.0, 1.0),
         DVec4::new(0.0, 0.0, f64::from(eye.near), 0.0),
     );
+    // From local space, which is the world's, by way of the camera, in full precision until the end.
     let position = eye.position().as_dvec3();
     let turn = DMat4::from_mat3(eye.camera_from_world_exact());
     let clip_from_local = clip_from_camera * turn * DMat4::from_translation(-position);

@@ -44,6 +44,7 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::NoAdapter`], or [`RenderError::NoDevice`] from an adapter that fails.
     pub fn new() -> Result<Self, RenderError> {
+        // The adapter, and what it is called.
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
@@ -52,6 +53,7 @@ impl Renderer {
         let adapter = pollster::block_on(instance.request_adapter(&options));
         let adapter = adapter.map_err(|_| RenderError::NoAdapter)?;
         let name = adapter.get_info().name;
+        // A device that takes all that the adapter can.
         let descriptor = wgpu::DeviceDescriptor {
             // Buffers of large models.
             required_limits: adapter.limits(),
@@ -129,6 +131,7 @@ impl Renderer {
     ) -> Result<(Picture, Duration), RenderError> {
         let (size_px, uniform) = camera::of_eye(eye)?;
         self.with_targets(size_px * SUPERSAMPLING, |targets| {
+            // The time ends when the adapter is done, before the picture is read.
             let start = Instant::now();
             self.submit(model, &uniform, units, targets, false);
             wait(&self.device)?;
@@ -183,6 +186,7 @@ impl Renderer {
         targets: &Targets,
         with_units: bool,
     ) {
+        // One pass, cleared, with or without a second target for the units.
         let bindings = self.bindings(uniform);
         let mut encoder = self
             .device
@@ -202,6 +206,7 @@ impl Renderer {
         pass.set_bind_group(0, &bindings, &[]);
         pass.set_vertex_buffer(0, model.vertices.slice(..));
         pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
+        // One draw for each unit, which the shader knows by the instance's number.
         for &unit in units {
             pass.draw_indexed(model.units[unit as usize].clone(), 0, unit..unit + 1);
         }

@@ -50,6 +50,7 @@ impl DrawnModel {
 
 fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     let source = &hierarchy.vertices;
+    // Meshes without normals get smooth ones.
     let computed;
     let normals = if source.normals.is_empty() {
         computed = smooth_normals(hierarchy);

@@ -35,6 +35,7 @@ impl Picture {
         let mut colors = Vec::with_capacity((size_px.x * size_px.y) as usize);
         for y in 0..size_px.y {
             for x in 0..size_px.x {
+                // The mean of the pixel's texels, in linear light.
                 let mut sum = [0.0f32; 3];
                 for (dx, dy) in
                     (0..SUPERSAMPLING).flat_map(|x| (0..SUPERSAMPLING).map(move |y| (x, y)))

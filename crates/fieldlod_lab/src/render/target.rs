@@ -37,6 +37,7 @@ impl Target {
         queue: &wgpu::Queue,
     ) -> Result<Vec<T>, RenderError> {
         let size = self.texture.size();
+        // A buffer for rows that begin at multiples of the alignment.
         let row_bytes = (size.width * 4).next_multiple_of(ROW_ALIGNMENT);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -44,6 +45,7 @@ impl Target {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
+        // Copy, wait, and map.
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
@@ -61,6 +63,7 @@ impl Target {
         buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
         wait(device)?;
         let bytes = buffer.slice(..).get_mapped_range();
+        // Rows without what pads them.
         let rows = bytes.chunks_exact(row_bytes as usize);
         let row =
             |row: &[u8]| bytemuck::pod_collect_to_vec::<u8, T>(&row[..size.width as usize * 4]);

@@ -20,6 +20,7 @@ pub(super) fn eye(fovy_deg: f32, window_px: Vec2, object: &LodObject) -> Eye {
 /// Distances just beyond those at which a level of the whole object shows 1 px on the axis: where a
 /// criterion that is short anywhere shows it.
 pub(super) fn distances(object: &LodObject, focal_px: f32) -> impl Iterator<Item = f32> + use<'_> {
+    // Where each level starts on the axis, but for those that start inside of the object.
     let levels = 1..object.level_count();
     let starts = levels
         .map(move |level| object.level_errors_in_local[level as usize] * focal_px + object.radius);

@@ -53,6 +53,7 @@ impl Fixture {
 }
 
 fn shell() -> SourceMesh {
+    // The inner sphere's triangles run the other way round, as do its normals.
     let outer = fixtures::icosphere(5);
     let mut inner = fixtures::icosphere(5);
     for (position, normal) in inner.positions.iter_mut().zip(&mut inner.normals) {

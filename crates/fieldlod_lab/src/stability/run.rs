@@ -84,6 +84,7 @@ pub struct Verdict {
 /// `progress` hears how many cases are done of how many, from several threads.
 #[must_use]
 pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sync)) -> Report {
+    // All cases run on each model, or once on their own fixtures.
     let rounds = models.len().max(1);
     let total = cases().count() * rounds;
     let done = AtomicUsize::new(0);
@@ -212,6 +213,7 @@ impl<'a> Trial<'a> {
             let view = ObjectView::new(self.object, &frame.instance, &frame.eye);
             let choice = chooser.choose(&view);
             flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
+            // What is drawn and what is chosen.
             let in_view = view.units_in_view(&choice.units);
             self.sums.triangles_drawn += self.object.triangle_count(&in_view) as f64;
             self.sums.triangles_chosen += self.object.triangle_count(&choice.units) as f64;
@@ -225,6 +227,7 @@ impl<'a> Trial<'a> {
     }
 
     fn measure(&mut self, view: &ObjectView, choice: &Choice) {
+        // The surface is made anew where the cut is another.
         let last = self.last.take().filter(|(units, _)| *units == choice.units);
         let (units, cut) = last.unwrap_or_else(|| {
             if let Some(most) = &mut self.sums.open_edges {
@@ -232,6 +235,7 @@ impl<'a> Trial<'a> {
             }
             (choice.units.clone(), self.source.cut(&choice.units))
         });
+        // How far it lies from the source.
         let (instance, eye) = (&view.instance, &view.eye);
         let found = self
             .source

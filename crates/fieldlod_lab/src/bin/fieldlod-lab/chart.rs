@@ -59,6 +59,7 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    // Fail before the work where nothing can be written or drawn.
     let out = &arguments.out;
     let store = Store::new(&out.join("results"))?;
     let renderer = Renderer::new()?;
@@ -69,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         methods: CHART_METHODS.to_vec(),
         with_extras: !arguments.brief,
     };
+    // Measure model by model.
     let models = models(arguments);
     let bar = progress_bar("{bar:40} {pos}/{len}  {elapsed}, {eta} left  {msg}");
     bar.set_length((models.len() * options.steps()) as u64);
@@ -83,6 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         results.push(result);
     }
     bar.finish_and_clear();
+    // Sum up, draw, and tell.
     let report = Report::new(&results, &options, renderer.adapter());
     write_charts(&report, out)?;
     print(&report, arguments.json, |report| text(report, out))

@@ -40,6 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.promise {
         return run_promise(arguments, models, &bar);
     }
+    // All cases, on the models or on fixtures of their own.
     bar.set_message("cases");
     let report = stability::run(&models, &|done, total| {
         bar.set_length(total as u64);
@@ -62,6 +63,7 @@ fn run_promise(
     } else {
         models
     };
+    // As many cameras for each object.
     let effort = Effort {
         cameras: arguments.cameras,
         ..Effort::default()

@@ -25,13 +25,16 @@
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.
 
-use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
+mod extent;
+
+use camera_field::Camera;
 use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
 use crate::lane::{Lane, M3, V3};
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
+use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
 
 /// Weight of V: 1 over that of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
@@ -41,8 +44,6 @@ pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Rounding of the widest aspect ratio, added so that no threshold is relaxed by it.
 const ASPECT_ROUNDING: f32 = 1e-6;
-/// Rounding of a few operations, relative, as in `camera_field`'s bounds.
-const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 /// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
 /// [`LodSettings::error_px`].
@@ -134,25 +135,6 @@ pub(crate) struct Criterion<'a, L> {
     leaving_corner: Option<f32>,
 }
 
-/// The sphere of a group in camera space.
-struct SeenSphere<L> {
-    center: V3<L>,
-    radius: L,
-    distance_squared: L,
-    distance: L,
-}
-
-/// What the view knows of a sphere: where it lies, and bounds if neither mask is set.
-struct SeenExtent<L: Lane> {
-    outside: L::Mask,
-    /// The sphere holds the camera, or its numbers are not usable.
-    unbounded: L::Mask,
-    /// Greatest `1 / cos φ` in the visible part of the sphere.
-    secant: L,
-    /// Least depth there.
-    depth: L,
-}
-
 impl<'a, L: Lane> Criterion<'a, L> {
     pub(crate) fn new(instance: &'a InstanceView, settings: &'a LodSettings) -> Self {
         let has_margin = instance.kept_camera != instance.camera;
@@ -197,7 +179,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
             (true, Some(weight)) => {
                 let (a, b) = (screen_error(), displacement() * L::splat(weight));
                 // NaN if either is.
-                L::choose(b.is_below(a) | a.is_nan(), a, b)
+                L::choose(b.is_below(a) | a.not_a_number(), a, b)
             }
             (false, None) => L::zero(),
         }
@@ -388,88 +370,6 @@ impl<'a, L: Lane> Criterion<'a, L> {
         let limit = L::splat(min_aspect_ratio);
         L::choose(aspect.is_below(limit), aspect / limit, L::one())
     }
-}
-
-impl<L: Lane> SeenExtent<L> {
-    /// The extent of `camera_field`, for a given greatest secant of the view.
-    #[inline]
-    fn new(seen: &SeenSphere<L>, outside: L::Mask, corner: L) -> Self {
-        let SeenSphere {
-            center,
-            radius,
-            distance_squared,
-            distance,
-        } = *seen;
-        let gap = distance * L::splat(1.0 - ROUNDING) - radius;
-        // An infinite square has lost the distance.
-        let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
-        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-        let tangent_length = (gap * (distance + radius)).sqrt();
-        // cos(φ + δ) ρ², expanded.
-        let cosine =
-            (center.z * tangent_length - off_axis * radius) / distance_squared - L::splat(ROUNDING);
-        let is_narrower = L::one().is_below(cosine * corner);
-        let secant = L::choose(is_narrower, L::one() / cosine, corner);
-        Self {
-            outside,
-            unbounded: is_unusable(seen) | (!is_apart & !outside),
-            secant,
-            depth: (center.z - radius).larger(gap / secant),
-        }
-    }
-}
-
-fn corner_secant(camera: &Camera) -> f32 {
-    match camera {
-        Camera::Perspective(camera) => camera.max_secant(),
-        Camera::Orthographic(_) => 1.0,
-    }
-}
-
-/// Whether a sphere's numbers are not usable at all.
-#[inline]
-fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
-    let V3 { x, y, z } = seen.center;
-    let is_finite = |coordinate: L| coordinate.abs().is_below(L::infinity());
-    !(is_finite(x) & is_finite(y) & is_finite(z) & L::zero().is_at_most(seen.radius))
-}
-
-/// Whether a sphere does not touch the field of view, as `camera_field` tells it.
-#[inline]
-fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask {
-    let beyond = match camera {
-        Camera::Perspective(camera) => beyond_slopes(camera, seen),
-        Camera::Orthographic(camera) => beyond_edges(camera, seen),
-    };
-    beyond & !is_unusable(seen)
-}
-
-#[inline]
-fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, radius, .. } = *seen;
-    let (min, max) = (camera.slope_min, camera.slope_max);
-    // Squares in place of a plane's unit normal save a root.
-    let beyond = |across: L, slope: f32| {
-        let edge = L::splat(slope) * center.z;
-        let inside_by = across - edge + L::splat(ROUNDING) * (across.abs() + edge.abs());
-        let allowed = radius * radius * L::splat(1.0 + slope * slope);
-        inside_by.is_below(L::zero()) & allowed.is_below(inside_by * inside_by)
-    };
-    center.z.is_below(-radius)
-        | beyond(center.x, min.x)
-        | beyond(-center.x, -max.x)
-        | beyond(center.y, min.y)
-        | beyond(-center.y, -max.y)
-}
-
-#[inline]
-fn beyond_edges<L: Lane>(camera: &OrthographicIntrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, radius, .. } = *seen;
-    let (min, max) = (camera.min, camera.max);
-    (center.x + radius).is_below(L::splat(min.x))
-        | L::splat(max.x).is_below(center.x - radius)
-        | (center.y + radius).is_below(L::splat(min.y))
-        | L::splat(max.y).is_below(center.y - radius)
 }
 
 /// `v` of the module's formula. Rounding may leave |m| a hair above 1.

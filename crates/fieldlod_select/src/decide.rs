@@ -7,9 +7,9 @@
 //! them is worth is in the record of `benches/selection`.
 
 mod bounds_test;
-mod eye;
 mod facing;
 mod interval;
+mod local_view;
 mod view_parts;
 
 use std::cell::OnceCell;
@@ -23,8 +23,8 @@ use crate::settings::{LodSettings, Thresholds};
 use crate::table::GroupTable;
 use crate::view::InstanceView;
 use bounds_test::BoundsTest;
-use eye::LocalEye;
 use interval::IntervalTest;
+use local_view::LocalView;
 pub(crate) use view_parts::ViewParts;
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
@@ -38,19 +38,15 @@ pub fn refine(
     was_refined: &[u64],
     refined: &mut Vec<u64>,
 ) {
-    let thresholds = settings.thresholds(1.0);
-    let parts = ViewParts::of_instance(instance, settings);
-    let decision = Decision::new(table, instance, &parts, settings, thresholds, 0.0);
+    let parts = ViewParts::new(&instance.camera, &instance.kept_camera, settings);
+    let decision = Decision::new(table, instance, &parts, 1.0, 0.0);
     decision.decide(table, was_refined, refined);
 }
 
 /// The tests of one instance in one view.
 pub(crate) struct Decision<'a> {
-    instance: &'a InstanceView,
-    parts: &'a ViewParts,
-    settings: &'a LodSettings,
+    local: LocalView<'a>,
     thresholds: Thresholds,
-    eye: LocalEye,
     /// Made when first asked, as are the tests.
     criterion: OnceCell<Criterion<'a, f32x8>>,
     entering: OnceCell<BoundsTest>,
@@ -69,29 +65,24 @@ struct Answer {
 }
 
 impl<'a> Decision<'a> {
-    /// Answers tell whether they stay valid for all poses that move no point farther than `tolerance`
-    /// in camera space.
+    /// The errors of the instance count `bias` times. Answers tell whether they stay valid for all poses
+    /// that move no point farther than `tolerance` in camera space.
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,
-        parts: &'a ViewParts,
-        settings: &'a LodSettings,
-        thresholds: Thresholds,
+        parts: &'a ViewParts<'a>,
+        bias: f32,
         tolerance: f32,
     ) -> Self {
-        let eye = LocalEye::new(instance, &table.bounds.sphere, tolerance);
-        let interval =
-            IntervalTest::new(parts, &table.bounds, instance, &eye, settings, thresholds);
+        let thresholds = parts.settings.thresholds(bias);
+        let local = LocalView::new(instance, parts, &table.bounds.sphere, tolerance);
         Self {
-            instance,
-            parts,
-            settings,
+            interval: IntervalTest::new(&local, &table.bounds, thresholds),
+            local,
             thresholds,
-            eye,
             criterion: OnceCell::new(),
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
-            interval,
             zero_is_below: thresholds.coarsen_below_px >= 0.0,
         }
     }
@@ -144,16 +135,13 @@ impl<'a> Decision<'a> {
     }
 
     fn bounds_test(&self, may_leave: bool) -> &BoundsTest {
-        let (test, parts, threshold_px) = if may_leave {
-            let parts = &self.parts.leaving;
-            (&self.leaving, parts, self.thresholds.coarsen_below_px)
+        let (parts, thresholds) = (self.local.parts, self.thresholds);
+        let (test, camera, threshold_px) = if may_leave {
+            (&self.leaving, &parts.leaving, thresholds.coarsen_below_px)
         } else {
-            let parts = &self.parts.entering;
-            (&self.entering, parts, self.thresholds.refine_above_px)
+            (&self.entering, &parts.entering, thresholds.refine_above_px)
         };
-        test.get_or_init(|| {
-            BoundsTest::new(self.instance, &self.eye, parts, self.settings, threshold_px)
-        })
+        test.get_or_init(|| BoundsTest::new(&self.local, camera, threshold_px))
     }
 
     /// The bits of one word, and whether they stay valid.
@@ -211,11 +199,11 @@ impl<'a> Decision<'a> {
     fn decide_exactly(&self, table: &GroupTable, block: usize, was_refined: u32) -> Answer {
         let criterion = self
             .criterion
-            .get_or_init(|| Criterion::new(self.instance, self.settings));
+            .get_or_init(|| Criterion::new(self.local.instance, self.local.parts.settings));
         let was = mask_of(was_refined);
         let error_px = criterion.error_px(&table.criterion_input(block), was);
         let exceeds = |threshold_px: f32| {
-            bits_of(f32x8::splat(threshold_px).is_below(error_px) | Lane::is_nan(error_px))
+            bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
         };
         let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
         let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;

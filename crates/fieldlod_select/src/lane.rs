@@ -27,7 +27,6 @@ pub(crate) trait Lane:
     fn abs(self) -> Self;
     fn is_below(self, other: Self) -> Self::Mask;
     fn is_at_most(self, other: Self) -> Self::Mask;
-    fn is_nan(self) -> Self::Mask;
     /// One of two numbers for each group.
     fn choose(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
 
@@ -41,6 +40,11 @@ pub(crate) trait Lane:
 
     fn infinity() -> Self {
         Self::splat(f32::INFINITY)
+    }
+
+    #[inline]
+    fn not_a_number(self) -> Self::Mask {
+        !self.is_at_most(self)
     }
 
     /// The larger of two numbers; the second where either is NaN.
@@ -85,10 +89,6 @@ impl Lane for f32 {
         self <= other
     }
 
-    fn is_nan(self) -> bool {
-        f32::is_nan(self)
-    }
-
     fn choose(mask: bool, if_true: Self, if_false: Self) -> Self {
         if mask { if_true } else { if_false }
     }
@@ -120,11 +120,6 @@ impl Lane for f32x8 {
     #[inline]
     fn is_at_most(self, other: Self) -> f32x8 {
         self.simd_le(other)
-    }
-
-    #[inline]
-    fn is_nan(self) -> f32x8 {
-        self.simd_ne(self)
     }
 
     #[inline]

@@ -129,8 +129,7 @@ impl Selector {
         // What remains, group by group.
         let context = DecideContext {
             view,
-            parts: &ViewParts::of_view(view, settings),
-            settings,
+            parts: &ViewParts::new(&view.camera, &view.kept_camera, settings),
             test: &context.test,
             now: self.travel,
             last_step,

@@ -16,15 +16,14 @@
 use camera_field::Camera;
 use wide::f32x8;
 
-use super::eye::LocalEye;
 use super::facing::FacingTest;
+use super::local_view::LocalView;
 use super::view_parts::CameraParts;
-use crate::error_scale::{ErrorScale, ROUNDING_ALLOWANCE};
+use crate::error_scale::ROUNDING_ALLOWANCE;
 use crate::lane::{Lane, V3};
-use crate::settings::{LodSettings, Offscreen};
+use crate::settings::Offscreen;
 use crate::sides::Sides;
 use crate::table::{BoundsLanes, GroupTable};
-use crate::view::InstanceView;
 
 /// The tests against one threshold, in the view that groups with that threshold enter or leave.
 pub(super) struct BoundsTest {
@@ -44,30 +43,24 @@ enum NearTest {
 
 impl BoundsTest {
     /// For groups that enter or leave the view of a camera.
-    pub(super) fn new(
-        instance: &InstanceView,
-        eye: &LocalEye,
-        parts: &CameraParts,
-        settings: &LodSettings,
-        threshold_px: f32,
-    ) -> Self {
+    pub(super) fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
         // Beyond these, squares of lengths are no numbers to trust.
-        let rounding_in_camera = eye.rounding * instance.camera_per_local;
+        let rounding_in_camera = local.rounding * local.instance.camera_per_local;
         let is_trusted = (1e-15..1e13).contains(&rounding_in_camera);
-        let has_sides = settings.offscreen == Offscreen::Coarsest && is_trusted;
-        let near = match &parts.camera {
-            Camera::Perspective(camera) if instance.seen_stretch.is_none() => NearTest::Facing(
-                FacingTest::new(camera, instance, eye, parts.secant, settings, threshold_px),
-            ),
-            Camera::Perspective(_) => {
-                NearTest::Depth(DepthTest::new(instance, eye, parts, threshold_px))
-            }
-            Camera::Orthographic(_) => NearTest::None,
-        };
+        let has_sides = local.parts.settings.offscreen == Offscreen::Coarsest && is_trusted;
+        let is_similarity = local.instance.seen_stretch.is_none();
         Self {
-            sphere: SphereTest::new(instance, eye, &parts.scale, threshold_px),
-            sides: has_sides.then(|| SidesTest::new(instance, eye, &parts.camera)),
-            near,
+            sphere: SphereTest::new(local, camera, threshold_px),
+            sides: has_sides.then(|| SidesTest::new(local, &camera.camera)),
+            near: match camera.camera {
+                Camera::Perspective(_) if is_similarity => {
+                    NearTest::Facing(FacingTest::new(local, camera, threshold_px))
+                }
+                Camera::Perspective(_) => {
+                    NearTest::Depth(DepthTest::new(local, camera, threshold_px))
+                }
+                Camera::Orthographic(_) => NearTest::None,
+            },
         }
     }
 
@@ -127,19 +120,19 @@ struct SphereTest {
 }
 
 impl SphereTest {
-    fn new(instance: &InstanceView, eye: &LocalEye, scale: &ErrorScale, threshold_px: f32) -> Self {
-        let (is_orthographic, per_local) = match instance.camera {
+    fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
+        let (is_orthographic, per_local) = match camera.camera {
             Camera::Perspective(_) => (false, 1.0),
-            Camera::Orthographic(_) => (true, instance.camera_per_local),
+            Camera::Orthographic(_) => (true, local.instance.camera_per_local),
         };
-        let (weighed_error, deviation) = scale.times(per_local / threshold_px);
+        let (weighed_error, deviation) = camera.scale.times(per_local / threshold_px);
         Self {
             is_orthographic,
-            eye: eye.in_lanes(),
+            eye: local.eye,
             weighed_error: f32x8::splat(weighed_error),
             deviation: deviation.map(f32x8::splat),
-            unevenness: f32x8::splat(eye.unevenness),
-            slack: f32x8::splat(eye.slack),
+            unevenness: f32x8::splat(local.unevenness),
+            slack: f32x8::splat(local.slack),
         }
     }
 
@@ -167,17 +160,13 @@ struct DepthTest {
 }
 
 impl DepthTest {
-    fn new(
-        instance: &InstanceView,
-        eye: &LocalEye,
-        parts: &CameraParts,
-        threshold_px: f32,
-    ) -> Self {
+    fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
+        let instance = local.instance;
         let most = instance.camera_per_local;
-        let (weighed_error, deviation) = parts.scale.times(most / (threshold_px * parts.secant));
+        let (weighed_error, deviation) = camera.scale.times(most / (threshold_px * camera.secant));
         Self {
             axis: V3::splat(instance.camera_from_local.transpose().z_axis),
-            offset: f32x8::splat(instance.origin_in_camera.z - 2.0 * eye.slack * most),
+            offset: f32x8::splat(instance.origin_in_camera.z - 2.0 * local.slack * most),
             camera_per_local: f32x8::splat(most * ROUNDING_ALLOWANCE),
             weighed_error: f32x8::splat(weighed_error),
             deviation: deviation.map(f32x8::splat),
@@ -215,11 +204,12 @@ struct SidesTest {
 }
 
 impl SidesTest {
-    fn new(instance: &InstanceView, eye: &LocalEye, camera: &Camera) -> Self {
+    fn new(local: &LocalView, camera: &Camera) -> Self {
+        let instance = local.instance;
         let most = instance.camera_per_local;
         let (linear, translation) = (&instance.camera_from_local, instance.origin_in_camera);
         Self {
-            sides: Sides::moved(camera, linear, translation, eye.slack * most),
+            sides: Sides::moved(camera, linear, translation, local.slack * most),
             camera_per_local: f32x8::splat(most * ROUNDING_ALLOWANCE),
         }
     }

@@ -13,16 +13,14 @@
 //! (d f/τ) (ρ + r) < (z − r)²   or   (d f/τ) S < z − r
 //! ```
 
-use camera_field::Intrinsics;
 use wide::f32x8;
 
-use super::eye::LocalEye;
+use super::local_view::LocalView;
+use super::view_parts::CameraParts;
 use crate::criterion::VISIBLE_WEIGHT;
 use crate::error_scale::ROUNDING_ALLOWANCE;
 use crate::lane::{Lane, V3};
-use crate::settings::LodSettings;
 use crate::table::{BoundsLanes, FacingLanes, GroupTable};
-use crate::view::InstanceView;
 
 /// The test of one instance against one threshold.
 pub(super) struct FacingTest {
@@ -37,29 +35,18 @@ pub(super) struct FacingTest {
 }
 
 impl FacingTest {
-    /// `secant` is that of the image's widest corner.
-    pub(super) fn new(
-        camera: &Intrinsics,
-        instance: &InstanceView,
-        eye: &LocalEye,
-        secant: f32,
-        settings: &LodSettings,
-        threshold_px: f32,
-    ) -> Self {
-        let weights = settings.error_weights();
-        let focal_px = camera.focal_px.x.max(camera.focal_px.y);
-        let of_error = (camera.constant_px2() * VISIBLE_WEIGHT).sqrt();
+    pub(super) fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
         let per_px = |scale: f32| f32x8::splat(scale * (ROUNDING_ALLOWANCE / threshold_px));
-        let axis = instance.camera_from_local.transpose().z_axis;
-        let of_deviation = |weight: f32| per_px(focal_px * weight);
+        let of_error = |constant_px2: f32| per_px((constant_px2 * VISIBLE_WEIGHT).sqrt());
+        let axis = local.instance.camera_from_local.transpose().z_axis;
         Self {
-            eye: eye.in_lanes(),
-            // Similarities are so but for 1e-4, which the other slacks bear too.
-            axis: V3::splat(axis * (0.9998 / instance.camera_per_local)),
-            error: weights.counts_error.then(|| per_px(of_error)),
-            deviation: weights.displacement_weight.map(of_deviation),
-            secant: f32x8::splat(secant),
-            slack: f32x8::splat(eye.slack),
+            eye: local.eye,
+            // Similarities are so but for 1e-4, which the other slacks cover too.
+            axis: V3::splat(axis * (0.9998 / local.instance.camera_per_local)),
+            error: camera.constant_px2.map(of_error),
+            deviation: camera.focal_px.map(per_px),
+            secant: f32x8::splat(camera.secant),
+            slack: f32x8::splat(local.slack),
         }
     }
 

@@ -16,18 +16,17 @@
 //! certainly touches the view. With D no more than what rounding moves a point by, the test decides most
 //! groups for less than the criterion costs.
 
-use camera_field::{Camera, Intrinsics};
+use camera_field::Camera;
 use wide::f32x8;
 
-use super::eye::LocalEye;
+use super::local_view::LocalView;
 use super::view_parts::ViewParts;
 use crate::criterion::{VISIBLE_WEIGHT, silhouette_weight, silhouette_width, visible_weight};
 use crate::error_bounds::ErrorBounds;
 use crate::lane::{Lane, M3, V3, mask_of};
-use crate::settings::{LodSettings, Offscreen, Thresholds};
+use crate::settings::{Offscreen, Thresholds};
 use crate::sides::Sides;
 use crate::table::GroupTable;
-use crate::view::InstanceView;
 
 const ZERO: f32x8 = f32x8::splat(0.0);
 /// Relative allowance for rounding, and for what a similarity may differ from one.
@@ -47,17 +46,13 @@ pub(super) struct Certain {
 
 /// The test of one instance in one view under one set of settings.
 pub(super) struct IntervalTest<'a> {
-    parts: &'a ViewParts,
+    parts: &'a ViewParts<'a>,
     eye: V3<f32x8>,
     /// To camera space in local lengths.
     camera_from_local: M3<f32x8>,
     /// `D` of the module's formulas.
     max_move: f32x8,
-    /// `C` and `f`, where they count.
-    of_error: Option<f32>,
-    of_deviation: Option<f32>,
     thresholds: Thresholds,
-    offscreen: Offscreen,
     tells_above: bool,
 }
 
@@ -89,49 +84,32 @@ impl<'a> IntervalTest<'a> {
     /// `None` where the instance is no similarity, the view is orthographic, or sizes are beyond what
     /// squares can hold.
     pub(super) fn new(
-        parts: &'a ViewParts,
+        local: &LocalView<'a>,
         bounds: &ErrorBounds,
-        instance: &InstanceView,
-        eye: &LocalEye,
-        settings: &LodSettings,
         thresholds: Thresholds,
     ) -> Option<Self> {
-        let Camera::Perspective(camera) = &instance.camera else {
-            return None;
-        };
-        let is_usable = instance.seen_stretch.is_none()
-            && eye.is_usable()
+        let LocalView {
+            instance, parts, ..
+        } = *local;
+        let is_usable = matches!(instance.camera, Camera::Perspective(_))
+            && instance.seen_stretch.is_none()
+            && local.has_usable_size
             && bounds.error_weighed.max(bounds.deviation) < LARGEST_ERROR;
-        is_usable.then(|| Self::of_similarity(parts, camera, instance, eye, settings, thresholds))
-    }
-
-    fn of_similarity(
-        parts: &'a ViewParts,
-        camera: &Intrinsics,
-        instance: &InstanceView,
-        eye: &LocalEye,
-        settings: &LodSettings,
-        thresholds: Thresholds,
-    ) -> Self {
-        let weights = settings.error_weights();
-        let focal_px = camera.focal_px.x.max(camera.focal_px.y);
         let in_local_lengths = instance.camera_from_local * (1.0 / instance.camera_per_local);
-        Self {
+        let camera = &parts.entering;
+        is_usable.then(|| Self {
             parts,
-            eye: eye.in_lanes(),
+            eye: local.eye,
             camera_from_local: M3::splat(&in_local_lengths),
             // Rounding at this place and at the other.
-            max_move: f32x8::splat(eye.slack + eye.rounding),
-            of_error: weights.counts_error.then(|| camera.constant_px2()),
-            of_deviation: weights.displacement_weight.map(|weight| focal_px * weight),
+            max_move: f32x8::splat(local.slack + local.rounding),
             thresholds,
-            offscreen: settings.offscreen,
             // What relaxes the criterion makes it smaller than these bounds; with no error at all
             // nothing is above.
-            tells_above: settings.max_curl == 0.0
-                && settings.min_aspect_ratio == 0.0
-                && (weights.counts_error || weights.displacement_weight.is_some()),
-        }
+            tells_above: parts.settings.max_curl == 0.0
+                && parts.settings.min_aspect_ratio == 0.0
+                && (camera.constant_px2.is_some() || camera.focal_px.is_some()),
+        })
     }
 
     /// What is certain of the groups of one block, of which `was_refined` has the bits.
@@ -161,7 +139,7 @@ impl<'a> IntervalTest<'a> {
             above: holds_eye | (seen.is_apart & placement.inside & sides.above),
         };
         // Outside of it.
-        match self.offscreen {
+        match self.parts.settings.offscreen {
             Offscreen::Coarsest => certain.below |= placement.outside,
             Offscreen::OnAxis => {
                 let on_axis = self.compare_on_axis(&seen, table, block, threshold_px);
@@ -240,14 +218,14 @@ impl<'a> IntervalTest<'a> {
         let (more, less) = (f32x8::splat(1.0 + ALLOWANCE), f32x8::splat(1.0 - ALLOWANCE));
         let mut below = ZERO.is_at_most(ZERO);
         let mut above = ZERO;
-        if let Some(constant) = self.of_error {
+        if let Some(constant) = self.parts.entering.constant_px2 {
             let error = table.facings.error[block];
             let shows = error * error * f32x8::splat(constant);
             let [least, most] = weights(seen, table.normal_variance[block]);
             below = (shows * most * more).is_below(allowed_squared(0));
             above = allowed_squared(1).is_below(shows * least * less);
         }
-        if let Some(focal_px) = self.of_deviation {
+        if let Some(focal_px) = self.parts.entering.focal_px {
             let shows = table.groups.deviation[block] * f32x8::splat(focal_px);
             below &= (shows * more).is_below(allowed(0));
             above |= allowed(1).is_below(shows * less);

@@ -6,10 +6,10 @@ use wide::f32x8;
 use crate::error_scale::ErrorScale;
 use crate::settings::LodSettings;
 use crate::sides::Sides;
-use crate::view::{InstanceView, View};
 
 /// The cameras that groups enter and, once refined, leave.
-pub(crate) struct ViewParts {
+pub(crate) struct ViewParts<'a> {
+    pub(super) settings: &'a LodSettings,
     pub(super) entering: CameraParts,
     pub(super) leaving: CameraParts,
     /// Whether they are two.
@@ -24,19 +24,16 @@ pub(crate) struct CameraParts {
     pub(super) scale: ErrorScale,
     /// The sides in camera space.
     pub(super) sides: Sides<f32x8>,
+    /// `C` of the criterion's field strength and `f`, of perspective cameras and where the errors that
+    /// they belong to count.
+    pub(super) constant_px2: Option<f32>,
+    pub(super) focal_px: Option<f32>,
 }
 
-impl ViewParts {
-    pub(crate) fn of_view(view: &View, settings: &LodSettings) -> Self {
-        Self::new(&view.camera, &view.kept_camera, settings)
-    }
-
-    pub(super) fn of_instance(instance: &InstanceView, settings: &LodSettings) -> Self {
-        Self::new(&instance.camera, &instance.kept_camera, settings)
-    }
-
-    fn new(entering: &Camera, leaving: &Camera, settings: &LodSettings) -> Self {
+impl<'a> ViewParts<'a> {
+    pub(crate) fn new(entering: &Camera, leaving: &Camera, settings: &'a LodSettings) -> Self {
         Self {
+            settings,
             entering: CameraParts::new(entering, settings),
             leaving: CameraParts::new(leaving, settings),
             has_margin: entering != leaving,
@@ -46,14 +43,22 @@ impl ViewParts {
 
 impl CameraParts {
     fn new(camera: &Camera, settings: &LodSettings) -> Self {
+        let weights = settings.error_weights();
+        let (secant, constant_px2, focal_px) = match camera {
+            Camera::Perspective(camera) => (
+                camera.max_secant(),
+                camera.constant_px2(),
+                camera.focal_px.x.max(camera.focal_px.y),
+            ),
+            Camera::Orthographic(_) => (1.0, 0.0, 0.0),
+        };
         Self {
             camera: *camera,
-            secant: match camera {
-                Camera::Perspective(camera) => camera.max_secant(),
-                Camera::Orthographic(_) => 1.0,
-            },
+            secant,
             scale: ErrorScale::of_view(camera, settings),
             sides: Sides::of(camera),
+            constant_px2: weights.counts_error.then_some(constant_px2),
+            focal_px: weights.displacement_weight.map(|weight| focal_px * weight),
         }
     }
 }

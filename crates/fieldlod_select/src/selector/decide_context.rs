@@ -2,15 +2,14 @@
 
 use crate::decide::ViewParts;
 use crate::object_test::ObjectTest;
-use crate::settings::LodSettings;
 use crate::validity::CameraTravel;
 use crate::view::View;
 
+/// What cuts are decided with.
 #[derive(Clone, Copy)]
 pub(super) struct DecideContext<'a> {
     pub(super) view: &'a View,
-    pub(super) parts: &'a ViewParts,
-    pub(super) settings: &'a LodSettings,
+    pub(super) parts: &'a ViewParts<'a>,
     pub(super) test: &'a ObjectTest<'a>,
     pub(super) now: CameraTravel,
     /// The camera's travel since the last frame.

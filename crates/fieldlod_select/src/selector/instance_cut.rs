@@ -56,15 +56,8 @@ impl InstanceCut {
         self.refined.clone_from(&table.coarsest_refined);
         self.chunk_validity.forget();
         self.validity = Validity::NONE;
-        let DecideContext {
-            view,
-            parts,
-            settings,
-            ..
-        } = *context;
-        let instance_view = InstanceView::new(view, &instance.world_from_local);
-        let thresholds = settings.thresholds(instance.bias);
-        let decision = Decision::new(table, &instance_view, parts, settings, thresholds, 0.0);
+        let instance_view = InstanceView::new(context.view, &instance.world_from_local);
+        let decision = Decision::new(table, &instance_view, context.parts, instance.bias, 0.0);
         decision.decide(table, &self.refined, &mut self.own);
         self.groups_decided = table.group_count();
         self.close(table);
@@ -81,45 +74,30 @@ impl InstanceCut {
         context: &DecideContext,
         has_moved: bool,
     ) {
-        let DecideContext {
-            view,
-            parts,
-            settings,
-            test,
-            now,
-            last_step,
-        } = *context;
+        let DecideContext { test, now, .. } = context;
         // How far the camera may move with the answers still valid.
         if has_moved {
             self.chunk_validity.forget();
         }
         let farthest = test.farthest(&instance.node.bounds.sphere);
         self.chunk_validity
-            .begin(self.own.len(), farthest, &now, &last_step);
+            .begin(self.own.len(), farthest, now, &context.last_step);
         let tolerance = if test.is_usable() {
             self.chunk_validity.tolerance()
         } else {
             0.0
         };
         // The words that are to be decided.
-        let instance_view = InstanceView::new(view, &instance.world_from_local);
-        let thresholds = settings.thresholds(instance.bias);
-        let decision = Decision::new(
-            table,
-            &instance_view,
-            parts,
-            settings,
-            thresholds,
-            tolerance,
-        );
-        let own_changed = self.decide_ended(table, &decision, &now, tolerance > 0.0);
+        let view = InstanceView::new(context.view, &instance.world_from_local);
+        let decision = Decision::new(table, &view, context.parts, instance.bias, tolerance);
+        let own_changed = self.decide_ended(table, &decision, now, tolerance > 0.0);
         // The cut, if it can have changed.
         self.has_changed = own_changed && self.close(table);
         if self.has_changed {
             self.end_changed();
             self.gather(table);
         }
-        self.validity = self.chunk_validity.finish(&now);
+        self.validity = self.chunk_validity.finish(now);
     }
 
     /// Decides the words that are not valid any more. Whether any bit of theirs has changed. The answers

@@ -1,7 +1,5 @@
 //! What a selector keeps between frames.
 
-use super::decide_context::DecideContext;
-use super::instance_cut::InstanceCut;
 use crate::scene::{MeshId, Scene};
 use crate::validity::Validity;
 
@@ -39,24 +37,8 @@ pub(super) struct Pending {
     pub(super) was: InstanceState,
     /// Whether the instance has changed since it was decided last.
     pub(super) has_moved: bool,
-    pub(super) cut: Box<InstanceCut>,
-}
-
-impl Pending {
-    pub(super) fn decide(&mut self, scene: &Scene, context: &DecideContext) {
-        let index = self.instance as usize;
-        let Some(mesh) = scene.entries[index].mesh else {
-            return;
-        };
-        let (table, instance) = (scene.table(mesh), &scene.instances[index]);
-        match self.was {
-            InstanceState::Mixed(_) => {
-                self.cut
-                    .decide_again(table, instance, context, self.has_moved);
-            }
-            _ => self.cut.decide_first(table, instance, context),
-        }
-    }
+    /// The key of its cut in the pool.
+    pub(super) cut: u32,
 }
 
 impl InstanceState {

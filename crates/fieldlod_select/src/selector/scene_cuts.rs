@@ -86,21 +86,31 @@ impl SceneCuts {
     /// Decides what is pending, group by group.
     pub(super) fn decide_pending(&mut self, scene: &Scene, context: &DecideContext) {
         let mut pending = std::mem::take(&mut self.pending);
-        for mut one in pending.drain(..) {
-            one.decide(scene, context);
-            self.put_back(scene, one);
+        for one in pending.drain(..) {
+            self.decide(scene, &one, context);
         }
         self.pending = pending;
     }
 
-    fn put_back(&mut self, scene: &Scene, pending: Pending) {
-        let Pending {
-            instance, was, cut, ..
-        } = pending;
+    fn decide(&mut self, scene: &Scene, pending: &Pending, context: &DecideContext) {
+        let (was, index) = (pending.was, pending.instance as usize);
+        let Some(mesh) = scene.entries[index].mesh else {
+            return;
+        };
+        // The cut, from that of the last frame if there was one.
+        let (table, instance) = (scene.table(mesh), &scene.instances[index]);
+        let cut = self.pool.at_mut(pending.cut);
+        let is_mixed = matches!(was, InstanceState::Mixed(_));
+        if is_mixed {
+            cut.decide_again(table, instance, context, pending.has_moved);
+        } else {
+            cut.decide_first(table, instance, context);
+            self.memories[index].state = InstanceState::Mixed(pending.cut);
+        }
         self.statistics.instances_decided += 1;
         self.statistics.groups_decided += cut.groups_decided();
-        self.validities[instance as usize] = cut.validity();
-        let is_mixed = matches!(was, InstanceState::Mixed(_));
+        self.validities[index] = cut.validity();
+        // What that changes.
         if !is_mixed || cut.has_changed() {
             let (before, triangles_before) = if is_mixed {
                 cut.drawn_before()
@@ -108,15 +118,9 @@ impl SceneCuts {
                 was.coarsest(scene)
             };
             let (now, triangles) = cut.drawn();
-            let id = scene.instance_at(instance);
+            let id = scene.instance_at(pending.instance);
             self.changes.record(id, before, now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
-        }
-        if let InstanceState::Mixed(key) = was {
-            self.pool.put_back(key, cut);
-        } else {
-            let state = InstanceState::Mixed(self.pool.insert(cut));
-            self.memories[instance as usize].state = state;
         }
     }
 

@@ -102,7 +102,7 @@ impl SceneCuts {
         };
         // Its groups have to be decided.
         let cut = match memory.state {
-            InstanceState::Mixed(key) => self.pool.take(key),
+            InstanceState::Mixed(key) => key,
             _ => self.pool.make(context.scene.table(mesh)),
         };
         self.pending.push(Pending {

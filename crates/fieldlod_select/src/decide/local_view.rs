@@ -1,9 +1,9 @@
-//! The eye in an instance's local space.
+//! One instance in one view, seen from its local space.
 
 use fieldlod_hierarchy::Sphere;
-use glam::Vec3;
 use wide::f32x8;
 
+use super::view_parts::ViewParts;
 use crate::lane::V3;
 use crate::stretch::least_stretch;
 use crate::view::InstanceView;
@@ -13,43 +13,44 @@ const POSITION_SLACK: f32 = 4e-6;
 /// Sizes whose squares can be trusted, in local units.
 const SIZES: std::ops::Range<f32> = 1e-4..1e12;
 
-/// The eye in local space, and by how much distances from it may mislead there.
-#[derive(Clone, Copy)]
-pub(super) struct LocalEye {
-    eye: Vec3,
-    /// About how far from the eye the farthest point is, at most.
-    size: f32,
+/// An instance in a view with the eye in local space, and by how much distances from it may mislead
+/// there.
+pub(super) struct LocalView<'a> {
+    pub(super) instance: &'a InstanceView,
+    pub(super) parts: &'a ViewParts<'a>,
+    pub(super) eye: V3<f32x8>,
     /// What rounding may move a point by.
     pub(super) rounding: f32,
     /// That, and how far points may move while the answers stay valid.
     pub(super) slack: f32,
     /// Greatest by least stretch of the instance: what distances in local space may mislead by.
     pub(super) unevenness: f32,
+    /// Whether squares of lengths can be trusted.
+    pub(super) has_usable_size: bool,
 }
 
-impl LocalEye {
+impl<'a> LocalView<'a> {
     /// For groups within `bounds`, and for all poses that move no point farther than `tolerance` in
     /// camera space.
-    pub(super) fn new(instance: &InstanceView, bounds: &Sphere, tolerance: f32) -> Self {
+    pub(super) fn new(
+        instance: &'a InstanceView,
+        parts: &'a ViewParts<'a>,
+        bounds: &Sphere,
+        tolerance: f32,
+    ) -> Self {
         let most = instance.camera_per_local;
         let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
+        // About how far from the eye the farthest point is, at most.
         let size = eye.length() + bounds.center.length() + bounds.radius;
         let rounding = POSITION_SLACK * size + 1e-14;
         Self {
-            eye,
-            size,
+            instance,
+            parts,
+            eye: V3::splat(eye),
             rounding,
             slack: rounding + tolerance / most * 1.001,
             unevenness: most / (least_stretch(&instance.camera_from_local, most) * 0.999),
+            has_usable_size: SIZES.contains(&size),
         }
-    }
-
-    pub(super) fn in_lanes(&self) -> V3<f32x8> {
-        V3::splat(self.eye)
-    }
-
-    /// Whether squares of lengths can be trusted.
-    pub(super) fn is_usable(&self) -> bool {
-        SIZES.contains(&self.size)
     }
 }

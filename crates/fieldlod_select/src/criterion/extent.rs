@@ -1,0 +1,111 @@
+//! Where a group's sphere lies in a view, and the bounds of secant and depth in its visible part: those of
+//! `camera_field`, for one sphere or for eight.
+
+use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
+
+use crate::lane::{Lane, V3};
+
+/// Rounding of a few operations, relative, as in `camera_field`'s bounds.
+pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
+
+/// The sphere of a group in camera space.
+pub(super) struct SeenSphere<L> {
+    pub(super) center: V3<L>,
+    pub(super) radius: L,
+    pub(super) distance_squared: L,
+    pub(super) distance: L,
+}
+
+/// What the view knows of a sphere: where it lies, and bounds if neither mask is set.
+pub(super) struct SeenExtent<L: Lane> {
+    pub(super) outside: L::Mask,
+    /// The sphere holds the camera, or its numbers are not usable.
+    pub(super) unbounded: L::Mask,
+    /// Greatest `1 / cos φ` in the visible part of the sphere.
+    pub(super) secant: L,
+    /// Least depth there.
+    pub(super) depth: L,
+}
+
+impl<L: Lane> SeenExtent<L> {
+    /// The extent of `camera_field`, for a given greatest secant of the view.
+    #[inline]
+    pub(super) fn new(seen: &SeenSphere<L>, outside: L::Mask, corner: L) -> Self {
+        let SeenSphere {
+            center,
+            radius,
+            distance_squared,
+            distance,
+        } = *seen;
+        let gap = distance * L::splat(1.0 - ROUNDING) - radius;
+        // An infinite square has lost the distance.
+        let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
+        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+        let tangent_length = (gap * (distance + radius)).sqrt();
+        // cos(φ + δ) ρ², expanded.
+        let cosine =
+            (center.z * tangent_length - off_axis * radius) / distance_squared - L::splat(ROUNDING);
+        let is_narrower = L::one().is_below(cosine * corner);
+        let secant = L::choose(is_narrower, L::one() / cosine, corner);
+        Self {
+            outside,
+            unbounded: is_unusable(seen) | (!is_apart & !outside),
+            secant,
+            depth: (center.z - radius).larger(gap / secant),
+        }
+    }
+}
+
+/// Secant of the image's widest corner; 1 for an orthographic camera.
+pub(super) fn corner_secant(camera: &Camera) -> f32 {
+    match camera {
+        Camera::Perspective(camera) => camera.max_secant(),
+        Camera::Orthographic(_) => 1.0,
+    }
+}
+
+/// Whether a sphere's numbers are not usable at all.
+#[inline]
+pub(super) fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
+    let V3 { x, y, z } = seen.center;
+    let is_finite = |coordinate: L| coordinate.abs().is_below(L::infinity());
+    !(is_finite(x) & is_finite(y) & is_finite(z) & L::zero().is_at_most(seen.radius))
+}
+
+/// Whether a sphere does not touch the field of view, as `camera_field` tells it.
+#[inline]
+pub(super) fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask {
+    let beyond = match camera {
+        Camera::Perspective(camera) => beyond_slopes(camera, seen),
+        Camera::Orthographic(camera) => beyond_edges(camera, seen),
+    };
+    beyond & !is_unusable(seen)
+}
+
+#[inline]
+fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask {
+    let SeenSphere { center, radius, .. } = *seen;
+    let (min, max) = (camera.slope_min, camera.slope_max);
+    // Squares in place of a plane's unit normal save a root.
+    let beyond = |across: L, slope: f32| {
+        let edge = L::splat(slope) * center.z;
+        let inside_by = across - edge + L::splat(ROUNDING) * (across.abs() + edge.abs());
+        let allowed = radius * radius * L::splat(1.0 + slope * slope);
+        inside_by.is_below(L::zero()) & allowed.is_below(inside_by * inside_by)
+    };
+    center.z.is_below(-radius)
+        | beyond(center.x, min.x)
+        | beyond(-center.x, -max.x)
+        | beyond(center.y, min.y)
+        | beyond(-center.y, -max.y)
+}
+
+#[inline]
+fn beyond_edges<L: Lane>(camera: &OrthographicIntrinsics, seen: &SeenSphere<L>) -> L::Mask {
+    let SeenSphere { center, radius, .. } = *seen;
+    let (min, max) = (camera.min, camera.max);
+    (center.x + radius).is_below(L::splat(min.x))
+        | L::splat(max.x).is_below(center.x - radius)
+        | (center.y + radius).is_below(L::splat(min.y))
+        | L::splat(max.y).is_below(center.y - radius)
+}

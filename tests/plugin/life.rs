@@ -125,11 +125,12 @@ fn a_guarantee_costs_triangles() {
     let mut app = app();
     let quality = spawn_camera(&mut app, 8.0);
     let guaranteed = spawn_camera(&mut app, 8.0);
-    let view = FieldLodSettings {
-        guaranteed: true,
+    let settings = FieldLodSettings {
+        error_px: None,
+        displacement_px: Some(1.0),
         ..default()
     };
-    insert(&mut app, guaranteed, view);
+    insert(&mut app, guaranteed, settings);
     spawn_rock(&mut app, 6);
     ready(&mut app, 1);
     let [quality, guaranteed] = [quality, guaranteed].map(|camera| stats(&app, camera));

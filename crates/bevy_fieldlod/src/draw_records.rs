@@ -74,6 +74,7 @@ impl DrawRecords {
     }
 
     fn add(&mut self, record: DrawRecord) -> u32 {
+        // Numbers are used again, so that views need no longer lists than there are records.
         if let Some(index) = self.free.pop() {
             self.records[index as usize] = record;
             return index;
@@ -121,6 +122,7 @@ impl DrawRecords {
     /// Forgets the entity of a unit, which is gone though its record is not, and returns the record.
     pub(crate) fn forget_entity(&mut self, entity: Entity) -> Option<u32> {
         let (index, record) = self.find(entity)?;
+        // The entity of a mesh does not come back, and a despawned unit has no record any more.
         self.unit(index).filter(|_| record.entity == Some(entity))?;
         self.records[index as usize].entity = None;
         self.record_of_entity[entity.index_u32() as usize] = NO_RECORD;

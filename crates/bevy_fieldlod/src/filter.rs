@@ -53,6 +53,7 @@ fn filter_visible_entities(
         if !camera.is_active {
             continue;
         }
+        // One pass over the list filters and counts.
         let (mut drawn, mut full, mut units) = (0, 0, 0);
         let mut keep_and_count = |entity: Entity| {
             let Some((index, record)) = scene.records.find(entity) else {

@@ -67,6 +67,7 @@ impl LodScene {
         mesh: &Arc<LodMesh>,
         bias: f32,
     ) {
+        // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_placement(id, transform.affine());
             return;
@@ -79,6 +80,7 @@ impl LodScene {
             (DrawKind::Source, DrawnAs::Units(Vec::new()))
         };
         self.records.add_entity(entity, kind, mesh.triangles_full);
+        // Ids are of the scene; what we know of an instance lies at their index.
         let id = self.scene.add_instance(mesh.id, transform.affine(), bias);
         if self.instances.len() <= id.index() {
             self.instances.resize_with(id.index() + 1, || None);
@@ -106,6 +108,7 @@ impl LodScene {
         };
         self.scene.remove(id);
         self.records.free_entity(entity);
+        // Units go with their object.
         let instance = self.instances[id.index()].take();
         let Some(DrawnAs::Units(units)) = instance.map(|instance| instance.drawn_as) else {
             return Vec::new();

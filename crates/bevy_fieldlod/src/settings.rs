@@ -22,24 +22,23 @@ use fieldlod_select::{LodSettings, Offscreen};
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodSettings {
-    /// Largest screen-space error in physical pixels that a simplification may show.
-    pub error_px: f32,
-    /// Bounds every displacement of the surface in the image by `error_px`, instead of the error of
-    /// the picture as a whole: no outliers, at the cost of more triangles. It rests on deviations
-    /// measured against the source.
-    pub guaranteed: bool,
-    /// Without `guaranteed`: still no displacement above this many pixels, if given.
-    pub displacement_cap_px: Option<f32>,
-    /// A piece that was refined stays so until its error falls below this share of `error_px`.
+    /// Quality: the largest screen-space error in physical pixels that a simplification may show. Single
+    /// points may be displaced by more.
+    pub error_px: Option<f32>,
+    /// Guarantee: the largest displacement of the surface in the image, in physical pixels, at the cost of
+    /// more triangles. It rests on deviations measured against the source. With both thresholds, neither
+    /// is exceeded; with none, everything is at its coarsest.
+    pub displacement_px: Option<f32>,
+    /// A piece that was refined stays so until it falls below this share of the thresholds.
     pub hysteresis: f32,
-    /// Aspect ratio of the sampling pattern below which `error_px` is relaxed: from 0 (never) to 1.
+    /// Aspect ratio of the sampling pattern below which the thresholds are relaxed: from 0 (never) to 1.
     /// Towards the corners of a very wide image more triangles no longer look better.
     pub min_aspect_ratio: f32,
     /// Relative change of the sampling density across a piece below which one sample stands for it;
     /// 0 always bounds it over the piece. A larger one draws fewer triangles at the same `error_px`, and
     /// lets single displacements grow; it is not faster.
     pub max_curl: f32,
-    /// Triangles that this view may draw, before frustum culling; `error_px` gives way to it.
+    /// Triangles that this view may draw, before frustum culling; the thresholds are scaled to meet it.
     pub triangle_budget: Option<u64>,
     /// Rendered pixels for each pixel of the view's target along one axis: 0.5 where an upscaler
     /// doubles both.
@@ -48,24 +47,23 @@ pub struct FieldLodSettings {
     /// on each side: what stands there may cast its shadow into the image, or come into it with a
     /// fast turn.
     pub offscreen_margin: f32,
-    /// Whether what stands further out keeps its shape, as its distance asks, while some light casts
-    /// shadows: for shadows that reach far into the image. Otherwise it is at its coarsest.
+    /// Whether casters outside the margin keep the level that their distance asks for, while some light
+    /// casts shadows: for shadows that reach far into the image. Otherwise they are at their coarsest.
     pub offscreen_casters: bool,
-    /// Margin around that in which a refined piece still counts as seen: it leaves the view later than
-    /// it entered.
+    /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
+    /// leaves the view later than it entered.
     pub edge_hysteresis: f32,
-    /// Draws the source meshes in this view instead of a cut: for comparison.
+    /// Draws the source meshes in this view instead of a cut, for comparison.
     pub full_detail: bool,
 }
 
 impl Default for FieldLodSettings {
-    /// 1 px of quality, coarsening below 0.8 px, with a margin of half the image on each side.
+    /// 1 px of screen-space error, coarsening below 0.8 px, with a margin of half the image on each side.
     fn default() -> Self {
         let settings = LodSettings::default();
         Self {
-            error_px: 1.0,
-            guaranteed: false,
-            displacement_cap_px: None,
+            error_px: settings.error_px,
+            displacement_px: settings.displacement_px,
             hysteresis: settings.hysteresis,
             min_aspect_ratio: settings.min_aspect_ratio,
             max_curl: settings.max_curl,
@@ -80,11 +78,11 @@ impl Default for FieldLodSettings {
 }
 
 impl FieldLodSettings {
-    /// The default at another error in physical pixels.
+    /// The default at another screen-space error in physical pixels.
     #[must_use]
     pub fn with_error_px(error_px: f32) -> Self {
         Self {
-            error_px,
+            error_px: Some(error_px),
             ..Self::default()
         }
     }
@@ -102,12 +100,8 @@ impl FieldLodSettings {
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
         LodSettings {
-            error_px: (!self.guaranteed).then_some(self.error_px),
-            displacement_px: if self.guaranteed {
-                Some(self.error_px)
-            } else {
-                self.displacement_cap_px
-            },
+            error_px: self.error_px,
+            displacement_px: self.displacement_px,
             hysteresis: self.hysteresis,
             min_aspect_ratio: self.min_aspect_ratio,
             max_curl: self.max_curl,
@@ -140,23 +134,5 @@ mod tests {
             ..expected
         };
         assert_eq!(FieldLodSettings::default().to_lod_settings(true), casting);
-    }
-
-    #[test]
-    fn a_cap_gives_way_to_a_guarantee() {
-        let capped = FieldLodSettings {
-            displacement_cap_px: Some(3.0),
-            ..default()
-        };
-        let selected = capped.to_lod_settings(false);
-        let thresholds = (selected.error_px, selected.displacement_px);
-        assert_eq!(thresholds, (Some(1.0), Some(3.0)));
-        let both = FieldLodSettings {
-            guaranteed: true,
-            ..capped
-        };
-        let selected = both.to_lod_settings(false);
-        let thresholds = (selected.error_px, selected.displacement_px);
-        assert_eq!(thresholds, (None, Some(1.0)));
     }
 }

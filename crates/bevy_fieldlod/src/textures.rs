@@ -84,11 +84,13 @@ fn measure_objects(
     former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
 ) {
     for (entity, object, transform, detail) in &mut objects {
+        // The view that sees it finest counts.
         let pixels_per_uv = views
             .iter()
             .filter_map(|(cut, pose)| pixels_per_uv(cut, pose, &object.mesh, transform))
             .reduce(f32::max);
         let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
+        // The component comes and goes with the views that see the object.
         match (measured, detail) {
             (Some(measured), Some(mut detail)) => {
                 detail.set_if_neq(measured);
@@ -102,6 +104,7 @@ fn measure_objects(
             (None, None) => {}
         }
     }
+    // It goes with the levels of detail, too.
     for entity in &former_objects {
         commands.entity(entity).remove::<TextureDetail>();
     }
@@ -129,9 +132,11 @@ fn pixels_per_uv(
     let center_in_world = world_from_local.transform_point3a(aabb.center);
     let center_in_view = pose.affine().inverse().transform_point3a(center_in_world);
     let center = CAMERA_FROM_VIEW * Vec3::from(center_in_view);
+    // Only what a view may see counts.
     if !camera.touches_sphere(center, radius) {
         return None;
     }
+    // Samples per area of surface over texture per area of surface: samples per area of texture.
     let strength = camera.strength_over_sphere(center, radius).or_infinity();
     Some((strength * scale * scale / mesh.uv_per_area).sqrt())
 }

@@ -43,6 +43,7 @@ fn follow_changed_meshes(
             AssetEvent::Removed { id } => (*id, false),
             _ => continue,
         };
+        // What was prepared of it goes with the last instance.
         for mesh in known.forget(id) {
             scene.retire(mesh);
         }
@@ -185,6 +186,7 @@ fn restore_source(
     mut scene: ResMut<LodScene>,
     mut commands: Commands,
 ) {
+    // Units are despawned, and the entity gets back what it had.
     for unit in scene.remove(removal.entity) {
         commands.entity(unit).try_despawn();
     }

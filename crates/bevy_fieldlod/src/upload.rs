@@ -50,6 +50,7 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
     let Some(waiting) = &queue.waiting else {
         return;
     };
+    // A mesh leaves the queue as soon as the GPU has its last piece.
     let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
     let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
     waiting.retain(|lod| {

@@ -87,15 +87,22 @@ fn select_views(
     debug: Res<FieldLodDebug>,
 ) {
     let scene = scene.bypass_change_detection();
+    // What casts shadows into the image counts, seen or not.
     let has_shadows = any_casts_shadows(&lights);
     let cuts = cameras.iter_mut().map(|(_, _, _, cut, _)| cut.into_inner());
     scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
+    // Each view goes from its last cut to the next; only what changed reaches the scene.
     for (camera, pose, settings, mut cut, mut stats) in &mut cameras {
         let start = Instant::now();
         let settings = settings.copied().unwrap_or_default();
         let (state, view) = desired_view(camera, pose, &settings);
-        set_state(&mut cut, state, scene);
+        // What was drawn in another state is drawn no longer.
+        if cut.state != state {
+            cut.state = state;
+            clear_cut(&mut cut, scene);
+        }
         if let Some(view) = view {
+            // A frozen view selects from where it was.
             let frozen = cut.view.filter(|_| debug.freeze);
             let settings = settings.to_lod_settings(has_shadows);
             select_cut(&mut cut, frozen.unwrap_or(view), &settings, scene);
@@ -135,16 +142,6 @@ fn view_of(camera: &Camera, pose: &GlobalTransform) -> Option<View> {
             warn_once!("a camera draws full detail: {error}");
             None
         }
-    }
-}
-
-/// Clears the cut of a view whose state changes.
-fn set_state(cut: &mut ViewCut, state: ViewState, scene: &mut LodScene) {
-    if cut.state != state {
-        cut.state = state;
-        clear_cut(cut, scene);
-        // A view that draws full detail asks whole meshes for their finest level.
-        scene.swap_all_whole_meshes();
     }
 }
 

@@ -2,6 +2,7 @@
 
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
+use fieldlod_select::{InstanceId, Scene};
 
 use crate::lod_mesh::LodObject;
 use crate::lod_scene::{DrawnAs, LodScene};
@@ -23,6 +24,7 @@ fn swap_whole_meshes(
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
+        // Instances may have gone, and others taken their index, since they were noted.
         let Some(instance) = scene.instance(index) else {
             continue;
         };
@@ -38,8 +40,9 @@ fn swap_whole_meshes(
             .iter()
             .filter(|(_, view)| view.unwrap_or_default().intersects(layers));
         let finest = views_that_see
-            .filter_map(|(cut, _)| level_for(cut, index))
+            .filter_map(|(cut, _)| level_for(cut, &scene.scene, instance.id))
             .min();
+        // A mesh that no view sees stays as it is.
         if let Some(level) = finest.filter(|&level| level != current) {
             mesh.0 = object.mesh_at(level).clone();
             scene.set_level(index, level);
@@ -51,10 +54,10 @@ fn swap_whole_meshes(
 }
 
 /// The level of a whole mesh that a view asks for; `None` if it has no say.
-fn level_for(cut: &ViewCut, instance: u32) -> Option<u32> {
+fn level_for(cut: &ViewCut, scene: &Scene, instance: InstanceId) -> Option<u32> {
     match cut.state {
         ViewState::Inactive => None,
         ViewState::FullDetail => Some(0),
-        ViewState::Cut => cut.visibility.level(instance),
+        ViewState::Cut => cut.selector.units(scene, instance).first().copied(),
     }
 }

@@ -145,7 +145,7 @@ fn apply_look(
 ) {
     let (mut main, mut view) = main.into_inner();
     let mut twin = twin.into_inner();
-    view.error_px = look.error_px;
+    view.error_px = Some(look.error_px);
     twin.is_active = look.split;
     let Some(size) = main.physical_target_size() else {
         return;

@@ -34,6 +34,7 @@ pub(super) fn paint_units(world: &mut World) {
     let of_piece =
         |(entity, piece): (Entity, &LodPiece)| (entity, piece.level, piece.error_in_local);
     let drawn: Vec<(Entity, u32, f32)> = scene.drawn_pieces().map(of_piece).collect();
+    // Paint what is drawn.
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         if let Some(material) = &wanted {
@@ -64,9 +65,11 @@ fn paint(
     let Ok(there) = world.get_entity(entity) else {
         return;
     };
+    // Errors are in local units, what the shader shows in those of the world.
     let transform = there.get::<GlobalTransform>();
     let scale = transform.map_or(1.0, |transform| transform.scale().abs().max_element());
     let tag = MeshTag(mesh_tag(level, error_in_local * scale));
+    // A material that changed under the paint must go again.
     let current = there.get::<MeshMaterial3d<LodDebugMaterial>>();
     let is_painted = current.is_some_and(|current| current.id() == material.id())
         && there.get::<MeshTag>() == Some(&tag)

@@ -56,6 +56,7 @@ pub(crate) fn renew_units(
     others: Query<EntityRef, OtherMaterials>,
     ticks: SystemChangeTick,
 ) {
+    // Components of known types.
     let mut objects = Vec::new();
     changes.0.add_to(&mut objects);
     changes.1.add_to(&mut objects);
@@ -65,6 +66,7 @@ pub(crate) fn renew_units(
     changes.5.add_to(&mut objects);
     changes.6.add_to(&mut objects);
     changes.7.add_to(&mut objects);
+    // Materials of unknown types.
     let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
     for entity in &others {
         let has_changed = |&id: &ComponentId| {
@@ -75,6 +77,7 @@ pub(crate) fn renew_units(
             objects.push(entity.id());
         }
     }
+    // Copying needs the whole world, so that it is left to a command.
     if !objects.is_empty() {
         commands.queue(move |world: &mut World| renew_units_of(world, &objects));
     }

@@ -37,6 +37,7 @@ impl InheritedComponents {
 
     /// Looks for types of materials that have come since.
     pub(crate) fn update(&mut self, world: &mut World) {
+        // The world has no more types of components than when this was last updated.
         if self.known == world.components().len() && self.known > 0 {
             return;
         }
@@ -66,6 +67,7 @@ impl InheritedComponents {
         else {
             return;
         };
+        // What the object has lost, the unit loses too.
         let is_lost = |&&id: &&ComponentId| unit_ref.contains_id(id) && !object_ref.contains_id(id);
         let lost: Vec<ComponentId> = self.all.iter().filter(is_lost).copied().collect();
         world.entity_mut(unit).remove_by_ids(&lost);

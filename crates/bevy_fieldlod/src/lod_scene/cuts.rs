@@ -21,12 +21,9 @@ impl LodScene {
         let Some(instance) = instance.filter(|instance| instance.id == change.instance) else {
             return;
         };
-        // The cut of a whole mesh is one unit: its level.
+        // The cut of a whole mesh is one unit, its level, which the selector knows.
         let DrawnAs::Units(units) = &mut instance.drawn_as else {
-            if let Some(&level) = change.entered.first() {
-                view.set_level(index, level);
-                self.whole_meshes_to_swap.push(index as u32);
-            }
+            self.whole_meshes_to_swap.push(index as u32);
             return;
         };
         // Units that left the cut become idle with their last view.
@@ -56,16 +53,15 @@ impl LodScene {
         }
     }
 
-    /// Removes everything from the cut of a view.
+    /// Removes everything from the cut of a view, which has no say in the levels of whole meshes any
+    /// more.
     pub(crate) fn clear_view(&mut self, view: &mut CutVisibility) {
-        for record in view.take_records() {
+        for record in view.take() {
             if self.records.leave_view(record, self.frame) {
                 self.idle_units.push_back((record, self.frame));
             }
         }
-        if view.take_levels() {
-            self.swap_all_whole_meshes();
-        }
+        self.swap_all_whole_meshes();
     }
 
     /// Removes units that no view has drawn for `idle_frames`, at most `most` of them, and returns their

@@ -53,6 +53,7 @@ fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
+    // Written aside and renamed: whoever reads it finds all of it or nothing.
     let unfinished = path.with_extension(format!("{}-{count}.part", std::process::id()));
     let written =
         std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));

@@ -26,6 +26,7 @@ pub(super) fn collect_prepared_meshes(
         let LodMeshEntry::Preparing(task) = entry else {
             continue;
         };
+        // Asked without waiting: a task that is not done yet is asked again in the next frame.
         let Some(result) = block_on(poll_once(task)) else {
             continue;
         };

@@ -84,6 +84,7 @@ impl LodMeshLookup<'_> {
         baked: Option<&Handle<BakedLods>>,
         kind: LodKind,
     ) -> Option<&LodMeshEntry> {
+        // The first entity that asks starts the task; all others share its result.
         let key = LookupKey { mesh, kind };
         if !self.known.entries.contains_key(&key)
             && let Some(entry) = self.start(mesh, baked, kind)

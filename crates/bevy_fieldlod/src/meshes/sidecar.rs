@@ -46,10 +46,12 @@ impl SidecarFiles {
 /// Reads the file of the same name with the extension `fieldlod`, or what the asset processor put into a
 /// `.glb`.
 async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
+    // A file beside the asset comes first.
     let sidecar = path.path().with_extension("fieldlod");
     if let Some(bytes) = read(assets, path, &sidecar).await {
         return parse(sidecar.display().to_string(), &bytes);
     }
+    // The asset processor appends the file to the `.glb` itself.
     let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
     if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
         let whole = read(assets, path, path.path()).await?;

@@ -18,12 +18,14 @@ pub(super) struct SourceArrays {
 impl SourceArrays {
     /// Copies them out of `mesh`, or tells why it cannot have levels of detail.
     pub(super) fn of(mesh: &Mesh) -> Result<Self, LodError> {
+        // Only triangle lists that stay as they are can be simplified.
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return Err(LodError::Topology(mesh.primitive_topology()));
         }
         if mesh.try_has_morph_targets()? {
             return Err(LodError::Morphed);
         }
+        // Positions must be there; normals and texture coordinates may be.
         let Some(VertexAttributeValues::Float32x3(positions)) =
             mesh.try_attribute_option(Mesh::ATTRIBUTE_POSITION)?
         else {
@@ -39,6 +41,7 @@ impl SourceArrays {
             }
             _ => Vec::new(),
         };
+        // A mesh without indices draws its vertices in order.
         let indices = match mesh.try_indices_option()? {
             Some(indices) => indices.iter().map(|index| index as u32).collect(),
             None => (0..positions.len() as u32).collect(),
@@ -66,6 +69,7 @@ impl SourceArrays {
             if let (Some(a), Some(b), Some(c), [Some(uv_a), Some(uv_b), Some(uv_c)]) =
                 (a, b, c, uvs)
             {
+                // Both are twice the triangle's, which the ratio does not show.
                 area += f64::from((b - a).cross(c - a).length());
                 uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
             }
@@ -77,9 +81,11 @@ impl SourceArrays {
     /// The name of the cache entry: a hash of all that baking looks at.
     pub(super) fn cache_name(&self) -> String {
         let mut hasher = Xxh3::new();
+        // Another version may bake differently, or write another format.
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.update(&FORMAT_VERSION.to_le_bytes());
         hasher.update(&self.hash().0.to_le_bytes());
+        // A NaN, which neither holds, tells where normals end.
         let normals = self.normals.iter().flat_map(Vec3::to_array);
         let uvs = self.uvs.iter().flat_map(Vec2::to_array);
         for number in normals.chain([f32::NAN]).chain(uvs) {

@@ -63,7 +63,7 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
-    /// How the bake of each of `primitives` went.
+    /// Course of the bake of each of `primitives`.
     bakes: Vec<PrimitiveBake>,
     /// The same, as lines of text.
     #[serde(skip)]
@@ -120,10 +120,12 @@ fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
     if output.is_dir() {
         return Err(Failure::new(output, "cannot be written: it is a folder"));
     }
+    // Its folder must be there already.
     let folder = output.parent().filter(|folder| *folder != Path::new(""));
     if folder.is_some_and(|folder| !folder.is_dir()) {
         return Err(Failure::new(output, "cannot be written: no such folder"));
     }
+    // And it must not be the input, under whatever name.
     let same = match (fs::canonicalize(input), fs::canonicalize(output)) {
         (Ok(input), Ok(output)) => input == output,
         _ => false,

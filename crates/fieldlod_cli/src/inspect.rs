@@ -89,6 +89,7 @@ fn primitive_text(primitive: &PrimitiveSummary, texture_size: Option<u32>) -> St
         let error = primitive.position_error_in_local;
         let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
     }
+    // One row for each level.
     let slide = if texture_size.is_some() {
         "texels"
     } else {

@@ -67,7 +67,7 @@ struct View {
 }
 
 impl View {
-    /// From a quarter to the right and half above, so that the whole mesh fits a panel.
+    /// Looks from a quarter to the right and half above, so that the whole mesh fits a panel.
     fn of(hierarchy: &Hierarchy) -> Self {
         let view_from_local = Mat3::from_rotation_x(0.5) * Mat3::from_rotation_y(-0.6);
         let positions = hierarchy.vertices.positions.iter();

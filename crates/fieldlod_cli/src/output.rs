@@ -45,7 +45,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
 /// failure.
 ///
 /// # Errors
-/// What the system says of standard output.
+/// A [`Failure`] of standard output.
 pub fn print<T: Serialize>(
     result: &T,
     as_json: bool,
@@ -77,7 +77,7 @@ pub fn progress_bar(template: &str) -> ProgressBar {
 /// Writes a file that is there whole or not at all: under another name in the same folder first.
 ///
 /// # Errors
-/// What the system says, with the file's name.
+/// A [`Failure`] with the file's name and the system's error.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let temporary = temporary_name(path);
     let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));

@@ -12,7 +12,7 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) primitive: u32,
     pub(crate) name: String,
     pub(crate) vertices: usize,
-    /// How far the file's positions lie from the source's; 0 in a lossless file.
+    /// The distance of the file's positions from the source's; 0 in a lossless file.
     pub(crate) position_error_in_local: f32,
     pub(crate) source_triangles: u64,
     /// Triangles of the coarsest cut.
@@ -32,15 +32,14 @@ pub(crate) struct LevelSummary {
     pub(crate) terminal_groups: usize,
     pub(crate) units: usize,
     pub(crate) triangles: u64,
-    /// Of the groups that are not terminal.
+    /// Errors that the simplifier reports of the groups that are not terminal.
     pub(crate) error_in_local: Option<Spread>,
-    /// Of the same: measured against the source.
+    /// Deviations of the same groups from the source, as measured.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
-    /// Of the groups that are not terminal: the angle by which normals are off at half of the
-    /// vertices removed.
+    /// Angles by which normals are off at half of the vertices that the same groups remove.
     pub(crate) normal_error_in_degrees: Option<Spread>,
-    /// Likewise for texture coordinates, in texture widths.
+    /// The slide of texture coordinates at half of the vertices removed, in texture widths.
     pub(crate) uv_error: Option<Spread>,
     /// Area of the mesh drawn at this level, as a share of the source's.
     pub(crate) area_share: f64,
@@ -87,7 +86,7 @@ impl PrimitiveSummary {
         }
     }
 
-    /// How people call it: by name if it has one.
+    /// The primitive's place in the file, with its name if it has one.
     pub(crate) fn title(&self) -> String {
         let Self {
             mesh, primitive, ..
@@ -104,6 +103,7 @@ impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
         let all = hierarchy.groups.iter();
         let groups: Vec<&Group> = all.filter(|group| group.level == level).collect();
+        // Errors are those of groups that are simplified; attributes may be missing.
         let with_normals = !hierarchy.vertices.normals.is_empty();
         let with_uvs = !hierarchy.vertices.uvs.is_empty();
         let simplified = || groups.iter().filter(|group| !group.is_terminal());

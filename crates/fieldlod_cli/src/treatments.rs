@@ -6,7 +6,7 @@ use fieldlod_bake::{BakeReport, Fallback, FallbackKind};
 use fieldlod_cli::output::thousands;
 use serde::Serialize;
 
-/// How the bake of one primitive went.
+/// Course of the bake of one primitive.
 #[derive(Debug, Serialize)]
 pub(crate) struct PrimitiveBake {
     mesh: u32,

@@ -36,7 +36,7 @@ struct PrimitiveReport {
     mesh: u32,
     primitive: u32,
     name: String,
-    /// What failed; absent if nothing did.
+    /// The check that failed; absent if none did.
     fault: Option<String>,
     samples: u64,
     /// Largest distances, as shares of the deviations stated.

@@ -43,7 +43,7 @@ impl Color {
         Self::new(level, level, level)
     }
 
-    /// From red, green and blue in 0..=1.
+    /// A colour of red, green and blue in 0..=1.
     pub(crate) fn from_unit(rgb: [f64; 3]) -> Self {
         let [red, green, blue] = rgb.map(to_byte);
         Self::new(red, green, blue)
@@ -81,7 +81,7 @@ fn to_byte(value: f64) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// How a text lies relative to its position; it is always centred vertically on it.
+/// Placement of a text beside its position; texts are always centred vertically on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
     Left,
@@ -296,6 +296,7 @@ impl Canvas {
         let Some(below) = self.pixmap.pixel(x, y) else {
             return;
         };
+        // The colour over what is below, by how much of the pixel it covers.
         let mix = |over: u8, under: u8| {
             let cover = u32::from(cover);
             ((u32::from(over) * cover + u32::from(under) * (255 - cover)) / 255) as u8

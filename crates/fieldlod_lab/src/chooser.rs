@@ -7,10 +7,10 @@ use crate::baselines::group_wise;
 use crate::method::Method;
 use crate::object_view::ObjectView;
 
-/// What a method draws.
+/// The cut that a method draws.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
-    /// For each group, whether its simplification is refused.
+    /// Whether the simplification of each group is refused.
     pub refined: Vec<bool>,
     /// Indices of the units drawn, ascending.
     pub units: Vec<u32>,
@@ -35,7 +35,7 @@ impl Chooser {
         }
     }
 
-    /// What the method draws in the next frame.
+    /// Chooses the cut that the method draws in the next frame.
     ///
     /// # Panics
     /// For the [oracle](Method::Oracle), which needs pictures.
@@ -43,6 +43,7 @@ impl Chooser {
         if self.method == Method::ClusterlodUnclosed {
             return unclosed(view, self.threshold_px);
         }
+        // Ours by the selection itself, the others by their errors.
         match self.method.settings(self.threshold_px) {
             Some(settings) => {
                 let world_from_local = &view.instance.world_from_local;
@@ -57,7 +58,7 @@ impl Chooser {
         }
     }
 
-    /// By the error of each group, or by one level for all of them; without hysteresis.
+    /// Chooses by the error of each group, or by one level for all of them, without hysteresis.
     fn choose_by_error(&mut self, view: &ObjectView) {
         let (method, hierarchy) = (self.method, &view.object.hierarchy);
         let level = method.object_level(view, self.threshold_px);
@@ -77,13 +78,14 @@ impl Chooser {
     }
 }
 
-/// Every unit for itself, its two groups' errors taken at its own bounds: clusters of one group
-/// disagree.
+/// Chooses each unit for itself, with its two groups' errors taken at its own bounds, so that clusters
+/// of one group disagree.
 fn unclosed(view: &ObjectView, threshold_px: f32) -> Choice {
     let hierarchy = &view.object.hierarchy;
     let exceeds = |group: u32, bounds: &Sphere| {
         group_wise::clusterlod(view, group as usize, bounds) > threshold_px
     };
+    // A unit is drawn if its own group is too coarse and the finer one is not, each at the unit's box.
     let drawn = |index: &u32| {
         let unit = &hierarchy.units[*index as usize];
         let bounds = Sphere {

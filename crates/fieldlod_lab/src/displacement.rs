@@ -24,13 +24,13 @@ use samples::{Sample, samples_of};
 /// Displacements of a cut in one view, in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Displacement {
-    /// The greatest.
+    /// The greatest displacement.
     pub max_px: f64,
-    /// One in a thousand is greater.
+    /// The displacement that one in a thousand exceeds.
     pub p99_9_px: f64,
-    /// The mean.
+    /// The mean displacement.
     pub mean_px: f64,
-    /// How many samples were in the picture.
+    /// The number of samples in the picture.
     pub samples: usize,
 }
 
@@ -148,7 +148,7 @@ fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
     TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
 }
 
-/// From local space to pixels without losing digits.
+/// Projects local space to pixels without losing digits.
 struct Projector<'a> {
     eye: &'a Eye,
     camera_from_local: DMat3,

@@ -18,14 +18,14 @@ pub struct Eye {
     pub zoom: f32,
 }
 
-/// Where an instance is, and what only some of the baselines ask of it.
+/// The place of an instance, and what only some of the baselines ask of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// Where every vertex is drawn.
+    /// The transform that every vertex is drawn with.
     pub world_from_local: Affine3A,
     /// The part of its scale that bones apply and the node does not show.
     pub bone_scale: f32,
-    /// By how much its box for culling is inflated, in world units (Godot's extra cull margin).
+    /// The margin of its box for culling, in world units (Godot's extra cull margin).
     pub cull_margin: f32,
 }
 
@@ -133,7 +133,7 @@ impl Eye {
         self
     }
 
-    /// What the selection takes.
+    /// The view that the selection takes.
     #[must_use]
     pub fn view(&self) -> View {
         View::new(self.camera, &self.world_from_view)
@@ -154,7 +154,7 @@ impl Eye {
         }
     }
 
-    /// Whether distance does not matter.
+    /// Whether the camera is orthographic, so that distance does not matter.
     #[must_use]
     pub fn is_orthographic(&self) -> bool {
         matches!(self.camera, Camera::Orthographic(_))

@@ -42,7 +42,7 @@ fn place(position: Vec3) -> [u32; 3] {
 #[derive(Clone, Debug, Default)]
 pub struct FlipCounter {
     last: Vec<bool>,
-    /// For each group, the frame of its last change, and whether that could be seen.
+    /// The frame of each group's last change, and whether that change could be seen.
     changed_at: Vec<Option<(usize, bool)>>,
     frames: usize,
     seen: u64,

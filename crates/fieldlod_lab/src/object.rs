@@ -7,14 +7,14 @@ use serde::Serialize;
 /// Focal length of the reference view, in pixels: 60° high, 1080 px.
 pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
 
-/// Which error of a group the methods are given.
+/// The error of a group that the methods are given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
     /// The deviation measured at bake, an upper bound: what is left to compare is the criterion.
     #[default]
     Measured,
-    /// What the simplifier reports, as these systems use it.
+    /// The error that the simplifier reports, as these systems use it.
     Reported,
 }
 
@@ -61,7 +61,7 @@ impl LodObject {
         }
     }
 
-    /// How many levels there are.
+    /// The number of levels, that of the source among them.
     #[must_use]
     pub fn level_count(&self) -> u32 {
         self.level_errors_in_local.len() as u32

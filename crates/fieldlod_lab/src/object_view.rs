@@ -14,9 +14,9 @@ use crate::object::LodObject;
 pub struct ObjectView<'a> {
     /// The object.
     pub object: &'a LodObject,
-    /// Where it is.
+    /// Where the object is.
     pub instance: Instance,
-    /// Who sees it.
+    /// The eye that sees it.
     pub eye: Eye,
     /// Greatest scale along the local axes, in world units per local unit.
     pub max_scale: f32,

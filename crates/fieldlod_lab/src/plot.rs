@@ -55,7 +55,7 @@ impl Axis {
         }
     }
 
-    /// How far along the axis a value is, from 0 to 1.
+    /// The share of the axis that lies before a value, from 0 to 1.
     fn share(&self, value: f64) -> f64 {
         let (least, greatest) = (*self.range.start(), *self.range.end());
         if self.is_logarithmic {
@@ -90,7 +90,7 @@ pub(crate) struct Plot {
 }
 
 impl Plot {
-    /// Frame, grid, tick labels and axis labels. The label of y stands above the axis.
+    /// Draws frame, grid, tick labels and axis labels. The label of y stands above the axis.
     pub(crate) fn draw_frame(&self, canvas: &mut Canvas) {
         let (min, max) = (self.area.min, self.area.max());
         // A line and a number for each tick.
@@ -112,13 +112,13 @@ impl Plot {
         canvas.text(above, Align::Left, &self.y.label, Color::INK);
     }
 
-    /// Where a pair of values lies in the picture.
+    /// The place of a pair of values in the picture, in pixels.
     pub(crate) fn place(&self, value: DVec2) -> DVec2 {
         let share = dvec2(self.x.share(value.x), 1.0 - self.y.share(value.y));
         self.area.min + share * self.area.size
     }
 
-    /// A line through pairs of values.
+    /// Draws a line through pairs of values.
     pub(crate) fn curve(&self, canvas: &mut Canvas, values: &[DVec2], color: Color) {
         let points: Vec<DVec2> = values.iter().map(|&value| self.place(value)).collect();
         canvas.clip_to(Some(self.area));
@@ -126,7 +126,7 @@ impl Plot {
         canvas.clip_to(None);
     }
 
-    /// The same line in dashes.
+    /// Draws the same line in dashes.
     pub(crate) fn dashed_curve(&self, canvas: &mut Canvas, values: &[DVec2], color: Color) {
         const DASH: f64 = 8.0;
         for pair in values.windows(2) {
@@ -140,7 +140,7 @@ impl Plot {
         }
     }
 
-    /// Dots in place of a line, for measured values on a computed curve.
+    /// Draws dots in place of a line, for measured values on a computed curve.
     pub(crate) fn dots(&self, canvas: &mut Canvas, values: &[DVec2], color: Color) {
         for &value in values {
             canvas.dot(self.place(value), 4.0, color);
@@ -148,7 +148,7 @@ impl Plot {
     }
 }
 
-/// Names of the curves, one below the other.
+/// Draws the names of curves, one below the other.
 pub(crate) fn draw_legend(canvas: &mut Canvas, at: DVec2, entries: &[(&str, Color)]) {
     for (row, &(name, color)) in entries.iter().enumerate() {
         let left = at + dvec2(0.0, 20.0 * row as f64);

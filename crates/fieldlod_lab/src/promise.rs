@@ -22,14 +22,14 @@ use crate::method::Method;
 use crate::object::LodObject;
 use crate::object_view::ObjectView;
 
-/// How much to measure.
+/// The amount of work that goes into a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
     /// Cameras, each with a placement of its own.
     pub cameras: usize,
     /// Points of a surface at which displacements are measured.
     pub samples: usize,
-    /// Where the random numbers start.
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 
@@ -43,14 +43,14 @@ impl Default for Effort {
     }
 }
 
-/// What was found on one object.
+/// Displacements found on one object.
 #[derive(Clone, Debug, Serialize)]
 pub struct PromiseRun {
-    /// What it is called.
+    /// The object's name.
     pub name: String,
-    /// Cameras that looked at it.
+    /// The number of cameras that looked at the object.
     pub cameras: usize,
-    /// What all methods were asked for, in pixels.
+    /// The threshold that all methods were asked for, in pixels.
     pub threshold_px: f32,
     /// Ours, then clusterlod's.
     pub methods: Vec<MethodRun>,
@@ -61,7 +61,7 @@ pub struct PromiseRun {
 pub struct MethodRun {
     /// The method.
     pub method: Method,
-    /// Of the samples of all cameras together.
+    /// Displacements of the samples of all cameras together.
     #[serde(flatten)]
     pub displacement: Displacement,
     /// Share of the samples above the threshold.
@@ -138,7 +138,7 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     (0..effort.cameras).map(scene).collect()
 }
 
-/// Turned, scaled and moved; or stretched, sheared and, half of the time, mirrored as well.
+/// Turns, scales and moves; or stretches, shears and, half of the time, mirrors as well.
 fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     let mut turn = || {
         let [a, b] = [random.vector(), random.vector()];
@@ -157,7 +157,7 @@ fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     Affine3A::from_mat3_translation(linear, random.vector() * 10.0)
 }
 
-/// The runs as text, one line for each.
+/// Writes the runs as text, one line for each method.
 #[must_use]
 pub fn table(runs: &[PromiseRun]) -> String {
     let mut text = format!(

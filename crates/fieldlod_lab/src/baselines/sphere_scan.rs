@@ -16,12 +16,12 @@ const LANES: usize = 8;
 /// Groups to a word of bits.
 const WORD: usize = 64;
 
-/// What clusterlod reads of an object, eight groups to an element.
+/// The spheres and errors that clusterlod reads of an object, eight groups to an element.
 #[derive(Debug)]
 pub(crate) struct SphereScan {
     /// Centre and radius of the nested sphere, and the error.
     rows: [Vec<f32x8>; 5],
-    /// Of each group the first unit that it consumes, and one more at the end.
+    /// The first unit that each group consumes, and the number of units at the end.
     first_unit: Vec<u32>,
     produced_by: Vec<u32>,
 }

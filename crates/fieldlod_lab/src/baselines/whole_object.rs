@@ -96,7 +96,7 @@ fn range_at(view: &ObjectView, threshold_px: f32, distance: f32) -> u32 {
     levels(view.object).take_while(starts).count() as u32
 }
 
-/// By the height of the object in the picture.
+/// Unreal's and Unity's groups: by the height of the object in the picture.
 pub(crate) fn projected_size(view: &ObjectView, threshold_px: f32) -> u32 {
     let diameter = 2.0 * view.object.radius;
     let size_at_unit_px = diameter * view.max_scale * view.eye.focal_px();
@@ -130,6 +130,7 @@ pub(crate) fn unity(view: &ObjectView, threshold_px: f32) -> u32 {
 
 /// Slope and bias of the least-squares line through the starts of the tuned ranges.
 fn unity_curve(object: &LodObject, threshold_px: f32) -> (f32, f32) {
+    // Where each level starts, over the logarithm of the size seen.
     let size = (object.aabb.max - object.aabb.min).length();
     let height = REFERENCE_HEIGHT_PX / REFERENCE_FOCAL_PX;
     let point = |level: u32| {
@@ -137,6 +138,7 @@ fn unity_curve(object: &LodObject, threshold_px: f32) -> (f32, f32) {
         ((covered / size).log2(), level as f32)
     };
     let points: Vec<(f32, f32)> = levels(object).map(point).collect();
+    // The line through them.
     let count = points.len().max(1) as f32;
     let mean_x = points.iter().map(|p| p.0).sum::<f32>() / count;
     let mean_y = points.iter().map(|p| p.1).sum::<f32>() / count;

@@ -18,7 +18,7 @@ pub struct AblationRow {
     pub method: Method,
     /// Triangles relative to clusterlod's at the image error of its 1 px, mean over all poses.
     pub triangles: Option<f64>,
-    /// The same in the worst pose.
+    /// Triangles relative to clusterlod's at the image error of its 1 px, in the worst pose.
     pub worst_pose: Option<f64>,
     /// Triangles relative to clusterlod's at its silhouette's error at 1 px.
     pub silhouette: Option<f64>,
@@ -27,7 +27,7 @@ pub struct AblationRow {
     pub triangles_at_1_px: f64,
     /// The greatest displacement there, in pixels.
     pub max_px: f64,
-    /// That which one point in a thousand exceeds, in the worst place, in pixels.
+    /// The displacement that one point in a thousand exceeds, in the worst place, in pixels.
     pub p99_9_px: f64,
     /// Time for a group by plain code, in nanoseconds.
     pub plain_ns: f64,
@@ -73,14 +73,14 @@ fn row(models: &[ModelResult], method: Method) -> AblationRow {
     }
 }
 
-/// What a method keeps of the threshold at which terms are ablated, one for each field of view.
+/// The results of a method at the threshold at which terms are ablated, one for each field of view.
 fn promises_of(model: &ModelResult, method: Method) -> impl Iterator<Item = &PromiseResult> {
     let at = f64::from(ABLATED_AT_PX);
     let all = model.promise.iter();
     all.filter(move |promise| promise.method == method && (promise.requested_px - at).abs() < 1e-6)
 }
 
-/// What each column of the table is.
+/// The names of the table's columns.
 const HEAD: [&str; 9] = [
     "criterion",
     "triangles",

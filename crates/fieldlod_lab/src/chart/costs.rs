@@ -12,7 +12,7 @@ use crate::method::Method;
 /// Methods are shown at an error only where at least this share of poses can be compared.
 const LEAST_SHARE: f64 = 0.6;
 
-/// What a method costs at an error: geometric means over poses.
+/// Costs of a method at an error, as geometric means over poses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CostAtError {
     /// The method.

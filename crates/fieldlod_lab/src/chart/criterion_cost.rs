@@ -30,9 +30,9 @@ pub const ABLATED: [Method; 10] = [
 /// The threshold at which they are, in pixels.
 pub(super) const ABLATED_AT_PX: f32 = 1.0;
 
-/// How many places the camera stands at.
+/// The number of places that the camera stands at.
 const PLACES: usize = 6;
-/// How often each is timed, to take the least.
+/// The number of times that each is timed, of which the fastest counts.
 const ROUNDS: usize = 15;
 /// Scans in a round that take so few microseconds.
 const SCANS: u32 = 8;
@@ -42,10 +42,10 @@ const SCANS: u32 = 8;
 pub struct CriterionCost {
     /// The method.
     pub method: Method,
-    /// By plain code, one group after the other, in nanoseconds.
+    /// Time by plain code, one group after the other, in nanoseconds.
     pub plain_ns: f64,
-    /// As a frame would: eight groups at once, conservative tests first. Of what the selection can be
-    /// told to do, and of clusterlod.
+    /// Time as in a frame, eight groups at once and conservative tests first, in nanoseconds; of methods
+    /// that the selection can be told to be, and of clusterlod.
     pub fast_ns: Option<f64>,
 }
 
@@ -53,6 +53,7 @@ pub struct CriterionCost {
 pub(super) fn criterion_costs(scene: &ChartScene, seed: u64) -> Vec<CriterionCost> {
     let poses = poses(scene.object, PLACES, seed);
     let eyes: Vec<Eye> = poses.iter().map(|pose| scene.eye(pose)).collect();
+    // The mean over groups and places.
     let groups = scene.object.hierarchy.groups.len().max(1) as f64;
     let mean_ns = |seconds: f64| seconds * 1e9 / (groups * eyes.len() as f64);
     let cost = |method| {

@@ -19,16 +19,16 @@ pub(super) const CHARTED: [Method; 4] = [
     Method::Oracle,
 ];
 
-/// What one threshold gives.
+/// Costs and error of the cut that one threshold gives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What was asked for, in pixels; for the oracle, squared levels of error per triangle.
+    /// The threshold, in pixels; of the oracle, in squared levels of error per triangle.
     pub threshold: f64,
     /// Triangles of the units that touch the view.
     pub triangles: u64,
-    /// How many such units: draw commands.
+    /// The number of those units, and so of draw commands.
     pub units: u64,
-    /// How far the picture is from the reference.
+    /// The difference of the picture from the reference.
     pub error: ImageError,
     /// Time to choose from scratch on one thread, in microseconds: ours by the `Selector`,
     /// clusterlod's by a scan of eight groups at once, others by plain code.
@@ -42,7 +42,7 @@ pub struct Point {
 pub struct Curve {
     /// The method.
     pub method: Method,
-    /// From the finest to the coarsest threshold.
+    /// The points, from the finest to the coarsest threshold.
     pub points: Vec<Point>,
 }
 
@@ -54,7 +54,7 @@ impl Curve {
     }
 }
 
-/// What all methods give from one pose.
+/// The curves of all methods from one pose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseResult {
     /// The pose.
@@ -71,7 +71,7 @@ impl PoseResult {
     }
 }
 
-/// What is held equal between methods.
+/// The measure of error that is held equal between methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -100,7 +100,7 @@ impl Measure {
         }
     }
 
-    /// Its value at a point.
+    /// The measure's value at a point.
     #[must_use]
     pub fn of(self, point: &Point) -> f64 {
         match self {

@@ -86,6 +86,7 @@ const COST_CHARTS: [CostChart; 3] = [
 ];
 
 fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
+    // A curve for each method; what knows the pictures is dashed.
     let series = chart.methods.iter().map(|&method| {
         let costs = report.costs.iter().filter(|cost| cost.method == method);
         let points = costs.map(|cost| DVec2::new(cost.rmse, (chart.cost)(cost)));
@@ -156,6 +157,7 @@ fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
         is_dashed: false,
         points: vec![DVec2::splat(0.25), DVec2::splat(8.0)],
     }];
+    // The greatest displacements, and those that one in a thousand exceeds.
     for method in [Method::Guaranteed, Method::Quality, Method::Clusterlod] {
         series.push(Series::new(method, points(method, |p| p.max_px)));
         series.push(Series {

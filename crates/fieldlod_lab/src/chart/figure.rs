@@ -22,7 +22,7 @@ const NAME_HEIGHT: f64 = 19.0;
 pub(super) struct Figure {
     /// The sentence that the picture shows.
     pub(super) title: String,
-    /// What is measured, and on what.
+    /// What is measured, and on which models.
     pub(super) note: String,
     pub(super) panels: Vec<Panel>,
 }
@@ -91,7 +91,7 @@ impl Figure {
 }
 
 impl Panel {
-    /// What stands above the chart.
+    /// The text above the chart.
     fn label(&self) -> String {
         if self.name.is_empty() {
             self.y.clone()

@@ -23,7 +23,7 @@ const METHODS: [Method; 4] = [
     Method::VisibilityRange,
 ];
 
-/// How much a method flickers at a threshold.
+/// Flicker of a method at a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlickerResult {
     /// The method.

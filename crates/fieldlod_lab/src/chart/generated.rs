@@ -5,14 +5,14 @@ use fieldlod_bake::{SourceMesh, fixtures};
 /// A model that the program makes.
 #[derive(Clone, Copy, Debug)]
 pub struct Generated {
-    /// Its name.
+    /// The model's name.
     pub name: &'static str,
-    /// Makes it.
+    /// The function that makes the model.
     pub mesh: fn() -> SourceMesh,
 }
 
 impl Generated {
-    /// What constants were chosen on.
+    /// The models that constants were chosen on.
     pub const TRAINING: [Self; 3] = [
         Self {
             name: "boulder",
@@ -28,7 +28,7 @@ impl Generated {
         },
     ];
 
-    /// What is reported: other shapes and sizes.
+    /// The models that are reported, of other shapes and sizes.
     pub const TEST: [Self; 4] = [
         Self {
             name: "rock",

@@ -40,12 +40,12 @@ pub const CHART_METHODS: [Method; 18] = [
     Method::Oracle,
 ];
 
-/// How a model is measured.
+/// Settings by which models are measured.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// How many poses.
+    /// The number of poses.
     pub poses: usize,
-    /// What the poses depend on.
+    /// The seed of the poses.
     pub seed: u64,
     /// Size of the pictures.
     pub size_px: UVec2,
@@ -58,22 +58,22 @@ pub struct Options {
 /// All that was measured of a model.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ModelResult {
-    /// Its name.
+    /// The model's name.
     pub name: String,
     /// Triangles of the source.
     pub triangles: u64,
-    /// Each pose.
+    /// The curves from each pose.
     pub poses: Vec<PoseResult>,
-    /// What is kept of promises.
+    /// Displacements at thresholds.
     pub promise: Vec<PromiseResult>,
-    /// What flickers.
+    /// Flicker on a walk.
     pub flicker: Vec<FlickerResult>,
-    /// What the criteria take for a group.
+    /// Times that the criteria take for a group.
     pub criterion: Vec<CriterionCost>,
 }
 
 impl Options {
-    /// How many steps a model takes.
+    /// The number of steps that a model takes.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.poses + if self.with_extras { 3 } else { 0 }

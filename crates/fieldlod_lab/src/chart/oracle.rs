@@ -16,10 +16,10 @@ use super::pose_view::PoseView;
 use crate::object_view::ObjectView;
 use crate::render::{Picture, RenderError, SUPERSAMPLING, UnitMap};
 
-/// How far, in texels, a difference beside a silhouette may lie from the surface that made it.
+/// The distance, in texels, at which a difference beside a silhouette may lie from the surface that made it.
 const REACH_TEXELS: i64 = 6;
 
-/// What each group's simplification costs in the picture.
+/// The error that each group's simplification makes in the picture.
 pub(super) struct Oracle {
     /// Sum of squared differences of levels per triangle saved, by group.
     worth: Vec<f32>,
@@ -51,7 +51,7 @@ impl Oracle {
         })
     }
 
-    /// From the finest to the coarsest, evenly over the groups that matter.
+    /// Thresholds from the finest to the coarsest, evenly over the groups that matter.
     pub(super) fn thresholds(&self, count: usize) -> Vec<f32> {
         let mut worth: Vec<f32> = self.worth.iter().copied().filter(|w| *w > 0.0).collect();
         worth.sort_by(f32::total_cmp);

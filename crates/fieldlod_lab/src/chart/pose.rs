@@ -19,9 +19,9 @@ const HIGHEST_RADII: f32 = 0.25;
 /// A camera in a model's space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Where it is.
+    /// The camera's position.
     pub position: [f32; 3],
-    /// What it looks at.
+    /// The point that it looks at.
     pub target: [f32; 3],
     /// Field of view upwards, in degrees.
     pub fovy_deg: f32,
@@ -59,7 +59,7 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Much wider than high, along +Y.
+/// Tells whether an object is much wider than it is high, along +Y.
 fn is_ground(object: &LodObject) -> bool {
     let extent = object.aabb.max - object.aabb.min;
     extent.y < 0.3 * extent.x.min(extent.z)
@@ -92,13 +92,13 @@ struct Random {
 }
 
 impl Random {
-    /// From 0 to 1.
+    /// A number from 0 to 1.
     fn share(self, slot: u64) -> f32 {
         let key = [self.seed, self.index as u64, slot].map(u64::to_le_bytes);
         (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// Evenly over the sphere; takes two slots.
+    /// A direction, evenly over the sphere; takes two slots.
     fn direction(self, slot: u64) -> Vec3 {
         let z = 2.0 * self.share(slot) - 1.0;
         let (sin, cos) = (std::f32::consts::TAU * self.share(slot + 1)).sin_cos();

@@ -10,7 +10,7 @@ use crate::measure::{ImageError, image_error};
 use crate::object_view::ObjectView;
 use crate::render::{Picture, RenderError};
 
-/// How often a charted picture is drawn, to take the least time.
+/// The number of times that a charted picture is drawn, of which the fastest counts.
 const DRAWS: usize = 3;
 
 /// A pose with its reference and what was measured before.
@@ -38,13 +38,14 @@ impl<'a> PoseView<'a> {
         })
     }
 
-    /// How far the picture of some units is from the reference, and the least time to draw it. With
-    /// FLIP and an exact time for methods whose pictures and times are charted.
+    /// Measures how far the picture of some units is from the reference, and the least time to draw it;
+    /// with FLIP and an exact time for methods whose pictures and times are charted.
     pub(super) fn measure(
         &mut self,
         units: Vec<u32>,
         is_charted: bool,
     ) -> Result<(ImageError, Duration), RenderError> {
+        // The same units give the same picture.
         let key = (units, is_charted);
         if let Some(measured) = self.measured.get(&key) {
             return Ok(*measured);

@@ -19,10 +19,10 @@ const THRESHOLDS_PX: [f32; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 const METHODS: [Method; 3] = [Method::Guaranteed, Method::Quality, Method::Clusterlod];
 /// Points of the surface at which displacements are measured.
 const SAMPLES: usize = 6_000;
-/// How many places the camera stands at.
+/// The number of places that the camera stands at.
 const PLACES: usize = 3;
 
-/// What a method keeps of a promise.
+/// Displacements that a method gives at a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PromiseResult {
     /// The method.
@@ -33,9 +33,9 @@ pub struct PromiseResult {
     pub requested_px: f64,
     /// The greatest displacement of all places, in pixels.
     pub max_px: f64,
-    /// That which one point in a thousand exceeds, in the worst place.
+    /// The displacement that one point in a thousand exceeds, in the worst place, in pixels.
     pub p99_9_px: f64,
-    /// Mean displacement over the places.
+    /// The mean displacement over the places, in pixels.
     pub mean_px: f64,
     /// Triangles of units in view, mean over the places.
     pub triangles: f64,
@@ -88,12 +88,14 @@ fn measure(
     };
     let mut scratch = Scratch::default();
     for eye in eyes {
+        // Choose as in a frame, and measure what is chosen.
         let view = scene.view(eye);
         let selection = &scene.fast_selection;
         let (units, _) = selection.choose(method, &view, threshold_px, &mut scratch);
         let cut = surface.cut(&units);
         let found = surface.displacement(&cut, &scene.instance, eye, false);
         let triangles = scene.object.triangle_count(&view.units_in_view(&units));
+        // The worst of all places, or their mean.
         result.max_px = result.max_px.max(found.max_px);
         result.p99_9_px = result.p99_9_px.max(found.p99_9_px);
         result.mean_px += found.mean_px / eyes.len() as f64;

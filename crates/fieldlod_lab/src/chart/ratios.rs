@@ -13,15 +13,15 @@ pub const COMPARED_AT_PX: [f64; 3] = [0.4, 1.0, 2.5];
 pub struct Ratios {
     /// The method.
     pub method: Method,
-    /// What is equal.
+    /// The measure of error that is equal.
     pub measure: Measure,
     /// Clusterlod's threshold at which the error is taken, in pixels.
     pub at_px: f64,
     /// Geometric mean over poses.
     pub mean: f64,
-    /// The best pose.
+    /// The ratio in the best pose.
     pub least: f64,
-    /// The worst pose.
+    /// The ratio in the worst pose.
     pub greatest: f64,
     /// Over how many poses. The others' error is not on the method's curve.
     pub poses: usize,
@@ -35,6 +35,7 @@ impl Ratios {
         measure: Measure,
         at_px: f64,
     ) -> Option<Self> {
+        // Poses whose error is on the method's curve.
         let ratio = |pose: &&PoseResult| ratio(pose, method, measure, at_px);
         let found: Vec<f64> = poses.iter().filter_map(ratio).collect();
         (!found.is_empty()).then(|| Self {

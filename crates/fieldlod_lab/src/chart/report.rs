@@ -24,25 +24,25 @@ const BY_MODEL: [Method; 7] = [
 /// The numbers behind all charts.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Report {
-    /// What drew the pictures.
+    /// The adapter that drew the pictures.
     pub adapter: String,
     /// Width and height of the pictures.
     pub size_px: [u32; 2],
-    /// What the poses depend on.
+    /// The seed of the poses.
     pub seed: u64,
-    /// How many poses of each model.
+    /// The number of poses of each model.
     pub poses: usize,
     /// Triangles of clusterlod at equal error, over all models' poses.
     pub ratios: Vec<Ratios>,
-    /// The same for each model.
+    /// The ratios of each model.
     pub models: Vec<ModelRatios>,
     /// Costs at equal image error, over all models' poses.
     pub costs: Vec<CostAtError>,
-    /// What is kept of promises, in the worst model; triangles of all models together.
+    /// Displacements at thresholds, in the worst model; triangles of all models together.
     pub promise: Vec<PromiseResult>,
-    /// What flickers, over all models.
+    /// Flicker on a walk, over all models.
     pub flicker: Vec<FlickerResult>,
-    /// What each term of the criterion is worth.
+    /// The worth of each term of the criterion.
     pub ablation: Vec<AblationRow>,
 }
 
@@ -69,6 +69,7 @@ impl Report {
                 ratios: all_ratios(&poses, &BY_MODEL),
             }
         };
+        // All models' poses count alike.
         let poses: Vec<&PoseResult> = models.iter().flat_map(|model| &model.poses).collect();
         Self {
             adapter: adapter.to_owned(),
@@ -90,7 +91,7 @@ impl Report {
         find(&self.ratios, method, measure, at_px)
     }
 
-    /// What each term of the criterion is worth, as a table in Markdown.
+    /// The worth of each term of the criterion, as a table in Markdown.
     #[must_use]
     pub fn ablation_table(&self) -> String {
         markdown(&self.ablation)

@@ -11,7 +11,7 @@ use super::scene::ChartScene;
 use crate::method::Method;
 use crate::render::RenderError;
 
-/// How often a choice is made, to take the least time.
+/// The number of times that a choice is made, of which the fastest counts.
 const SELECTIONS: usize = 5;
 
 /// Measures some methods from a pose.
@@ -67,6 +67,7 @@ fn point(
     units: &[u32],
     select: Duration,
 ) -> Result<Point, RenderError> {
+    // Only what touches the view is drawn and counted.
     let drawn = view.view.units_in_view(units);
     let triangles = view.scene.object.triangle_count(&drawn);
     let units = drawn.len() as u64;

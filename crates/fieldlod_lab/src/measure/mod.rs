@@ -13,7 +13,7 @@ pub use silhouette::silhouette_px;
 /// A channel of a pixel counts as off beyond this, of 255: about what an eye notices.
 pub const OFF_LEVELS: f32 = 4.0;
 
-/// How a picture differs from the reference.
+/// Differences of a picture from the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImageError {
     /// Root of the mean squared difference of channels, of 255, over the pixels that show a surface in

@@ -36,7 +36,7 @@ impl Disk {
         }
     }
 
-    /// Where a kernel puts a point of the unit disk.
+    /// Maps a point of the unit disk to the image by a kernel.
     pub(super) fn map(&self, kind: KernelKind, e: DVec2) -> DVec2 {
         match kind {
             KernelKind::Exact => self.kernel.map_exact(e),
@@ -53,7 +53,7 @@ impl Disk {
         }
     }
 
-    /// Whether a pixel is inside a kernel.
+    /// Tells whether a pixel is inside a kernel.
     pub(super) fn covers(&self, kind: KernelKind, pixel: DVec2) -> bool {
         let e = self.kernel.unmap_affine(pixel);
         e.length() <= self.radius(kind, e.normalize_or_zero())

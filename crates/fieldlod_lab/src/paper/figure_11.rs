@@ -138,6 +138,7 @@ fn draw_cut(canvas: &mut Canvas, area: Rect) {
 fn draw_patterns(canvas: &mut Canvas, area: Rect) {
     let shown = [0.0_f64, 30.0, 60.0, 75.0];
     for (index, degrees) in shown.into_iter().enumerate() {
+        // The outline, scaled to one height.
         let outline = pattern(degrees.to_radians(), 1e-3);
         let scale = 110.0 / extent(&outline, |p| p.y);
         let center = area.min + dvec2(65.0 + 130.0 * index as f64, 70.0);

@@ -188,6 +188,7 @@ impl<'a> Panel<'a> {
             }
         });
         canvas.frame(self.area, Color::PALE);
+        // How much of the exact area differs, in the corner.
         let share = self.disk.symmetric_difference(kind) * 100.0;
         let at = self.area.max() - dvec2(6.0, 12.0);
         canvas.text(at, Align::Right, &format!("{share:.1} %"), Color::INK);
@@ -210,6 +211,7 @@ fn draw_charts(canvas: &mut Canvas, numbers: &Figure14) {
             y: Axis::linear(name, 0.0..=100.0, 20.0, 0),
         };
         chart.draw_frame(canvas);
+        // A curve for each kernel.
         for (kind, color) in COMPARED {
             let share = |at: &DifferenceAtAngle| match kind {
                 KernelKind::Paper => at.paper,

@@ -30,7 +30,7 @@ pub struct Figure15 {
     pub exact: SplatErrors,
 }
 
-/// How a picture of splats differs from that of the triangles.
+/// Differences of a picture of splats from that of the triangles.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SplatErrors {
     /// Root mean square difference of colour, in 0..=255, where both cover the pixel.

@@ -50,9 +50,9 @@ pub struct SceneResult {
 /// The convergent point against the average position.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Comparisons {
-    /// Where the camera at the average position has the same focal length.
+    /// The camera at the average position has the same focal length.
     pub same_focal: Comparison,
-    /// Where it has the same density on the plane at the mean depth.
+    /// The camera at the average position has the same density on the plane at the mean depth.
     pub same_density: Comparison,
 }
 
@@ -72,11 +72,11 @@ pub struct Comparison {
     pub sets: usize,
     /// Pairs for which the convergent point merges fewer.
     pub fewer_in: usize,
-    /// How many per cent fewer, mean over the pairs; negative for more.
+    /// Per cent by which fewer merge, mean over the pairs; negative if more do.
     pub mean_fewer_percent: f64,
-    /// The least of the pairs.
+    /// The same per cent of the pair with the least.
     pub least_fewer_percent: f64,
-    /// The greatest of the pairs.
+    /// The same per cent of the pair with the most.
     pub greatest_fewer_percent: f64,
 }
 
@@ -263,6 +263,7 @@ fn draw_references(canvas: &mut Canvas, corner: DVec2, scene: &Scene, set: &Came
     for (index, camera) in set.references.iter().enumerate() {
         let image = camera.intrinsics.image_px().round();
         let at = corner + dvec2(0.0, 200.0 * index as f64);
+        // Light from one side, darker with depth.
         let hits = scene.capture(camera);
         canvas.shade(
             Rect {

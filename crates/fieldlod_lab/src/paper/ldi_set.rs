@@ -20,7 +20,7 @@ const SAME_DEPTH: f64 = 0.02;
 /// grids decides.
 const GRID_SHIFTS: u32 = 8;
 
-/// How many samples merge, by the position of the camera of the layered depth image.
+/// Samples that merge, by the position of the camera of the layered depth image.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LdiCounts {
     /// Merged at the convergent point.
@@ -54,10 +54,10 @@ pub(super) struct CameraSet {
     pub(super) result: SetResult,
 }
 
-/// How the two cameras of a set are placed.
+/// The placement of the two cameras of a set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
-    /// Where the pair looks.
+    /// The point that the pair looks at.
     pub(super) target: DVec3,
     /// Heading of the pair, around the vertical.
     pub(super) heading: f64,

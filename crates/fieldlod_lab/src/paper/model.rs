@@ -48,6 +48,7 @@ pub(super) fn torus_knot() -> Vec<[Vertex; 3]> {
     (0..ALONG)
         .flat_map(|along| (0..AROUND).map(move |around| (along, around)))
         .flat_map(|(along, around)| {
+            // Two triangles of each quad.
             let here = at(along, around);
             let across = at(along + 1, around + 1);
             [

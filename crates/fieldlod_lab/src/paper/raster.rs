@@ -35,6 +35,7 @@ impl Image {
     ) -> impl Iterator<Item = (usize, DVec2)> + use<> {
         let side = self.side;
         let half = 0.5 * side as f64;
+        // Columns and rows whose middles lie in the box, within the image.
         let range = |middle: f64, reach: f64| {
             let least = (middle - reach + half - 0.5).ceil().max(0.0) as usize;
             let end = (middle + reach + half + 0.5)

@@ -18,7 +18,7 @@ pub(super) struct Scene {
     pub(super) solids: Vec<Solid>,
 }
 
-/// Where a ray meets a scene.
+/// The place at which a ray meets a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RayHit {
     pub(super) position: DVec3,
@@ -70,7 +70,7 @@ impl Scene {
         Self { solids }
     }
 
-    /// The first solid that a ray meets.
+    /// Finds the first solid that a ray meets.
     pub(super) fn cast(&self, origin: DVec3, direction: DVec3) -> Option<RayHit> {
         // The nearest of all solids that the ray meets.
         let hits = self.solids.iter().filter_map(|solid| {
@@ -85,7 +85,7 @@ impl Scene {
         })
     }
 
-    /// Whether a point is at least `margin` away from every solid.
+    /// Tells whether a point is at least `margin` away from every solid.
     pub(super) fn is_free(&self, p: DVec3, margin: f64) -> bool {
         self.solids.iter().all(|solid| match *solid {
             Solid::Sphere { center, radius } => p.distance(center) > radius + margin,
@@ -93,7 +93,7 @@ impl Scene {
         })
     }
 
-    /// What every pixel of a camera sees, row by row.
+    /// Finds what every pixel of a camera sees, row by row.
     pub(super) fn capture(&self, camera: &PosedCamera) -> Vec<Option<RayHit>> {
         // A ray through the middle of each pixel.
         let image = camera.intrinsics.image_px();

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::model::Vertex;
 use super::raster::Image;
 
-/// Which kernel a splat is drawn with.
+/// The kernel that a splat is drawn with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SplatMode {
     /// The paper's ellipse.

@@ -16,10 +16,10 @@ pub(super) struct Uniform {
     light_in_local: [f32; 4],
 }
 
-/// Towards the light that is fixed in the world.
+/// The direction towards the light that is fixed in the world.
 const TO_LIGHT: DVec3 = DVec3::new(-0.5, 0.7, 0.5);
 
-/// Size of the picture in pixels, and what draws it.
+/// Size of an eye's picture in pixels, and the uniform that draws it.
 pub(super) fn of_eye(eye: &Eye) -> Result<(UVec2, Uniform), RenderError> {
     let Camera::Perspective(intrinsics) = &eye.camera else {
         return Err(RenderError::Orthographic);

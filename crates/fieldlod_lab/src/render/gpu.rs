@@ -27,7 +27,7 @@ pub struct Renderer {
     layout: wgpu::BindGroupLayout,
     color_pipeline: wgpu::RenderPipeline,
     units_pipeline: wgpu::RenderPipeline,
-    /// Those of the last picture: most are of one size.
+    /// The targets of the last picture, as most pictures are of one size.
     targets: RefCell<Option<Targets>>,
 }
 
@@ -68,6 +68,7 @@ impl Renderer {
     }
 
     fn with_device(device: wgpu::Device, queue: wgpu::Queue, adapter: String) -> Self {
+        // One uniform for both shaders.
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
             entries: &[wgpu::BindGroupLayoutEntry {

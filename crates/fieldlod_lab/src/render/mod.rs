@@ -40,7 +40,7 @@ pub enum RenderError {
     NoDevice {
         /// Its name.
         adapter: String,
-        /// What it says.
+        /// The adapter's reason.
         source: wgpu::RequestDeviceError,
     },
     /// The adapter stopped while it drew.

@@ -12,7 +12,7 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 pub struct DrawnModel {
     pub(super) vertices: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
-    /// Where each unit's indices lie.
+    /// The range of each unit's indices.
     pub(super) units: Vec<Range<u32>>,
 }
 
@@ -66,7 +66,7 @@ fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     (0..source.positions.len()).map(vertex).collect()
 }
 
-/// Area-weighted means over the source triangles.
+/// Computes area-weighted mean normals over the source triangles.
 fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let positions = &hierarchy.vertices.positions;
     let mut normals = vec![Vec3::ZERO; positions.len()];
@@ -80,7 +80,7 @@ fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     normals.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// All units' triangles by vertices of the hierarchy, one unit after the other.
+/// Lists all units' triangles by vertices of the hierarchy, one unit after the other.
 fn indices_of(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<Range<u32>>) {
     let mut indices = Vec::new();
     let mut units = Vec::with_capacity(hierarchy.units.len());

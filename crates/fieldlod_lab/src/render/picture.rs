@@ -4,7 +4,7 @@ use glam::UVec2;
 
 use super::SUPERSAMPLING;
 
-/// What is behind all surfaces, encoded, 0 to 255.
+/// The colour behind all surfaces, encoded, 0 to 255.
 const BACKGROUND: [u8; 3] = [46, 54, 66];
 
 /// Colours of pixels, and which texels a surface covers.
@@ -18,7 +18,7 @@ pub struct Picture {
     pub covered: Vec<bool>,
 }
 
-/// Which unit each texel of a picture shows, by rows.
+/// The unit that each texel of a picture shows, by rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitMap {
     /// Width and height in texels.
@@ -74,7 +74,7 @@ fn on_background(texel: [u8; 4]) -> [u8; 4] {
     }
 }
 
-/// From sRGB, 0 to 255, to linear light, 0 to 1.
+/// Decodes sRGB, 0 to 255, to linear light, 0 to 1.
 fn decoded(level: f32) -> f32 {
     let share = level / 255.0;
     if share <= 0.04045 {
@@ -84,7 +84,7 @@ fn decoded(level: f32) -> f32 {
     }
 }
 
-/// The other way round.
+/// Encodes linear light, 0 to 1, as sRGB, 0 to 255.
 fn encoded(linear: f32) -> f32 {
     let share = if linear <= 0.003_130_8 {
         linear * 12.92

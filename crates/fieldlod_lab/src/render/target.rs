@@ -79,7 +79,7 @@ pub(super) fn extent(size: UVec2) -> wgpu::Extent3d {
     }
 }
 
-/// Until all that was submitted is done.
+/// Waits until all that was submitted is done.
 pub(super) fn wait(device: &wgpu::Device) -> Result<(), RenderError> {
     let done = device.poll(wgpu::PollType::wait_indefinitely());
     done.map(|_| ())

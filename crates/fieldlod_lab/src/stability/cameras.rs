@@ -30,12 +30,12 @@ pub(super) fn distances(object: &LodObject, focal_px: f32) -> impl Iterator<Item
         .take(4)
 }
 
-/// At `distance` from the middle of the object, a little from above, looking at it.
+/// An eye at `distance` from the middle of the object, a little from above, looking at it.
 pub(super) fn from_front(eye: Eye, object: &LodObject, distance: f32) -> Eye {
     around(eye, object, distance, 0.0)
 }
 
-/// The same from `angle_deg` around the object.
+/// An eye likewise, but from `angle_deg` around the object.
 pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32) -> Eye {
     let (sin, cos) = (angle_deg.to_radians() + 0.4).sin_cos();
     let direction = Vec3::new(sin, 0.35, cos).normalize();
@@ -48,7 +48,7 @@ pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
     object.vertex_below(x, z) + Vec3::Y * (height * object.radius)
 }
 
-/// Scaled around the middle of the object.
+/// An instance scaled around the middle of the object.
 pub(super) fn scaled(object: &LodObject, scale: Vec3) -> Instance {
     let center = Affine3A::from_translation(object.center);
     Instance::at(center * Affine3A::from_scale(scale) * center.inverse())

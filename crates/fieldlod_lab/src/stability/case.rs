@@ -11,13 +11,13 @@ use crate::object::LodObject;
 pub struct Case {
     /// A short name.
     pub name: &'static str,
-    /// What is seen or was reported.
+    /// What the case is about, in words.
     pub story: &'static str,
-    /// Where users reported it, as "project number".
+    /// The reports of users, as "project number".
     pub reported: &'static [&'static str],
     /// The object, unless one is given.
     pub fixture: Fixture,
-    /// What every method is held to, beside that no hole opens.
+    /// The faults that every method is checked for, beside holes.
     pub checks: &'static [Fault],
     /// Whether surfaces that face away are seen, too.
     pub is_two_sided: bool,
@@ -59,7 +59,7 @@ impl Case {
     }
 }
 
-/// How a method fails a case, and with that what a case asks for.
+/// A way to fail a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
@@ -84,12 +84,12 @@ pub struct Shot {
     pub measure_every: usize,
 }
 
-/// One frame.
+/// One frame of a shot.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// Who looks.
+    /// The eye that looks.
     pub eye: Eye,
-    /// At what.
+    /// The instance that it looks at.
     pub instance: Instance,
 }
 

@@ -42,6 +42,7 @@ impl Fixture {
             Self::Terrain => fixtures::height_field(112),
             Self::Shell => shell(),
         };
+        // An eighth of the default's size.
         let small_groups = BakeConfig {
             cluster_triangles: 64,
             group_clusters: 8,

@@ -72,9 +72,9 @@ pub const METHODS: [Method; 15] = [
 
 /// The threshold that all methods are asked for, in pixels.
 pub const THRESHOLD_PX: f32 = 1.0;
-/// How many times the threshold a displacement may reach before a method counts as failing.
+/// The multiple of the threshold that a displacement may reach before a method counts as failing.
 pub const PROMISE_ALLOWANCE: f64 = 1.5;
-/// How many times the triangles of our guaranteed cut, or of the coarsest one, count as waste.
+/// The multiple of the triangles of our guaranteed cut, or of the coarsest one, that counts as waste.
 pub const THRIFT_RATIO: f64 = 1.25;
 /// Points of a surface at which displacements are measured.
 pub const SAMPLES: usize = 8_000;

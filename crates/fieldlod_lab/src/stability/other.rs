@@ -144,7 +144,7 @@ fn inside_the_object(object: &LodObject) -> Vec<Shot> {
         .to_vec()
 }
 
-/// From just above a vertex, along the surface.
+/// Looks from just above a vertex along the surface.
 fn near_plane(object: &LodObject) -> Vec<Shot> {
     let shot = |height: f32| {
         let camera = Eye::perspective(80.0, SMALL, object.radius * height * 0.5);

@@ -111,6 +111,7 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
         let half_width_deg = (30f32.to_radians().tan() * width / height)
             .atan()
             .to_degrees();
+        // Turned until the object touches the picture's side.
         shots.extend(distances(object, camera.focal_px()).map(|distance| {
             let reach_deg = (object.radius / distance).asin().to_degrees();
             let turn_deg = (half_width_deg - reach_deg).max(0.0);
@@ -120,7 +121,7 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
     shots
 }
 
-/// From above the middle of the ground down to a spot near its border.
+/// Looks from above the middle of the ground down to a spot near its border.
 fn narrow_fov(object: &LodObject) -> Vec<Shot> {
     let shot = |fovy_deg: f32| {
         let camera = eye(fovy_deg, SMALL, object);

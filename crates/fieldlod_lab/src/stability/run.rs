@@ -15,23 +15,23 @@ use crate::method::Method;
 use crate::object::LodObject;
 use crate::object_view::ObjectView;
 
-/// Everything that was found.
+/// Results of all cases on all objects.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// What all methods were asked for, in pixels.
+    /// The threshold that all methods were asked for, in pixels.
     pub threshold_px: f32,
     /// See [`PROMISE_ALLOWANCE`].
     pub promise_allowance: f64,
     /// See [`THRIFT_RATIO`].
     pub thrift_ratio: f64,
-    /// One for the generated fixtures, one for each model.
+    /// The runs: one for the generated fixtures, or one for each model.
     pub objects: Vec<ObjectRun>,
 }
 
 /// All cases on one object, or each on its fixture.
 #[derive(Clone, Debug, Serialize)]
 pub struct ObjectRun {
-    /// What it is called.
+    /// The object's name.
     pub name: String,
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
@@ -46,11 +46,11 @@ pub struct CaseResult {
     pub story: &'static str,
     /// [`Case::reported`].
     pub reported: &'static [&'static str],
-    /// One for each of [`METHODS`].
+    /// The verdicts on [`METHODS`], in their order.
     pub verdicts: Vec<Verdict>,
 }
 
-/// What came of one method in one case.
+/// Result of one method in one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// The method.
@@ -63,7 +63,7 @@ pub struct Verdict {
     pub mean_px: f64,
     /// Groups that changed back within five frames while in the picture, per frame.
     pub flips_per_frame: f64,
-    /// The same with those that entered or left the picture.
+    /// Groups that changed back within five frames, in the picture or not, per frame.
     pub churn_per_frame: f64,
     /// Most open edges of a cut; `None` if the source itself is open.
     pub open_edges: Option<u64>,
@@ -71,11 +71,11 @@ pub struct Verdict {
     pub triangles_drawn: f64,
     /// Mean triangles of all units chosen, in the picture or not.
     pub triangles_chosen: f64,
-    /// The same, relative to our guaranteed cut.
+    /// Triangles of all units chosen, relative to our guaranteed cut.
     pub triangles_to_ours: f64,
-    /// The same, relative to the coarsest cut.
+    /// Triangles of all units chosen, relative to the coarsest cut.
     pub triangles_to_coarsest: f64,
-    /// What it fails of what the case asks for.
+    /// The faults found, of those that the case checks for.
     pub faults: Vec<Fault>,
 }
 
@@ -106,6 +106,7 @@ pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sy
 }
 
 fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
+    // Each fixture is baked once.
     let objects = Fixture::ALL.par_iter().map(|fixture| fixture.bake());
     let objects: Vec<LodObject> = objects.collect();
     let object_of = |fixture: Fixture| &objects[fixture as usize];
@@ -137,6 +138,7 @@ fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> Objec
 
 fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     let source = SourceSurface::new(&object.hierarchy, SAMPLES);
+    // All methods see the same frames.
     let shots = (case.shots)(object);
     let mut verdicts = METHODS.map(|method| {
         let mut trial = Trial::new(method, &source, object, is_closed, case.is_two_sided);
@@ -160,7 +162,7 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     }
 }
 
-/// One method in one case: adds up its frames in a verdict.
+/// One method in one case, whose frames are added up in a verdict.
 struct Trial<'a> {
     source: &'a SourceSurface<'a>,
     object: &'a LodObject,
@@ -263,7 +265,7 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// What a method fails of what a case asks for, and holes in any case.
+/// The faults of a method that a case checks for, and holes in any case.
 fn faults(verdict: &Verdict, case: &Case) -> Vec<Fault> {
     let promised_px = f64::from(THRESHOLD_PX) * PROMISE_ALLOWANCE;
     let fails = |fault: Fault| match fault {

@@ -127,6 +127,7 @@ fn text(report: &Report, out: &Path) -> String {
         "triangles relative to clusterlod's at equal error, at the error of its 0.4, 1 and 2.5 px\n\
          (geometric mean over all poses; in brackets the worst pose)\n\n",
     );
+    // A row for each method, a column for each measure.
     let _ = write!(text, "{:22}", "");
     for measure in TABLE {
         let _ = write!(text, "  {:34}", measure.name());
@@ -143,6 +144,7 @@ fn text(report: &Report, out: &Path) -> String {
         }
         text.push('\n');
     }
+    // What our threshold means, how models differ, and what each term is worth.
     text.push_str(&thresholds_text(report));
     text.push_str("\nquality at equal image RMSE, by model\n");
     for model in &report.models {

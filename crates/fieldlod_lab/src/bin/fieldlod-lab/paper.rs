@@ -25,6 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn summary(numbers: &PaperNumbers) -> String {
     let mut text = String::new();
+    // Kernels, splats and merged samples; the other figures have nothing to compare.
     let kernels = &numbers.figure_14;
     text.push_str("figure 14: symmetric difference to the exact kernel, 60 degrees off axis\n");
     for (name, angles) in [

@@ -1,9 +1,15 @@
 //! The command line.
 
+use std::fmt::Display;
+use std::ops::{Range, RangeInclusive};
 use std::path::PathBuf;
+use std::str::FromStr;
 
+use bevy::math::UVec2;
 use bevy_fieldlod::FieldLodHeatMap;
 use clap::{Parser, ValueEnum};
+
+use crate::adapter;
 
 /// Walk through generated ruins, drawn with view-dependent levels of detail.
 #[derive(Clone, Debug, Parser)]
@@ -22,30 +28,34 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "offscreen")]
     pub(crate) headless: bool,
 
-    /// Pictures, or selections, along the camera path.
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(crate) frames: u32,
+    /// Show the whole scene at full quality on a software adapter too, where less of it is shown
+    /// otherwise.
+    #[arg(long)]
+    pub(crate) full: bool,
+
+    /// Pictures, or selections, along the camera path: 24, or 12 at reduced quality.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: Option<u32>,
 
     /// Render only frame N of the path.
     #[arg(long, value_name = "N")]
     pub(crate) still: Option<u32>,
 
-    /// Spread the frames over this stretch of the path instead of a whole round, as shares of a
-    /// round.
-    #[arg(long, value_name = "FROM-TO", value_parser = parse_stretch)]
-    pub(crate) stretch: Option<Stretch>,
+    /// Spread the frames over this stretch of the path, as shares of a round.
+    #[arg(long, value_name = "FROM-TO", default_value = "0-1", value_parser = parse_stretch)]
+    pub(crate) stretch: Range<f32>,
 
     /// Join the pictures to an animation, 400 pixels wide at most.
     #[arg(long, value_name = "FILE.gif", requires = "offscreen")]
     pub(crate) animation: Option<PathBuf>,
 
-    /// Size of the pictures, or of the window, in pixels.
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    pub(crate) size: Size,
+    /// Size of the pictures, or of the window, in pixels: 1280x720, or 800x450 at reduced quality.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<UVec2>,
 
-    /// Largest screen-space error, in pixels.
-    #[arg(long, value_name = "PX", default_value_t = 1.0, value_parser = parse_error_px)]
-    pub(crate) error_px: f32,
+    /// Largest screen-space error, in pixels: 1, or 2 at reduced quality.
+    #[arg(long, value_name = "PX", value_parser = parse_error_px)]
+    pub(crate) error_px: Option<f32>,
 
     /// Split the picture: levels of detail on the left, full detail on the right.
     #[arg(long)]
@@ -93,93 +103,62 @@ impl Quantity {
     }
 }
 
-/// A size in physical pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Size {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-}
-
-/// A part of the path, in rounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stretch {
-    pub(crate) from: f32,
-    pub(crate) to: f32,
-}
-
 impl Args {
     /// Where pictures go; `None` to open a window.
     pub(crate) fn picture_directory(&self) -> Option<PathBuf> {
-        let without_display = cfg!(target_os = "linux")
-            && ["DISPLAY", "WAYLAND_DISPLAY"]
-                .iter()
-                .all(|name| std::env::var_os(name).is_none_or(|value| value.is_empty()));
-        let default = || without_display.then(|| PathBuf::from("walkthrough-out"));
+        let default = || (!adapter::has_display()).then(|| PathBuf::from("walkthrough-out"));
         self.offscreen.clone().or_else(default)
     }
 
-    /// What part of the path to show.
-    pub(crate) fn stretch(&self) -> Stretch {
-        self.stretch.unwrap_or(Stretch { from: 0.0, to: 1.0 })
-    }
-
-    /// The frames to show, as (number, fraction of a round on the path).
-    pub(crate) fn frames(&self) -> Result<Vec<(u32, f32)>, String> {
-        let Stretch { from, to } = self.stretch();
+    /// Which of `count` frames to show, as (number, fraction of a round on the path).
+    pub(crate) fn frames(&self, count: u32) -> Result<Vec<(u32, f32)>, String> {
+        let Range { start, end } = self.stretch;
         let frame = |number: u32| {
-            let share = number as f32 / self.frames as f32;
-            (number, from + (to - from) * share)
+            let share = number as f32 / count as f32;
+            (number, start + (end - start) * share)
         };
         match self.still {
-            Some(number) if number >= self.frames => Err(format!(
+            Some(number) if number >= count => Err(format!(
                 "--still {number}: the path has the frames 0 to {}",
-                self.frames - 1
+                count - 1
             )),
             Some(number) => Ok(vec![frame(number)]),
-            None => Ok((0..self.frames).map(frame).collect()),
+            None => Ok((0..count).map(frame).collect()),
         }
     }
 }
 
-fn parse_size(text: &str) -> Result<Size, String> {
-    let (width, height) = text
-        .split_once('x')
-        .ok_or("write it as width x height, like 1280x720")?;
-    let side = |text: &str| match text.parse() {
-        Ok(side @ 16..=8192) => Ok(side),
-        _ => Err(format!("{text} is not a number of pixels from 16 to 8192")),
-    };
-    Ok(Size {
-        width: side(width)?,
-        height: side(height)?,
-    })
+/// A number within a range; `what` names it in the message of refusal.
+fn parse_in<T: FromStr + PartialOrd + Display>(
+    text: &str,
+    range: RangeInclusive<T>,
+    what: &str,
+) -> Result<T, String> {
+    let value = text.parse().ok().filter(|value| range.contains(value));
+    let [least, most] = [range.start(), range.end()];
+    value.ok_or_else(|| format!("{text} is not a {what} from {least} to {most}"))
 }
 
-fn parse_stretch(text: &str) -> Result<Stretch, String> {
-    let (from, to) = text
-        .split_once('-')
-        .ok_or("write it as two shares of a round, like 0.25-0.5")?;
-    let share = |text: &str| match text.parse() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err(format!("{text} is not a number from 0 to 1")),
-    };
-    let stretch = Stretch {
-        from: share(from)?,
-        to: share(to)?,
-    };
-    match stretch.from < stretch.to {
-        true => Ok(stretch),
-        false => Err(format!("{text} ends before it begins")),
+fn parse_size(text: &str) -> Result<UVec2, String> {
+    let sides = text.split_once('x');
+    let (width, height) = sides.ok_or("write it as width x height, like 1280x720")?;
+    let side = |text| parse_in(text, 16..=8192, "number of pixels");
+    Ok(UVec2::new(side(width)?, side(height)?))
+}
+
+fn parse_stretch(text: &str) -> Result<Range<f32>, String> {
+    let ends = text.split_once('-');
+    let (from, to) = ends.ok_or("write it as two shares of a round, like 0.25-0.5")?;
+    let share = |text| parse_in(text, 0.0..=1.0, "number");
+    let stretch = share(from)?..share(to)?;
+    match stretch.is_empty() {
+        false => Ok(stretch),
+        true => Err(format!("{text} ends before it begins")),
     }
 }
 
 fn parse_error_px(text: &str) -> Result<f32, String> {
-    match text.parse() {
-        Ok(error_px) if (0.0..=1e6).contains(&error_px) => Ok(error_px),
-        _ => Err(format!(
-            "{text} is not a number of pixels from 0 to 1000000"
-        )),
-    }
+    parse_in(text, 0.0..=1e6, "number of pixels")
 }
 
 #[cfg(test)]
@@ -200,11 +179,7 @@ mod tests {
         for error_px in ["", "NaN", "-1", "inf", "one"] {
             assert!(parse_error_px(error_px).is_err(), "{error_px}");
         }
-        let size = Size {
-            width: 640,
-            height: 360,
-        };
-        assert_eq!(parse_size("640x360"), Ok(size));
+        assert_eq!(parse_size("640x360"), Ok(UVec2::new(640, 360)));
     }
 
     #[test]
@@ -212,16 +187,14 @@ mod tests {
         for stretch in ["", "0.5", "0.5-0.2", "0.2-1.5", "a-b", "-0.2-0.5"] {
             assert!(parse_stretch(stretch).is_err(), "{stretch}");
         }
-        let args = ["walkthrough", "--stretch", "0.25-0.75", "--frames", "2"];
-        let args = Args::parse_from(args);
-        assert_eq!(args.frames(), Ok(vec![(0, 0.25), (1, 0.5)]));
+        let args = Args::parse_from(["walkthrough", "--stretch", "0.25-0.75"]);
+        assert_eq!(args.frames(2), Ok(vec![(0, 0.25), (1, 0.5)]));
     }
 
     #[test]
     fn a_still_is_one_frame_of_the_path() {
-        let args = Args::parse_from(["walkthrough", "--still", "6", "--frames", "24"]);
-        assert_eq!(args.frames(), Ok(vec![(6, 0.25)]));
-        let args = Args::parse_from(["walkthrough", "--still", "24"]);
-        assert!(args.frames().is_err());
+        let args = Args::parse_from(["walkthrough", "--still", "6"]);
+        assert_eq!(args.frames(24), Ok(vec![(6, 0.25)]));
+        assert!(args.frames(6).is_err());
     }
 }

@@ -2,16 +2,10 @@
 
 use bevy::camera::{RenderTarget, ShadowLodOrigin, Viewport};
 use bevy::core_pipeline::tonemapping::Tonemapping;
-use bevy::light::EnvironmentMapLight;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
-use crate::hours::Hours;
-
-/// Vertical field of view in free flight, until the wheel changes it.
-pub(crate) const FIELD_OF_VIEW_IN_RAD: f32 = 0.95;
-/// Distance of the near plane.
-pub(crate) const NEAR_IN_M: f32 = 0.1;
+use crate::quality::Quality;
 
 /// The camera that draws levels of detail.
 #[derive(Component)]
@@ -21,9 +15,9 @@ pub(crate) struct MainCamera;
 #[derive(Component)]
 pub(crate) struct FullDetailCamera;
 
-/// How the scene is looked at; keys change it.
+/// How the scene is drawn; keys change it.
 #[derive(Resource, Clone, Copy, Debug)]
-pub(crate) struct Look {
+pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
     pub(crate) error_px: f32,
     /// Whether the right half shows full detail.
@@ -32,24 +26,15 @@ pub(crate) struct Look {
     pub(crate) night: bool,
 }
 
-/// The light of the sky, by day and by night.
-#[derive(Resource)]
-struct Skylights([EnvironmentMapLight; 2]);
-
-/// Where the cameras draw to; `None` is the window.
+/// Where the cameras draw to.
 #[derive(Resource, Clone, Debug, Default)]
-pub(crate) struct CameraTarget(pub(crate) Option<RenderTarget>);
+pub(crate) struct CameraTarget(pub(crate) RenderTarget);
 
 /// Adds both cameras. Move the main one: the other follows.
 pub(crate) fn plugin(app: &mut App) {
     app.add_systems(PreStartup, spawn).add_systems(
         PostUpdate,
-        (
-            follow,
-            apply_look,
-            apply_hours.run_if(resource_changed::<Look>),
-        )
-            .before(TransformSystems::Propagate),
+        (follow, apply_options).before(TransformSystems::Propagate),
     );
 }
 
@@ -65,64 +50,39 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
     }
 }
 
-fn spawn(mut commands: Commands, mut images: ResMut<Assets<Image>>, target: Res<CameraTarget>) {
-    commands.insert_resource(Skylights([Hours::Day, Hours::Night].map(|hours| {
-        let (intensity, [above, around, below]) = hours.skylight();
-        EnvironmentMapLight {
-            intensity,
-            ..EnvironmentMapLight::hemispherical_gradient(&mut images, above, around, below)
-        }
-    })));
-    let main = camera(&mut commands, &target, 0);
-    commands
-        .entity(main)
-        .insert((MainCamera, IsDefaultUiCamera, ShadowLodOrigin));
-    let full_detail = camera(&mut commands, &target, 1);
-    commands.entity(full_detail).insert((
-        FullDetailCamera,
-        FieldLodSettings {
-            full_detail: true,
-            ..default()
-        },
-    ));
+fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
+    // The camera of pictures is off until it is placed: meanwhile baking gets the processor.
+    let is_active = matches!(target.0, RenderTarget::Window(_));
+    let lod = FieldLodSettings::default();
+    let full_detail = FieldLodSettings {
+        full_detail: true,
+        ..lod
+    };
+    let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);
+    commands.spawn((camera(0, is_active, &target, &quality), main));
+    let twin = (FullDetailCamera, full_detail);
+    commands.spawn((camera(1, false, &target, &quality), twin));
 }
 
-fn camera(commands: &mut Commands, target: &CameraTarget, order: isize) -> Entity {
-    let camera = commands.spawn((
+fn camera(order: isize, is_active: bool, target: &CameraTarget, quality: &Quality) -> impl Bundle {
+    (
         Camera3d::default(),
-        Camera { order, ..default() },
+        Camera {
+            order,
+            is_active,
+            ..default()
+        },
+        target.0.clone(),
         Projection::Perspective(PerspectiveProjection {
-            fov: FIELD_OF_VIEW_IN_RAD,
-            near: NEAR_IN_M,
+            near: 0.1,
             far: 2000.0,
             ..default()
         }),
+        quality.msaa,
+        quality.shadow_filter,
         Tonemapping::AcesFitted,
-        FieldLodSettings::default(),
         seeing_nothing(),
-    ));
-    let camera = camera.id();
-    if let Some(target) = &target.0 {
-        commands.entity(camera).insert(target.clone());
-    }
-    camera
-}
-
-/// Gives the cameras the air and the sky of the hour.
-fn apply_hours(
-    mut commands: Commands,
-    look: Res<Look>,
-    skylights: Res<Skylights>,
-    cameras: Query<Entity, With<Camera3d>>,
-) {
-    let hours = Hours::of(&look);
-    let Skylights([day, night]) = &*skylights;
-    for camera in &cameras {
-        let skylight = if look.night { night } else { day };
-        commands
-            .entity(camera)
-            .insert((hours.fog(), skylight.clone()));
-    }
+    )
 }
 
 fn follow(
@@ -137,23 +97,23 @@ fn follow(
     }
 }
 
-/// Brings viewports and thresholds in line with [`Look`] and with the size of the target.
-fn apply_look(
-    look: Res<Look>,
+/// Brings viewports and thresholds in line with [`ViewOptions`] and with the size of the target.
+fn apply_options(
+    options: Res<ViewOptions>,
     main: Single<(&mut Camera, &mut FieldLodSettings), With<MainCamera>>,
     twin: Single<&mut Camera, (With<FullDetailCamera>, Without<MainCamera>)>,
 ) {
-    let (mut main, mut view) = main.into_inner();
+    let (mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
-    view.error_px = Some(look.error_px);
-    twin.is_active = look.split;
+    settings.error_px = Some(options.error_px);
+    twin.is_active = options.split && main.is_active;
     let Some(size) = main.physical_target_size() else {
         return;
     };
-    if look.split && size.x > 1 {
-        let left = size.x / 2;
-        main.viewport = Some(viewport(0, left, size.y));
-        twin.viewport = Some(viewport(left, size.x - left, size.y));
+    if options.split && size.x > 1 {
+        let middle = size.x / 2;
+        main.viewport = Some(viewport(0, middle, size.y));
+        twin.viewport = Some(viewport(middle, size.x - middle, size.y));
     } else {
         main.viewport = None;
     }

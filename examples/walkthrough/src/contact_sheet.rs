@@ -45,8 +45,8 @@ impl ContactSheet {
         );
     }
 
-    pub(crate) fn into_image(self) -> RgbImage {
-        self.sheet
+    pub(crate) fn image(&self) -> &RgbImage {
+        &self.sheet
     }
 }
 
@@ -63,7 +63,7 @@ mod tests {
                 &RgbImage::from_pixel(640, 360, Rgb([index as u8 + 100; 3])),
             );
         }
-        let sheet = sheet.into_image();
+        let sheet = sheet.image();
         assert_eq!(sheet.dimensions(), (6 * 324 + 4, 2 * 184 + 4));
         assert_eq!(sheet.get_pixel(10, 10), &Rgb([100; 3]));
         assert_eq!(sheet.get_pixel(10, 200), &Rgb([106; 3]));

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
 use crate::cameras::{self, MainCamera};
-use crate::path::{CameraPath, DURATION_IN_S, Pose};
+use crate::path::{CameraPath, DURATION_IN_S};
 
 const SPEED_IN_M_PER_S: f32 = 6.0;
 const FAST: f32 = 5.0;
@@ -32,28 +32,23 @@ pub(crate) fn plugin(app: &mut App) {
         Update,
         (leave_or_join, walk, fly, zoom)
             .chain()
-            .run_if(worth_drawing),
+            .run_if(levels_are_ready),
     );
 }
 
-/// The source meshes are too many triangles for most machines: the camera stays where it sees nothing
-/// until the first levels of detail are ready.
-fn worth_drawing(
-    status: Res<FieldLodProgress>,
+/// Whether the first levels of detail are ready: the source meshes are too many triangles for most
+/// machines, so that the camera stays where it sees nothing until then.
+fn levels_are_ready(
+    progress: Res<FieldLodProgress>,
     time: Res<Time<Real>>,
-    mut since_before: Local<bool>,
+    mut were_ready: Local<bool>,
 ) -> bool {
-    if !*since_before && status.waiting == 0 && status.ready > 0 {
-        *since_before = true;
+    if !*were_ready && progress.waiting == 0 && progress.ready > 0 {
+        *were_ready = true;
         let seconds = time.elapsed_secs();
         eprintln!("walkthrough: levels of detail ready after {seconds:.1} s");
     }
-    *since_before
-}
-
-/// The camera's transform at a pose.
-pub(crate) fn at_pose(pose: Pose) -> Transform {
-    Transform::from_translation(pose.eye).looking_at(pose.target, Vec3::Y)
+    *were_ready
 }
 
 fn leave_or_join(
@@ -68,6 +63,7 @@ fn leave_or_join(
     }
 }
 
+/// Moves the camera along its path.
 fn walk(
     time: Res<Time>,
     mut walk: ResMut<Walk>,
@@ -77,12 +73,12 @@ fn walk(
         let (mut place, mut projection) = camera.into_inner();
         walk.round = (walk.round + time.delta_secs() / DURATION_IN_S).fract();
         let pose = walk.path.pose(walk.round);
-        *place = at_pose(pose);
+        *place = pose.transform();
         cameras::zoom(&mut projection, pose.fov_in_rad);
     }
 }
 
-/// In free flight, the wheel is the telescope.
+/// Zooms by the wheel in free flight.
 fn zoom(
     scroll: Res<AccumulatedMouseScroll>,
     walk: Res<Walk>,
@@ -100,12 +96,13 @@ fn zoom(
     }
 }
 
-/// One notch makes things an eighth larger.
+/// The field of view after turning the wheel; one notch makes things an eighth larger.
 fn zoomed(fov_in_rad: f32, notches: f32) -> f32 {
     let half = (fov_in_rad / 2.0).tan() * 1.125_f32.powf(-notches);
     (2.0 * half.atan()).clamp(NARROWEST_IN_RAD, WIDEST_IN_RAD)
 }
 
+/// Moves and turns the camera by keys and mouse in free flight.
 fn fly(
     time: Res<Time>,
     keys: Res<ButtonInput<KeyCode>>,
@@ -126,6 +123,7 @@ fn fly(
     camera.translation += step * speed * time.delta_secs();
 }
 
+/// A rotation after a move of the mouse; the horizon stays level.
 fn turned(rotation: Quat, moved_in_px: Vec2) -> Quat {
     let (yaw, pitch, _) = rotation.to_euler(EulerRot::YXZ);
     let yaw = yaw - moved_in_px.x * RAD_PER_PIXEL;
@@ -133,7 +131,7 @@ fn turned(rotation: Quat, moved_in_px: Vec2) -> Quat {
     Quat::from_euler(EulerRot::YXZ, yaw, pitch, 0.0)
 }
 
-/// The pressed flight keys, in view space.
+/// The direction of the pressed flight keys, in view space.
 fn direction(keys: &ButtonInput<KeyCode>) -> Vec3 {
     let along = |forward: KeyCode, backward: KeyCode| {
         f32::from(u8::from(keys.pressed(forward))) - f32::from(u8::from(keys.pressed(backward)))

@@ -4,8 +4,9 @@ use bevy::diagnostic::{Diagnostic, DiagnosticsStore, FrameTimeDiagnosticsPlugin}
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
-use crate::cameras::{FullDetailCamera, Look, MainCamera};
+use crate::cameras::{FullDetailCamera, MainCamera, ViewOptions};
 use crate::flight::Walk;
+use crate::quality::Quality;
 use crate::report::in_short;
 
 const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P path\n\
@@ -86,12 +87,12 @@ fn spawn_labels(
 }
 
 fn update_labels(
-    look: Res<Look>,
+    options: Res<ViewOptions>,
     views: Query<&FieldLodViewStats>,
     labels: Query<(&Label, &mut Text, &mut Visibility)>,
 ) {
     for (label, mut text, mut visibility) in labels {
-        visibility.set_if_neq(if look.split {
+        visibility.set_if_neq(if options.split {
             Visibility::Inherited
         } else {
             Visibility::Hidden
@@ -105,10 +106,11 @@ fn update_labels(
 }
 
 fn update_panel(
-    look: Res<Look>,
+    options: Res<ViewOptions>,
     walk: Res<Walk>,
     debug: Res<FieldLodDebug>,
-    status: Res<FieldLodProgress>,
+    quality: Res<Quality>,
+    progress: Res<FieldLodProgress>,
     diagnostics: Res<DiagnosticsStore>,
     main: Single<(&FieldLodViewStats, &Projection), With<MainCamera>>,
     mut panel: Single<&mut Text, With<Panel>>,
@@ -136,9 +138,10 @@ fn update_panel(
             "selection    {:.2} ms",
             stats.selection_time.as_secs_f64() * 1e3
         ),
-        format!("pixel error  {:.2}", look.error_px),
+        format!("pixel error  {:.2}", options.error_px),
         format!("view angle   {fov_in_deg:.0} degrees"),
-        format!("meshes       {}", status_line(&status)),
+        format!("meshes       {}", progress_line(&progress)),
+        quality_line(&quality),
         modes(&walk, &debug),
         HELP.to_owned(),
     ];
@@ -146,15 +149,23 @@ fn update_panel(
     panel.set_if_neq(Text(lines.join("\n")));
 }
 
-fn status_line(status: &FieldLodProgress) -> String {
-    let mut line = format!("{} ready", status.ready);
-    if status.waiting > 0 {
-        line += &format!(", {} in the making", status.waiting);
+fn progress_line(progress: &FieldLodProgress) -> String {
+    let counts = [
+        (progress.ready, "ready"),
+        (progress.waiting, "in the making"),
+        (progress.plain, "plain"),
+    ];
+    let parts = counts.into_iter().filter(|(count, _)| *count > 0);
+    let parts = parts.map(|(count, what)| format!("{count} {what}"));
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+/// The line on reduced quality; empty at full quality.
+fn quality_line(quality: &Quality) -> String {
+    match quality.is_reduced {
+        true => format!("quality      {}", quality.description()),
+        false => String::new(),
     }
-    if status.plain > 0 {
-        line += &format!(", {} plain", status.plain);
-    }
-    line
 }
 
 fn modes(walk: &Walk, debug: &FieldLodDebug) -> String {
@@ -163,9 +174,6 @@ fn modes(walk: &Walk, debug: &FieldLodDebug) -> String {
         (debug.color_levels, "level colours"),
         (debug.freeze, "cut frozen"),
     ];
-    let on = modes
-        .into_iter()
-        .filter(|(on, _)| *on)
-        .map(|(_, name)| name);
-    on.collect::<Vec<_>>().join(", ")
+    let on = modes.into_iter().filter(|(on, _)| *on);
+    on.map(|(_, name)| name).collect::<Vec<_>>().join(", ")
 }

@@ -3,48 +3,47 @@
 use bevy::light::{NotShadowCaster, PointLightShadowMap};
 use bevy::prelude::*;
 
-use crate::hours::Hours;
+use crate::layout;
 use crate::shapes::lamp::{self, FLAME_HEIGHT_IN_M};
-use crate::{scene, stage};
+use crate::sky::TimeOfDay;
 
 const FIRE_IN_LUMEN: f32 = 1_500_000.0;
 /// The light comes from the flame's tip, so that the bowl's shadow stays small.
 const GLOW_ABOVE_FLAME_IN_M: f32 = 0.42;
-const REACH_IN_M: f32 = 38.0;
+const RANGE_IN_M: f32 = 38.0;
 
 /// Adds the fires.
 pub(crate) fn plugin(app: &mut App) {
     app.insert_resource(PointLightShadowMap { size: 1024 })
-        .add_systems(Startup, light);
+        .add_systems(Startup, spawn_fires);
 }
 
-fn light(
+fn spawn_fires(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let (flame, _) = stage::mesh(lamp::flame());
-    let flame = meshes.add(flame);
+    let flame = meshes.add(lamp::flame().into_mesh().0);
     let glowing = materials.add(StandardMaterial {
         base_color: Color::BLACK,
         emissive: LinearRgba::rgb(9.0, 3.4, 0.7),
         ..default()
     });
-    for lamp in scene::lamps() {
-        let flame_at = stage::transform(&lamp) * Transform::from_xyz(0.0, FLAME_HEIGHT_IN_M, 0.0);
+    for lamp in layout::lamps() {
+        let flame_at = lamp.transform * Transform::from_xyz(0.0, FLAME_HEIGHT_IN_M, 0.0);
         commands.spawn((
-            Hours::Night,
+            TimeOfDay::Night,
             Mesh3d(flame.clone()),
             MeshMaterial3d(glowing.clone()),
             NotShadowCaster,
             flame_at,
         ));
         commands.spawn((
-            Hours::Night,
+            TimeOfDay::Night,
             PointLight {
                 color: Color::linear_rgb(1.0, 0.56, 0.24),
                 intensity: FIRE_IN_LUMEN,
-                range: REACH_IN_M,
+                range: RANGE_IN_M,
                 radius: 0.1,
                 shadow_maps_enabled: true,
                 ..default()

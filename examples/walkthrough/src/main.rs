@@ -2,7 +2,8 @@
 //! them, drawn with view-dependent levels of detail.
 //!
 //! With a display it opens a window; without one it renders the camera path to pictures; without
-//! any graphics adapter it still selects along the path and prints the numbers.
+//! any graphics adapter it still selects along the path and prints the numbers. Where the adapter
+//! is a software one, the scene is shown at a reduced [`quality`].
 
 mod adapter;
 mod animation;
@@ -10,33 +11,35 @@ mod args;
 mod cameras;
 mod contact_sheet;
 mod flight;
-mod ground;
-mod guests;
-mod headless;
-mod hours;
+mod ground_texture;
 mod hud;
 mod lamps;
+mod layout;
+mod models;
 mod noise;
 mod offscreen;
 mod path;
+mod pictures;
+mod placed;
+mod quality;
 mod report;
 mod scene;
 mod shapes;
 mod sky;
-mod stage;
 mod windowed;
 mod woods;
 
 use std::process::ExitCode;
 
+use adapter::Adapter;
 use args::Args;
 use clap::Parser;
-
-const NO_ADAPTER: &str = "no Vulkan adapter found, so this run only selects; on Debian and Ubuntu \
-                          the package mesa-vulkan-drivers provides a software one";
+use quality::Quality;
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
+    let args = Args::parse();
+    adapter::provide_runtime_folder();
+    match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             eprintln!("walkthrough: {fault}");
@@ -45,17 +48,24 @@ fn main() -> ExitCode {
     }
 }
 
-/// Chooses how to show the scene.
+/// Chooses how to show the scene, and how finely.
 fn run(args: &Args) -> Result<(), String> {
-    if args.headless {
-        return headless::run(args);
+    let adapter = match args.headless {
+        true => Adapter::None,
+        false => adapter::find(),
+    };
+    let quality = Quality::choose(args, adapter);
+    if quality.is_reduced {
+        eprintln!("walkthrough: quality: {}", quality.description());
     }
-    if !adapter::is_available() {
-        eprintln!("walkthrough: {NO_ADAPTER}");
-        return headless::run(args);
+    if adapter == Adapter::None {
+        if !args.headless {
+            eprintln!("walkthrough: {}", adapter::NOT_FOUND);
+        }
+        return offscreen::run(args, &quality, None);
     }
     match args.picture_directory() {
-        Some(directory) => offscreen::run(args, &directory),
-        None => windowed::run(args),
+        Some(directory) => offscreen::run(args, &quality, Some(&directory)),
+        None => windowed::run(args, &quality),
     }
 }

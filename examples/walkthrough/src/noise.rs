@@ -1,6 +1,6 @@
 //! Small deterministic noise: the same numbers on every machine, no state, no tables.
 
-use glam::{IVec3, Vec3};
+use bevy::prelude::*;
 
 /// A well-mixed hash of a lattice point and a seed.
 fn hash(cell: IVec3, seed: u32) -> u32 {
@@ -24,14 +24,16 @@ pub(crate) fn gradient(p: Vec3, seed: u32) -> f32 {
     let floor = p.floor();
     let cell = floor.as_ivec3();
     let f = p - floor;
+    // How near the far corners are, smoothed.
     let w = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    // The lattice gradients' values at p, blended over the eight corners.
     let corner = |x: i32, y: i32, z: i32| {
         let offset = f - Vec3::new(x as f32, y as f32, z as f32);
         lattice_gradient(hash(cell + IVec3::new(x, y, z), seed)).dot(offset)
     };
-    let along_x = |y, z| lerp(corner(0, y, z), corner(1, y, z), w.x);
-    let along_y = |z| lerp(along_x(0, z), along_x(1, z), w.y);
-    1.4 * lerp(along_y(0), along_y(1), w.z)
+    let along_x = |y, z| f32::lerp(corner(0, y, z), corner(1, y, z), w.x);
+    let along_y = |z| f32::lerp(along_x(0, z), along_x(1, z), w.y);
+    1.4 * f32::lerp(along_y(0), along_y(1), w.z)
 }
 
 fn lattice_gradient(hash: u32) -> Vec3 {
@@ -58,24 +60,18 @@ pub(crate) fn ridges(p: Vec3, octaves: u32, seed: u32) -> f32 {
 pub(crate) fn cells(p: Vec3, seed: u32) -> f32 {
     let floor = p.floor();
     let f = p - floor;
-    let mut nearest = f32::MAX;
-    for (x, y, z) in
-        (-1..=1).flat_map(|x| (-1..=1).flat_map(move |y| (-1..=1).map(move |z| (x, y, z))))
-    {
-        let offset = IVec3::new(x, y, z);
+    // The nearest point is in this cube or in one of its neighbours.
+    let distances_squared = (0..27).map(|i| {
+        let offset = IVec3::new(i / 9, i / 3 % 3, i % 3) - 1;
         let bits = hash(floor.as_ivec3() + offset, seed);
         let part = |shift: u32| ((bits >> shift) & 0x3ff) as f32 / 1023.0;
         let point = offset.as_vec3() + Vec3::new(part(0), part(10), part(20));
-        nearest = nearest.min(point.distance_squared(f));
-    }
-    nearest.sqrt()
+        point.distance_squared(f)
+    });
+    distances_squared.fold(f32::MAX, f32::min).sqrt()
 }
 
-pub(crate) fn lerp(a: f32, b: f32, t: f32) -> f32 {
-    a + (b - a) * t
-}
-
-/// 0 below `low`, 1 above `high`, smooth between.
+/// A smooth step from 0 below `low` to 1 above `high`.
 pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

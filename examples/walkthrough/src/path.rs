@@ -1,19 +1,19 @@
-//! The camera's way through the scene: a closed, smooth curve.
+//! The camera's path through the scene: a closed, smooth curve.
 
-use glam::{Affine3A, Vec2, Vec3};
+use bevy::prelude::*;
 
-use crate::noise::{lerp, smoothstep};
+use crate::noise::smoothstep;
 use crate::shapes::terrain::{self, TOMB, TOMB_HEIGHT_IN_M};
 
-/// Time for one round.
+/// Time that the camera takes for one round.
 pub(crate) const DURATION_IN_S: f32 = 60.0;
 
 /// Samples of the curve by which its length is measured.
 const SAMPLES: usize = 1024;
 
-/// A point of the way.
+/// A point of the path.
 struct Knot {
-    /// x, height above the ground, z.
+    /// x, height above the ground, z, in metres.
     eye: Vec3,
     target: Vec3,
     /// Vertical field of view. A narrow one is that of the telescope, which looks at [`FAR_SIGHT`].
@@ -34,19 +34,19 @@ const fn knot(eye: [f32; 3], target: [f32; 3], fov_in_deg: f32) -> Knot {
     }
 }
 
-/// Field of view of an ordinary look.
+/// Vertical field of view of an ordinary look.
 const EASY_IN_DEG: f32 = 54.0;
-/// Between the columns: 110 degrees across at 16 to 9.
+/// Vertical field of view between the columns: 110 degrees across at 16 to 9.
 const WIDE_IN_DEG: f32 = 78.0;
-/// A telescope: 14 degrees across at 16 to 9.
+/// Vertical field of view of the telescope: 14 degrees across at 16 to 9.
 const NARROW_IN_DEG: f32 = 8.0;
 
 /// What the telescope finds: the round temple in the far hills.
 const FAR_SIGHT: Vec3 = Vec3::new(TOMB.x, TOMB_HEIGHT_IN_M + 4.0, TOMB.y);
-/// Between the eye and the point that it looks at through the telescope.
+/// Distance between the eye and the point that it looks at through the telescope.
 const FOCUS_IN_M: f32 = 20.0;
 
-/// Up the avenue, around the great knot, and back over the western slope, with a look through the
+/// The path: up the avenue, around the great knot, and back over the western slope, with a look through the
 /// telescope from there.
 const KNOTS: [Knot; 18] = [
     knot([1.5, 2.6, 96.0], [0.0, 4.4, 60.0], EASY_IN_DEG),
@@ -79,9 +79,9 @@ pub(crate) struct Pose {
 }
 
 impl Pose {
-    /// The camera's place: it looks along −Z with +Y up.
-    pub(crate) fn world_from_view(&self) -> Affine3A {
-        Affine3A::look_at_rh(self.eye, self.target, Vec3::Y).inverse()
+    /// The camera's transform: it looks along −Z with +Y up.
+    pub(crate) fn transform(&self) -> Transform {
+        Transform::from_translation(self.eye).looking_at(self.target, Vec3::Y)
     }
 }
 
@@ -106,11 +106,10 @@ impl CameraPath {
 
     /// The pose after this fraction of a round; rounds repeat.
     pub(crate) fn pose(&self, round: f32) -> Pose {
+        // The sample that ends the stretch of the curve in which this length lies.
         let length = round.rem_euclid(1.0) * self.length_in_m[SAMPLES];
-        let after = self
-            .length_in_m
-            .partition_point(|&l| l <= length)
-            .clamp(1, SAMPLES);
+        let after = self.length_in_m.partition_point(|&l| l <= length);
+        let after = after.clamp(1, SAMPLES);
         let [from, to] = [self.length_in_m[after - 1], self.length_in_m[after]];
         let between = (length - from) / (to - from);
         pose_at_parameter(((after - 1) as f32 + between) / SAMPLES as f32)
@@ -124,13 +123,15 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     let t = scaled - scaled.floor();
     let knot = |offset: usize| &KNOTS[(first + KNOTS.len() - 1 + offset) % KNOTS.len()];
     let [a, b, c, d] = [knot(0), knot(1), knot(2), knot(3)];
+    // The eye follows the ground.
     let above_ground = catmull_rom(a.eye, b.eye, c.eye, d.eye, t);
     let ground = terrain::broad_height(Vec2::new(above_ground.x, above_ground.z));
     let eye = above_ground + Vec3::Y * ground;
+    // The target is a knot's own, or what the telescope looks at.
     let easy_target = catmull_rom(a.target, b.target, c.target, d.target, t);
     let far_target = eye + (FAR_SIGHT - eye).normalize() * FOCUS_IN_M;
     let [from, to] = [b, c].map(|knot| f32::from(u8::from(knot.is_telescope())));
-    let far = lerp(from, to, smoothstep(0.0, 1.0, t));
+    let far = f32::lerp(from, to, smoothstep(0.0, 1.0, t));
     Pose {
         eye,
         target: easy_target.lerp(far_target, far),
@@ -138,10 +139,10 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     }
 }
 
-/// The field of view between two: things grow and shrink at an even rate, without a jerk.
+/// The field of view in radians between two knots: things grow and shrink at an even rate, without a jerk.
 fn zoom(from_in_rad: f32, to_in_rad: f32, t: f32) -> f32 {
     let [from, to] = [from_in_rad, to_in_rad].map(|fov| (fov / 2.0).tan().ln());
-    2.0 * lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()
+    2.0 * f32::lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()
 }
 
 fn catmull_rom(a: Vec3, b: Vec3, c: Vec3, d: Vec3, t: f32) -> Vec3 {

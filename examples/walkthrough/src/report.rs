@@ -4,17 +4,17 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::args::Args;
+use crate::quality::Quality;
 
 /// What one frame took and drew.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FrameNumbers {
     pub(crate) triangles_drawn: u64,
-    /// Without levels of detail it would have been these.
+    /// Triangles that would have been drawn without levels of detail.
     pub(crate) triangles_full: u64,
     pub(crate) units_drawn: u64,
     pub(crate) selection_time: Duration,
-    /// The whole frame, on CPU and GPU; `None` if nothing was drawn.
+    /// Time of the whole frame, on CPU and GPU; `None` if nothing was drawn.
     pub(crate) frame_time: Option<Duration>,
 }
 
@@ -24,15 +24,16 @@ pub(crate) struct SceneNumbers {
     pub(crate) adapter: Option<String>,
     pub(crate) instances: u64,
     pub(crate) source_triangles: u64,
-    /// Making the meshes and the picture on the ground.
+    /// Time to make the meshes and the texture on the ground.
     pub(crate) generation_time: Duration,
-    /// Until every mesh had its levels of detail.
+    /// Time until every mesh had its levels of detail.
     pub(crate) bake_time: Duration,
 }
 
 #[derive(Debug, Serialize)]
 struct Summary {
     adapter: Option<String>,
+    quality: &'static str,
     width_px: u32,
     height_px: u32,
     error_px: f32,
@@ -50,7 +51,7 @@ struct Summary {
     frame_ms: Option<Spread>,
 }
 
-/// Rounded to a thousandth.
+/// Mean and extremes of a number over the frames, rounded to a thousandth.
 #[derive(Debug, PartialEq, Serialize)]
 struct Spread {
     mean: f64,
@@ -71,13 +72,13 @@ impl Spread {
 }
 
 /// Prints the summary of a run on stdout.
-pub(crate) fn print(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) {
-    let summary = summarise(args, scene, frames);
+pub(crate) fn print(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) {
+    let summary = summarise(quality, scene, frames);
     let json = serde_json::to_string_pretty(&summary).expect("plain numbers and text serialise");
     println!("{json}");
 }
 
-fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summary {
+fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summary {
     let spread = |value: fn(&FrameNumbers) -> f64| Spread::of(frames.iter().map(value));
     let triangles_drawn = spread(|f| f.triangles_drawn as f64);
     let triangles_full = spread(|f| f.triangles_full as f64);
@@ -85,9 +86,10 @@ fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summ
     let drawn_share = triangles_drawn.mean / triangles_full.mean.max(1.0);
     Summary {
         adapter: scene.adapter.clone(),
-        width_px: args.size.width,
-        height_px: args.size.height,
-        error_px: args.error_px,
+        quality: quality.description(),
+        width_px: quality.size_in_px.x,
+        height_px: quality.size_in_px.y,
+        error_px: quality.error_px,
         instances: scene.instances,
         source_triangles: scene.source_triangles,
         generate_s: seconds(scene.generation_time),
@@ -102,7 +104,7 @@ fn summarise(args: &Args, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summ
     }
 }
 
-/// To the millisecond.
+/// Seconds, rounded to the millisecond.
 fn seconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e3).round() / 1e3
 }
@@ -123,7 +125,6 @@ pub(crate) fn in_short(count: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
 
     #[test]
     fn the_summary_averages_the_frames() {
@@ -132,8 +133,8 @@ mod tests {
             triangles_full: 1000,
             ..FrameNumbers::default()
         };
-        let args = Args::parse_from(["walkthrough"]);
-        let summary = summarise(&args, &SceneNumbers::default(), &[frame(100), frame(300)]);
+        let frames = [frame(100), frame(300)];
+        let summary = summarise(&Quality::FULL, &SceneNumbers::default(), &frames);
         let spread = Spread {
             mean: 200.0,
             min: 100.0,

@@ -1,76 +1,167 @@
-//! Sky and air, by day and by night.
+//! Sky, light and air, by day and by night.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 use bevy::asset::RenderAssetUsages;
-use bevy::light::{
-    CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster,
-};
-use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster};
+use bevy::light::{EnvironmentMapLight, GlobalAmbientLight};
+use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
+use bevy::pbr::{DistanceFog, FogFalloff};
 use bevy::prelude::*;
 
-use crate::hours::Hours;
+use crate::cameras::ViewOptions;
 use crate::noise::{fbm, random, smoothstep};
+use crate::quality::Quality;
 
-/// Towards the sun: over the left shoulder of one who walks up the avenue.
+/// Direction to the sun: over the left shoulder of one who walks up the avenue.
 const TO_SUN: Vec3 = Vec3::new(-0.66, 0.46, 0.42);
 const SUN_IN_LUX: f32 = 9_500.0;
-/// Towards the moon: ahead and to the right of one who walks up the avenue.
+/// Direction to the moon: ahead and to the right of one who walks up the avenue.
 const TO_MOON: Vec3 = Vec3::new(0.50, 0.52, -0.62);
-/// Moonlight as films show it: a real moon gives a fraction of a lux.
+/// Illuminance of moonlight as films show it: a real moon gives a fraction of a lux.
 const MOON_IN_LUX: f32 = 1_500.0;
 
 /// Linear RGB at the horizon: also the colour of distant haze.
-pub(crate) const HORIZON: Vec3 = Vec3::new(0.50, 0.50, 0.50);
+const HORIZON: Vec3 = Vec3::new(0.50, 0.50, 0.50);
 const ZENITH: Vec3 = Vec3::new(0.055, 0.15, 0.38);
 const GLOW: Vec3 = Vec3::new(0.55, 0.42, 0.26);
 const CLOUD: Vec3 = Vec3::new(0.80, 0.76, 0.72);
 
-/// The same by night.
-pub(crate) const NIGHT_HORIZON: Vec3 = Vec3::new(0.040, 0.062, 0.115);
+/// Linear RGB at the horizon by night.
+const NIGHT_HORIZON: Vec3 = Vec3::new(0.040, 0.062, 0.115);
 const NIGHT_ZENITH: Vec3 = Vec3::new(0.008, 0.017, 0.045);
 const NIGHT_CLOUD: Vec3 = Vec3::new(0.065, 0.082, 0.125);
 const MOONSHINE: Vec3 = Vec3::new(0.10, 0.12, 0.16);
 
 const RADIUS_IN_M: f32 = 900.0;
 
+/// The time of day at which an entity is there.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TimeOfDay {
+    Day,
+    Night,
+}
+
+impl TimeOfDay {
+    fn of(options: &ViewOptions) -> Self {
+        match options.night {
+            true => Self::Night,
+            false => Self::Day,
+        }
+    }
+
+    /// The haze of distance.
+    fn fog(self) -> DistanceFog {
+        let (haze, toward_light) = match self {
+            Self::Day => (HORIZON, Color::linear_rgba(1.0, 0.7, 0.4, 0.35)),
+            Self::Night => (NIGHT_HORIZON, Color::linear_rgba(0.20, 0.26, 0.4, 0.25)),
+        };
+        DistanceFog {
+            color: Color::linear_rgb(haze.x, haze.y, haze.z),
+            directional_light_color: toward_light,
+            directional_light_exponent: 12.0,
+            falloff: FogFalloff::ExponentialSquared { density: 0.0024 },
+        }
+    }
+
+    /// The light of the sky: its intensity in candela per square metre, and its colours above,
+    /// around and below.
+    fn skylight(self, images: &mut Assets<Image>) -> EnvironmentMapLight {
+        let (intensity, colors) = match self {
+            Self::Day => (
+                650.0,
+                [[0.55, 0.75, 1.1], [0.75, 0.70, 0.65], [0.34, 0.26, 0.18]],
+            ),
+            Self::Night => (
+                150.0,
+                [[0.45, 0.65, 1.2], [0.40, 0.50, 0.75], [0.20, 0.20, 0.22]],
+            ),
+        };
+        let [above, around, below] = colors.map(|[r, g, b]| Color::linear_rgb(r, g, b));
+        EnvironmentMapLight {
+            intensity,
+            ..EnvironmentMapLight::hemispherical_gradient(images, above, around, below)
+        }
+    }
+}
+
+/// The light of the sky, by day and by night.
+#[derive(Resource)]
+struct Skylights([EnvironmentMapLight; 2]);
+
 /// Adds sun, moon and sky.
 pub(crate) fn plugin(app: &mut App) {
-    app.insert_resource(DirectionalLightShadowMap { size: 2048 })
-        .insert_resource(GlobalAmbientLight::NONE)
-        .add_systems(Startup, (spawn_lights, spawn_skies));
+    app.insert_resource(GlobalAmbientLight::NONE)
+        .add_systems(Startup, (spawn_lights, spawn_skies))
+        .add_systems(Update, show_what_belongs)
+        .add_systems(
+            PostUpdate,
+            color_the_air.run_if(resource_changed::<ViewOptions>),
+        );
 }
 
-fn spawn_lights(mut commands: Commands) {
+/// Shows the entities that belong to the time of day, and hides the others.
+fn show_what_belongs(
+    options: Res<ViewOptions>,
+    mut things: Query<(Ref<TimeOfDay>, &mut Visibility)>,
+) {
+    for (time, mut visibility) in &mut things {
+        if options.is_changed() || time.is_added() {
+            visibility.set_if_neq(match *time == TimeOfDay::of(&options) {
+                true => Visibility::Inherited,
+                false => Visibility::Hidden,
+            });
+        }
+    }
+}
+
+/// Gives the cameras the air and the light of the sky at the time of day.
+fn color_the_air(
+    mut commands: Commands,
+    options: Res<ViewOptions>,
+    skylights: Res<Skylights>,
+    cameras: Query<Entity, With<Camera3d>>,
+) {
+    let time = TimeOfDay::of(&options);
+    let Skylights([day, night]) = &*skylights;
+    let skylight = if options.night { night } else { day };
+    for camera in &cameras {
+        let air = (time.fog(), skylight.clone());
+        commands.entity(camera).insert(air);
+    }
+}
+
+fn spawn_lights(mut commands: Commands, quality: Res<Quality>, mut images: ResMut<Assets<Image>>) {
     let sun = Color::linear_rgb(1.0, 0.84, 0.64);
     let moon = Color::linear_rgb(0.62, 0.76, 1.0);
-    commands.spawn((Hours::Day, light(sun, SUN_IN_LUX, TO_SUN)));
-    commands.spawn((Hours::Night, light(moon, MOON_IN_LUX, TO_MOON)));
+    commands.spawn((TimeOfDay::Day, light(&quality, sun, SUN_IN_LUX, TO_SUN)));
+    commands.spawn((
+        TimeOfDay::Night,
+        light(&quality, moon, MOON_IN_LUX, TO_MOON),
+    ));
+    let skylights = [TimeOfDay::Day, TimeOfDay::Night].map(|time| time.skylight(&mut images));
+    commands.insert_resource(Skylights(skylights));
+    commands.insert_resource(DirectionalLightShadowMap {
+        size: quality.shadow_map_in_texels,
+    });
 }
 
-fn light(color: Color, illuminance: f32, toward: Vec3) -> impl Bundle {
+fn light(quality: &Quality, color: Color, illuminance: f32, toward: Vec3) -> impl Bundle {
+    let cascades = CascadeShadowConfigBuilder {
+        num_cascades: quality.shadow_cascades,
+        minimum_distance: 0.2,
+        first_cascade_far_bound: 13.0,
+        maximum_distance: quality.shadow_distance_in_m,
+        overlap_proportion: 0.12,
+    };
     let light = DirectionalLight {
         color,
         illuminance,
         shadow_maps_enabled: true,
         ..default()
     };
-    (
-        light,
-        cascades(),
-        Transform::default().looking_to(-toward, Vec3::Y),
-    )
-}
-
-fn cascades() -> CascadeShadowConfig {
-    CascadeShadowConfigBuilder {
-        num_cascades: 4,
-        minimum_distance: 0.2,
-        first_cascade_far_bound: 13.0,
-        maximum_distance: 280.0,
-        overlap_proportion: 0.12,
-    }
-    .build()
+    let transform = Transform::default().looking_to(-toward, Vec3::Y);
+    (light, cascades.build(), transform)
 }
 
 fn spawn_skies(
@@ -85,13 +176,13 @@ fn spawn_skies(
         ..default()
     });
     let skies = [
-        (Hours::Day, dome(day_color)),
-        (Hours::Night, dome(night_color)),
-        (Hours::Night, stars_and_moon()),
+        (TimeOfDay::Day, dome(day_color)),
+        (TimeOfDay::Night, dome(night_color)),
+        (TimeOfDay::Night, stars_and_moon()),
     ];
-    for (hours, sky) in skies {
+    for (time, sky) in skies {
         commands.spawn((
-            hours,
+            time,
             Mesh3d(meshes.add(sky)),
             MeshMaterial3d(material.clone()),
             NotShadowCaster,
@@ -101,41 +192,23 @@ fn spawn_skies(
 
 /// The sky as a large sphere around the scene, coloured at its vertices.
 fn dome(color: fn(Vec3) -> Vec3) -> Mesh {
-    const RINGS: u32 = 140;
-    const SECTORS: u32 = 280;
-    let direction = |ring: u32, sector: u32| {
-        let (polar_sin, polar_cos) = (PI * ring as f32 / RINGS as f32).sin_cos();
-        let (sin, cos) = (TAU * sector as f32 / SECTORS as f32).sin_cos();
-        Vec3::new(polar_sin * cos, polar_cos, polar_sin * sin)
-    };
-    let vertices = (0..=RINGS).flat_map(|ring| (0..=SECTORS).map(move |s| direction(ring, s)));
-    let corner = |ring: u32, sector: u32| ring * (SECTORS + 1) + sector;
-    let squares = (0..RINGS).flat_map(|ring| (0..SECTORS).map(move |s| (ring, s)));
-    let indices = squares.flat_map(|(ring, sector)| {
-        let [a, b] = [corner(ring, sector), corner(ring, sector + 1)];
-        let [c, d] = [corner(ring + 1, sector), corner(ring + 1, sector + 1)];
-        [a, b, c, b, d, c]
-    });
-    let painted = vertices.map(|direction| (direction * RADIUS_IN_M, color(direction)));
-    mesh(painted.collect(), indices.collect())
-}
-
-fn mesh(vertices: Vec<(Vec3, Vec3)>, indices: Vec<u32>) -> Mesh {
-    let (positions, colors): (Vec<_>, Vec<_>) = vertices.into_iter().unzip();
-    let colors: Vec<_> = colors
-        .into_iter()
-        .map(|color| color.extend(1.0).to_array())
+    // Bevy's spheres have their poles on the Z axis.
+    let upright = Quat::from_rotation_x(-FRAC_PI_2);
+    let mut mesh = Sphere::new(RADIUS_IN_M)
+        .mesh()
+        .uv(280, 140)
+        .rotated_by(upright);
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION);
+    let positions = positions.and_then(VertexAttributeValues::as_float3);
+    let directions = positions.unwrap_or_default().iter();
+    let colors: Vec<_> = directions
+        .map(|&at| color(Vec3::from(at) / RADIUS_IN_M).extend(1.0).to_array())
         .collect();
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::RENDER_WORLD,
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-    .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
-    .with_inserted_indices(Indices::U32(indices))
+    mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colors);
+    mesh
 }
 
-/// 0 in the clear, 1 in a cloud.
+/// How cloudy the sky is in a direction: 0 in the clear, 1 in a cloud.
 fn cloud_cover(direction: Vec3) -> f32 {
     let above = direction.y.max(0.0);
     let overhead = Vec3::new(direction.x, 0.0, direction.z) / (above + 0.16);
@@ -159,36 +232,40 @@ fn night_color(direction: Vec3) -> Vec3 {
     (sky + MOONSHINE * glow).lerp(NIGHT_CLOUD + MOONSHINE * glow, 0.6 * cloud_cover(direction))
 }
 
-/// Small triangles strewn over the sky, and a disc.
+/// Stars, small triangles strewn over the sky, and the moon, a disc.
 fn stars_and_moon() -> Mesh {
     const STARS: u32 = 1_400;
     const MOON_CORNERS: u32 = 48;
-    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+    let (mut positions, mut colors, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     let mut disc = |toward: Vec3, corners: u32, radius_in_rad: f32, color: Vec3| {
-        let first = vertices.len() as u32;
+        let first = positions.len() as u32;
         let (right, up) = toward.any_orthonormal_pair();
-        vertices.extend((0..corners).map(|corner| {
+        positions.extend((0..corners).map(|corner| {
             let aside = Vec2::from_angle(TAU * corner as f32 / corners as f32) * radius_in_rad;
-            let place = toward + right * aside.x + up * aside.y;
-            (place * 0.98 * RADIUS_IN_M, color)
+            (toward + right * aside.x + up * aside.y) * 0.98 * RADIUS_IN_M
         }));
+        colors.extend((0..corners).map(|_| color.extend(1.0).to_array()));
         indices.extend((2..corners).flat_map(|corner| [first, first + corner - 1, first + corner]));
     };
     for star in 0..STARS {
         let draw = |k: u32| random(star * 4 + k, 651);
+        // Even over the upper half of the sphere.
         let (height, around) = (0.02 + 0.98 * draw(0), TAU * draw(1));
         let flat = (1.0 - height * height).sqrt();
         let toward = Vec3::new(flat * around.cos(), height, flat * around.sin());
+        // Many faint ones, few bright ones, none behind clouds.
         let clear = (1.0 - 1.3 * cloud_cover(toward)).max(0.0);
         let bright = 0.1 + 0.9 * draw(2).powi(5);
         let tint = Vec3::new(0.85, 0.92, 1.0).lerp(Vec3::new(1.0, 0.86, 0.7), draw(3));
         disc(toward, 3, 0.0008 + 0.0007 * bright, tint * bright * clear);
     }
-    disc(
-        TO_MOON.normalize(),
-        MOON_CORNERS,
-        0.016,
-        Vec3::new(0.95, 0.93, 0.85),
-    );
-    mesh(vertices, indices)
+    let moon_color = Vec3::new(0.95, 0.93, 0.85);
+    disc(TO_MOON.normalize(), MOON_CORNERS, 0.016, moon_color);
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::RENDER_WORLD,
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
+    .with_inserted_indices(Indices::U32(indices))
 }

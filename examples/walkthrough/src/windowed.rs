@@ -8,24 +8,28 @@ use bevy::window::{PresentMode, WindowResolution};
 use bevy_fieldlod::prelude::*;
 
 use crate::args::Args;
-use crate::cameras::{CameraTarget, Look};
-use crate::{flight, hud, stage};
+use crate::cameras::{CameraTarget, ViewOptions};
+use crate::quality::Quality;
+use crate::{adapter, flight, hud, scene};
 
 /// Opens the window and runs until it is closed.
-pub(crate) fn run(args: &Args) -> Result<(), String> {
+pub(crate) fn run(args: &Args, quality: &Quality) -> Result<(), String> {
     let window = Window {
         title: "fieldlod walkthrough".into(),
-        resolution: WindowResolution::new(args.size.width, args.size.height),
+        resolution: WindowResolution::from(quality.size_in_px),
         present_mode: PresentMode::AutoVsync,
         ..default()
     };
+    let plugins = scene::default_plugins()
+        .set(adapter::render_plugin(true))
+        .set(WindowPlugin {
+            primary_window: Some(window),
+            ..default()
+        });
     let mut app = App::new();
-    app.add_plugins(stage::default_plugins().set(WindowPlugin {
-        primary_window: Some(window),
-        ..default()
-    }))
-    .insert_resource(CameraTarget::default());
-    stage::set(&mut app, args);
+    app.add_plugins(plugins)
+        .insert_resource(CameraTarget::default());
+    scene::add_to(&mut app, args, quality);
     app.add_plugins((flight::plugin, hud::labels_plugin, hud::panel_plugin))
         .add_systems(Update, switch);
     match app.run() {
@@ -37,7 +41,7 @@ pub(crate) fn run(args: &Args) -> Result<(), String> {
 /// The keys that change what is seen.
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
-    mut look: ResMut<Look>,
+    mut options: ResMut<ViewOptions>,
     mut debug: ResMut<FieldLodDebug>,
     mut exit: MessageWriter<AppExit>,
 ) {
@@ -45,13 +49,13 @@ fn switch(
         match key {
             KeyCode::KeyL => debug.color_levels = !debug.color_levels,
             KeyCode::KeyF => debug.freeze = !debug.freeze,
-            KeyCode::KeyN => look.night = !look.night,
-            KeyCode::KeyV => look.split = !look.split,
+            KeyCode::KeyN => options.night = !options.night,
+            KeyCode::KeyV => options.split = !options.split,
             KeyCode::Equal | KeyCode::NumpadAdd => {
-                look.error_px = (look.error_px * SQRT_2).min(1e3);
+                options.error_px = (options.error_px * SQRT_2).min(1e3);
             }
             KeyCode::Minus | KeyCode::NumpadSubtract => {
-                look.error_px = (look.error_px / SQRT_2).max(1e-2);
+                options.error_px = (options.error_px / SQRT_2).max(1e-2);
             }
             KeyCode::Escape => {
                 exit.write(AppExit::Success);

@@ -3,12 +3,12 @@
 
 use std::f32::consts::TAU;
 
-use glam::Vec3;
+use bevy::prelude::*;
 
 use super::Shape;
-use crate::noise::{fbm, gradient, lerp, smoothstep};
+use crate::noise::{fbm, gradient, smoothstep};
 
-/// Vertices around: eleven for each of the twenty flutes.
+/// Vertices around a column: eleven for each of the twenty flutes.
 const SECTORS: u32 = 220;
 const FLUTES: f32 = 20.0;
 const FLUTE_DEPTH_IN_M: f32 = 0.055;
@@ -18,12 +18,12 @@ const DRUM_IN_M: f32 = 0.93;
 const MARBLE: Vec3 = Vec3::new(0.47, 0.41, 0.32);
 const STAIN: Vec3 = Vec3::new(0.20, 0.16, 0.115);
 
-/// One corner of the profile.
+/// A corner of the profile of a column.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     height: f32,
     radius: f32,
-    /// 0 for a round cross-section, 1 for a square one.
+    /// How square the cross-section is: 0 for a round cross-section, 1 for a square one.
     square: f32,
     /// Share of the full depth of the flutes.
     fluted: f32,
@@ -72,13 +72,13 @@ const STUMP: [Station; 4] = [
 /// A whole column, 6 m above the ground and 0.3 m into it.
 pub(crate) fn column() -> Shape {
     let profile: Vec<_> = FOOT.into_iter().chain(SHAFT_AND_CAPITAL).collect();
-    turn(&profile, |p| p)
+    revolve(&profile, |p| p)
 }
 
 /// A column broken off at about 2.8 m, along a slanted, jagged face.
 pub(crate) fn broken_column() -> Shape {
     let profile: Vec<_> = FOOT.into_iter().chain(STUMP).collect();
-    turn(&profile, |p| {
+    revolve(&profile, |p| {
         let near_the_break = smoothstep(1.3, 2.6, p.y);
         let slant = 0.9 * p.x + 0.35 * p.z;
         let jags = 0.35 * fbm(p * Vec3::new(2.3, 0.3, 2.3), 5, 77);
@@ -86,7 +86,9 @@ pub(crate) fn broken_column() -> Shape {
     })
 }
 
-fn turn(profile: &[Station], bend: impl Fn(Vec3) -> Vec3) -> Shape {
+/// The surface that a profile sweeps out around the Y axis, each vertex moved by `bend`.
+fn revolve(profile: &[Station], bend: impl Fn(Vec3) -> Vec3) -> Shape {
+    // A vertex on the axis below, rings of vertices, a vertex on the axis above.
     let rows = rows(profile);
     let ring_count = rows.len() as u32 - 2;
     let mut positions = vec![bend(Vec3::Y * rows[0].height)];
@@ -94,7 +96,7 @@ fn turn(profile: &[Station], bend: impl Fn(Vec3) -> Vec3) -> Shape {
         positions.extend((0..SECTORS).map(|sector| bend(surface_point(row, sector))));
     }
     positions.push(bend(Vec3::Y * rows[rows.len() - 1].height));
-    Shape::smooth(positions, turned_triangles(ring_count), color)
+    Shape::smooth(positions, revolved_triangles(ring_count), color)
 }
 
 /// The stations with the rows between them filled in.
@@ -103,14 +105,9 @@ fn rows(profile: &[Station]) -> Vec<Station> {
         let [from, to] = [pair[0], pair[1]];
         (0..from.rows).map(move |row| {
             let t = row as f32 / from.rows as f32;
-            let mix = |a: f32, b: f32| lerp(a, b, t);
-            Station {
-                height: mix(from.height, to.height),
-                radius: mix(from.radius, to.radius),
-                square: mix(from.square, to.square),
-                fluted: mix(from.fluted, to.fluted),
-                rows: 1,
-            }
+            let mix = |value: fn(&Station) -> f32| f32::lerp(value(&from), value(&to), t);
+            let (height, radius) = (mix(|s| s.height), mix(|s| s.radius));
+            station(height, radius, mix(|s| s.square), mix(|s| s.fluted), 1)
         })
     };
     let last = profile.last().copied();
@@ -120,23 +117,27 @@ fn rows(profile: &[Station]) -> Vec<Station> {
 fn surface_point(row: &Station, sector: u32) -> Vec3 {
     let angle = TAU * sector as f32 / SECTORS as f32;
     let (sin, cos) = angle.sin_cos();
+    // The outline is round or, as a superellipse, square, with flutes cut into it.
     let square = 1.0 / (cos.powi(12) + sin.powi(12)).powf(1.0 / 12.0);
-    let outline = row.radius * lerp(1.0, square, row.square);
+    let outline = row.radius * f32::lerp(1.0, square, row.square);
     let flute = FLUTE_DEPTH_IN_M * row.fluted * (angle * FLUTES / 2.0).sin().abs();
+
+    // Wear takes some of the stone away.
     let smooth = Vec3::new(cos * (outline - flute), row.height, sin * (outline - flute));
     let depth = wear_in_m(smooth, row) * (row.radius / 0.4).min(1.0);
     smooth - Vec3::new(cos, 0.0, sin) * depth
 }
 
-/// How much stone is missing at a point.
+/// Depth of the stone that is missing at a point.
 fn wear_in_m(p: Vec3, row: &Station) -> f32 {
+    // Chips, the joint between two drums, and grain.
     let chips = (fbm(p * 2.1, 4, 5) - 0.28).max(0.0);
     let to_joint = (p.y / DRUM_IN_M - (p.y / DRUM_IN_M).round()).abs() * DRUM_IN_M;
     let joint = row.fluted * (1.0 - smoothstep(0.01, 0.05, to_joint));
     0.22 * chips + 0.025 * joint + 0.012 * fbm(p * 7.0, 3, 9) + 0.004 * gradient(p * 31.0, 11)
 }
 
-fn turned_triangles(ring_count: u32) -> Vec<u32> {
+fn revolved_triangles(ring_count: u32) -> Vec<u32> {
     let top = 1 + ring_count * SECTORS;
     let at = |ring: u32, sector: u32| 1 + ring * SECTORS + sector % SECTORS;
     let mut triangles = Vec::with_capacity((ring_count * SECTORS * 2) as usize);

@@ -1,6 +1,6 @@
 //! Lamps: a fire bowl on a tall stand of bronze, and its flame.
 
-use glam::Vec3;
+use bevy::prelude::*;
 
 use super::Shape;
 use super::rock::icosphere;
@@ -33,16 +33,16 @@ fn distance(p: Vec3) -> f32 {
     smooth_union(stand, bowl(p), 0.08)
 }
 
-/// Half a shell of a sphere, open to the top.
+/// Distance from half a shell of a sphere, open to the top.
 fn bowl(p: Vec3) -> f32 {
     let from_middle = (p - Vec3::Y * 2.28).length();
     let shell = (from_middle - 0.36).abs() - 0.032;
     shell.max(p.y - 2.26)
 }
 
-/// The flame around its own middle, about 0.5 m tall.
+/// A flame around its own middle, about 0.5 m tall.
 pub(crate) fn flame() -> Shape {
-    let (mut positions, indices) = icosphere(4);
+    let (mut positions, indices) = icosphere(16);
     for p in &mut positions {
         let thin = 1.0 - 0.55 * smoothstep(-0.2, 1.0, p.y);
         let tongue = 1.0 + 0.35 * fbm(*p * Vec3::new(2.2, 1.2, 2.2), 2, 1311) * (0.5 + 0.5 * p.y);

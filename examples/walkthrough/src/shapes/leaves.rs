@@ -1,21 +1,30 @@
 //! Leaves: thin closed scales that stand out of a surface, so that crowns have no smooth outline.
 
-use glam::Vec3;
+use bevy::prelude::*;
 
 use super::Shape;
-use crate::noise::{lerp, random};
+use crate::noise::random;
 
 /// How leaves stand and look.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foliage {
     pub(super) length_in_m: f32,
     pub(super) width_in_m: f32,
-    /// How much they point up rather than away from the surface, from 0 to 1.
+    /// How much leaves point up rather than away from the surface, from 0 to 1.
     pub(super) rise: f32,
     pub(super) seed: u32,
 }
 
 impl Foliage {
+    pub(super) const fn new(length_in_m: f32, width_in_m: f32, rise: f32) -> Self {
+        Self {
+            length_in_m,
+            width_in_m,
+            rise,
+            seed: 1,
+        }
+    }
+
     /// Adds a leaf at about `count` of the vertices that `grows` there, coloured after them.
     pub(super) fn sprout(&self, shape: &mut Shape, count: usize, grows: impl Fn(Vec3) -> bool) {
         let vertices = 0..shape.positions.len() as u32;
@@ -23,29 +32,28 @@ impl Foliage {
             .filter(|&v| grows(shape.positions[v as usize]))
             .collect();
         let share = count as f32 / fertile.len().max(1) as f32;
-        for vertex in fertile
-            .into_iter()
-            .filter(|&v| random(v, self.seed) < share)
-        {
+        let chosen = fertile.iter().filter(|&&v| random(v, self.seed) < share);
+        for &vertex in chosen {
             self.add_leaf(shape, vertex);
         }
     }
 
-    /// A flat tetrahedron, folded along the line from its stalk to its tip.
+    /// Adds a flat tetrahedron, folded along the line from its stalk to its tip.
     fn add_leaf(&self, shape: &mut Shape, vertex: u32) {
         let draw = |k: u32| random(vertex, self.seed + 1 + k);
-        let [at, normal] = [
-            shape.positions[vertex as usize],
-            shape.normals[vertex as usize],
-        ];
+        let index = vertex as usize;
+        let (at, normal) = (shape.positions[index], shape.normals[index]);
+
+        // Its axes: from stalk to tip, across, and away from the upper side.
         let aside = Vec3::new(draw(0), draw(1), draw(2)) * 2.0 - 1.0;
         let outward = normal.lerp(Vec3::Y, self.rise);
         let along = (outward + 0.9 * aside).normalize_or(Vec3::Y);
-        let across = along
-            .cross(normal + 0.3 * aside)
-            .normalize_or(along.any_orthonormal_vector());
+        let across = along.cross(normal + 0.3 * aside);
+        let across = across.normalize_or(along.any_orthonormal_vector());
         let back = across.cross(along);
-        let size = lerp(0.65, 1.25, draw(3));
+
+        // Its corners: stalk and tip, and two of which the leaf is as wide as it is folded.
+        let size = f32::lerp(0.65, 1.25, draw(3));
         let (length, half) = (self.length_in_m * size, 0.5 * self.width_in_m * size);
         let stalk = at - 0.25 * length * along;
         let middle = stalk + 0.55 * length * along - 0.35 * half * back;
@@ -55,18 +63,17 @@ impl Foliage {
             middle + half * across,
             middle - half * across,
         ];
+
         let first = shape.positions.len() as u32;
         // Shaded mostly as the crown that they are part of.
-        let normals =
-            corners.map(|corner| (normal + (corner - middle) / length).normalize_or(normal));
-        let tint = shape.colors[vertex as usize] * lerp(0.7, 1.45, draw(4));
+        let turned = |corner: Vec3| (normal + (corner - middle) / length).normalize_or(normal);
+        let tint = shape.colors[index] * f32::lerp(0.7, 1.45, draw(4));
         shape.positions.extend(corners);
-        shape.normals.extend(normals);
+        shape.normals.extend(corners.map(turned));
         shape.colors.extend([tint * 0.75, tint * 1.15, tint, tint]);
         let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-        shape
-            .indices
-            .extend(sides.as_flattened().iter().map(|corner| first + corner));
+        let corners = sides.as_flattened().iter();
+        shape.indices.extend(corners.map(|corner| first + corner));
     }
 }
 
@@ -82,12 +89,7 @@ mod tests {
             colors: vec![Vec3::ONE],
             ..Shape::default()
         };
-        let foliage = Foliage {
-            length_in_m: 0.3,
-            width_in_m: 0.15,
-            rise: 0.3,
-            seed: 1,
-        };
+        let foliage = Foliage::new(0.3, 0.15, 0.3);
         for _ in 0..9 {
             foliage.sprout(&mut shape, usize::MAX, |p| p == Vec3::ZERO);
         }

@@ -1,6 +1,8 @@
-//! A triangle mesh before anyone draws or bakes it.
+//! A triangle mesh as the generators make it.
 
-use glam::{Vec2, Vec3};
+use bevy::asset::RenderAssetUsages;
+use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::prelude::*;
 
 /// Triangles, counter-clockwise seen from outside, in metres, +Y up.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +14,7 @@ pub(crate) struct Shape {
     pub(crate) colors: Vec<Vec3>,
     /// Texture coordinates, one per position, or empty.
     pub(crate) uvs: Vec<Vec2>,
-    /// Three per triangle.
+    /// Indices of positions, three per triangle.
     pub(crate) indices: Vec<u32>,
 }
 
@@ -30,18 +32,41 @@ impl Shape {
             positions,
             normals,
             colors,
-            uvs: Vec::new(),
             indices,
+            ..Self::default()
         }
     }
 
     pub(crate) fn triangle_count(&self) -> u64 {
         self.indices.len() as u64 / 3
     }
+
+    /// The mesh, with vertex colours relative to their mean, and that mean.
+    pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
+        let count = self.colors.len().max(1) as f32;
+        let mean = match self.colors.iter().sum::<Vec3>() / count {
+            Vec3::ZERO => Vec3::ONE,
+            mean => mean,
+        };
+        let relative = |color: &Vec3| (*color / mean).extend(1.0).to_array();
+        let colors: Vec<_> = self.colors.iter().map(relative).collect();
+        let triangles = PrimitiveTopology::TriangleList;
+        let mut mesh = Mesh::new(triangles, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals)
+            .with_inserted_indices(Indices::U32(self.indices));
+        if !colors.is_empty() {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colors);
+        }
+        if !self.uvs.is_empty() {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, self.uvs);
+        }
+        (mesh, mean)
+    }
 }
 
 /// Normals averaged over the triangles around each vertex, by area.
-fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
+pub(super) fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let (triangles, _) = indices.as_chunks::<3>();
     for triangle in triangles {
@@ -83,9 +108,9 @@ impl Shape {
         balance.values().filter(|balance| **balance != 0).count()
     }
 
-    /// Radius around the Y axis: what a walker must keep clear of.
-    pub(crate) fn reach(&self) -> f32 {
-        let flat = self.positions.iter().map(|p| Vec2::new(p.x, p.z).length());
+    /// Radius around the Y axis: what the camera must keep clear of.
+    pub(crate) fn radius(&self) -> f32 {
+        let flat = self.positions.iter().map(|p| p.xz().length());
         flat.fold(0.0, f32::max)
     }
 

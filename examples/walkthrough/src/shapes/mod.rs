@@ -22,7 +22,7 @@ pub(crate) enum ShapeId {
     Rock(u8),
     /// A fluted column, 6.2 m tall.
     Column,
-    /// The stump of one, about 3 m tall.
+    /// The stump of a column, about 3 m tall.
     BrokenColumn,
     /// A seated figure on a throne, 3.1 m tall, facing +Z.
     SeatedFigure,
@@ -88,37 +88,17 @@ impl ShapeId {
             Self::Lamp => lamp::lamp(),
         }
     }
-
-    /// Name for messages.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Terrain => "terrain",
-            Self::Rock(_) => "rock",
-            Self::Column => "column",
-            Self::BrokenColumn => "broken column",
-            Self::SeatedFigure => "seated figure",
-            Self::Knot => "knot",
-            Self::Gate => "gate",
-            Self::Oak(_) => "oak",
-            Self::Pine(_) => "pine",
-            Self::Cypress => "cypress",
-            Self::Bush => "bush",
-            Self::Tuft => "tuft",
-            Self::Stone => "stone",
-            Self::Lamp => "lamp",
-        }
-    }
 }
 
 /// Makes all shapes, in the order of [`ShapeId::ALL`], on all cores.
 pub(crate) fn generate_all() -> Vec<(ShapeId, Shape)> {
     std::thread::scope(|scope| {
-        let spawn = |id: ShapeId| scope.spawn(move || (id, id.generate()));
-        let threads = ShapeId::ALL.map(spawn);
-        let join = |thread: std::thread::ScopedJoinHandle<_>| thread.join();
-        threads
-            .map(|thread| join(thread).expect("shapes are generated without panics"))
-            .into()
+        let threads = ShapeId::ALL.map(|id| (id, scope.spawn(move || id.generate())));
+        let finished = threads.into_iter().map(|(id, thread)| {
+            let shape = thread.join();
+            (id, shape.expect("shapes are generated without panics"))
+        });
+        finished.collect()
     })
 }
 

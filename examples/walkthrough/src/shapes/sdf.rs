@@ -1,8 +1,8 @@
 //! Signed distance functions and their polygons.
 
+use bevy::prelude::*;
 use fast_surface_nets::ndshape::{RuntimeShape, Shape as _};
 use fast_surface_nets::{SurfaceNetsBuffer, surface_nets};
-use glam::{UVec3, Vec2, Vec3};
 
 /// Samples per side of the blocks that are sampled once when the surface is far.
 const BLOCK: u32 = 8;
@@ -16,10 +16,13 @@ pub(crate) fn polygonise(
     voxel_in_m: f32,
     distance_in_m: impl Fn(Vec3) -> f32,
 ) -> (Vec<Vec3>, Vec<u32>) {
+    // Distances on a grid of voxels.
     let size = ((max - min) / voxel_in_m).ceil().as_uvec3() + UVec3::ONE;
     let grid = RuntimeShape::<u32, 3>::new(size.to_array());
     let distance_in_voxels = |cell: Vec3| distance_in_m(min + cell * voxel_in_m) / voxel_in_m;
     let samples = sample(size, &grid, distance_in_voxels);
+
+    // The polygons between them.
     let mut surface = SurfaceNetsBuffer::default();
     let last = (size - UVec3::ONE).to_array();
     surface_nets(&samples, &grid, [0; 3], last, &mut surface);
@@ -58,12 +61,13 @@ fn cells(from: UVec3, to: UVec3) -> impl Iterator<Item = UVec3> {
     (from.z..to.z).flat_map(slice)
 }
 
-/// A segment from `a` to `b` with a radius that runs from `radius_a` to `radius_b`.
+/// Distance from a segment from `a` to `b` with a radius that runs from `radius_a` to `radius_b`.
 pub(crate) fn limb(p: Vec3, a: Vec3, b: Vec3, radius_a: f32, radius_b: f32) -> f32 {
     let along = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
     p.distance(a.lerp(b, along)) - (radius_a + (radius_b - radius_a) * along)
 }
 
+/// Distance from an ellipsoid, exact near its surface.
 pub(crate) fn ellipsoid(p: Vec3, center: Vec3, radii: Vec3) -> f32 {
     let scaled = ((p - center) / radii).length();
     let steepest = ((p - center) / (radii * radii)).length();
@@ -74,12 +78,13 @@ pub(crate) fn ellipsoid(p: Vec3, center: Vec3, radii: Vec3) -> f32 {
     }
 }
 
+/// Distance from a box with rounded edges.
 pub(crate) fn rounded_box(p: Vec3, center: Vec3, half_size: Vec3, rounding: f32) -> f32 {
     let q = (p - center).abs() - half_size + rounding;
     q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - rounding
 }
 
-/// An upright cylinder with its foot at height `foot`.
+/// Distance from an upright cylinder around the Y axis between two heights, with rounded edges.
 pub(crate) fn drum(p: Vec3, radius: f32, foot: f32, top: f32, rounding: f32) -> f32 {
     let sideways = Vec2::new(p.x, p.z).length() - radius;
     let upright = (p.y - 0.5 * (foot + top)).abs() - 0.5 * (top - foot);
@@ -87,7 +92,7 @@ pub(crate) fn drum(p: Vec3, radius: f32, foot: f32, top: f32, rounding: f32) -> 
     q.max(Vec2::ZERO).length() + q.max_element().min(0.0) - rounding
 }
 
-/// The union of two surfaces, blended where they are nearer to each other than `blend_in_m`.
+/// Distance from the union of two surfaces, blended where they are nearer to each other than `blend_in_m`.
 pub(crate) fn smooth_union(a: f32, b: f32, blend_in_m: f32) -> f32 {
     let overlap = (blend_in_m - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * blend_in_m)

@@ -1,10 +1,10 @@
 //! Statues and the gate: signed distance functions, made polygons and weathered.
 
-use glam::{Vec2, Vec3};
+use bevy::prelude::*;
 
-use super::Shape;
+use super::mesh::{Shape, smooth_normals};
 use super::sdf::{drum, ellipsoid, limb, polygonise, rounded_box, smooth_union};
-use crate::noise::{fbm, gradient, lerp, smoothstep};
+use crate::noise::{fbm, gradient, smoothstep};
 
 const SANDSTONE: Vec3 = Vec3::new(0.50, 0.36, 0.22);
 const SANDSTONE_DARK: Vec3 = Vec3::new(0.22, 0.15, 0.10);
@@ -14,49 +14,31 @@ const VERDIGRIS: Vec3 = Vec3::new(0.12, 0.27, 0.22);
 /// A king on his throne, hands on the knees, facing +Z.
 pub(crate) fn seated_figure() -> Shape {
     let (min, max) = (Vec3::new(-1.0, -0.32, -1.15), Vec3::new(1.0, 3.15, 1.2));
-    let (positions, indices) = polygonise(min, max, 0.0165, king_and_throne);
-    let positions = weather(positions, &indices, 0.018, 3.0);
-    Shape::smooth(positions, indices, |p, n| {
-        weathered_color(p, n, SANDSTONE, SANDSTONE_DARK)
-    })
+    let stone = polygonise(min, max, 0.0165, king_and_throne);
+    weathered(stone, 0.018, 3.0, |_| (SANDSTONE, SANDSTONE_DARK))
 }
 
+/// Distance from the king on his throne.
 fn king_and_throne(p: Vec3) -> f32 {
     // The figure is symmetric: both sides are the right one.
     let q = Vec3::new(p.x.abs(), p.y, p.z);
     smooth_union(throne(q), king(q), 0.06)
 }
 
+/// Distance from the right half of the throne.
 fn throne(q: Vec3) -> f32 {
-    let plinth = rounded_box(
-        q,
-        Vec3::new(0.0, 0.08, 0.0),
-        Vec3::new(0.9, 0.37, 1.05),
-        0.04,
-    );
-    let seat = rounded_box(
-        q,
-        Vec3::new(0.0, 0.8, -0.3),
-        Vec3::new(0.56, 0.44, 0.52),
-        0.05,
-    );
-    let back = rounded_box(
-        q,
-        Vec3::new(0.0, 1.3, -0.72),
-        Vec3::new(0.56, 0.75, 0.14),
-        0.05,
-    );
-    let arm_rest = rounded_box(
-        q,
-        Vec3::new(0.6, 1.08, -0.2),
-        Vec3::new(0.09, 0.3, 0.6),
-        0.05,
-    );
+    let at = Vec3::new;
+    let plinth = rounded_box(q, at(0.0, 0.08, 0.0), at(0.9, 0.37, 1.05), 0.04);
+    let seat = rounded_box(q, at(0.0, 0.8, -0.3), at(0.56, 0.44, 0.52), 0.05);
+    let back = rounded_box(q, at(0.0, 1.3, -0.72), at(0.56, 0.75, 0.14), 0.05);
+    let arm_rest = rounded_box(q, at(0.6, 1.08, -0.2), at(0.09, 0.3, 0.6), 0.05);
     plinth.min(smooth_union(seat.min(back), arm_rest, 0.04))
 }
 
+/// Distance from the right half of the king.
 fn king(q: Vec3) -> f32 {
     let at = Vec3::new;
+    // The parts of the body.
     let torso = limb(q, at(0.0, 1.3, -0.3), at(0.0, 1.92, -0.36), 0.27, 0.30);
     let shoulders = limb(q, at(0.0, 2.12, -0.36), at(0.38, 2.08, -0.36), 0.16, 0.13);
     let upper_arm = limb(q, at(0.44, 2.05, -0.36), at(0.50, 1.55, -0.2), 0.115, 0.10);
@@ -67,6 +49,7 @@ fn king(q: Vec3) -> f32 {
     let foot = limb(q, at(0.23, 0.51, 0.5), at(0.26, 0.49, 0.8), 0.09, 0.07);
     let skirt = rounded_box(q, at(0.0, 1.0, 0.42), at(0.16, 0.36, 0.14), 0.05);
 
+    // Each joint is blended as wide as the thinner of its limbs.
     let legs = smooth_union(smooth_union(thigh, shin, 0.08), foot, 0.05);
     let arms = smooth_union(smooth_union(upper_arm, forearm, 0.06), hand, 0.05);
     let trunk = smooth_union(smooth_union(torso, shoulders, 0.16), legs, 0.10);
@@ -74,18 +57,14 @@ fn king(q: Vec3) -> f32 {
     smooth_union(smooth_union(body, arms, 0.05), head(q), 0.06)
 }
 
+/// Distance from the right half of the head, with beard and headdress.
 fn head(q: Vec3) -> f32 {
     let at = Vec3::new;
     let neck = limb(q, at(0.0, 2.15, -0.34), at(0.0, 2.42, -0.3), 0.12, 0.10);
     let skull = ellipsoid(q, at(0.0, 2.58, -0.27), at(0.165, 0.235, 0.195));
     let brow = ellipsoid(q, at(0.07, 2.64, -0.10), at(0.08, 0.028, 0.04));
-    let nose = limb(
-        q,
-        at(0.0, 2.62, -0.085),
-        at(0.0, 2.54, -0.045),
-        0.018,
-        0.032,
-    );
+    let (root, tip) = (at(0.0, 2.62, -0.085), at(0.0, 2.54, -0.045));
+    let nose = limb(q, root, tip, 0.018, 0.032);
     let mouth = ellipsoid(q, at(0.0, 2.465, -0.095), at(0.06, 0.018, 0.035));
     let beard = limb(q, at(0.0, 2.38, -0.12), at(0.0, 2.16, -0.1), 0.06, 0.045);
     let ear = ellipsoid(q, at(0.175, 2.57, -0.24), at(0.03, 0.065, 0.045));
@@ -94,6 +73,7 @@ fn head(q: Vec3) -> f32 {
     let crown = limb(q, at(0.0, 2.75, -0.33), at(0.0, 2.98, -0.36), 0.16, 0.09);
     let pleats = 0.006 * (q.y * 90.0).sin();
 
+    // Blended sharply where one thing lies on another.
     let face = smooth_union(smooth_union(skull, brow, 0.04), nose.min(mouth), 0.03);
     let headdress = smooth_union(smooth_union(cloth, lappet, 0.09) + pleats, crown, 0.05);
     let head = smooth_union(face.min(ear), headdress, 0.02);
@@ -103,14 +83,10 @@ fn head(q: Vec3) -> f32 {
 /// A torus knot with a twisted rope surface on a round pedestal.
 pub(crate) fn knot() -> Shape {
     let (min, max) = (Vec3::new(-1.45, -0.32, -1.45), Vec3::new(1.45, 3.7, 1.45));
-    let (positions, indices) = polygonise(min, max, 0.021, knot_on_pedestal);
-    let positions = weather(positions, &indices, 0.008, 4.0);
-    Shape::smooth(positions, indices, |p, n| {
-        if p.y > 1.02 {
-            weathered_color(p, n, VERDIGRIS, BASALT)
-        } else {
-            weathered_color(p, n, SANDSTONE, SANDSTONE_DARK)
-        }
+    let stone = polygonise(min, max, 0.021, knot_on_pedestal);
+    weathered(stone, 0.008, 4.0, |p| match p.y > 1.02 {
+        true => (VERDIGRIS, BASALT),
+        false => (SANDSTONE, SANDSTONE_DARK),
     })
 }
 
@@ -120,20 +96,16 @@ fn knot_on_pedestal(p: Vec3) -> f32 {
     let slab = drum(p, 0.98, 0.85, 1.05, 0.03);
     let pedestal = smooth_union(smooth_union(foot, shaft, 0.12), slab, 0.12);
     // Upright: the knot's axis points along Z.
-    let upright = p - Vec3::new(0.0, 2.25, 0.0);
-    smooth_union(
-        pedestal,
-        rope(Vec3::new(upright.x, upright.z, upright.y)),
-        0.08,
-    )
+    let upright = p - Vec3::Y * 2.25;
+    smooth_union(pedestal, rope(upright.xzy()), 0.08)
 }
 
-/// The knot that winds three times around the tube while it goes twice around the Y axis.
+/// Distance from the knot that winds three times around the tube while it goes twice around the Y axis.
 fn rope(p: Vec3) -> f32 {
     const RING_RADIUS: f32 = 0.80;
     const WINDING_RADIUS: f32 = 0.33;
     let around = p.z.atan2(p.x);
-    let section = Vec2::new(Vec2::new(p.x, p.z).length() - RING_RADIUS, p.y);
+    let section = Vec2::new(p.xz().length() - RING_RADIUS, p.y);
     let strand = |turn: f32| {
         let angle = 1.5 * around + turn;
         let offset = section - Vec2::from_angle(angle) * WINDING_RADIUS;
@@ -147,75 +119,65 @@ fn rope(p: Vec3) -> f32 {
 /// Two piers and an arch between them, to be walked through along Z.
 pub(crate) fn gate() -> Shape {
     let (min, max) = (Vec3::new(-4.3, -0.55, -1.35), Vec3::new(4.3, 7.7, 1.35));
-    let (positions, indices) = polygonise(min, max, 0.046, arch);
-    let positions = weather(positions, &indices, 0.05, 1.3);
-    Shape::smooth(positions, indices, |p, n| {
-        weathered_color(p, n, SANDSTONE, SANDSTONE_DARK)
-    })
+    let stone = polygonise(min, max, 0.046, arch);
+    weathered(stone, 0.05, 1.3, |_| (SANDSTONE, SANDSTONE_DARK))
 }
 
+/// Distance from the gate.
 fn arch(p: Vec3) -> f32 {
     const SPRING_HEIGHT: f32 = 3.3;
     const OPENING_RADIUS: f32 = 2.15;
-    let wall = rounded_box(p, Vec3::new(0.0, 3.2, 0.0), Vec3::new(3.6, 3.7, 0.85), 0.08);
-    let cornice = rounded_box(
-        p,
-        Vec3::new(0.0, 6.2, 0.0),
-        Vec3::new(3.95, 0.22, 1.15),
-        0.06,
-    );
-    let attic = rounded_box(p, Vec3::new(0.0, 6.9, 0.0), Vec3::new(3.3, 0.55, 0.8), 0.06);
-    let q = Vec3::new(p.x.abs(), p.y, p.z);
-    let base = rounded_box(
-        q,
-        Vec3::new(2.9, 0.1, 0.0),
-        Vec3::new(0.95, 0.55, 1.12),
-        0.05,
-    );
-    let imposts = Vec3::new(2.9, SPRING_HEIGHT, 0.0);
-    let impost = rounded_box(q, imposts, Vec3::new(0.86, 0.16, 1.0), 0.05);
-    let half_column = limb(
-        Vec3::new(q.x, q.y, q.z.abs()),
-        Vec3::new(2.95, 0.5, 0.9),
-        Vec3::new(2.95, 6.0, 0.9),
-        0.30,
-        0.26,
-    );
+    let at = Vec3::new;
+    // The wall from below: base, wall, cornice, attic.
+    let wall = rounded_box(p, at(0.0, 3.2, 0.0), at(3.6, 3.7, 0.85), 0.08);
+    let cornice = rounded_box(p, at(0.0, 6.2, 0.0), at(3.95, 0.22, 1.15), 0.06);
+    let attic = rounded_box(p, at(0.0, 6.9, 0.0), at(3.3, 0.55, 0.8), 0.06);
 
+    // What is the same on both sides, and in front and behind.
+    let q = Vec3::new(p.x.abs(), p.y, p.z.abs());
+    let base = rounded_box(q, at(2.9, 0.1, 0.0), at(0.95, 0.55, 1.12), 0.05);
+    let impost = rounded_box(q, at(2.9, SPRING_HEIGHT, 0.0), at(0.86, 0.16, 1.0), 0.05);
+    let half_column = limb(q, at(2.95, 0.5, 0.9), at(2.95, 6.0, 0.9), 0.30, 0.26);
+
+    // The opening, and a rim around it above the imposts.
     let from_axis = Vec2::new(p.x, (p.y - SPRING_HEIGHT).max(0.0)).length();
     let opening = from_axis - OPENING_RADIUS;
-    let rim_in_section = Vec2::new((from_axis - 2.4).abs() - 0.2, q.z.abs() - 0.97);
-    let rim = if p.y > SPRING_HEIGHT {
-        rim_in_section.max_element()
-    } else {
-        f32::MAX
+    let rim = match p.y > SPRING_HEIGHT {
+        true => ((from_axis - 2.4).abs() - 0.2).max(q.z - 0.97),
+        false => f32::MAX,
     };
 
     let trimmed = wall.min(cornice).min(attic).min(rim).max(-opening);
     smooth_union(trimmed.min(base), impost.min(half_column), 0.05).max(-opening)
 }
 
-/// Moves the vertices along their normals by noise of this depth.
-fn weather(positions: Vec<Vec3>, indices: &[u32], depth_in_m: f32, per_m: f32) -> Vec<Vec3> {
-    let smooth = Shape::smooth(positions, indices.to_vec(), |_, _| Vec3::ONE);
-    let worn = |(p, normal): (&Vec3, &Vec3)| {
+/// A surface with its vertices moved along their normals by noise of this depth, in the colours of
+/// the stone and of its stains at each point.
+fn weathered(
+    (mut positions, indices): (Vec<Vec3>, Vec<u32>),
+    depth_in_m: f32,
+    per_m: f32,
+    colors_at: impl Fn(Vec3) -> (Vec3, Vec3),
+) -> Shape {
+    let normals = smooth_normals(&positions, &indices);
+    for (p, normal) in positions.iter_mut().zip(normals) {
         let pits = 1.5 * (fbm(*p * per_m, 4, 61) - 0.25).max(0.0);
         let grain = 0.25 * gradient(*p * per_m * 9.0, 67);
-        *p - *normal * depth_in_m * (pits + grain)
-    };
-    smooth
-        .positions
-        .iter()
-        .zip(&smooth.normals)
-        .map(worn)
-        .collect()
+        *p -= normal * depth_in_m * (pits + grain);
+    }
+    Shape::smooth(positions, indices, |p, normal| {
+        let (stone, stain) = colors_at(p);
+        weathered_color(p, normal, stone, stain)
+    })
 }
 
+/// Linear RGB of stone, with its stains, at a point of the surface.
 fn weathered_color(p: Vec3, normal: Vec3, stone: Vec3, stain: Vec3) -> Vec3 {
+    // Stained in streaks of rain, on undersides and at the foot, bleached on top.
     let streaks = fbm(p * Vec3::new(4.0, 1.0, 4.0), 4, 71);
     let under = 0.35 * (-normal.y).max(0.0);
     let foot = 0.5 * (1.0 - smoothstep(0.0, 0.7, p.y));
     let share = 0.7 * smoothstep(0.0, 0.8, streaks) + under + foot;
-    let bleached = lerp(0.9, 1.15, smoothstep(-0.2, 0.9, normal.y));
+    let bleached = f32::lerp(0.9, 1.15, smoothstep(-0.2, 0.9, normal.y));
     (stone * bleached).lerp(stain, share.min(1.0))
 }

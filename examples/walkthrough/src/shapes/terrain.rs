@@ -1,9 +1,9 @@
-//! The ground: a height field with a level way through hills, and the picture painted on it.
+//! The ground: a height field with a level avenue through hills, and the picture painted on it.
 
-use glam::{Vec2, Vec3};
+use bevy::prelude::*;
 
 use super::Shape;
-use crate::noise::{fbm, gradient, lerp, ridges, smoothstep};
+use crate::noise::{fbm, gradient, ridges, smoothstep};
 
 /// Side of the square of ground, centred on the origin.
 pub(crate) const SIDE_IN_M: f32 = 480.0;
@@ -22,7 +22,7 @@ pub(crate) const TEMPLE: Vec2 = Vec2::new(-46.0, 22.0);
 pub(crate) const TEMPLE_HEIGHT_IN_M: f32 = 5.0;
 /// Middle of the round temple's terrace in the far hills, which the telescope finds.
 pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
-/// Height of its terrace.
+/// Height of the round temple's terrace.
 pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
 /// The ground as one open mesh of 768 800 triangles, with texture coordinates from 0 to 1.
@@ -63,42 +63,45 @@ pub(crate) fn height(p: Vec2) -> f32 {
     let wild = 1.0 - levelled(p);
     let q = Vec3::new(p.x, 0.0, p.y);
     let bumps = 0.10 * fbm(q * 0.45, 3, 211) + 0.6 * wild * fbm(q * 0.09, 4, 223);
-    broad_height(p) + lerp(0.25, 1.0, wild) * bumps
+    broad_height(p) + f32::lerp(0.25, 1.0, wild) * bumps
 }
 
-/// [`height`] without its bumps: what a walker's eye follows.
+/// Height of the ground without its bumps, in metres: what the camera follows.
 pub(crate) fn broad_height(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 0.0, p.y);
-    let away = smoothstep(6.0, 75.0, distance_to_way(p));
+    // Hills rise away from the avenue, and a rim of them around the scene.
+    let away = smoothstep(6.0, 75.0, distance_to_avenue(p));
     let hills = 9.0 + 9.0 * gradient(q * 0.021, 201) + 13.0 * (ridges(q * 0.012, 3, 205) - 0.45);
     let ground = away * hills.max(-1.0) + 0.5 * away * gradient(q * 0.05, 209);
     let rim = away
         * (8.0 * smoothstep(90.0, 150.0, p.length()) + 26.0 * smoothstep(140.0, 260.0, p.length()));
+    // Terraces for the temples.
     let terrace = 1.0 - smoothstep(11.0, 26.0, p.distance(TEMPLE));
     let tomb = 1.0 - smoothstep(9.0, 40.0, p.distance(TOMB));
-    let hills = lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim;
-    lerp(hills, TOMB_HEIGHT_IN_M, tomb)
+    let hills = f32::lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim;
+    f32::lerp(hills, TOMB_HEIGHT_IN_M, tomb)
 }
 
-/// 1 where the ground is paved, 0 in the wild.
+/// How level the ground is: 1 where it is paved, 0 in the wild.
 fn levelled(p: Vec2) -> f32 {
-    let way = 1.0 - smoothstep(3.0, 12.0, distance_to_way(p));
+    let avenue = 1.0 - smoothstep(3.0, 12.0, distance_to_avenue(p));
     let terraces = p.distance(TEMPLE).min(p.distance(TOMB));
-    way.max(1.0 - smoothstep(10.0, 18.0, terraces))
+    avenue.max(1.0 - smoothstep(10.0, 18.0, terraces))
 }
 
 /// How densely trees stand around a point of the ground plane, from 0 to 1.
 pub(crate) fn woodland(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 3.0, p.y);
+    // Groves grow by noise, thicker in the hills and around the round temple, not near the avenue.
     let groves = fbm(q * 0.021, 3, 221) + 0.25 * gradient(q * 0.11, 227);
     let hills = smoothstep(60.0, 120.0, p.length());
-    let clear = smoothstep(5.0, 32.0, distance_to_way(p));
+    let clear = smoothstep(5.0, 32.0, distance_to_avenue(p));
     let grove = 0.95 * (1.0 - smoothstep(30.0, 130.0, p.distance(TOMB)));
     clear * smoothstep(-0.25, 0.30, groves + 0.42 * hills + grove - 0.22)
 }
 
 /// Distance from the edge of the avenue or the plaza; negative on the plaza.
-pub(crate) fn distance_to_way(p: Vec2) -> f32 {
+pub(crate) fn distance_to_avenue(p: Vec2) -> f32 {
     let [from, to] = AVENUE;
     let along = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
     let to_avenue = p.distance(from.lerp(to, along)) - 7.0;
@@ -107,7 +110,7 @@ pub(crate) fn distance_to_way(p: Vec2) -> f32 {
 
 const GRASS: Vec3 = Vec3::new(0.115, 0.135, 0.035);
 const DRY_GRASS: Vec3 = Vec3::new(0.27, 0.215, 0.085);
-/// Below trees.
+/// Leaf litter below trees.
 const LITTER: Vec3 = Vec3::new(0.095, 0.085, 0.035);
 const SOIL: Vec3 = Vec3::new(0.22, 0.145, 0.085);
 const CLIFF: Vec3 = Vec3::new(0.20, 0.175, 0.145);
@@ -117,23 +120,20 @@ const JOINT: Vec3 = Vec3::new(0.13, 0.115, 0.06);
 /// Linear RGB of the ground at a point of the ground plane with this slope.
 pub(crate) fn color(p: Vec2, slope: f32) -> Vec3 {
     let q = Vec3::new(p.x, 0.0, p.y);
+    // Grass, green or dry; litter below the trees.
     let patches = fbm(q * 0.11, 4, 301);
     let tufts = gradient(q * 1.9, 311) + 0.6 * gradient(q * 5.1, 313);
     let open = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
     let shaded = 0.85 * smoothstep(0.1, 0.9, woodland(p) + 0.15 * tufts);
     let meadow = open.lerp(LITTER * (1.0 + 0.3 * tufts), shaded);
-    let slope = slope + 0.06 * tufts;
-    let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, slope));
-    let wild = earth.lerp(
-        CLIFF * lerp(0.8, 1.2, 0.5 + 0.5 * tufts),
-        smoothstep(0.5, 0.75, slope),
-    );
-    let overgrown = smoothstep(
-        -1.5,
-        2.5,
-        distance_to_paving(p) + 2.2 * patches + 0.5 * tufts,
-    );
-    paving(p, tufts).lerp(wild, overgrown)
+    // Soil and cliffs on slopes.
+    let rough_slope = slope + 0.06 * tufts;
+    let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, rough_slope));
+    let cliff = CLIFF * f32::lerp(0.8, 1.2, 0.5 + 0.5 * tufts);
+    let wild = earth.lerp(cliff, smoothstep(0.5, 0.75, rough_slope));
+    // Paving with an overgrown edge.
+    let ragged_distance = distance_to_paving(p) + 2.2 * patches + 0.5 * tufts;
+    paving(p, tufts).lerp(wild, smoothstep(-1.5, 2.5, ragged_distance))
 }
 
 /// The slope of the ground (rise over run) on a grid of 1 m.
@@ -159,9 +159,9 @@ impl Slopes {
         let q = (p + SIDE_IN_M / 2.0).clamp(Vec2::ZERO, Vec2::splat(SIDE_IN_M - 0.001));
         let t = q - q.floor();
         let corner = q.y as usize * side + q.x as usize;
-        let above = lerp(self.0[corner], self.0[corner + 1], t.x);
-        let below = lerp(self.0[corner + side], self.0[corner + side + 1], t.x);
-        lerp(above, below, t.y)
+        let above = f32::lerp(self.0[corner], self.0[corner + 1], t.x);
+        let below = f32::lerp(self.0[corner + side], self.0[corner + side + 1], t.x);
+        f32::lerp(above, below, t.y)
     }
 }
 
@@ -175,6 +175,7 @@ pub(crate) fn distance_to_paving(p: Vec2) -> f32 {
     (aside - 3.6).min(plaza).min(terrace).min(tomb)
 }
 
+/// Linear RGB of slabs of 1.9 by 1.25 m, each row shifted by half a slab.
 fn paving(p: Vec2, tufts: f32) -> Vec3 {
     let row = (p.y / 1.25).floor();
     let shifted = Vec2::new(p.x / 1.9 + 0.5 * (row.rem_euclid(2.0)), p.y / 1.25);

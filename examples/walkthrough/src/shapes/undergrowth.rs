@@ -2,12 +2,12 @@
 
 use std::f32::consts::TAU;
 
-use glam::Vec3;
+use bevy::prelude::*;
 
 use super::Shape;
 use super::leaves::Foliage;
 use super::sdf::{ellipsoid, polygonise};
-use crate::noise::{cells, fbm, lerp, random, smoothstep};
+use crate::noise::{cells, fbm, random, smoothstep};
 
 const BUSH: [Vec3; 2] = [Vec3::new(0.018, 0.024, 0.009), Vec3::new(0.145, 0.15, 0.06)];
 const BLADE: [Vec3; 2] = [Vec3::new(0.10, 0.11, 0.032), Vec3::new(0.36, 0.31, 0.115)];
@@ -22,15 +22,11 @@ pub(crate) fn bush() -> Shape {
     let (min, max) = (Vec3::new(-0.95, -0.5, -0.95), Vec3::new(0.95, 1.1, 0.95));
     let (positions, indices) = polygonise(min, max, 0.075, distance);
     let mut shape = Shape::smooth(positions, indices, |p, n| {
-        let lit = smoothstep(0.0, 0.9, tuft(p)) * lerp(0.5, 1.0, 0.5 + 0.5 * n.y);
+        let lit = smoothstep(0.0, 0.9, tuft(p)) * f32::lerp(0.5, 1.0, 0.5 + 0.5 * n.y);
         BUSH[0].lerp(BUSH[1], lit * smoothstep(-0.3, 0.5, p.y))
     });
-    let foliage = Foliage {
-        length_in_m: 0.13,
-        width_in_m: 0.06,
-        rise: 0.3,
-        seed: 1207,
-    };
+    let mut foliage = Foliage::new(0.13, 0.06, 0.3);
+    foliage.seed = 1207;
     foliage.sprout(&mut shape, 700, |p| p.y > 0.0);
     shape
 }
@@ -53,15 +49,21 @@ pub(crate) fn tuft() -> Shape {
     })
 }
 
+/// Corners of a blade: its rings from the foot up, then its tip.
 fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     let draw = move |k: u32| random(blade * 6 + k, 1211);
+    // Where it stands, to which side it bends, how long it is and how far it leans.
     let turn = |angle: f32| Vec3::new(angle.cos(), 0.0, angle.sin());
     let out = turn(TAU * draw(0));
     let side = Vec3::Y.cross(out);
     let foot = turn(TAU * draw(1)) * 0.13 * draw(2).sqrt() - Vec3::Y * 0.06;
-    let (length, lean) = (lerp(0.28, 0.62, draw(3)), lerp(0.1, 0.75, draw(4)));
+    let (length, lean) = (
+        f32::lerp(0.28, 0.62, draw(3)),
+        f32::lerp(0.1, 0.75, draw(4)),
+    );
     let along =
         move |t: f32| foot + length * (out * lean * t * t + Vec3::Y * t * (1.0 - 0.3 * lean * t));
+    // Rings of three corners around its middle line, thinning towards the tip.
     let ring = move |ring: u32| {
         let t = ring as f32 / RINGS as f32;
         let half = 0.014 * (1.0 - 0.7 * t);
@@ -75,7 +77,7 @@ fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     (0..RINGS).flat_map(ring).chain([along(1.0)])
 }
 
-/// A closed strip of rings and a tip.
+/// Corners of the triangles of a blade: its walls, its tip, and the triangle that closes its foot.
 fn blade_triangles() -> impl Iterator<Item = u32> {
     let wall = (0..RINGS - 1).flat_map(|ring| {
         (0..3).flat_map(move |corner| {

@@ -1,0 +1,268 @@
+//! What stands where: the list of placed shapes that every mode of the program shares.
+
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+
+use bevy::prelude::*;
+
+use crate::noise::{fbm, random};
+use crate::path::CameraPath;
+use crate::placed::{Placed, ring};
+use crate::shapes::ShapeId;
+use crate::shapes::terrain::{self, PLAZA, TEMPLE, TEMPLE_HEIGHT_IN_M, TOMB, TOMB_HEIGHT_IN_M};
+use crate::woods;
+
+/// Everything in the scene, always the same; `vegetation` is the share of what grows.
+pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {
+    let path = CameraPath::new();
+    let terrain = Placed::at_height(ShapeId::Terrain, Vec2::ZERO, 0.0, 0.0, 1.0);
+    let mut scene = vec![terrain];
+    scene.extend(avenue());
+    scene.extend(plaza());
+    scene.extend(temple());
+    scene.extend(tomb());
+    scene.extend(fallen_drums());
+    scene.extend(lamps());
+    scene.extend(rocks(&path));
+    scene.extend(woods::grow(&path, vegetation));
+    scene
+}
+
+/// Size of the plinth below each of [`model_spots`].
+pub(crate) const PLINTH_IN_M: Vec3 = Vec3::new(2.4, 0.7, 2.4);
+
+/// The longest side of a model named on the command line, once it stands there.
+const MODEL_SIZE_IN_M: f32 = 3.0;
+
+/// Spots beside the start of the avenue where models named on the command line stand, between the
+/// columns, turned towards one who comes through the gate.
+pub(crate) fn model_spots() -> impl Iterator<Item = Transform> {
+    (0..).map(|i| {
+        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let at = Vec2::new(4.7 * side, 59.0 - 6.0 * (i / 2) as f32);
+        Transform::from_xyz(at.x, terrain::height(at) + PLINTH_IN_M.y, at.y)
+            .with_rotation(Quat::from_rotation_y(-0.7 * side))
+    })
+}
+
+/// Scales a model with these bounds to its size in the scene and puts it on its feet at the origin.
+pub(crate) fn fit_model(min: Vec3, max: Vec3) -> Transform {
+    let scale = MODEL_SIZE_IN_M / (max - min).max_element().max(f32::MIN_POSITIVE);
+    let feet = min.midpoint(max).with_y(min.y);
+    Transform::from_translation(-feet * scale).with_scale(Vec3::splat(scale))
+}
+
+/// A column, or with this probability a broken one.
+fn column(at: Vec2, seed: u32, broken_share: f32) -> Placed {
+    let shape = match random(seed, 401) < broken_share {
+        true => ShapeId::BrokenColumn,
+        false => ShapeId::Column,
+    };
+    // Quarter turns keep the square plinths in line.
+    let quarter = (random(seed, 402) * 4.0).floor() * FRAC_PI_2;
+    Placed::on_ground(shape, at, quarter, 1.0)
+}
+
+/// The gate, the colonnade, and a pair of kings at its end.
+fn avenue() -> impl Iterator<Item = Placed> {
+    let gate = Placed::on_ground(ShapeId::Gate, Vec2::new(0.0, 70.0), 0.0, 1.0);
+    let columns = (0..20).map(|i| {
+        let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+        column(Vec2::new(6.0 * side, 62.0 - 6.0 * (i / 2) as f32), i, 0.28)
+    });
+    let kings = [-1.0, 1.0].map(|side| {
+        let at = Vec2::new(8.2 * side, 3.2);
+        Placed::on_ground(ShapeId::SeatedFigure, at, -0.25 * side, 2.1)
+    });
+    [gate].into_iter().chain(columns).chain(kings)
+}
+
+/// The great knot, a circle of statues and a ring of columns around it.
+fn plaza() -> impl Iterator<Item = Placed> {
+    let knot = Placed::on_ground(ShapeId::Knot, PLAZA, 0.35, 2.3);
+    let statues = ring(PLAZA, 14.5, 6, 0.5).map(|(i, at)| {
+        let (shape, scale) = match i % 2 {
+            0 => (ShapeId::SeatedFigure, 1.25),
+            _ => (ShapeId::Knot, 0.9),
+        };
+        Placed::on_ground(shape, at, facing(at, PLAZA), scale)
+    });
+    // Gaps where the avenue comes in and where the camera leaves.
+    let is_free = |(_, at): &(u32, Vec2)| {
+        let on_the_avenue = at.x.abs() < 7.5 && at.y > PLAZA.y;
+        !on_the_avenue && at.distance(Vec2::new(-18.5, -32.5)) >= 4.5
+    };
+    let columns = ring(PLAZA, 20.5, 22, 0.0).filter(is_free);
+    let columns = columns.map(|(i, at)| column(at, 100 + i, 0.35));
+    [knot].into_iter().chain(statues).chain(columns)
+}
+
+/// The turn about Y that makes a shape at `from` look at `to`; shapes look along +Z.
+fn facing(from: Vec2, to: Vec2) -> f32 {
+    let along = to - from;
+    along.x.atan2(along.y)
+}
+
+/// A small temple on its terrace: columns around a king.
+fn temple() -> impl Iterator<Item = Placed> {
+    let places = (0..6).flat_map(|i| (0..4).map(move |j| (i, j)));
+    let outer = places.filter(|(i, j)| !(1..5).contains(i) || !(1..3).contains(j));
+    let columns = outer.map(|(i, j)| {
+        let aside = Vec2::new(3.3 * (j as f32 - 1.5), 3.1 * (i as f32 - 2.5));
+        column(TEMPLE + aside, 200 + i * 4 + j, 0.2)
+    });
+    let height = TEMPLE_HEIGHT_IN_M - 0.1;
+    let king = Placed::at_height(ShapeId::SeatedFigure, TEMPLE, height, FRAC_PI_2, 1.7);
+    columns.chain([king])
+}
+
+/// A round temple in the far hills: a ring of columns around a knot.
+fn tomb() -> impl Iterator<Item = Placed> {
+    let height = TOMB_HEIGHT_IN_M + 0.1;
+    let columns = ring(TOMB, 5.4, 9, 0.0).map(move |(i, at)| {
+        let shape = column(at, 300 + i, 0.25).shape;
+        Placed::at_height(shape, at, height, facing(at, TOMB), 1.0)
+    });
+    let knot = Placed::at_height(ShapeId::Knot, TOMB, height, -FRAC_PI_2, 1.5);
+    columns.chain([knot])
+}
+
+/// Fire bowls beside the avenue and on the plaza; by night they burn.
+pub(crate) fn lamps() -> impl Iterator<Item = Placed> {
+    let spots = [(3.9, 47.0), (-3.9, 23.0), (8.8, -9.0), (-8.6, -27.5)];
+    let stand = |(x, z)| Placed::on_ground(ShapeId::Lamp, Vec2::new(x, z), 0.0, 1.0);
+    spots.into_iter().map(stand)
+}
+
+const FALLEN_DRUMS: [Vec2; 10] = [
+    Vec2::new(9.6, 51.0),
+    Vec2::new(-9.8, 44.0),
+    Vec2::new(-9.2, 27.0),
+    Vec2::new(9.9, 21.0),
+    Vec2::new(12.5, -1.0),
+    Vec2::new(-13.0, 0.5),
+    Vec2::new(16.5, -15.0),
+    Vec2::new(-1.5, -38.5),
+    Vec2::new(-38.0, 36.0),
+    Vec2::new(13.0, 76.0),
+];
+
+/// Stumps lying beside the avenue and on the plaza.
+fn fallen_drums() -> impl Iterator<Item = Placed> {
+    (0..).zip(FALLEN_DRUMS).map(|(i, at)| {
+        let turn = random(i, 431) * TAU;
+        let lying = Quat::from_euler(EulerRot::YXZ, turn, FRAC_PI_2 * 0.97, turn * 3.0);
+        let upright = Placed::on_ground(ShapeId::BrokenColumn, at, 0.0, 0.9);
+        upright.raised(0.5).turned(lying)
+    })
+}
+
+const ROCKS: usize = 165;
+
+/// Boulders in the wild, gathered in drifts, clear of the paving and of the path.
+fn rocks(path: &CameraPath) -> Vec<Placed> {
+    let eyes: Vec<_> = (0..400).map(|i| path.pose(i as f32 / 400.0).eye).collect();
+    let is_free = |rock: &Placed| {
+        let (at, radius) = (rock.at(), 1.3 * rock.scale());
+        let off_the_avenue = at.x.abs() > 8.2 + radius || at.y > 92.0;
+        let off_the_plaza = at.distance(PLAZA) > 23.0 + radius;
+        let off_the_temple = (at - TEMPLE).abs().max_element() > 10.0 + radius;
+        let foot = rock.transform.translation;
+        let near_the_path = |eye: &Vec3| eye.distance(foot) <= 3.0 + 1.4 * rock.scale();
+        off_the_avenue && off_the_plaza && off_the_temple && !eyes.iter().any(near_the_path)
+    };
+    (0..).filter_map(rock).filter(is_free).take(ROCKS).collect()
+}
+
+/// The boulder of a seed, if it lies in a drift.
+fn rock(seed: u32) -> Option<Placed> {
+    let draw = |k: u32| random(seed * 8 + k, 501);
+    let at = Vec2::from_angle(draw(0) * TAU) * f32::lerp(10.0, 108.0, draw(1).sqrt());
+    let drift = fbm(Vec3::new(at.x, 5.0, at.y) * 0.045, 2, 511);
+    if drift < draw(2) * 0.9 - 0.25 {
+        return None;
+    }
+    let scale = f32::lerp(0.35, 1.1, draw(3)) + 2.6 * draw(4).powi(4);
+    let (yaw, pitch, roll) = (draw(5) * TAU, (draw(6) - 0.5) * 0.7, (draw(7) - 0.5) * PI);
+    let tilted = Quat::from_euler(EulerRot::YXZ, yaw, pitch, roll);
+    let upright = Placed::on_ground(ShapeId::Rock((seed % 3) as u8), at, 0.0, scale);
+    Some(upright.raised(-0.22 * scale).turned(tilted))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_scene_has_thousands_of_instances_and_more_than_a_hundred_million_triangles() {
+        let shapes = crate::shapes::generated();
+        let scene = place_all(1.0);
+        let triangles: u64 = scene
+            .iter()
+            .map(|p| shapes[&p.shape].triangle_count())
+            .sum();
+        assert!((3_000..=6_000).contains(&scene.len()), "{}", scene.len());
+        assert!(triangles > 100_000_000, "{triangles}");
+    }
+
+    #[test]
+    fn less_grows_at_reduced_quality_and_all_else_stays() {
+        let grows = |placed: &Placed| {
+            matches!(
+                placed.shape,
+                ShapeId::Oak(_)
+                    | ShapeId::Pine(_)
+                    | ShapeId::Cypress
+                    | ShapeId::Bush
+                    | ShapeId::Tuft
+                    | ShapeId::Stone
+            )
+        };
+        let [full, half]: [(Vec<_>, Vec<_>); 2] =
+            [1.0, 0.5].map(|share| place_all(share).into_iter().partition(grows));
+        assert!((0.45..0.55).contains(&(half.0.len() as f32 / full.0.len() as f32)));
+        assert!(half.0.iter().all(|placed| full.0.contains(placed)));
+        assert_eq!(half.1, full.1);
+    }
+
+    #[test]
+    fn models_are_scaled_to_the_same_size_and_stand_on_their_feet() {
+        let (min, max) = (Vec3::new(10.0, 20.0, 30.0), Vec3::new(70.0, 50.0, 60.0));
+        let fit = fit_model(min, max);
+        let (low, high) = (fit.transform_point(min), fit.transform_point(max));
+        assert!((high - low).max_element() - MODEL_SIZE_IN_M < 1e-5);
+        assert!(low.y.abs() < 1e-5 && (low.x + high.x).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_camera_path_touches_nothing() {
+        let shapes = crate::shapes::generated();
+        let path = CameraPath::new();
+        for placed in place_all(1.0) {
+            if matches!(placed.shape, ShapeId::Terrain | ShapeId::Gate) {
+                continue; // The ground has its own test; the gate is walked through.
+            }
+            let radius = shapes[&placed.shape].radius() * placed.scale();
+            for i in 0..1000 {
+                let eye = path.pose(i as f32 / 1000.0).eye;
+                let aside = eye.xz().distance(placed.at());
+                let above = eye.y - placed.transform.translation.y;
+                let tallest = match placed.shape {
+                    ShapeId::Rock(_) | ShapeId::Stone | ShapeId::Bush | ShapeId::Tuft => 1.5,
+                    ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => 10.0,
+                    _ => 7.5,
+                };
+                let clear = aside > radius + 0.5 || above > tallest * placed.scale() + 0.5;
+                assert!(clear, "{placed:?} at round {}, {eye}", i as f32 / 1000.0);
+            }
+        }
+    }
+
+    #[test]
+    fn the_path_goes_through_the_middle_of_the_gate() {
+        let path = CameraPath::new();
+        let crossings = (0..2000).map(|i| path.pose(i as f32 / 2000.0).eye);
+        let inside = crossings.filter(|eye| (eye.z - 70.0).abs() < 1.5 && eye.x.abs() < 6.0);
+        let widest = inside.map(|eye| eye.x.abs()).fold(0.0, f32::max);
+        assert!((0.0001..1.2).contains(&widest), "{widest} m off the middle");
+    }
+}

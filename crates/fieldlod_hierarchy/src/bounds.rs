@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// The sphere that steers level of detail: it holds both surfaces between which a group chooses.
+/// The sphere that steers level of detail: it is around both surfaces between which a group chooses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sphere {
@@ -15,22 +15,21 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// Whether `point` lies inside, allowing for the rounding of `f32`.
+    /// Whether `point` lies inside or within the rounding of `f32`.
     #[must_use]
     pub fn contains(&self, point: Vec3) -> bool {
-        self.center.distance(point) <= self.reach()
+        self.center.distance(point) <= self.radius_with_rounding()
     }
 
     /// Whether all `points`, which must be finite, lie inside, likewise.
     pub(crate) fn contains_all(&self, points: impl Iterator<Item = Vec3>) -> bool {
         let squared = points.map(|point| self.center.distance_squared(point));
         // One root for all: roots keep the order.
-        squared.fold(0.0, f32::max).sqrt() <= self.reach()
+        squared.fold(0.0, f32::max).sqrt() <= self.radius_with_rounding()
     }
 
-    fn reach(&self) -> f32 {
-        let slack = (self.radius + self.center.abs().max_element()) * 1e-5;
-        self.radius + slack
+    fn radius_with_rounding(&self) -> f32 {
+        self.radius + (self.radius + self.center.abs().max_element()) * 1e-5
     }
 
     /// A sphere around `points`: centred on their box, as small as that centre allows.
@@ -49,7 +48,7 @@ impl Sphere {
     }
 }
 
-/// The axis-aligned box that culls: it holds the triangles of one unit, tightly.
+/// The axis-aligned box that culls: it is tight around the triangles of one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Aabb {

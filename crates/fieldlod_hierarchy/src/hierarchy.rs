@@ -5,7 +5,8 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::{Aabb, SourceHash, Sphere};
+use crate::bounds::{Aabb, Sphere};
+use crate::source::SourceHash;
 
 /// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
 pub const NO_GROUP: u32 = u32::MAX;
@@ -66,39 +67,40 @@ pub struct Vertices {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Group {
-    /// Holds the group's surface before and after its simplification.
+    /// Sphere around the group's surface before and after its simplification, in local space.
     pub bounds: Sphere,
-    /// How far the simplified surface may lie from the one it replaces, in local units, as the
-    /// simplifier reports it; never less than that of any finer group. Infinite for a terminal
-    /// group.
+    /// Geometric error of the simplified surface against the one that it replaces, in local units,
+    /// as the simplifier reports it. Never less than that of any finer group, and infinite for a
+    /// terminal group.
     pub error_in_local: f32,
-    /// How far the simplified surface lies from the *source* surface under the group and the other
-    /// way round, whichever is more, in local units: measured, at the places where they are
-    /// furthest apart. Never less than that of any finer group. Infinite for a terminal group.
+    /// Deviation from the source: the two-sided Hausdorff distance between the simplified surface
+    /// and the *source* surface under the group, in local units, as measured. Never less than that
+    /// of any finer group, and infinite for a terminal group.
     pub deviation_in_local: f32,
-    /// How far the simplified surface's normals are off where it lost a vertex of the surface
-    /// that it replaces: half of these vertices are off by no more. The length of the difference
-    /// between the unit normals, 0 to 2; see
-    /// [`normal_error_in_degrees`](Self::normal_error_in_degrees). 0 without normals.
+    /// Error of the simplified surface's normals at the vertices that the simplification removed:
+    /// the median length of the difference between unit normals, 0 to 2. 0 without normals. See
+    /// [`normal_error_in_degrees`](Self::normal_error_in_degrees).
     ///
-    /// The median, because the largest says nothing: nearly every mesh has a crease or a second
-    /// side somewhere near, which makes 70° to 180° of it from the first simplification on.
+    /// No selection decides by it: `fieldlod inspect` shows it and `fieldlod verify` checks it. It is
+    /// the median, because the largest says nothing: nearly every mesh has a crease or a second side
+    /// somewhere near, which makes 70° to 180° of it from the first simplification on.
     pub normal_error: f32,
-    /// Likewise for the first texture coordinates: the length of their difference, in texture
-    /// widths. 0 without texture coordinates.
+    /// Likewise the error of the first texture coordinates: the median length of their difference,
+    /// in texture widths. 0 without texture coordinates. No selection decides by it either.
     pub uv_error: f32,
     /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
     /// piece, near 0 for a closed one.
     pub mean_normal: Vec3,
-    /// 0 for groups of source geometry, one more at each simplification.
+    /// Level of detail that the group consumes: 0 for source geometry, one more at each
+    /// simplification.
     pub level: u32,
     /// First entry of this group in [`Hierarchy::finer`].
     pub first_finer: u32,
-    /// How many entries.
+    /// Number of its entries there.
     pub finer_count: u32,
     /// First unit that this group consumes.
     pub first_unit: u32,
-    /// How many units it consumes.
+    /// Number of units that it consumes.
     pub unit_count: u32,
 }
 
@@ -115,28 +117,31 @@ pub struct Unit {
     pub produced_by: u32,
     /// First entry of this unit in [`Hierarchy::unit_vertices`].
     pub first_vertex: u32,
-    /// How many vertices.
+    /// Number of its vertices.
     pub vertex_count: u32,
     /// First triangle of this unit; its indices start at three times this in
     /// [`Hierarchy::indices`].
     pub first_triangle: u32,
-    /// How many triangles.
+    /// Number of its triangles.
     pub triangle_count: u32,
-    /// First cluster of this unit.
+    /// First cluster of this unit in [`Hierarchy::clusters`].
     pub first_cluster: u32,
-    /// How many clusters.
+    /// Number of its clusters.
     pub cluster_count: u32,
 }
 
-/// A patch of neighbouring triangles.
+/// A patch of neighbouring triangles, out of which the bake made groups.
+///
+/// Nothing is drawn or culled by the cluster: a [`Unit`] is drawn and culled as a whole. The file
+/// format holds clusters all the same.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Cluster {
-    /// Sphere around the cluster's triangles, for culling.
+    /// Sphere around the cluster's triangles, in local space.
     pub bounds: Sphere,
     /// First triangle, counted like [`Unit::first_triangle`].
     pub first_triangle: u32,
-    /// How many triangles.
+    /// Number of its triangles.
     pub triangle_count: u32,
 }
 

@@ -8,7 +8,7 @@ mod ranges;
 
 use thiserror::Error;
 
-use crate::Hierarchy;
+use crate::hierarchy::Hierarchy;
 
 /// The first broken invariant that was found.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -128,14 +128,14 @@ impl Hierarchy {
             ("second uvs", self.vertices.uvs_1.len()),
             ("colors", self.vertices.colors.len()),
         ];
-        for (attribute, count) in counts {
-            if count != 0 && count != vertices {
-                return Err(E::AttributeCount {
-                    attribute,
-                    count,
-                    vertices,
-                });
-            }
+        let mut counts = counts.into_iter();
+        if let Some((attribute, count)) = counts.find(|&(_, count)| count != 0 && count != vertices)
+        {
+            return Err(E::AttributeCount {
+                attribute,
+                count,
+                vertices,
+            });
         }
         match self.vertices.positions.iter().position(|p| !p.is_finite()) {
             Some(vertex) => Err(E::PositionNotFinite { vertex }),

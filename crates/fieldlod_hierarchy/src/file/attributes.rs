@@ -21,16 +21,13 @@ const COLORS: u8 = 16;
 
 impl Attributes {
     pub(super) fn of(vertices: &Vertices) -> Self {
-        let there = [
-            (NORMALS, !vertices.normals.is_empty()),
-            (UVS, !vertices.uvs.is_empty()),
-            (TANGENTS, !vertices.tangents.is_empty()),
-            (UVS_1, !vertices.uvs_1.is_empty()),
-            (COLORS, !vertices.colors.is_empty()),
-        ];
-        let there = there.into_iter().filter(|&(_, there)| there);
+        let bit = |bit: u8, is_there: bool| if is_there { bit } else { 0 };
         Self {
-            bits: there.map(|(bit, _)| bit).sum(),
+            bits: bit(NORMALS, !vertices.normals.is_empty())
+                | bit(UVS, !vertices.uvs.is_empty())
+                | bit(TANGENTS, !vertices.tangents.is_empty())
+                | bit(UVS_1, !vertices.uvs_1.is_empty())
+                | bit(COLORS, !vertices.colors.is_empty()),
         }
     }
 
@@ -50,92 +47,77 @@ impl Attributes {
         } else {
             (Predict::FloatParallelogram, Predict::FloatMean)
         };
-        let mut all = vec![line; 3];
-        if self.has(NORMALS) {
-            all.extend(vec![mean; if quantized { 2 } else { 3 }]);
-        }
-        if self.has(UVS) {
-            all.extend([line; 2]);
-        }
-        if self.has(TANGENTS) {
-            all.extend(vec![mean; if quantized { 3 } else { 4 }]);
-        }
-        if self.has(UVS_1) {
-            all.extend([line; 2]);
-        }
-        if self.has(COLORS) {
-            all.extend([mean; 4]);
-        }
-        all
+        // Columns of a direction: on an octahedron, or its coordinates.
+        let direction = if quantized { 2 } else { 3 };
+        let of = |attribute, predict, columns| {
+            let columns = if self.has(attribute) { columns } else { 0 };
+            std::iter::repeat_n(predict, columns)
+        };
+        let positions = std::iter::repeat_n(line, 3);
+        let all = positions
+            .chain(of(NORMALS, mean, direction))
+            .chain(of(UVS, line, 2))
+            .chain(of(TANGENTS, mean, direction + 1))
+            .chain(of(UVS_1, line, 2))
+            .chain(of(COLORS, mean, 4));
+        all.collect()
     }
 }
 
-/// The numbers of `vertices`, in their order.
+/// The numbers of `vertices`, a row for each.
 pub(super) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
-    let planes = to_planes(vertices, grids);
-    let mut rows = Rows::zeros(planes.len(), vertices.positions.len());
-    for (column, plane) in planes.iter().enumerate() {
-        rows.set_column(column, plane);
+    let width = Attributes::of(vertices).predictors(grids.is_some()).len();
+    let mut rows = Rows::zeros(width, 0);
+    let mut row = Vec::with_capacity(width);
+    let is_quantized = grids.is_some();
+    for vertex in 0..vertices.positions.len() {
+        row.clear();
+        push_vector(
+            &mut row,
+            vertices.positions.get(vertex),
+            grids.map(|g| g.position),
+        );
+        push_direction(
+            &mut row,
+            vertices.normals.get(vertex).copied(),
+            is_quantized,
+        );
+        push_vector(&mut row, vertices.uvs.get(vertex), grids.map(|g| g.uv));
+        let tangent = vertices.tangents.get(vertex);
+        push_direction(&mut row, tangent.map(|t| t.truncate()), is_quantized);
+        row.extend(tangent.map(|t| match is_quantized {
+            true => u32::from(t.w < 0.0),
+            false => t.w.to_bits(),
+        }));
+        push_vector(&mut row, vertices.uvs_1.get(vertex), grids.map(|g| g.uv_1));
+        push_vector(
+            &mut row,
+            vertices.colors.get(vertex),
+            grids.map(|g| g.color),
+        );
+        rows.push(&row);
     }
     rows
 }
 
-/// The planes of `vertices`, in their order.
-fn to_planes(vertices: &Vertices, grids: Option<&Grids>) -> Vec<Vec<u32>> {
-    let Vertices {
-        positions,
-        normals,
-        uvs,
-        tangents,
-        uvs_1,
-        colors,
-    } = vertices;
-    let mut planes = Vec::new();
-    // Positions always have their planes, even if there are no vertices.
-    planes.resize(3 * usize::from(positions.is_empty()), Vec::new());
-    push_vectors(&mut planes, positions, grids.map(|g| g.position));
-    push_directions(&mut planes, normals.iter().copied(), grids.is_some());
-    push_vectors(&mut planes, uvs, grids.map(|g| g.uv));
-    let along = tangents.iter().map(|tangent| tangent.truncate());
-    push_directions(&mut planes, along, grids.is_some());
-    if !tangents.is_empty() {
-        let sides = tangents.iter().map(|tangent| tangent.w);
-        planes.push(match grids {
-            Some(_) => sides.map(|side| u32::from(side < 0.0)).collect(),
-            None => sides.map(f32::to_bits).collect(),
-        });
-    }
-    push_vectors(&mut planes, uvs_1, grids.map(|g| g.uv_1));
-    push_vectors(&mut planes, colors, grids.map(|g| g.color));
-    planes
-}
-
-fn push_vectors<const N: usize, V: Into<[f32; N]> + Copy>(
-    planes: &mut Vec<Vec<u32>>,
-    vectors: &[V],
+/// Appends a vector, if there is one: bit by bit, or by its places on the grids.
+fn push_vector<const N: usize, V: Into<[f32; N]> + Copy>(
+    row: &mut Vec<u32>,
+    vector: Option<&V>,
     grids: Option<[Grid; N]>,
 ) {
-    for k in 0..N * usize::from(!vectors.is_empty()) {
-        let numbers = vectors.iter().map(|&vector| vector.into()[k]);
-        planes.push(match grids {
-            Some(grids) => numbers.map(|x| grids[k].number(x)).collect(),
-            None => numbers.map(f32::to_bits).collect(),
-        });
-    }
+    let Some(&vector) = vector else { return };
+    let numbers = vector.into().into_iter().enumerate();
+    row.extend(numbers.map(|(k, number)| match &grids {
+        Some(grids) => grids[k].number(number),
+        None => number.to_bits(),
+    }));
 }
 
-fn push_directions(
-    planes: &mut Vec<Vec<u32>>,
-    directions: impl Iterator<Item = Vec3>,
-    quantized: bool,
-) {
-    let directions: Vec<Vec3> = directions.collect();
-    if !quantized {
-        return push_vectors(planes, &directions, None::<[Grid; 3]>);
-    }
-    let numbers: Vec<[u32; 2]> = directions.into_iter().map(octahedron::numbers).collect();
-    for k in 0..2 * usize::from(!numbers.is_empty()) {
-        planes.push(numbers.iter().map(|pair| pair[k]).collect());
+fn push_direction(row: &mut Vec<u32>, direction: Option<Vec3>, is_quantized: bool) {
+    match direction {
+        Some(direction) if is_quantized => row.extend(octahedron::numbers(direction)),
+        _ => push_vector(row, direction.as_ref(), None::<[Grid; 3]>),
     }
 }
 

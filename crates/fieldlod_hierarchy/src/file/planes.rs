@@ -67,14 +67,6 @@ impl Rows {
         *row.first_chunk_mut().expect("there are so many columns") = numbers;
     }
 
-    /// Sets a column of all rows.
-    pub(super) fn set_column(&mut self, column: usize, numbers: &[u32]) {
-        let places = self.numbers.iter_mut().skip(column).step_by(self.width);
-        for (place, &number) in places.zip(numbers) {
-            *place = number;
-        }
-    }
-
     pub(super) fn push(&mut self, row: &[u32]) {
         self.numbers.extend_from_slice(row);
     }

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::InvalidHierarchy as E;
-use crate::Hierarchy;
+use crate::bounds::Sphere;
+use crate::hierarchy::Hierarchy;
 
 impl Hierarchy {
     pub(super) fn check_bounds(&self) -> Result<(), E> {
@@ -24,22 +25,19 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// `positions` are those of the unit's vertices.
+    /// Checks the boxes and spheres around the unit's vertices, which are at `positions`.
     fn check_bounds_of_unit(&self, index: usize, positions: &[Vec3]) -> Result<(), E> {
         let unit = &self.units[index];
-        if !positions.iter().all(|&point| unit.aabb.contains(point)) {
-            let owner = "unit";
-            return Err(E::LooseTriangles { owner, index });
-        }
-        for group in [Some(unit.consumed_by), unit.producer()] {
-            let Some(index) = group.map(|group| group as usize) else {
-                continue;
-            };
-            let bounds = self.groups[index].bounds;
-            if !bounds.contains_all(positions.iter().copied()) {
-                let owner = "group";
-                return Err(E::LooseTriangles { owner, index });
-            }
+        let in_box = positions.iter().all(|&point| unit.aabb.contains(point));
+        check_holds("unit", index, in_box)?;
+        // The sphere of a group holds its surface before and after its simplification.
+        for group in [Some(unit.consumed_by), unit.producer()]
+            .into_iter()
+            .flatten()
+        {
+            let bounds = self.groups[group as usize].bounds;
+            let in_sphere = bounds.contains_all(positions.iter().copied());
+            check_holds("group", group as usize, in_sphere)?;
         }
         Ok(())
     }
@@ -49,23 +47,26 @@ impl Hierarchy {
         let mut corners = self.indices_of(unit);
         for index in unit.clusters() {
             let cluster = &self.clusters[index];
-            let taken;
-            (taken, corners) = corners.split_at(cluster.triangle_count as usize * 3);
-            let taken = taken.iter().map(|&corner| positions[usize::from(corner)]);
-            if !cluster.bounds.contains_all(taken) {
-                let owner = "cluster";
-                return Err(E::LooseTriangles { owner, index });
-            }
+            let own;
+            (own, corners) = corners.split_at(cluster.triangle_count as usize * 3);
+            let own = own.iter().map(|&corner| positions[usize::from(corner)]);
+            check_holds("cluster", index, cluster.bounds.contains_all(own))?;
         }
         Ok(())
     }
 }
 
-fn check_sphere(owner: &'static str, index: usize, sphere: &crate::Sphere) -> Result<(), E> {
-    let finite = sphere.center.is_finite() && sphere.radius.is_finite();
-    if finite && sphere.radius >= 0.0 {
-        Ok(())
-    } else {
-        Err(E::BadBounds { owner, index })
+fn check_holds(owner: &'static str, index: usize, holds: bool) -> Result<(), E> {
+    match holds {
+        true => Ok(()),
+        false => Err(E::LooseTriangles { owner, index }),
+    }
+}
+
+fn check_sphere(owner: &'static str, index: usize, sphere: &Sphere) -> Result<(), E> {
+    let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
+    match is_finite && sphere.radius >= 0.0 {
+        true => Ok(()),
+        false => Err(E::BadBounds { owner, index }),
     }
 }

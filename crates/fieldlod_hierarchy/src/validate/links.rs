@@ -1,11 +1,10 @@
 //! What consumes what, and at which level.
 
 use super::InvalidHierarchy as E;
-use crate::{Hierarchy, NO_GROUP};
+use crate::hierarchy::{Hierarchy, Unit};
 
 impl Hierarchy {
     pub(super) fn check_links(&self) -> Result<(), E> {
-        let mut produces = vec![false; self.groups.len()];
         for (index, group) in self.groups.iter().enumerate() {
             if group.unit_count == 0 {
                 return Err(E::EmptyGroup { group: index });
@@ -14,23 +13,7 @@ impl Hierarchy {
             self.check_finer_of(index)?;
             self.check_level_of(index)?;
         }
-        for (unit, producer) in self.units.iter().map(|u| u.produced_by).enumerate() {
-            if producer == NO_GROUP {
-                continue;
-            }
-            let group = producer as usize;
-            produces[group] = true;
-            if self.groups[group].is_terminal() {
-                return Err(E::ProducedByTerminal { unit, group });
-            }
-        }
-        let silent = |(group, &produces): (usize, &bool)| {
-            (!produces && !self.groups[group].is_terminal()).then_some(group)
-        };
-        match produces.iter().enumerate().find_map(silent) {
-            Some(group) => Err(E::ProducesNothing { group }),
-            None => Ok(()),
-        }
+        self.check_producers()
     }
 
     fn check_units_of(&self, group: usize) -> Result<(), E> {
@@ -55,13 +38,12 @@ impl Hierarchy {
         let mut stated = links.to_vec();
         stated.sort_unstable();
         let units = &self.units[self.groups[group].units()];
-        let mut actual: Vec<u32> = units.iter().filter_map(crate::Unit::producer).collect();
+        let mut actual: Vec<u32> = units.iter().filter_map(Unit::producer).collect();
         actual.sort_unstable();
         actual.dedup();
-        if stated == actual {
-            Ok(())
-        } else {
-            Err(E::FinerMismatch { group })
+        match stated == actual {
+            true => Ok(()),
+            false => Err(E::FinerMismatch { group }),
         }
     }
 
@@ -71,13 +53,32 @@ impl Hierarchy {
         // Finer groups come before and were checked, so that this cannot overflow.
         let above = finer.map(|&finer| self.groups[finer as usize].level + 1);
         let expected = above.max().unwrap_or(0);
-        if level == expected {
-            return Ok(());
+        match level == expected {
+            true => Ok(()),
+            false => Err(E::BadLevel {
+                group,
+                level,
+                expected,
+            }),
         }
-        Err(E::BadLevel {
-            group,
-            level,
-            expected,
-        })
+    }
+
+    /// Checks that all groups but the terminal ones produce something.
+    fn check_producers(&self) -> Result<(), E> {
+        let mut produces = vec![false; self.groups.len()];
+        for (unit, producer) in self.units.iter().map(Unit::producer).enumerate() {
+            let Some(group) = producer.map(|group| group as usize) else {
+                continue;
+            };
+            produces[group] = true;
+            if self.groups[group].is_terminal() {
+                return Err(E::ProducedByTerminal { unit, group });
+            }
+        }
+        let mut groups = self.groups.iter().zip(produces);
+        match groups.position(|(group, produces)| !produces && !group.is_terminal()) {
+            Some(group) => Err(E::ProducesNothing { group }),
+            None => Ok(()),
+        }
     }
 }

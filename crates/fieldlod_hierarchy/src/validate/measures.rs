@@ -1,7 +1,7 @@
 //! What was measured of groups.
 
 use super::InvalidHierarchy as E;
-use crate::{Group, Hierarchy};
+use crate::hierarchy::{Group, Hierarchy};
 
 impl Hierarchy {
     pub(super) fn check_errors(&self) -> Result<(), E> {

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
 use crate::groups::{RawGroup, RawUnit};
-use crate::{MeshError, SourceMesh};
+use crate::mesh::{MeshError, SourceMesh};
 
 /// A group with its units ordered and bounded.
 pub(crate) struct FinishedGroup {

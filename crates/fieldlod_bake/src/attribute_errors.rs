@@ -20,10 +20,10 @@ pub(crate) fn measure_attribute_errors(hierarchy: &mut Hierarchy, scaled_from_lo
     if hierarchy.vertices.normals.is_empty() && hierarchy.vertices.uvs.is_empty() {
         return;
     }
-    let ruler = AttributeRuler::new(hierarchy, scaled_from_local);
+    let comparison = AttributeComparison::new(hierarchy, scaled_from_local);
     let groups = (0..hierarchy.groups.len()).into_par_iter();
     let medians = groups.map(|group| {
-        let found = ruler.differences(group, MOST_VERTICES);
+        let found = comparison.differences(group, MOST_VERTICES);
         [median(found.normals), median(found.uvs)]
     });
     let medians: Vec<[f32; 2]> = medians.collect();
@@ -43,14 +43,14 @@ pub(crate) struct Differences {
 }
 
 /// A hierarchy whose attributes are compared with themselves.
-pub(crate) struct AttributeRuler<'a> {
+pub(crate) struct AttributeComparison<'a> {
     hierarchy: &'a Hierarchy,
     scaled_from_local: f32,
     /// For each group, the units that it produced.
     simplified: Vec<Vec<u32>>,
 }
 
-impl<'a> AttributeRuler<'a> {
+impl<'a> AttributeComparison<'a> {
     pub(crate) fn new(hierarchy: &'a Hierarchy, scaled_from_local: f32) -> Self {
         let mut simplified = vec![Vec::new(); hierarchy.groups.len()];
         for (index, unit) in hierarchy.units.iter().enumerate() {
@@ -70,57 +70,55 @@ impl<'a> AttributeRuler<'a> {
         Vec3A::from(self.hierarchy.vertices.positions[vertex as usize] * self.scaled_from_local)
     }
 
-    /// At `most` of the vertices that the simplification of `group` removed.
+    /// The differences at `most` of the vertices that the simplification of `group` removed.
     pub(crate) fn differences(&self, group: usize, most: usize) -> Differences {
         let hierarchy = self.hierarchy;
+        // What the group was simplified to.
         let units = self.simplified[group].iter();
-        let units = units.map(|&unit| &hierarchy.units[unit as usize]);
-        let triangles = units.flat_map(|unit| hierarchy.source_triangles_of(unit));
+        let triangles = units.flat_map(|&unit| {
+            let unit = &hierarchy.units[unit as usize];
+            hierarchy.source_triangles_of(unit)
+        });
         let triangles: Vec<[u32; 3]> = triangles.collect();
         if triangles.is_empty() {
             return Differences::default();
         }
-        let removed = removed_vertices(hierarchy, &hierarchy.groups[group], &triangles, most);
         let corners = |triangle: u32| triangles[triangle as usize].map(|v| self.position(v));
         let tree = RunTree::of(triangles.len(), corners);
+        // The triangle nearest to each vertex that is gone: it starts the search for the next.
         let mut found = Differences::default();
-        let mut guess = 0;
-        for vertex in removed {
+        let mut nearest = 0;
+        for vertex in removed_vertices(hierarchy, &hierarchy.groups[group], &triangles, most) {
             let point = self.position(vertex);
             let distance = |triangle: u32| {
                 let [a, b, c] = corners(triangle);
                 Triangle::between(a, b, c).distance_squared(point)
             };
-            let guessed = Hit {
-                distance_squared: distance(guess),
-                triangle: guess,
+            let start = Hit {
+                distance_squared: distance(nearest),
+                triangle: nearest,
             };
-            guess = tree.nearest(point, 0.0, guessed, distance).triangle;
-            let place = nearest_place(point, corners(guess));
-            found.add(
-                &hierarchy.vertices,
-                vertex,
-                triangles[guess as usize],
-                place,
-            );
+            nearest = tree.nearest(point, 0.0, start, distance).triangle;
+            let shares = nearest_shares(point, corners(nearest));
+            let triangle = triangles[nearest as usize];
+            found.add(&hierarchy.vertices, vertex, triangle, shares);
         }
         found
     }
 }
 
 impl Differences {
-    /// Compares a vertex with a place on a triangle.
-    fn add(&mut self, vertices: &Vertices, vertex: u32, triangle: [u32; 3], place: Vec3) {
+    /// Compares a vertex with the point of a triangle that has these `shares` of its corners.
+    fn add(&mut self, vertices: &Vertices, vertex: u32, triangle: [u32; 3], shares: Vec3) {
         let normal = vertices.normals.get(vertex as usize);
-        let normal = normal.and_then(|normal| normal.try_normalize());
-        if let Some(normal) = normal {
+        if let Some(normal) = normal.and_then(|normal| normal.try_normalize()) {
             let [a, b, c] = triangle.map(|corner| vertices.normals[corner as usize]);
-            let mixed = (a * place.x + b * place.y + c * place.z).normalize_or_zero();
+            let mixed = (a * shares.x + b * shares.y + c * shares.z).normalize_or_zero();
             self.normals.push(mixed.distance(normal));
         }
         if let Some(uv) = vertices.uvs.get(vertex as usize) {
             let [a, b, c] = triangle.map(|corner| vertices.uvs[corner as usize]);
-            let mixed = a * place.x + b * place.y + c * place.z;
+            let mixed = a * shares.x + b * shares.y + c * shares.z;
             self.uvs.push(mixed.distance(*uv));
         }
     }
@@ -142,9 +140,9 @@ fn removed_vertices(
     removed.into_iter().step_by(stride).collect()
 }
 
-/// The shares of the corners at the place of a triangle that is nearest to `point`; of a place near
+/// The shares of the corners at the point of a triangle that is nearest to `point`; at a point near
 /// that if it is on the outline.
-fn nearest_place(point: Vec3A, [a, b, c]: [Vec3A; 3]) -> Vec3 {
+fn nearest_shares(point: Vec3A, [a, b, c]: [Vec3A; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (bb, bc, cc) = (ab.dot(ab), ab.dot(ac), ac.dot(ac));
     let (pb, pc) = (ap.dot(ab), ap.dot(ac));
@@ -152,8 +150,12 @@ fn nearest_place(point: Vec3A, [a, b, c]: [Vec3A; 3]) -> Vec3 {
     let at_b = (cc * pb - bc * pc) / area_squared;
     let at_c = (bb * pc - bc * pb) / area_squared;
     let shares = Vec3::new(1.0 - at_b - at_c, at_b, at_c).max(Vec3::ZERO);
-    let place = shares / shares.element_sum();
-    if place.is_finite() { place } else { Vec3::X }
+    let normalized = shares / shares.element_sum();
+    if normalized.is_finite() {
+        normalized
+    } else {
+        Vec3::X
+    }
 }
 
 /// 0 of nothing.
@@ -172,11 +174,11 @@ mod tests {
     #[test]
     fn places_are_found_inside_on_the_outline_and_on_needles() {
         let corners = [Vec3A::ZERO, Vec3A::X, Vec3A::Y];
-        let inside = nearest_place(Vec3A::new(0.25, 0.5, 3.0), corners);
+        let inside = nearest_shares(Vec3A::new(0.25, 0.5, 3.0), corners);
         assert!(inside.distance(Vec3::new(0.25, 0.25, 0.5)) < 1e-6);
-        let corner = nearest_place(Vec3A::new(-1.0, -2.0, 0.0), corners);
+        let corner = nearest_shares(Vec3A::new(-1.0, -2.0, 0.0), corners);
         assert!(corner.distance(Vec3::X) < 1e-6);
-        assert_eq!(nearest_place(Vec3A::ONE, [Vec3A::ZERO; 3]), Vec3::X);
+        assert_eq!(nearest_shares(Vec3A::ONE, [Vec3A::ZERO; 3]), Vec3::X);
     }
 
     #[test]

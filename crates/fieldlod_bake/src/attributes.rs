@@ -4,7 +4,7 @@
 use fieldlod_hierarchy::Vertices;
 use glam::{Vec2, Vec4};
 
-use crate::MeshError;
+use crate::mesh::MeshError;
 
 /// What a vertex may have beyond the attributes of a [`SourceMesh`](crate::SourceMesh).
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,10 +5,12 @@ use rayon::prelude::*;
 
 use crate::assemble::{assemble, finish_group};
 use crate::attribute_errors::measure_attribute_errors;
+use crate::config::BakeConfig;
 use crate::deviation::measure_deviations;
 use crate::input::SimplifierInput;
 use crate::levels::build_levels;
-use crate::{BakeConfig, BakeReport, MeshError, SourceMesh};
+use crate::mesh::{MeshError, SourceMesh};
+use crate::report::BakeReport;
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
 ///

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use fieldlod_hierarchy::NO_GROUP;
 use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh};
 
+use crate::config::BakeConfig;
 use crate::groups::{RawGroup, RawUnit};
 use crate::input::SimplifierInput;
-use crate::{BakeConfig, SourceMesh};
+use crate::mesh::SourceMesh;
 
 /// Clusters and simplifies the mesh with these `indices` level by level. Groups come finer before
 /// coarser; those that cannot be simplified are terminal.

@@ -1,6 +1,6 @@
 //! What a bake can be told.
 
-use crate::MeshError;
+use crate::mesh::MeshError;
 
 /// How a mesh is baked. [`Default`] is meant for real-time rendering with one draw per unit.
 ///

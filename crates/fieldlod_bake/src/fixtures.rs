@@ -14,7 +14,7 @@ pub use open::{height_field, islands, plane};
 
 use glam::Vec3;
 
-use crate::SourceMesh;
+use crate::mesh::SourceMesh;
 
 /// Replaces the normals by the area-weighted means of the adjoining triangles' normals.
 ///

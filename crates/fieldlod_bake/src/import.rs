@@ -19,19 +19,19 @@
 mod accessor;
 mod buffers;
 mod document;
+mod error;
 mod format;
 mod meshopt_views;
 mod primitive;
 
 use std::path::Path;
 
-use thiserror::Error;
-
 pub use accessor::AccessorFault;
-pub use buffers::BufferFault;
+pub use error::{BufferFault, ImportError, PrimitivePlace, SkipReason};
 pub use meshopt_views::PackedViewFault;
 
-use crate::{ExtraAttributes, MeshError, SourceMesh};
+use crate::attributes::ExtraAttributes;
+use crate::mesh::SourceMesh;
 use buffers::Buffers;
 use document::MeshIndices;
 
@@ -40,20 +40,16 @@ use document::MeshIndices;
 pub struct Import {
     /// The primitives that can have levels of detail, in the order of the file.
     pub primitives: Vec<ImportedPrimitive>,
-    /// Those that cannot, and why.
+    /// The primitives that cannot, and why.
     pub skipped: Vec<Skipped>,
 }
 
 /// One primitive of a glTF mesh, in its local space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedPrimitive {
-    /// Index of the mesh in the file.
-    pub mesh_index: u32,
-    /// Index of the primitive in that mesh.
-    pub primitive_index: u32,
-    /// The mesh's name, or an empty string.
-    pub name: String,
-    /// Its triangles. Not yet checked: see [`SourceMesh::validate`].
+    /// Which primitive of the file it is.
+    pub place: PrimitivePlace,
+    /// Its triangles. They are not yet checked: see [`SourceMesh::validate`].
     pub mesh: SourceMesh,
     /// The attributes of its vertices that simplification does not look at.
     pub extra: ExtraAttributes,
@@ -62,140 +58,10 @@ pub struct ImportedPrimitive {
 /// A primitive that is drawn, but without levels of detail.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skipped {
-    /// Index of the mesh in the file.
-    pub mesh_index: u32,
-    /// Index of the primitive in that mesh.
-    pub primitive_index: u32,
-    /// The mesh's name, or an empty string.
-    pub name: String,
-    /// Why.
+    /// Which primitive of the file it is.
+    pub place: PrimitivePlace,
+    /// Why it has no levels of detail.
     pub reason: SkipReason,
-}
-
-/// Why a primitive has no levels of detail.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum SkipReason {
-    /// A skin moves its vertices.
-    #[error("it is skinned")]
-    Skinned,
-    /// Morph targets move its vertices.
-    #[error("it has morph targets")]
-    Morphed,
-    /// Points or lines.
-    #[error("it is made of points or lines")]
-    NotTriangles,
-    /// Positions are neither 32-bit floating-point numbers nor what `KHR_mesh_quantization` allows.
-    #[error("its positions are in a format that glTF does not know")]
-    PositionFormat,
-    /// Triangles, but none of them.
-    #[error("it has no triangles")]
-    NoTriangles,
-}
-
-/// Why a file cannot be imported or baked. The message does not repeat the file's name.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
-pub enum ImportError {
-    /// No such file, a folder, no permission.
-    #[error("cannot be read: {0}")]
-    Read(#[source] std::io::Error),
-    /// Nothing in it.
-    #[error("the file is empty")]
-    Empty,
-    /// Neither a binary glTF nor a JSON object.
-    #[error("not a glTF file")]
-    NotGltf,
-    /// A GLB that announces more than it holds.
-    #[error("truncated: {what} ends after {available} of {needed} bytes")]
-    Truncated {
-        what: &'static str,
-        needed: u64,
-        available: u64,
-    },
-    /// Not glTF 2.
-    #[error("glTF version {found}, but only version 2 can be read")]
-    Version { found: String },
-    /// Broken JSON, or JSON that breaks the glTF schema.
-    #[error("not valid glTF: {0}")]
-    Invalid(String),
-    /// Geometry that only an extension can read.
-    #[error("it needs the glTF extension {0}, which is not supported")]
-    Extension(String),
-    /// A buffer's bytes cannot be had.
-    #[error("buffer {buffer}: {fault}")]
-    Buffer { buffer: usize, fault: BufferFault },
-    /// A buffer view cannot be unpacked.
-    #[error("buffer view {view}: {fault}")]
-    PackedView { view: usize, fault: PackedViewFault },
-    /// An accessor points outside its buffer or has an unusable type.
-    #[error("{place}: {attribute}: {fault}")]
-    Accessor {
-        place: PrimitivePlace,
-        attribute: &'static str,
-        fault: AccessorFault,
-    },
-    /// The triangles themselves are faulty.
-    #[error("{place}: {fault}")]
-    Mesh {
-        place: PrimitivePlace,
-        fault: MeshError,
-    },
-    /// The file has no mesh at all.
-    #[error("it has no meshes")]
-    NoMeshes,
-    /// Everything in it was skipped.
-    #[error("nothing to bake in {count} primitives; the first, {place}: {reason}")]
-    AllSkipped {
-        count: usize,
-        place: PrimitivePlace,
-        reason: SkipReason,
-    },
-}
-
-/// Names a primitive in messages.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PrimitivePlace {
-    /// Index of the mesh in the file.
-    pub mesh_index: u32,
-    /// Index of the primitive in that mesh.
-    pub primitive_index: u32,
-    /// The mesh's name, or an empty string.
-    pub name: String,
-}
-
-impl std::fmt::Display for PrimitivePlace {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "mesh {}", self.mesh_index)?;
-        if !self.name.is_empty() {
-            write!(f, " ({:?})", self.name)?;
-        }
-        write!(f, ", primitive {}", self.primitive_index)
-    }
-}
-
-impl ImportedPrimitive {
-    pub(crate) fn place(&self) -> PrimitivePlace {
-        PrimitivePlace {
-            mesh_index: self.mesh_index,
-            primitive_index: self.primitive_index,
-            name: self.name.clone(),
-        }
-    }
-}
-
-impl Skipped {
-    pub(crate) fn place(&self) -> PrimitivePlace {
-        PrimitivePlace {
-            mesh_index: self.mesh_index,
-            primitive_index: self.primitive_index,
-            name: self.name.clone(),
-        }
-    }
 }
 
 /// Reads the triangle meshes of a `.gltf` or `.glb` file. Images are not looked at.
@@ -224,38 +90,21 @@ pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportEr
                 primitive_index: primitive.index() as u32,
                 name: mesh.name().unwrap_or_default().to_owned(),
             };
-            match primitive::skip_reason(&primitive, skinned.contains(mesh.index())) {
-                Some(reason) => import.skip(place, reason),
-                None => {
-                    let (mesh, extra) = primitive::read(&primitive, &buffers, &place)?;
-                    import.take(place, mesh, extra);
-                }
+            if let Some(reason) = primitive::skip_reason(&primitive, skinned.contains(mesh.index()))
+            {
+                import.skipped.push(Skipped { place, reason });
+                continue;
             }
+            let (mesh, extra) = primitive::read(&primitive, &buffers, &place)?;
+            if mesh.indices.is_empty() {
+                let reason = SkipReason::NoTriangles;
+                import.skipped.push(Skipped { place, reason });
+                continue;
+            }
+            import
+                .primitives
+                .push(ImportedPrimitive { place, mesh, extra });
         }
     }
     Ok(import)
-}
-
-impl Import {
-    fn take(&mut self, place: PrimitivePlace, mesh: SourceMesh, extra: ExtraAttributes) {
-        if mesh.indices.is_empty() {
-            return self.skip(place, SkipReason::NoTriangles);
-        }
-        self.primitives.push(ImportedPrimitive {
-            mesh_index: place.mesh_index,
-            primitive_index: place.primitive_index,
-            name: place.name,
-            mesh,
-            extra,
-        });
-    }
-
-    fn skip(&mut self, place: PrimitivePlace, reason: SkipReason) {
-        self.skipped.push(Skipped {
-            mesh_index: place.mesh_index,
-            primitive_index: place.primitive_index,
-            name: place.name,
-            reason,
-        });
-    }
 }

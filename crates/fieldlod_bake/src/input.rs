@@ -4,7 +4,8 @@
 use glam::{DVec2, Vec2, Vec3};
 use meshopt::{SimplifyVertex, VertexDataAdapter};
 
-use crate::{BakeConfig, SourceMesh};
+use crate::config::BakeConfig;
+use crate::mesh::{MAX_COORDINATE, SourceMesh};
 
 /// The simplifier's view of a mesh.
 pub(crate) struct SimplifierInput {
@@ -160,7 +161,7 @@ fn comparable_uvs(mesh: &SourceMesh) -> Vec<Vec2> {
 }
 
 fn finite_or_zero(uv: Vec2) -> Vec2 {
-    let usable = uv.is_finite() && uv.abs().max_element() <= crate::MAX_COORDINATE;
+    let usable = uv.is_finite() && uv.abs().max_element() <= MAX_COORDINATE;
     if usable { uv } else { Vec2::ZERO }
 }
 

@@ -1,11 +1,12 @@
 //! The levels: clusterlod's groups, then the [tail](crate::tail) above what it leaves.
 
+use crate::config::BakeConfig;
 use crate::groups::{Cluster, Groups, RawGroup};
 use crate::input::SimplifierInput;
+use crate::report::BakeReport;
 use crate::simplify::Simplifier;
 use crate::tail::simplify_tail;
 use crate::watertight::simplify_watertight;
-use crate::{BakeConfig, BakeReport};
 
 /// Clusters and simplifies the mesh with these `indices` level by level. Groups come finer before
 /// coarser.

@@ -57,6 +57,7 @@ mod levels;
 mod mesh;
 pub mod naive;
 mod patch;
+mod progress;
 mod report;
 mod simplify;
 mod surface;
@@ -71,12 +72,13 @@ pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]
 pub use clusterlod::bare_clusterlod;
 pub use config::BakeConfig;
-pub use file::{BakeOutcome, BakeProgress, bake_file, bake_file_bytes};
+pub use file::{BakeOutcome, bake_file, bake_file_bytes};
 pub use import::{
     AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PackedViewFault,
     PrimitivePlace, SkipReason, Skipped, import_gltf, import_gltf_bytes,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
 pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, clod_default_config};
 
-use crate::BakeConfig;
+use crate::config::BakeConfig;
 use crate::groups::Cluster;
 use crate::input::SimplifierInput;
 

@@ -6,8 +6,8 @@
 //! are collected, and the mesh is built again with those locked at all levels. They survived up to
 //! the stuck group's level anyway, so that up to there little changes.
 
-use crate::BakeConfig;
 use crate::clusterlod::simplify_to_groups;
+use crate::config::BakeConfig;
 use crate::groups::RawGroup;
 use crate::input::SimplifierInput;
 

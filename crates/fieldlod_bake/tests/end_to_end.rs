@@ -256,11 +256,11 @@ fn models_of_a_named_folder_bake() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "glb") {
             for primitive in import_gltf(&path).unwrap().primitives {
-                let ImportedPrimitive { name, mesh, .. } = primitive;
+                let ImportedPrimitive { place, mesh, .. } = primitive;
                 let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
                 hierarchy.validate().unwrap();
                 println!(
-                    "{}: {name}: {} groups",
+                    "{}: {place}: {} groups",
                     path.display(),
                     hierarchy.groups.len()
                 );

@@ -194,9 +194,9 @@ impl Report {
 impl SkippedReport {
     fn of(skipped: &Skipped) -> Self {
         Self {
-            mesh: skipped.mesh_index,
-            primitive: skipped.primitive_index,
-            name: skipped.name.clone(),
+            mesh: skipped.place.mesh_index,
+            primitive: skipped.place.primitive_index,
+            name: skipped.place.name.clone(),
             reason: skipped.reason.to_string(),
         }
     }

@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let extra = file.primitives.iter().filter(|baked| {
         let place = (baked.mesh_index, baked.primitive_index);
         let mut imported = import.primitives.iter();
-        !imported.any(|p| (p.mesh_index, p.primitive_index) == place)
+        !imported.any(|p| (p.place.mesh_index, p.place.primitive_index) == place)
     });
     primitives.extend(extra.map(|baked| {
         let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
@@ -97,13 +97,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl PrimitiveReport {
     fn of(imported: &ImportedPrimitive, file: &BakedFile) -> Self {
-        let (mesh, primitive) = (imported.mesh_index, imported.primitive_index);
+        let name = &imported.place.name;
+        let (mesh, primitive) = (imported.place.mesh_index, imported.place.primitive_index);
         let Some(baked) = file.find(mesh, primitive) else {
-            return Self::failed(mesh, primitive, &imported.name, "the file does not have it");
+            return Self::failed(mesh, primitive, name, "the file does not have it");
         };
         match verify(&imported.mesh, &baked.hierarchy, &VerifySettings::default()) {
-            Ok(verified) => Self::passed(mesh, primitive, &imported.name, &verified),
-            Err(fault) => Self::failed(mesh, primitive, &imported.name, &fault.to_string()),
+            Ok(verified) => Self::passed(mesh, primitive, name, &verified),
+            Err(fault) => Self::failed(mesh, primitive, name, &fault.to_string()),
         }
     }
 

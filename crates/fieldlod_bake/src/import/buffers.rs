@@ -8,34 +8,9 @@ use base64::engine::general_purpose::STANDARD;
 use gltf::Document;
 use gltf::buffer::{Source, View};
 use percent_encoding::percent_decode_str;
-use thiserror::Error;
 
-use super::{ImportError, meshopt_views};
-
-/// Why the bytes of a buffer cannot be had.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
-pub enum BufferFault {
-    /// The file beside the glTF is missing or unreadable.
-    #[error("{uri:?} cannot be read: {error}")]
-    Read { uri: String, error: std::io::Error },
-    /// A link to somewhere else.
-    #[error("{uri:?} is not a file beside the glTF")]
-    Elsewhere { uri: String },
-    /// Bytes inside the JSON, but garbled.
-    #[error("its data URI cannot be decoded: {0}")]
-    DataUri(String),
-    /// It should be the binary chunk, but there is none.
-    #[error("the GLB has no binary chunk")]
-    NoBinaryChunk,
-    /// Fewer bytes than announced.
-    #[error("truncated: {available} of {needed} bytes")]
-    Truncated { needed: u64, available: u64 },
-}
+use super::error::{BufferFault, ImportError};
+use super::meshopt_views;
 
 /// The bytes behind buffer views.
 pub(super) struct Buffers {

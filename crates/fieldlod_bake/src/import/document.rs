@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use gltf::json::validation::Checked;
 use gltf::{Document, Semantic};
 
-use super::{ImportError, meshopt_views};
+use super::error::ImportError;
+use super::meshopt_views;
 
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");

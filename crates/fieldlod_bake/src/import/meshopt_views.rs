@@ -1,6 +1,10 @@
 //! Buffer views packed by `EXT_meshopt_compression` or its successor `KHR_meshopt_compression`.
 //! meshoptimizer decodes them; all that it takes on trust is checked before.
+//!
+//! Numbers are taken as they lie in memory: little-endian, as glTF has them and as `fieldlod_hierarchy`
+//! demands of the machine.
 
+use bytemuck::Pod;
 use gltf::buffer::View;
 use gltf::json::Value;
 use thiserror::Error;
@@ -134,62 +138,32 @@ impl<'a> Packed<'a> {
         if self.count == 0 {
             return Ok(Vec::new());
         }
-        let unpacked = match (self.mode, self.stride) {
-            (Mode::Attributes, _) => return self.unpack_attributes(),
-            (Mode::Triangles, 2) => meshopt::decode_index_buffer::<u16>(self.bytes, self.count)
-                .map(|indices| bytes_of(&indices, u16::to_le_bytes)),
-            (Mode::Triangles, _) => meshopt::decode_index_buffer::<u32>(self.bytes, self.count)
-                .map(|indices| bytes_of(&indices, u32::to_le_bytes)),
-            (Mode::Indices, 2) => meshopt::decode_index_sequence::<u16>(self.bytes, self.count)
-                .map(|indices| bytes_of(&indices, u16::to_le_bytes)),
-            (Mode::Indices, _) => meshopt::decode_index_sequence::<u32>(self.bytes, self.count)
-                .map(|indices| bytes_of(&indices, u32::to_le_bytes)),
-        };
-        unpacked.map_err(|_| Fault::Corrupt)
-    }
-
-    fn unpack_attributes(&self) -> Result<Vec<u8>, Fault> {
-        match (self.filter, self.stride) {
-            (Filter::Octahedral, 4) => self.filtered(meshopt::decode_filter_oct::<i8>, to_i8),
-            (Filter::Octahedral, _) => self.filtered(meshopt::decode_filter_oct::<i16>, to_i16),
-            (Filter::Color, 4) => self.filtered(meshopt::decode_filter_color::<i8>, to_i8),
-            (Filter::Color, _) => self.filtered(meshopt::decode_filter_color::<i16>, to_i16),
-            (Filter::Quaternion, _) => self.filtered(meshopt::decode_filter_quat, to_i16),
-            (Filter::Exponential, _) => {
-                let mut bytes = self.elements()?;
-                let (words, _) = bytes.as_chunks_mut::<4>();
-                let mut numbers: Vec<[u32; 1]> = words
-                    .iter()
-                    .map(|word| [u32::from_le_bytes(*word)])
-                    .collect();
-                meshopt::decode_filter_exp(&mut numbers);
-                for (word, [number]) in words.iter_mut().zip(numbers) {
-                    *word = number.to_le_bytes();
-                }
-                Ok(bytes)
-            }
-            (Filter::None, _) => self.elements(),
+        let (bytes, count) = (self.bytes, self.count);
+        match (self.mode, self.stride) {
+            (Mode::Attributes, _) => self.unpack_attributes(),
+            (Mode::Triangles, 2) => bytes_of(meshopt::decode_index_buffer::<u16>(bytes, count)),
+            (Mode::Triangles, _) => bytes_of(meshopt::decode_index_buffer::<u32>(bytes, count)),
+            (Mode::Indices, 2) => bytes_of(meshopt::decode_index_sequence::<u16>(bytes, count)),
+            (Mode::Indices, _) => bytes_of(meshopt::decode_index_sequence::<u32>(bytes, count)),
         }
     }
 
-    /// Elements of four components, through a filter.
-    fn filtered<C: Component>(
-        &self,
-        filter: impl Fn(&mut [[C; 4]]),
-        component: impl Fn(&[u8]) -> C,
-    ) -> Result<Vec<u8>, Fault> {
-        let bytes = self.elements()?;
-        let size = size_of::<C>();
-        let elements = bytes.chunks_exact(size * 4);
-        let mut elements: Vec<[C; 4]> = elements
-            .map(|element| std::array::from_fn(|k| component(&element[k * size..][..size])))
-            .collect();
-        filter(&mut elements);
-        Ok(elements.iter().flatten().flat_map(|c| c.bytes()).collect())
+    fn unpack_attributes(&self) -> Result<Vec<u8>, Fault> {
+        let elements = self.elements()?;
+        Ok(match (self.filter, self.stride) {
+            (Filter::None, _) => elements,
+            (Filter::Octahedral, 4) => filtered(&elements, meshopt::decode_filter_oct::<i8>),
+            (Filter::Octahedral, _) => filtered(&elements, meshopt::decode_filter_oct::<i16>),
+            (Filter::Color, 4) => filtered(&elements, meshopt::decode_filter_color::<i8>),
+            (Filter::Color, _) => filtered(&elements, meshopt::decode_filter_color::<i16>),
+            (Filter::Quaternion, _) => filtered(&elements, meshopt::decode_filter_quat),
+            (Filter::Exponential, _) => filtered(&elements, meshopt::decode_filter_exp::<1>),
+        })
     }
 
     /// The elements as they were packed, one after the other.
     fn elements(&self) -> Result<Vec<u8>, Fault> {
+        // The size of an element is part of its type.
         macro_rules! for_stride {
             ($($words:literal)*) => {
                 match self.stride / 4 {
@@ -202,54 +176,22 @@ impl<'a> Packed<'a> {
             30 31 32)
     }
 
-    fn elements_of<T: Element>(&self) -> Result<Vec<u8>, Fault> {
-        let elements = meshopt::decode_vertex_buffer::<T>(self.bytes, self.count);
-        let elements = elements.map_err(|_| Fault::Corrupt)?;
-        let words = elements.iter().flat_map(Element::words);
-        Ok(words.flat_map(|word| word.to_ne_bytes()).collect())
+    fn elements_of<T: Pod + Default>(&self) -> Result<Vec<u8>, Fault> {
+        bytes_of(meshopt::decode_vertex_buffer::<T>(self.bytes, self.count))
     }
 }
 
-/// An element of a vertex buffer: its size is the stride.
-trait Element: Clone + Default {
-    fn words(&self) -> &[u32];
+/// The bytes of elements that were decoded.
+fn bytes_of<T: Pod>(decoded: meshopt::Result<Vec<T>>) -> Result<Vec<u8>, Fault> {
+    let elements = decoded.map_err(|_| Fault::Corrupt)?;
+    Ok(bytemuck::cast_slice(&elements).to_vec())
 }
 
-impl<const N: usize> Element for [u32; N]
-where
-    [u32; N]: Default,
-{
-    fn words(&self) -> &[u32] {
-        self
-    }
-}
-
-trait Component: Copy {
-    fn bytes(self) -> Vec<u8>;
-}
-
-impl Component for i8 {
-    fn bytes(self) -> Vec<u8> {
-        self.to_le_bytes().to_vec()
-    }
-}
-
-impl Component for i16 {
-    fn bytes(self) -> Vec<u8> {
-        self.to_le_bytes().to_vec()
-    }
-}
-
-fn to_i8(bytes: &[u8]) -> i8 {
-    i8::from_le_bytes([bytes[0]])
-}
-
-fn to_i16(bytes: &[u8]) -> i16 {
-    i16::from_le_bytes([bytes[0], bytes[1]])
-}
-
-fn bytes_of<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
-    values.iter().flat_map(|&value| bytes(value)).collect()
+/// Elements of so many components, through a filter.
+fn filtered<T: Pod>(bytes: &[u8], filter: impl Fn(&mut [T])) -> Vec<u8> {
+    let mut elements: Vec<T> = bytemuck::pod_collect_to_vec(bytes);
+    filter(&mut elements);
+    bytemuck::cast_slice(&elements).to_vec()
 }
 
 fn mode(object: &Value) -> Result<Mode, Fault> {

@@ -6,9 +6,10 @@ use gltf::{Primitive, Semantic};
 
 use super::accessor::{AccessorFault, read_indices, read_vectors};
 use super::buffers::Buffers;
+use super::error::{ImportError, PrimitivePlace, SkipReason};
 use super::format::{Attribute, Formats};
-use super::{ImportError, PrimitivePlace, SkipReason};
-use crate::{ExtraAttributes, MeshError, SourceMesh};
+use crate::attributes::ExtraAttributes;
+use crate::mesh::{MeshError, SourceMesh};
 
 /// Why `primitive` gets no levels of detail, if so.
 pub(super) fn skip_reason(primitive: &Primitive<'_>, skinned: bool) -> Option<SkipReason> {

@@ -1,10 +1,10 @@
 //! The errors of normals and texture coordinates, at all vertices instead of some.
 
-use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
 
-use super::{Verified, VerifyError, VerifySettings};
-use crate::attribute_errors::AttributeRuler;
+use super::report::{Verified, VerifyError};
+use super::subject::Subject;
+use crate::attribute_errors::AttributeComparison;
 
 /// Differences below this are rounding: of unit normals, and of texture coordinates as a share of
 /// the largest.
@@ -13,32 +13,29 @@ const ROUNDING: f32 = 1e-4;
 /// The median of fewer is chance: vertices that a file has moved may end up beside another triangle.
 const FEWEST_VERTICES: usize = 32;
 
-pub(super) fn check(
-    hierarchy: &Hierarchy,
-    settings: &VerifySettings,
-    verified: &mut Verified,
-) -> Result<(), VerifyError> {
+pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
+    let hierarchy = subject.hierarchy;
     if hierarchy.vertices.normals.is_empty() && hierarchy.vertices.uvs.is_empty() {
         return Ok(());
     }
-    let positions = &hierarchy.vertices.positions;
-    let scaled_from_local = crate::input::power_of_two_above(positions).recip();
     let uvs = hierarchy.vertices.uvs.iter();
     let largest_uv = uvs.map(|uv| uv.abs().max_element()).fold(1.0, f32::max);
-    let ruler = AttributeRuler::new(hierarchy, scaled_from_local);
+    let comparison = AttributeComparison::new(hierarchy, subject.scaled_from_local);
+    // Of each group, the share of removed vertices at which it is off by more than it states.
     let groups = hierarchy.groups.par_iter().enumerate();
     let shares = groups.map(|(index, group)| {
-        let found = ruler.differences(index, usize::MAX);
+        let found = comparison.differences(index, usize::MAX);
         let normals = share_beyond(&found.normals, group.normal_error + ROUNDING);
         let uvs = share_beyond(&found.uvs, group.uv_error + ROUNDING * largest_uv);
-        normals.max(uvs)
+        (index, normals.max(uvs))
     });
-    let shares: Vec<f32> = shares.collect();
-    let shares = shares.into_iter().enumerate();
-    let worst = shares.reduce(|a, b| if b.1 > a.1 { b } else { a });
-    let (group, share) = worst.unwrap_or_default();
+    let worst = shares.reduce(
+        || (0, 0.0),
+        |a, b| if (b.1, a.0) > (a.1, b.0) { b } else { a },
+    );
+    let (group, share) = worst;
     verified.attributes_beyond = share;
-    if share > settings.attributes_beyond {
+    if share > subject.settings.attributes_beyond {
         return Err(VerifyError::AttributesOff { group, share });
     }
     Ok(())

@@ -2,63 +2,67 @@
 
 use std::collections::{HashMap, HashSet};
 
-use fieldlod_hierarchy::Hierarchy;
 use fieldlod_hierarchy::fixtures::Random;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Verified, VerifyError, VerifySettings, cut};
-use crate::SourceMesh;
+use super::report::{Verified, VerifyError};
+use super::subject::{CutTriangle, Subject};
 
-pub(super) fn check(
-    mesh: &SourceMesh,
-    hierarchy: &Hierarchy,
-    settings: &VerifySettings,
-    verified: &mut Verified,
-) -> Result<(), VerifyError> {
-    let source = Source::of(mesh);
-    source.check_finest(hierarchy)?;
-    let cuts = (0..settings.cuts).into_par_iter();
-    let shares: Result<Vec<f32>, VerifyError> = cuts
-        .map(|index| source.check_cut(index, hierarchy, settings))
-        .collect();
-    verified.flipped_area = shares?.into_iter().fold(0.0, f32::max);
-    verified.cuts = settings.cuts;
+pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
+    check_finest(subject)?;
+    let source = Source::of(subject);
+    let cuts = (0..subject.settings.cuts).into_par_iter();
+    let shares = cuts.map(|index| source.check_cut(index));
+    let shares: Vec<f32> = shares.collect::<Result<_, VerifyError>>()?;
+    verified.flipped_area = shares.into_iter().fold(0.0, f32::max);
+    verified.cuts = subject.settings.cuts;
     Ok(())
 }
 
+/// Checks that the finest cut has exactly the triangles of the source.
+fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
+    let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
+    for triangle in subject.cut(|_| true) {
+        *balance.entry(turned(triangle.corners)).or_default() += 1;
+    }
+    for &triangle in subject.source_triangles() {
+        *balance.entry(turned(triangle)).or_default() -= 1;
+    }
+    match balance.values().filter(|&&count| count != 0).count() {
+        0 => Ok(()),
+        found => Err(VerifyError::FinestCut { found }),
+    }
+}
+
 /// A third of the cuts by error, a third by place as a camera would, a third at random.
-fn random_cut(index: u32, hierarchy: &Hierarchy) -> Vec<(Option<u32>, [u32; 3])> {
+fn random_cut(index: u32, subject: &Subject<'_>) -> Vec<CutTriangle> {
     let mut random = Random::new(u64::from(index));
-    let groups = &hierarchy.groups;
+    let groups = &subject.hierarchy.groups;
     let some_group = |random: &mut Random| &groups[random.index(groups.len())];
     match index % 3 {
         0 => {
             let threshold = some_group(&mut random).error_in_local;
-            cut(hierarchy, |group| groups[group].error_in_local > threshold)
+            subject.cut(|group| groups[group].error_in_local > threshold)
         }
         1 => {
-            let (near, far) = (
-                some_group(&mut random).bounds,
-                some_group(&mut random).bounds,
-            );
-            let reach = near.center.distance(far.center) * random.unit();
-            cut(hierarchy, |group| {
+            let [near, far] = [(); 2].map(|()| some_group(&mut random).bounds.center);
+            let radius = near.distance(far) * random.unit();
+            subject.cut(|group| {
                 let bounds = groups[group].bounds;
-                bounds.center.distance(near.center) < reach + bounds.radius
+                bounds.center.distance(near) < radius + bounds.radius
             })
         }
         _ => {
             let share = random.unit().powi(3);
-            cut(hierarchy, |_| random.unit() < share)
+            subject.cut(|_| random.unit() < share)
         }
     }
 }
 
+/// What cuts are compared with.
 struct Source<'a> {
-    mesh: &'a SourceMesh,
-    positions: Vec<Vec3>,
-    scaled_from_local: f32,
+    subject: &'a Subject<'a>,
     /// The first vertex at the same place as each.
     weld: Vec<u32>,
     /// Welded vertices at open edges.
@@ -68,56 +72,27 @@ struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    fn of(mesh: &'a SourceMesh) -> Self {
-        let weld = weld(&mesh.positions);
-        let (triangles, _) = mesh.indices.as_chunks::<3>();
+    fn of(subject: &'a Subject<'a>) -> Self {
+        let weld = weld(&subject.mesh.positions);
+        let triangles = subject.source_triangles();
         let border = open_edges(triangles, &weld);
-        let scaled_from_local = crate::input::power_of_two_above(&mesh.positions).recip();
-        let positions: Vec<Vec3> = mesh
-            .positions
-            .iter()
-            .map(|p| *p * scaled_from_local)
-            .collect();
         Self {
-            mesh,
-            normals: normals_of(triangles, &positions, &weld),
+            normals: normals_of(triangles, &subject.positions, &weld),
             border: border.into_iter().flat_map(|(a, b)| [a, b]).collect(),
-            positions,
-            scaled_from_local,
+            subject,
             weld,
         }
     }
 
-    fn check_finest(&self, hierarchy: &Hierarchy) -> Result<(), VerifyError> {
-        let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
-        for (_, triangle) in cut(hierarchy, |_| true) {
-            *balance.entry(turned(triangle)).or_default() += 1;
-        }
-        let (source, _) = self.mesh.indices.as_chunks::<3>();
-        for &triangle in source {
-            *balance.entry(turned(triangle)).or_default() -= 1;
-        }
-        match balance.values().filter(|&&count| count != 0).count() {
-            0 => Ok(()),
-            found => Err(VerifyError::FinestCut { found }),
-        }
-    }
-
-    /// The share of the area that is flipped.
-    fn check_cut(
-        &self,
-        index: u32,
-        hierarchy: &Hierarchy,
-        settings: &VerifySettings,
-    ) -> Result<f32, VerifyError> {
-        let (cut, drawn) = (index, random_cut(index, hierarchy));
+    /// Returns the share of a random cut's area that is flipped.
+    fn check_cut(&self, cut: u32) -> Result<f32, VerifyError> {
+        let drawn = random_cut(cut, self.subject);
         let triangles = drawn.len();
-        let corners: Vec<[u32; 3]> = drawn.iter().map(|&(_, corners)| corners).collect();
+        // Edges may be open only where the source has a border.
+        let corners: Vec<[u32; 3]> = drawn.iter().map(|triangle| triangle.corners).collect();
         let open = open_edges(&corners, &self.weld);
-        let new = open
-            .iter()
-            .filter(|(a, b)| !self.border.contains(a) || !self.border.contains(b));
-        let edges = new.count();
+        let is_new = |(a, b): &&(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
+        let edges = open.iter().filter(is_new).count();
         if edges > 0 {
             return Err(VerifyError::Hole {
                 cut,
@@ -125,8 +100,9 @@ impl<'a> Source<'a> {
                 edges,
             });
         }
-        let share = self.flipped_share(&drawn, hierarchy);
-        if share > settings.flipped_area {
+        // And it should face as the source does.
+        let share = self.flipped_share(&drawn);
+        if share > self.subject.settings.flipped_area {
             return Err(VerifyError::Flipped {
                 cut,
                 triangles,
@@ -136,18 +112,20 @@ impl<'a> Source<'a> {
         Ok(share)
     }
 
-    /// Triangles thinner than twice the deviation have no facing of their own: not counted.
-    fn flipped_share(&self, drawn: &[(Option<u32>, [u32; 3])], hierarchy: &Hierarchy) -> f32 {
+    fn flipped_share(&self, drawn: &[CutTriangle]) -> f32 {
         let (mut flipped, mut whole) = (0.0, 0.0);
-        for &(producer, triangle) in drawn {
-            let area_vector = self.area_vector(triangle);
+        for triangle in drawn {
+            let corners = self.subject.corners(triangle.corners);
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            // Twice as long as the triangle has area.
+            let area_vector = (b - a).cross(c - a);
             let area = area_vector.length();
             whole += area;
-            let deviation = producer.map_or(0.0, |group| {
-                hierarchy.groups[group as usize].deviation_in_local * self.scaled_from_local
-            });
-            let thin = area <= 2.0 * f64::from(deviation) * self.longest_edge(triangle);
-            if !thin && self.faces_against(triangle, area_vector) {
+            // Triangles thinner than twice the deviation have no facing of their own.
+            let deviation = self.subject.deviation_in_scaled(triangle.produced_by);
+            let longest_edge = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let is_thin = area <= 2.0 * f64::from(deviation) * longest_edge;
+            if !is_thin && self.faces_against(triangle.corners, area_vector) {
                 flipped += area;
             }
         }
@@ -156,17 +134,6 @@ impl<'a> Source<'a> {
         } else {
             0.0
         }
-    }
-
-    fn longest_edge(&self, triangle: [u32; 3]) -> f64 {
-        let [a, b, c] = triangle.map(|v| self.positions[v as usize].as_dvec3());
-        a.distance(b).max(b.distance(c)).max(c.distance(a))
-    }
-
-    /// Twice as long as the triangle has area.
-    fn area_vector(&self, triangle: [u32; 3]) -> DVec3 {
-        let [a, b, c] = triangle.map(|v| self.positions[v as usize].as_dvec3());
-        (b - a).cross(c - a)
     }
 
     /// Whether a triangle faces away from the source surface at all its corners.

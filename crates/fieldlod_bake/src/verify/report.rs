@@ -1,0 +1,109 @@
+//! How much is verified, and what is found.
+
+use fieldlod_hierarchy::InvalidHierarchy;
+use thiserror::Error;
+
+use crate::mesh::MeshError;
+
+/// How much [`verify`](crate::verify()) checks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VerifySettings {
+    /// Number of random cuts that are checked for holes, overlaps and flipped triangles.
+    pub cuts: u32,
+    /// Points per source triangle and level, and four times as many per simplified triangle: ten
+    /// times as many as the bake measures at. At random, but the same each time.
+    pub samples_per_triangle: u32,
+    /// Most points per level and direction; large meshes get fewer per triangle.
+    pub most_samples: u32,
+    /// Share by which a distance may exceed the deviation that the hierarchy states.
+    pub tolerance: f32,
+    /// Most area of a cut, as a share of the whole, that may face against the source.
+    pub flipped_area: f32,
+    /// Most vertices of those that a group's simplification removed, as a share, at which its
+    /// normals or texture coordinates may be off by more than the median it states; that was
+    /// measured at 64 of them.
+    pub attributes_beyond: f32,
+}
+
+impl Default for VerifySettings {
+    fn default() -> Self {
+        Self {
+            cuts: 200,
+            samples_per_triangle: 10,
+            most_samples: 2_000_000,
+            tolerance: 0.05,
+            flipped_area: 0.01,
+            attributes_beyond: 0.75,
+        }
+    }
+}
+
+/// What [`verify`](crate::verify()) found of a hierarchy that passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verified {
+    /// Points at which distances were measured.
+    pub samples: u64,
+    /// The largest distance from the source to a cut, as a share of the deviation stated there.
+    pub source_to_simplified: f32,
+    /// The largest distance from a simplified triangle to the source, as a share of the deviation
+    /// stated there.
+    pub simplified_to_source: f32,
+    /// Number of cuts that were checked.
+    pub cuts: u32,
+    /// The largest share of a cut's area that faces against the source.
+    pub flipped_area: f32,
+    /// The largest share of removed vertices at which a group's attributes are off by more than the
+    /// median it states.
+    pub attributes_beyond: f32,
+}
+
+/// What is wrong with a hierarchy.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the fields are named by each variant's message"
+)]
+pub enum VerifyError {
+    /// The mesh itself is faulty.
+    #[error("the source cannot be baked: {0}")]
+    Mesh(#[from] MeshError),
+    /// An invariant is broken that needs no source to check.
+    #[error("{0}")]
+    Invalid(#[from] InvalidHierarchy),
+    /// The hierarchy was baked from something else.
+    #[error("it was baked from another mesh")]
+    OtherSource,
+    /// The finest cut should be the source.
+    #[error("the finest cut has {found} triangles that are not those of the source")]
+    FinestCut { found: usize },
+    /// A point of the source is further from a cut than the cut states.
+    #[error(
+        "at level {level} a point of the source lies {share:.3} times as far from the cut as the \
+         deviation stated"
+    )]
+    SourceTooFar { level: u32, share: f32 },
+    /// A point of a simplified surface is further from the source than its group states.
+    #[error("group {group}'s surface lies {share:.3} times as far from the source as it states")]
+    SimplifiedTooFar { group: usize, share: f32 },
+    /// Normals or texture coordinates are further off than stated.
+    #[error(
+        "at {share:.3} of the vertices that group {group}'s simplification removed, normals or \
+         texture coordinates are off by more than the median it states"
+    )]
+    AttributesOff { group: usize, share: f32 },
+    /// A cut has an open edge that the source does not have.
+    #[error("cut {cut} of {triangles} triangles has {edges} open edges that the source has not")]
+    Hole {
+        cut: u32,
+        triangles: usize,
+        edges: usize,
+    },
+    /// Triangles of a cut face the wrong way.
+    #[error("{share:.4} of the area of cut {cut} ({triangles} triangles) faces against the source")]
+    Flipped {
+        cut: u32,
+        triangles: usize,
+        share: f32,
+    },
+}

@@ -1,0 +1,76 @@
+//! What is verified.
+
+use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
+
+use super::report::VerifySettings;
+use crate::input::power_of_two_above;
+use crate::mesh::SourceMesh;
+
+/// A hierarchy, the mesh it should come from, and how much is to be checked.
+pub(super) struct Subject<'a> {
+    pub(super) mesh: &'a SourceMesh,
+    pub(super) hierarchy: &'a Hierarchy,
+    pub(super) settings: &'a VerifySettings,
+    /// Positions of the mesh in scaled units, in which squares do not overflow.
+    pub(super) positions: Vec<Vec3>,
+    pub(super) scaled_from_local: f32,
+}
+
+/// A triangle of a cut.
+pub(super) struct CutTriangle {
+    /// The group whose simplification it is; `None` for source geometry.
+    pub(super) produced_by: Option<u32>,
+    /// Its source vertices.
+    pub(super) corners: [u32; 3],
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(
+        mesh: &'a SourceMesh,
+        hierarchy: &'a Hierarchy,
+        settings: &'a VerifySettings,
+    ) -> Self {
+        let scaled_from_local = power_of_two_above(&mesh.positions).recip();
+        let positions = mesh.positions.iter().map(|p| *p * scaled_from_local);
+        Self {
+            mesh,
+            hierarchy,
+            settings,
+            positions: positions.collect(),
+            scaled_from_local,
+        }
+    }
+
+    pub(super) fn source_triangles(&self) -> &'a [[u32; 3]] {
+        self.mesh.indices.as_chunks::<3>().0
+    }
+
+    /// The corners of a triangle in scaled units.
+    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// The deviation stated for what `producer` made, in scaled units; 0 for source geometry.
+    pub(super) fn deviation_in_scaled(&self, producer: Option<u32>) -> f32 {
+        let group = producer.map(|group| &self.hierarchy.groups[group as usize]);
+        group.map_or(0.0, |group| group.deviation_in_local) * self.scaled_from_local
+    }
+
+    /// The cut that refines the groups for which `criterion` holds.
+    pub(super) fn cut(&self, mut criterion: impl FnMut(usize) -> bool) -> Vec<CutTriangle> {
+        let hierarchy = self.hierarchy;
+        let mut refined = vec![false; hierarchy.groups.len()];
+        hierarchy.refine_by(&mut refined, |group, _| criterion(group));
+        let drawn = hierarchy.drawn_units(&refined);
+        let triangles = drawn.flat_map(|unit| {
+            let unit = &hierarchy.units[unit];
+            let triangles = hierarchy.source_triangles_of(unit);
+            triangles.map(|corners| CutTriangle {
+                produced_by: unit.producer(),
+                corners,
+            })
+        });
+        triangles.collect()
+    }
+}

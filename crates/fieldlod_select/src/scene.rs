@@ -24,8 +24,8 @@ pub struct InstanceId {
 }
 
 impl InstanceId {
-    /// Among the instances that a scene holds, each has an index of its own, less than
-    /// [`Scene::index_count`].
+    /// Among the instances that a scene holds, each has an index of its own; indices are small, since
+    /// those of removed instances are used again.
     #[must_use]
     pub fn index(self) -> usize {
         self.index as usize
@@ -203,8 +203,7 @@ impl Scene {
     }
 
     /// Whether [`Scene::update`] has been called since the last change.
-    #[must_use]
-    pub fn is_up_to_date(&self) -> bool {
+    pub(crate) fn is_up_to_date(&self) -> bool {
         self.changed.is_empty()
     }
 
@@ -212,12 +211,6 @@ impl Scene {
     #[must_use]
     pub fn instance_count(&self) -> usize {
         self.instances.len() - self.free.len()
-    }
-
-    /// More than the [index](InstanceId::index) of any instance.
-    #[must_use]
-    pub fn index_count(&self) -> usize {
-        self.instances.len()
     }
 
     /// The instance that has an index now or had it last.

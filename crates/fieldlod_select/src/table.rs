@@ -112,9 +112,7 @@ impl GroupTable {
         };
     }
 
-    /// How many groups the hierarchy has.
-    #[must_use]
-    pub fn group_count(&self) -> usize {
+    pub(crate) fn group_count(&self) -> usize {
         self.group_count
     }
 

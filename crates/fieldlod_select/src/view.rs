@@ -38,31 +38,22 @@ impl View {
         &self.camera
     }
 
-    /// The same view of a wider image: `margin` of its width and height more on each side, at the
-    /// same pixels per unit.
-    #[must_use]
-    pub fn widened(&self, margin: f32) -> Self {
-        Self {
-            camera: widened(&self.camera, margin),
-            kept_camera: widened(&self.kept_camera, margin),
-            ..*self
-        }
-    }
-
-    /// The view that selection with `settings` looks at: wider by their `offscreen_margin`, and for
-    /// refined groups by their `edge_hysteresis` more.
+    /// The view that selection with `settings` looks at: wider by their `offscreen_margin` on each side,
+    /// and for refined groups by their `edge_hysteresis` more, at the same pixels per unit.
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
-        let view = self.widened(settings.offscreen_margin);
+        let camera = widened(&self.camera, settings.offscreen_margin);
         // Not narrower, or a group would leave where it enters.
         let margin = settings.edge_hysteresis.max(0.0);
         Self {
-            kept_camera: widened(&view.camera, margin),
-            ..view
+            camera,
+            kept_camera: widened(&camera, margin),
+            ..*self
         }
     }
 }
 
+/// A camera of a wider image: `margin` of its width and height more on each side.
 fn widened(camera: &Camera, margin: f32) -> Camera {
     let outward = |min: Vec2, max: Vec2| {
         let border = (max - min) * margin;

@@ -80,7 +80,8 @@ proptest! {
 
     #[test]
     fn a_margin_never_lowers_an_error(which in 0usize..4, view in any_view(), margin in 0.0f32..1.0) {
-        let wide = InstanceView::new(&view.widened(margin), &Affine3A::IDENTITY);
+        let settings = LodSettings { offscreen_margin: margin, edge_hysteresis: 0.0, ..LodSettings::default() };
+        let wide = InstanceView::new(&view.with_margins(&settings), &Affine3A::IDENTITY);
         let plain = InstanceView::new(&view, &Affine3A::IDENTITY);
         for group in &hierarchies()[which].groups {
             // Of spheres behind the camera a wider frustum may exclude more.

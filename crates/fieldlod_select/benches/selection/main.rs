@@ -5,7 +5,7 @@
 //! else the machine does weighs on both alike. `FIELDLOD_SIZES_SVG=PATH` writes the picture of cost
 //! against the size of the scene; `RECORD.md` has both.
 
-mod rival;
+mod baseline;
 mod sizes;
 #[path = "../../tests/common/synthetic.rs"]
 mod synthetic;
@@ -13,6 +13,7 @@ mod synthetic;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+use baseline::SphereTable;
 use camera_field::Camera;
 use criterion::{Criterion, criterion_group, criterion_main};
 use fieldlod_hierarchy::Hierarchy;
@@ -20,7 +21,6 @@ use fieldlod_select::{
     GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
 };
 use glam::{Affine3A, Mat4, Vec2, Vec3};
-use rival::SphereTable;
 
 fn camera() -> Camera {
     let projection = Mat4::perspective_infinite_reverse_rh(60f32.to_radians(), 16.0 / 9.0, 0.1);
@@ -29,7 +29,7 @@ fn camera() -> Camera {
 
 const FOCAL_PX: f32 = 935.3;
 
-/// Our threshold at which pictures are as near to the source as the rival's at 1 px: measured on
+/// Our threshold at which pictures are as near to the source as the baseline's at 1 px: measured on
 /// the chart of the README.
 const SAME_PICTURE_PX: f32 = 0.89;
 
@@ -70,7 +70,7 @@ fn ball_with_coarsest_error(levels: u32, error: f32) -> Hierarchy {
 /// The criterion over all groups of one mesh.
 fn criterion_over_groups(criterion: &mut Criterion) {
     println!(
-        "\ngroups   height  ours ns/group  rival ns/group  ratio  refined  rival GB/s, of 20 bytes a group"
+        "\ngroups   height  ours ns/group  baseline ns/group  ratio  refined  baseline GB/s, of 20 bytes a group"
     );
     let settings = settings();
     for levels in [6, 8, 10] {
@@ -81,18 +81,18 @@ fn criterion_over_groups(criterion: &mut Criterion) {
             let eye = Vec3::new(0.3, 0.4, 0.866) * (1.0 + height);
             let view = look(eye, Vec3::new(0.9, 0.1, 0.3));
             let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
-            let (mut bits, mut rival_bits) = (Vec::new(), Vec::new());
+            let (mut bits, mut baseline_bits) = (Vec::new(), Vec::new());
             check(&hierarchy, &table, &instance, &settings);
-            spheres.refine(eye, FOCAL_PX, &mut rival_bits);
+            spheres.refine(eye, FOCAL_PX, &mut baseline_bits);
             let expected = SphereTable::naive(&hierarchy, eye, FOCAL_PX);
             assert!(
                 expected
                     .iter()
                     .enumerate()
-                    .all(|(i, &e)| rival_bits[i / 64] >> (i % 64) & 1 == u64::from(e))
+                    .all(|(i, &e)| baseline_bits[i / 64] >> (i % 64) & 1 == u64::from(e))
             );
             let repeats = (200_000 / count).max(1);
-            let [ours, rival] = medians(
+            let [ours, baseline] = medians(
                 41,
                 [
                     &mut || {
@@ -103,19 +103,19 @@ fn criterion_over_groups(criterion: &mut Criterion) {
                     },
                     &mut || {
                         for _ in 0..repeats {
-                            rival_bits.clear();
-                            spheres.refine(black_box(eye), FOCAL_PX, &mut rival_bits);
-                            black_box(&rival_bits);
+                            baseline_bits.clear();
+                            spheres.refine(black_box(eye), FOCAL_PX, &mut baseline_bits);
+                            black_box(&baseline_bits);
                         }
                     },
                 ],
             );
             let refined: u32 = bits.iter().map(|word| word.count_ones()).sum();
-            let (ours, rival) = (ns(ours, count * repeats), ns(rival, count * repeats));
-            let gb_per_s = 20.0 / rival;
+            let (ours, baseline) = (ns(ours, count * repeats), ns(baseline, count * repeats));
+            let gb_per_s = 20.0 / baseline;
             println!(
-                "{count:8} {height:6}  {ours:13.3}  {rival:14.3}  {:5.2}  {refined:7}  {gb_per_s:6.1}",
-                ours / rival
+                "{count:8} {height:6}  {ours:13.3}  {baseline:14.3}  {:5.2}  {refined:7}  {gb_per_s:6.1}",
+                ours / baseline
             );
             if levels == 8 {
                 criterion.bench_function(&format!("criterion_87k_groups_height_{height}"), |b| {
@@ -173,7 +173,7 @@ impl Plain {
         }
     }
 
-    /// The rival's frame: every group of every instance.
+    /// The baseline's frame: every group of every instance.
     fn scan(&self, eye: Vec3, bits: &mut Vec<u64>) {
         bits.clear();
         for &place in &self.places {
@@ -229,7 +229,7 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
     println!("{:?}", fresh.statistics());
     still.select(&plain.scene, &walk(0).1, settings);
     let step = std::cell::Cell::new(100);
-    let [rival, scratch, walking, standing] = medians(
+    let [baseline, scratch, walking, standing] = medians(
         400,
         [
             &mut || {
@@ -252,7 +252,7 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
         settings.threshold_px()
     );
     for (name, time) in [
-        ("rival scan", rival),
+        ("baseline scan", baseline),
         ("from scratch", scratch),
         ("incremental", walking),
         ("still", standing),
@@ -260,7 +260,7 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
         println!(
             "{name:12} {:9.1} us  ratio {:.4}",
             time.as_secs_f64() * 1e6,
-            time.as_secs_f64() / rival.as_secs_f64()
+            time.as_secs_f64() / baseline.as_secs_f64()
         );
     }
     println!("{:?}", kept.statistics());

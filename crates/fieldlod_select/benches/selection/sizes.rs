@@ -8,7 +8,7 @@ pub(crate) struct Size {
     pub(crate) instances: u32,
     pub(crate) scratch_us: f64,
     pub(crate) walking_us: f64,
-    /// The rival's scan of all groups.
+    /// The baseline's scan of all groups.
     pub(crate) scan_us: f64,
 }
 

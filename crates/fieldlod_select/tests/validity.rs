@@ -1,4 +1,4 @@
-//! Mixed cuts that are not decided anew in each frame are those that deciding them anew gives.
+//! Mixed cuts that are still valid, and so not decided anew, are those that deciding them anew gives.
 
 mod common;
 
@@ -15,7 +15,7 @@ struct Watched {
     selector: Selector,
     cuts: Vec<Cut>,
     /// Mixed cuts that were not decided in a frame, summed over frames.
-    held: usize,
+    still_valid: usize,
 }
 
 impl Watched {
@@ -33,7 +33,7 @@ impl Watched {
             placements,
             ids,
             selector: Selector::default(),
-            held: 0,
+            still_valid: 0,
         }
     }
 
@@ -48,7 +48,7 @@ impl Watched {
             mixed += usize::from(units.len() > 1);
         }
         let decided = self.selector.statistics().instances_decided;
-        self.held += mixed.saturating_sub(decided);
+        self.still_valid += mixed.saturating_sub(decided);
     }
 }
 
@@ -73,7 +73,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_cut_that_is_held_is_the_cut_anew(
+    fn a_cut_that_is_still_valid_is_the_cut_anew(
         camera in prop_oneof![any_camera(), Just(perspective(1.0))],
         settings in any_settings(),
         is_plain in any::<bool>(),
@@ -86,7 +86,7 @@ proptest! {
         let place = |(placement, shift): (Affine3A, Vec3)| {
             Affine3A::from_translation(shift * distance * 0.5) * placement
         };
-        // What relaxes the criterion, or holds nothing, is not all there is.
+        // What relaxes the criterion, or leaves nothing valid, is not all there is.
         let settings = if is_plain {
             LodSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings }
         } else {
@@ -111,5 +111,10 @@ fn a_slow_walk_decides_few_cuts_anew() {
     let (eye, go) = (Vec3::new(0.0, 0.5, 9.0), Vec3::new(0.001, 0.0, -0.004));
     let target = (Vec3::ZERO, Vec3::new(0.002, 0.0, 0.0));
     walk(&mut watched, perspective(1.0), &settings, (eye, go), target);
-    assert!(watched.held > 120, "{} of {}", watched.held, 60 * 4);
+    assert!(
+        watched.still_valid > 120,
+        "{} of {}",
+        watched.still_valid,
+        60 * 4
+    );
 }

@@ -48,6 +48,7 @@ impl BudgetSearch {
         }
     }
 
+    /// Begins the count of triangles by threshold.
     pub(crate) fn begin(&mut self) {
         self.histogram.clear();
         self.histogram.resize(BUCKETS, 0);
@@ -65,6 +66,7 @@ impl BudgetSearch {
         let Some(mesh) = scene.entries[instance].mesh else {
             return;
         };
+        // The error of each group as a share of its threshold, closed over finer groups.
         let (table, instance) = (scene.table(mesh), &scene.instances[instance]);
         let refined = refined.unwrap_or(&table.coarsest_refined);
         let instance_view = InstanceView::new(view, &instance.world_from_local);
@@ -103,6 +105,7 @@ impl BudgetSearch {
 
     /// Divides errors by their shares of the threshold, and closes them over finer groups.
     fn close(&mut self, table: &GroupTable, refined: &[u64], share: f32, hysteresis: f32) {
+        // A refined group has the hysteresis' share of the threshold.
         for group in 0..table.group_count() {
             let memory = if is_set(refined, group) {
                 hysteresis
@@ -116,7 +119,7 @@ impl BudgetSearch {
                 error * share / memory
             };
         }
-        // Finer groups come first.
+        // Finer groups come first, so one pass closes the errors.
         for group in 0..table.group_count() {
             let error = self.errors[group];
             for &coarser in table.coarser_of(group) {
@@ -145,6 +148,7 @@ impl BudgetSearch {
     }
 }
 
+/// The bucket of an error.
 fn bucket(error: f32) -> usize {
     // Zero and less are refined at no threshold.
     (error.max(0.0).to_bits() >> DROPPED_BITS) as usize

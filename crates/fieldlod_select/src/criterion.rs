@@ -153,10 +153,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// What is compared with [`LodSettings::threshold_px`], of groups that are not terminal.
     #[inline]
     pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
+        // The sphere in camera space, and what the view knows of it.
         let seen = self.seen(group);
         let extent = self.extent(&seen, was_refined);
+        // What scales both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
+        // e √(c (4 V + 0.4 p)); where the strength has no bound, no factor may hide that.
         let screen_error = || {
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(group, &seen);
@@ -164,6 +167,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
             let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
             L::choose(L::infinity().is_at_most(strength), L::infinity(), error_px)
         };
+        // d √(c / cos φ).
         let displacement = || {
             let pixel_scale = self.pixel_scale(&seen, &extent);
             let displacement_px = group.deviation * stretch * pixel_scale * relaxation;
@@ -173,6 +177,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 displacement_px,
             )
         };
+        // Those that count.
         match (self.weights.counts_error, self.weights.displacement_weight) {
             (true, None) => screen_error(),
             (false, Some(weight)) => displacement() * L::splat(weight),
@@ -313,6 +318,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// `m·s` for a group's mean normal.
     #[inline]
     fn facing(&self, group: &CriterionInput<L>, seen: &SeenSphere<L>) -> L {
+        // Against the sight ray, which is the same everywhere in an orthographic view.
         let turned = self.normal_in_camera_from_local.of(group.mean_normal);
         let (along, distance) = match self.instance.camera {
             Camera::Perspective(_) => (seen.center, seen.distance),
@@ -322,6 +328,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         if self.instance.seen_stretch.is_none() {
             return -away / distance;
         }
+        // What is no similarity changes the normal's length, which means nothing then.
         let length = turned.dot(turned).sqrt();
         let facing = -away * group.normal_length / (length * distance);
         L::choose(L::zero().is_below(length), facing, L::zero())
@@ -362,11 +369,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
             distance,
             ..
         } = *seen;
+        // cos(φ − δ).
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
         let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
         let widest = (cosine + L::splat(ASPECT_ROUNDING)).larger(L::splat(1.0 / self.corner));
         let aspect = L::choose(off_axis.is_at_most(radius), L::one(), widest);
+        // Relaxed below the limit alone.
         let limit = L::splat(min_aspect_ratio);
         L::choose(aspect.is_below(limit), aspect / limit, L::one())
     }

@@ -152,6 +152,7 @@ impl<'a> Decision<'a> {
         was_refined: u64,
         test: &BoundsTest,
     ) -> (u64, bool) {
+        // Eight blocks at once, then each that this could not answer for.
         let (mut bits, mut stays_valid) = (0, true);
         for index in set_bits_of(self.live(|| test.passes_blocks(table, word))) {
             let was = block_bits(was_refined, index);
@@ -171,9 +172,11 @@ impl<'a> Decision<'a> {
         was_refined: u32,
         test: &BoundsTest,
     ) -> Answer {
+        // The other tests tell only that errors are small.
         if !self.zero_is_below {
             return self.decide_exactly(table, block, was_refined);
         }
+        // Each group by its bounds.
         let below = test.passes_groups(table, block);
         if below.all() {
             return Answer {
@@ -181,6 +184,7 @@ impl<'a> Decision<'a> {
                 stays_valid: true,
             };
         }
+        // Both ways, by an interval of the criterion.
         if let Some(interval) = &self.interval {
             let certain = interval.certain(table, block, was_refined);
             let told = bits_of(certain.below | certain.above | below);
@@ -205,6 +209,7 @@ impl<'a> Decision<'a> {
         let exceeds = |threshold_px: f32| {
             bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
         };
+        // Each group against the threshold of its last answer; NaN asks for refinement.
         let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
         let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
         Answer {

@@ -32,6 +32,7 @@ impl ErrorBounds {
 
     /// The bounds of a group by itself, in its local space.
     pub(crate) fn of_group(group: &Group) -> Self {
+        // The weight is greatest for a camera that the surface faces, with a silhouette beside it.
         let facing = group.mean_normal.length();
         let variance = normal_variance(group.mean_normal);
         let most_weight = visible_weight(facing, variance) + SILHOUETTE_WEIGHT;
@@ -49,6 +50,7 @@ impl ErrorBounds {
             let values = items.clone().map(|item| or_infinity(value(&item)));
             values.fold(0.0, f32::max)
         };
+        // The sphere about the centre of the box of all spheres.
         let corners = items.clone().flat_map(|item| {
             let Sphere { center, radius } = item.sphere;
             [center - Vec3::splat(radius), center + Vec3::splat(radius)]
@@ -69,6 +71,7 @@ impl ErrorBounds {
 
     /// The bounds of an instance in the world, whose errors count `bias` times.
     pub(crate) fn placed(&self, world_from_local: &Affine3A, bias: f32) -> Self {
+        // Lengths grow by the largest stretch at most.
         let linear = Mat3::from(world_from_local.matrix3);
         let stretch = largest_stretch(&linear);
         let center = linear * self.sphere.center + Vec3::from(world_from_local.translation);

@@ -86,6 +86,7 @@ impl<'a> ObjectTest<'a> {
             radius: radius * ROUNDING_ALLOWANCE + size * POSITION_SLACK,
         };
         let gap = distance - sphere.radius;
+        // What was refined leaves a wider view, below a lower threshold.
         let bounds = if is_coarsest {
             &self.entering
         } else {

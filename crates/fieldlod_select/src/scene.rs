@@ -115,6 +115,7 @@ impl Scene {
             bias,
             node: self.node(mesh, &world_from_local, bias),
         };
+        // The index of an instance that was removed is used again, under a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
@@ -168,6 +169,7 @@ impl Scene {
         };
         self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count -= 1;
+        // The node stays in the tree, with no bounds, until that is built anew.
         self.entries[instance.index()].mesh = None;
         self.instances[instance.index()].node = Node {
             changed_at: self.revision,
@@ -188,10 +190,12 @@ impl Scene {
 
     /// Brings the bounds of the scene up to date.
     pub fn update(&mut self) {
+        // What has changed goes to the leaves that have to be fitted again.
         for &index in &self.changed {
             self.tree.put(index, &self.instances[index as usize].node);
         }
         self.changed.clear();
+        // A tree that has become too loose is built anew.
         if self.tree.needs_rebuild() {
             let nodes: Vec<Node> = self.instances.iter().map(|i| i.node).collect();
             self.tree = Tree::new(&nodes);

@@ -16,7 +16,8 @@ pub enum Offscreen {
 /// A group is refined where either threshold is exceeded: [`error_px`](Self::error_px) by its
 /// screen-space error, [`displacement_px`](Self::displacement_px) by its largest displacement.
 /// With neither threshold the cut is always the coarsest one. A threshold of 0 accepts only what shows
-/// no error at all, a negative one nothing; NaN accepts everything.
+/// no error at all, a negative one nothing; NaN accepts everything by itself, and nothing beside the
+/// other threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LodSettings {
     /// Quality: the largest screen-space error in physical pixels that a simplification may show
@@ -173,7 +174,7 @@ impl LodSettings {
 }
 
 /// What the optional thresholds of [`LodSettings`] come to: which errors of a group count, and how
-/// much. The greatest of them is compared with one threshold.
+/// much. The greater of them is compared with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorWeights {
     pub(crate) threshold_px: f32,

@@ -35,6 +35,7 @@ impl<L: Lane> Sides<L> {
     #[inline]
     pub(crate) fn least_inside(&self, point: V3<L>) -> L {
         let inside = |side: usize| point.dot(self.inward[side]) + self.offset[side];
+        // Left and right, top and bottom.
         let across = inside(0).smaller(inside(1));
         let down = inside(2).smaller(inside(3));
         across.smaller(down)

@@ -22,10 +22,12 @@ pub(crate) fn is_similarity(m: &Mat3) -> bool {
 /// have the squared singular values as eigenvalues, then Newton's steps down to the largest root of
 /// the characteristic polynomial, which they approach from above. NaN for NaN.
 pub(crate) fn largest_stretch(m: &Mat3) -> f32 {
+    // An upper bound, which for a similarity is exact.
     let bound = gershgorin(&(m.transpose() * *m)).min(gershgorin(&(*m * m.transpose())));
     if is_similarity(m) {
         return bound.sqrt();
     }
+    // The eigenvalue in double precision, from above.
     let m = m.as_dmat3();
     let newton = largest_eigenvalue(&(m.transpose() * m), f64::from(bound));
     // Rounding to f32 must not fall below.
@@ -103,6 +105,7 @@ impl SeenStretch {
     /// `√λ` for the unit sight ray `along`, an upper bound up to rounding.
     #[inline]
     pub(crate) fn across<L: Lane>(&self, along: V3<L>) -> L {
+        // T and D of the restriction to the plane across the ray, and its greater eigenvalue.
         let trace = L::splat(self.trace) - along.dot(M3::splat(&self.gram).of(along));
         let determinant = along.dot(M3::splat(&self.adjugate).of(along));
         let discriminant = trace * trace - L::splat(4.0) * determinant;

@@ -95,6 +95,7 @@ impl GroupTable {
     }
 
     fn find_coarsest(&mut self) {
+        // Only what has no simplification asks for refinement.
         let mut refined = self.terminal.clone();
         self.close_refinement(&mut refined);
         let mut units = Vec::new();

@@ -90,6 +90,7 @@ impl Tree {
         self.dirty.push(leaf as u32);
     }
 
+    /// The position of an instance along the curve; a new one comes to the end.
     fn position_of(&mut self, instance: u32) -> usize {
         let index = instance as usize;
         if index >= self.position.len() {
@@ -124,6 +125,7 @@ impl Tree {
             }
             self.levels[0][leaf as usize] = Node::around(&members[..end - first]);
         }
+        // Sixteen children have one parent.
         for level in 1..self.levels.len() {
             dirty.iter_mut().for_each(|index| *index /= FAN as u32);
             dirty.dedup();
@@ -179,6 +181,7 @@ fn morton_keys(items: &[Node]) -> impl Iterator<Item = u32> {
             .map(|item| item.bounds.sphere.center)
             .filter(|c| c.is_finite())
     };
+    // Cells of the box, 1024 along its longest side.
     let min = centers().fold(Vec3::splat(f32::MAX), Vec3::min);
     let max = centers().fold(Vec3::splat(f32::MIN), Vec3::max);
     let extent = (max - min).max_element().max(f32::MIN_POSITIVE);

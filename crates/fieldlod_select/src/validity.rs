@@ -21,6 +21,7 @@ pub(crate) struct CameraTravel {
 impl CameraTravel {
     /// The travel between two poses.
     pub(crate) fn between(from: &View, to: &View) -> Self {
+        // Points move with the eye, and with the turn as far as they are away.
         let moved = (to.eye_in_world - from.eye_in_world).length();
         let turned = largest_stretch(&(to.camera_from_world - from.camera_from_world));
         Self {

@@ -97,9 +97,11 @@ impl InstanceView {
     /// Prepares the instance placed by `world_from_local`, any affine map, for `view`.
     #[must_use]
     pub fn new(view: &View, world_from_local: &Affine3A) -> Self {
+        // Relative to the eye, which keeps digits far from the origin.
         let camera_from_local = view.camera_from_world * Mat3::from(world_from_local.matrix3);
         let origin_from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
         let camera_per_local = largest_stretch(&camera_from_local);
+        // A similarity turns normals without stretching them unevenly.
         let normal_map = normal_map(&camera_from_local);
         let (normal_in_camera_from_local, seen_stretch) = if is_similarity(&camera_from_local) {
             (

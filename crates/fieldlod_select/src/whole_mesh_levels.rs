@@ -3,11 +3,8 @@
 //! A prop is drawn with one command at one level. Its levels are a hierarchy too, of one group and one
 //! unit for each level, so that the same selection decides for both kinds.
 
-use fieldlod_hierarchy::{Aabb, Cluster, Group, Hierarchy, NO_GROUP, Sphere, Unit};
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere};
 use glam::Vec3;
-
-use crate::cut::{Cut, select_with};
-use crate::settings::LodSettings;
 
 /// A level that keeps more than this share of the triangles of the one before is left out.
 const MOST_KEPT: f32 = 0.75;
@@ -22,40 +19,36 @@ const MOST_KEPT: f32 = 0.75;
 #[must_use]
 pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
     let levels = kept_levels(baked);
+    // One unit and one group for each level that is kept.
     let mut whole = Hierarchy {
         source: baked.source,
         vertices: baked.vertices.clone(),
         ..Hierarchy::default()
     };
     let bounds = Sphere::around(baked.vertices.positions.iter().copied());
-    for (index, level) in levels.iter().enumerate() {
-        let next = levels.get(index + 1);
-        add_unit(&mut whole, index as u32, &level.triangles)?;
-        let step = |length: fn(&Group) -> f32| {
-            next.map_or(f32::INFINITY, |next| {
-                largest(baked, next.group_level, length)
-            })
+    for (index, level) in (0u32..).zip(&levels) {
+        let finer = index.checked_sub(1);
+        push_unit(&mut whole, finer.unwrap_or(NO_GROUP), &level.triangles)?;
+        // The coarsest level has no step to a next one.
+        let next = levels.get(index as usize + 1);
+        let step = |otherwise: f32, error: fn(&Group) -> f32| {
+            next.map_or(otherwise, |next| largest(baked, next.group_level, error))
         };
-        whole.groups.push(Group {
+        let group = Group {
             bounds,
-            error_in_local: step(|group| group.error_in_local),
-            deviation_in_local: step(|group| group.deviation_in_local),
-            normal_error: next.map_or(0.0, |n| largest(baked, n.group_level, |g| g.normal_error)),
-            uv_error: next.map_or(0.0, |n| largest(baked, n.group_level, |g| g.uv_error)),
+            error_in_local: step(f32::INFINITY, |group| group.error_in_local),
+            deviation_in_local: step(f32::INFINITY, |group| group.deviation_in_local),
+            normal_error: step(0.0, |group| group.normal_error),
+            uv_error: step(0.0, |group| group.uv_error),
             mean_normal: mean_normal(baked, &level.triangles),
-            level: index as u32,
-            first_finer: whole.finer.len() as u32,
-            finer_count: u32::from(index > 0),
-            first_unit: index as u32,
-            unit_count: 1,
-        });
-        if index > 0 {
-            whole.finer.push(index as u32 - 1);
-        }
+            ..Group::default()
+        };
+        whole.push_group(group, finer);
     }
     Some(whole)
 }
 
+/// One level of the whole mesh.
 struct Level {
     /// Groups below this level are refined no more.
     group_level: u32,
@@ -66,11 +59,10 @@ fn kept_levels(baked: &Hierarchy) -> Vec<Level> {
     let mut kept: Vec<Level> = Vec::new();
     for group_level in 0..baked.level_count() {
         let triangles = triangles_from_level(baked, group_level);
-        let most = |last: &Level| last.triangles.len() as f32 * MOST_KEPT;
-        if kept
+        let most = kept
             .last()
-            .is_none_or(|last| triangles.len() as f32 <= most(last))
-        {
+            .map(|last| last.triangles.len() as f32 * MOST_KEPT);
+        if most.is_none_or(|most| triangles.len() as f32 <= most) {
             kept.push(Level {
                 group_level,
                 triangles,
@@ -82,17 +74,12 @@ fn kept_levels(baked: &Hierarchy) -> Vec<Level> {
 
 /// The cut that keeps nothing finer than `group_level`, unless there is nothing coarser.
 fn triangles_from_level(baked: &Hierarchy, group_level: u32) -> Vec<[u32; 3]> {
-    let mut cut = Cut::default();
-    select_with(baked, &LodSettings::default(), &mut cut, |group| {
-        if baked.groups[group].level >= group_level {
-            f32::INFINITY
-        } else {
-            0.0
-        }
-    });
-    let units = cut.units().iter();
+    let is_coarse = |group: &Group| group.level >= group_level;
+    let mut refined: Vec<bool> = baked.groups.iter().map(is_coarse).collect();
+    baked.close_refinement(&mut refined);
+    let units = baked.drawn_units(&refined);
     units
-        .flat_map(|&unit| baked.source_triangles_of(&baked.units[unit as usize]))
+        .flat_map(|unit| baked.source_triangles_of(&baked.units[unit]))
         .collect()
 }
 
@@ -123,39 +110,20 @@ fn mean_normal(baked: &Hierarchy, triangles: &[[u32; 3]]) -> Vec3 {
 }
 
 /// Appends one unit of one cluster with `triangles` of source vertices.
-fn add_unit(whole: &mut Hierarchy, index: u32, triangles: &[[u32; 3]]) -> Option<()> {
-    let first_vertex = whole.unit_vertices.len();
-    let first_triangle = whole.indices.len() / 3;
+fn push_unit(whole: &mut Hierarchy, produced_by: u32, triangles: &[[u32; 3]]) -> Option<()> {
+    // The vertices that are used, and where in that list each corner is.
     let mut used: Vec<u32> = triangles.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
-    for vertex in triangles.as_flattened() {
-        let place = used.binary_search(vertex).ok()?;
-        whole.indices.push(u16::try_from(place).ok()?);
-    }
-    let positions = used
-        .iter()
-        .map(|&vertex| whole.vertices.positions[vertex as usize]);
-    let bounds = Sphere::around(positions.clone());
-    let aabb = Aabb::around(positions).unwrap_or_default();
-    let triangle_count = triangles.len() as u32;
-    whole.units.push(Unit {
-        aabb,
-        consumed_by: index,
-        produced_by: index.checked_sub(1).unwrap_or(NO_GROUP),
-        first_vertex: first_vertex as u32,
-        vertex_count: used.len() as u32,
-        first_triangle: first_triangle as u32,
-        triangle_count,
-        first_cluster: index,
-        cluster_count: 1,
-    });
-    whole.clusters.push(Cluster {
-        bounds,
-        first_triangle: first_triangle as u32,
-        triangle_count,
-    });
-    whole.unit_vertices.extend(used);
+    let index_of = |vertex: &u32| u16::try_from(used.binary_search(vertex).ok()?).ok();
+    let corners = triangles.as_flattened().iter();
+    let indices: Vec<u16> = corners.map(index_of).collect::<Option<_>>()?;
+    // Their bounds.
+    let position = |&vertex: &u32| whole.vertices.positions[vertex as usize];
+    let bounds = Sphere::around(used.iter().map(position));
+    let aabb = Aabb::around(used.iter().map(position)).unwrap_or_default();
+    let cluster = (bounds, triangles.len() as u32);
+    whole.push_unit(produced_by, aabb, used, indices, [cluster]);
     Some(())
 }
 
@@ -195,6 +163,6 @@ mod tests {
         // One unit of the strip's source that uses them all cannot be indexed by 16 bits; the
         // level would have to.
         let triangles: Vec<[u32; 3]> = (0..far - 1).map(|i| [i, i + 1, i + 2]).collect();
-        assert!(add_unit(&mut baked, 0, &triangles).is_none());
+        assert!(push_unit(&mut baked, NO_GROUP, &triangles).is_none());
     }
 }

@@ -65,6 +65,7 @@ impl Changes {
         mesh: MeshId,
         table: &GroupTable,
     ) {
+        // The first instance of a mesh brings the list of units, the others share it.
         let entered = match self.coarsest.get(mesh.index()) {
             Some(range) if !range.is_empty() => range.clone(),
             _ => self.copy_coarsest(mesh, &table.coarsest_units),
@@ -94,6 +95,7 @@ impl Changes {
         let Self {
             all, entered, left, ..
         } = self;
+        // The two lists of units, and where in them this change begins.
         let (first_entered, first_left) = (entered.len(), left.len());
         if before.is_empty() {
             entered.extend_from_slice(now);

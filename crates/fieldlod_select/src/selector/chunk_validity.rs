@@ -55,6 +55,7 @@ impl ChunkValidity {
         now: &CameraTravel,
         last_step: &CameraTravel,
     ) {
+        // Nothing is valid after a reset, or where a group may be farther than was thought.
         let is_comparable = self.since.is_some_and(|since| since.is_comparable(now));
         if !is_comparable || self.until.len() != words || self.max_distance < farthest {
             self.until.clear();
@@ -63,6 +64,7 @@ impl ChunkValidity {
             self.max_distance = farthest * 1.1;
             self.tolerance = self.max_distance * FIRST_TOLERANCE;
         }
+        // At least two frames of this pace.
         let least = 2.0 * last_step.of_points_within(self.max_distance) as f32;
         let largest = self.max_distance * LARGEST_TOLERANCE;
         self.tolerance = self.tolerance.min(largest).max(least);

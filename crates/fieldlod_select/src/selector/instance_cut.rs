@@ -56,6 +56,7 @@ impl InstanceCut {
         self.refined.clone_from(&table.coarsest_refined);
         self.chunk_validity.forget();
         self.validity = Validity::NONE;
+        // All words, for this pose alone.
         let instance_view = InstanceView::new(context.view, &instance.world_from_local);
         let decision = Decision::new(table, &instance_view, context.parts, instance.bias, 0.0);
         decision.decide(table, &self.refined, &mut self.own);
@@ -117,11 +118,13 @@ impl InstanceCut {
             if asked == 0 {
                 continue;
             }
+            // What the words say so far, and with nothing decided.
             let mut before = [0; LANES];
             before[..words.len()].copy_from_slice(words);
             for word in set_bits_of(asked) {
                 words[word] = table.terminal[first + word];
             }
+            // What they say now, and whether that stays so.
             let valid = decision.decide_words(table, element, &self.refined, words, asked);
             has_changed |= before[..words.len()] != *words;
             let valid = if may_stay { valid } else { 0 };

@@ -97,7 +97,7 @@ impl SceneCuts {
         let Some(mesh) = scene.entries[index].mesh else {
             return;
         };
-        // The cut, from that of the last frame if there was one.
+        // The cut, after that of the last frame if there was one.
         let (table, instance) = (scene.table(mesh), &scene.instances[index]);
         let cut = self.pool.at_mut(pending.cut);
         let is_mixed = matches!(was, InstanceState::Mixed(_));
@@ -134,6 +134,7 @@ impl SceneCuts {
                 continue;
             };
             memory.state = InstanceState::Coarsest(mesh);
+            // Instances that follow each other are one change.
             let first = scene.instance_at(index);
             match &mut run {
                 Some(run) if run.continues_with(first, mesh) => run.count += 1,
@@ -177,6 +178,7 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).drawn(),
             other => other.coarsest(scene),
         };
+        // What that changes.
         let instance = InstanceId {
             index,
             generation: memory.generation,

@@ -36,6 +36,7 @@ impl SceneCuts {
         if is_unchanged && memory.validity.lasts(&context.now) {
             return memory;
         }
+        // An answer for all instances below at once, or one for each child.
         self.statistics.nodes_visited += 1;
         let is_coarsest = (is_unchanged || context.is_first) && memory.is_coarsest;
         let found = match context.test.coarsest(&node.bounds, is_coarsest) {
@@ -129,6 +130,7 @@ impl SceneCuts {
         let has_changed = changed_at > context.seen_revision;
         for child in children(context.scene, level, index) {
             if level > 0 {
+                // What was at its coarsest, and has not changed, needs no visit.
                 let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
                 let memory = &mut self.nodes[level - 1][child];
                 if memory.is_coarsest && changed_at <= context.seen_revision {

@@ -31,8 +31,9 @@ pub(crate) fn finish_group(
     mesh: &SourceMesh,
     group: &RawGroup,
 ) -> Result<FinishedGroup, MeshError> {
-    let units = group.units.iter().map(|unit| finish_unit(mesh, unit));
-    let units: Vec<FinishedUnit> = units.collect::<Result<_, _>>()?;
+    let finished = group.units.iter().map(|unit| finish_unit(mesh, unit));
+    let units: Vec<FinishedUnit> = finished.collect::<Result<_, _>>()?;
+    // Around what the group consumes. What it produces uses some of the same vertices.
     let vertices = units.iter().flat_map(|unit| &unit.vertices);
     let points: Vec<Vec3> = vertices.map(|&v| mesh.positions[v as usize]).collect();
     Ok(FinishedGroup {
@@ -54,19 +55,20 @@ fn mean_normal(mesh: &SourceMesh, group: &RawGroup) -> Vec3 {
 }
 
 fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
-    let mut vertices = VertexList::default();
+    let mut list = VertexList::default();
     let mut indices = Vec::new();
     let mut clusters = Vec::with_capacity(unit.clusters.len());
     for cluster in &unit.clusters {
         // In order of their first use, as are the unit's.
         let (own, corners) = meshopt::clod_local_indices(cluster);
-        let slots = own.iter().map(|&vertex| vertices.slot_of(vertex));
-        let slots: Vec<u16> = slots.collect::<Result<_, _>>()?;
+        let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
+        let slots: Vec<u16> = own_slots.collect::<Result<_, _>>()?;
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
         let points: Vec<Vec3> = own.iter().map(|&v| mesh.positions[v as usize]).collect();
         clusters.push((tight_sphere(&points), (cluster.len() / 3) as u32));
     }
-    let vertices = vertices.source_vertices;
+    // A tight box around them all, for culling.
+    let vertices = list.source_vertices;
     let points = vertices.iter().map(|&v| mesh.positions[v as usize]);
     Ok(FinishedUnit {
         produced_by: unit.produced_by,
@@ -91,12 +93,13 @@ impl VertexList {
         }
         let vertices = self.source_vertices.len();
         // 65535 is left out: as an index it restarts strips on some graphics interfaces.
-        let slot = u16::try_from(vertices)
-            .ok()
-            .filter(|&slot| slot != u16::MAX);
-        let slot = slot.ok_or(MeshError::UnitTooLarge {
-            vertices: vertices + 1,
-        })?;
+        let slot = match u16::try_from(vertices) {
+            Ok(slot) if slot != u16::MAX => slot,
+            _ => {
+                let vertices = vertices + 1;
+                return Err(MeshError::UnitTooLarge { vertices });
+            }
+        };
         self.source_vertices.push(source_vertex);
         self.slots.insert(source_vertex, slot);
         Ok(slot)
@@ -147,7 +150,7 @@ fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGrou
             unit.clusters.iter().copied(),
         );
     }
-    // Units of the same producer follow each other.
+    // The groups that produced the units: units of the same producer follow each other.
     let mut producers: Vec<u32> = finished.units.iter().map(|unit| unit.produced_by).collect();
     producers.dedup();
     let group = Group {

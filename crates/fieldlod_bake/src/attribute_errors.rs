@@ -22,12 +22,12 @@ pub(crate) fn measure_attribute_errors(hierarchy: &mut Hierarchy, scaled_from_lo
     }
     let comparison = AttributeComparison::new(hierarchy, scaled_from_local);
     let groups = (0..hierarchy.groups.len()).into_par_iter();
-    let medians = groups.map(|group| {
+    let errors = groups.map(|group| {
         let found = comparison.differences(group, MOST_VERTICES);
         [median(found.normals), median(found.uvs)]
     });
-    let medians: Vec<[f32; 2]> = medians.collect();
-    for (group, [normal, uv]) in hierarchy.groups.iter_mut().zip(medians) {
+    let errors: Vec<[f32; 2]> = errors.collect();
+    for (group, [normal, uv]) in hierarchy.groups.iter_mut().zip(errors) {
         group.normal_error = normal.min(2.0);
         group.uv_error = uv.min(f32::MAX);
     }
@@ -75,11 +75,9 @@ impl<'a> AttributeComparison<'a> {
         let hierarchy = self.hierarchy;
         // What the group was simplified to.
         let units = self.simplified[group].iter();
-        let triangles = units.flat_map(|&unit| {
-            let unit = &hierarchy.units[unit as usize];
-            hierarchy.source_triangles_of(unit)
-        });
-        let triangles: Vec<[u32; 3]> = triangles.collect();
+        let triangles: Vec<[u32; 3]> = units
+            .flat_map(|&unit| hierarchy.source_triangles_of(&hierarchy.units[unit as usize]))
+            .collect();
         if triangles.is_empty() {
             return Differences::default();
         }
@@ -134,8 +132,8 @@ fn removed_vertices(
     let mut seen: FxHashSet<u32> = simplified.iter().flatten().copied().collect();
     let units = &hierarchy.units[group.units()];
     let consumed = units.iter().flat_map(|unit| hierarchy.vertices_of(unit));
-    let removed = consumed.copied().filter(|&vertex| seen.insert(vertex));
-    let removed: Vec<u32> = removed.collect();
+    let is_new = |vertex: &u32| seen.insert(*vertex);
+    let removed: Vec<u32> = consumed.copied().filter(is_new).collect();
     let stride = removed.len().div_ceil(most).max(1);
     removed.into_iter().step_by(stride).collect()
 }
@@ -143,12 +141,14 @@ fn removed_vertices(
 /// The shares of the corners at the point of a triangle that is nearest to `point`; at a point near
 /// that if it is on the outline.
 fn nearest_shares(point: Vec3A, [a, b, c]: [Vec3A; 3]) -> Vec3 {
+    // Barycentric coordinates of the foot on the triangle's plane.
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (bb, bc, cc) = (ab.dot(ab), ab.dot(ac), ac.dot(ac));
     let (pb, pc) = (ap.dot(ab), ap.dot(ac));
     let area_squared = bb * cc - bc * bc;
     let at_b = (cc * pb - bc * pc) / area_squared;
     let at_c = (bb * pc - bc * pb) / area_squared;
+    // Outside of the triangle some are negative: the others share the whole.
     let shares = Vec3::new(1.0 - at_b - at_c, at_b, at_c).max(Vec3::ZERO);
     let normalized = shares / shares.element_sum();
     if normalized.is_finite() {

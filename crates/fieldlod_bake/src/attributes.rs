@@ -39,8 +39,8 @@ impl ExtraAttributes {
             ("second uvs", self.uvs_1.len()),
             ("colors", self.colors.len()),
         ];
-        let mut counts = counts.into_iter();
-        match counts.find(|&(_, count)| count != 0 && count != vertices) {
+        let is_wrong = |&(_, count): &(&str, usize)| count != 0 && count != vertices;
+        match counts.into_iter().find(is_wrong) {
             Some((attribute, count)) => Err(MeshError::AttributeCount {
                 attribute,
                 count,

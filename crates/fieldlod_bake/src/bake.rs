@@ -1,4 +1,4 @@
-//! The recipe.
+//! The recipe for one mesh.
 
 use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, Me
     Ok(bake_mesh_with_report(mesh, config)?.0)
 }
 
-/// [`bake_mesh`], and what resisted.
+/// [`bake_mesh`], with a report of what could not be simplified as usual.
 ///
 /// # Errors
 /// As [`bake_mesh`].
@@ -34,22 +34,27 @@ pub fn bake_mesh_with_report(
     bake_mesh_with_progress(mesh, config, &|_| ())
 }
 
-/// [`bake_mesh`], telling `on_triangles` how many triangles were worked off each time. All levels
-/// together hold about twice the source triangles.
+/// [`bake_mesh`] with progress: `on_triangles` is told how many triangles each group consumed. All
+/// levels together have about twice the source triangles.
 pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
+    // Check: the simplifier trusts what it is given.
     config.validate()?;
     mesh.validate()?;
+    // Cluster, group and simplify, level by level.
     let mut input = SimplifierInput::of(mesh, config);
     let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
+    // Measure how far each simplified surface lies from the source.
     let scaled_from_local = input.local_from_scaled.recip();
     measure_deviations(input, &mut groups);
-    let finished = groups.par_iter().map(|group| finish_group(mesh, group));
-    let finished = finished.collect::<Result<Vec<_>, _>>()?;
+    // Bound and order what is drawn together.
+    let in_parallel = groups.par_iter().map(|group| finish_group(mesh, group));
+    let finished = in_parallel.collect::<Result<Vec<_>, _>>()?;
     let mut hierarchy = assemble(mesh, &groups, &finished);
+    // Measure what became of normals and texture coordinates.
     measure_attribute_errors(&mut hierarchy, scaled_from_local);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))

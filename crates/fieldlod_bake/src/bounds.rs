@@ -7,6 +7,7 @@ use meshopt::PositionDataAdapter;
 /// A tight sphere around `points`: the smaller of one around their box and one grown from their
 /// extreme points.
 pub(crate) fn tight_sphere(points: &[Vec3]) -> Sphere {
+    // Both are right, and neither is always the smaller.
     let around_box = Sphere::around(points.iter().copied());
     let grown = sphere_at(grown_center(points), points);
     if grown.radius < around_box.radius {

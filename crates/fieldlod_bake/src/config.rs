@@ -5,7 +5,7 @@ use crate::mesh::MeshError;
 /// How a mesh is baked. [`Default`] is meant for real-time rendering with one draw per unit.
 ///
 /// # Size of units
-/// Drawn at a promise of quality of 1 px, 1080 px high, 60° of view, from 1.5
+/// Drawn with a quality threshold of 1 px, 1080 px high, 60° of view, from 1.5
 /// and 3 radii away, means of 24 directions: units, and thousand triangles.
 ///
 /// | clusters | a unit | dragon, 203k | cloth, 115k | head, 269k |

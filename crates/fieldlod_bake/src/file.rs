@@ -18,9 +18,9 @@ use crate::report::BakeReport;
 pub struct BakeOutcome {
     /// The hierarchies, ready to be written.
     pub file: BakedFile,
-    /// How the bake of each primitive of `file` went, in the same order.
+    /// Reports of the bake of each primitive of `file`, in the same order.
     pub reports: Vec<BakeReport>,
-    /// The primitives that have none, and why.
+    /// The primitives that have no levels of detail, and why.
     pub skipped: Vec<Skipped>,
 }
 
@@ -62,9 +62,9 @@ fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
-    let baked = import.primitives.par_iter();
-    let baked = baked.map(|primitive| bake_primitive(primitive, config, &tracker));
-    let baked = baked.collect::<Result<Vec<_>, ImportError>>()?;
+    let primitives = import.primitives.par_iter();
+    let in_parallel = primitives.map(|primitive| bake_primitive(primitive, config, &tracker));
+    let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let (primitives, reports) = baked.into_iter().unzip();
     Ok(BakeOutcome {
         file: BakedFile { primitives },
@@ -85,6 +85,7 @@ fn bake_primitive(
         place: primitive.place.clone(),
         fault,
     })?;
+    // The attributes that the simplifier does not look at: vertices are those of the source.
     primitive.extra.give_to(&mut hierarchy.vertices);
     let place = &primitive.place;
     let (mesh, index) = (place.mesh_index, place.primitive_index);

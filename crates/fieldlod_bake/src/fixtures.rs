@@ -21,15 +21,16 @@ use crate::mesh::SourceMesh;
 /// Vertices at one place are smoothed apart if they are separate vertices.
 #[must_use]
 pub fn with_smooth_normals(mesh: SourceMesh) -> SourceMesh {
-    let mut normals = vec![Vec3::ZERO; mesh.positions.len()];
+    // Sums of normals as long as twice the area of each triangle.
+    let mut sums = vec![Vec3::ZERO; mesh.positions.len()];
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     for triangle in triangles {
         let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
         for &vertex in triangle {
-            normals[vertex as usize] += (b - a).cross(c - a);
+            sums[vertex as usize] += (b - a).cross(c - a);
         }
     }
-    let normals = normals.into_iter().map(Vec3::normalize_or_zero).collect();
+    let normals = sums.into_iter().map(Vec3::normalize_or_zero).collect();
     SourceMesh { normals, ..mesh }
 }
 

@@ -79,9 +79,11 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
 pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportError> {
+    // The document, and the bytes that it refers to.
     let (document, blob) = document::read(bytes)?;
     let buffers = Buffers::load(&document, blob, folder)?;
     let skinned = MeshIndices::on_skinned_nodes(&document);
+    // Every primitive of every mesh, unless there is a reason against it.
     let mut import = Import::default();
     for mesh in document.meshes() {
         for primitive in mesh.primitives() {

@@ -36,6 +36,7 @@ impl SimplifierInput {
     pub(crate) fn of(mesh: &SourceMesh, config: &BakeConfig) -> Self {
         let local_from_scaled = power_of_two_above(&mesh.positions);
         let scaled_from_local = local_from_scaled.recip();
+        // Attributes, how much each counts, and which of them make seams that are kept.
         let normals = usable_normals(mesh);
         let uvs = comparable_uvs(mesh);
         let mut weights = vec![config.normal_weight; if normals.is_empty() { 0 } else { 3 }];
@@ -48,6 +49,7 @@ impl SimplifierInput {
             (true, false) => 0b11 << first_uv,
             _ => 0,
         };
+        // Positions, and what follows from which of them are the same.
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
         let mut input = Self {
             positions: mesh.positions.iter().map(scaled).collect(),
@@ -150,6 +152,7 @@ fn comparable_uvs(mesh: &SourceMesh) -> Vec<Vec2> {
     let Some((low, high)) = bounds_of(&uvs) else {
         return uvs;
     };
+    // The scale at which sliding across the mesh is about 1, but no more than the range.
     let range = (high - low).max_element();
     let scale = mesh_per_uv(mesh, &uvs).min(range.recip());
     if !scale.is_finite() {
@@ -173,6 +176,7 @@ fn bounds_of(uvs: &[Vec2]) -> Option<(DVec2, DVec2)> {
 /// Which share of the mesh's extent one unit of texture covers, on average; infinite for a texture
 /// that covers nothing.
 fn mesh_per_uv(mesh: &SourceMesh, uvs: &[Vec2]) -> f64 {
+    // Twice the areas on the surface and in the texture.
     let (mut area, mut uv_area) = (0.0, 0.0);
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     for triangle in triangles {

@@ -35,14 +35,14 @@ impl Deviations {
         // Groups come finer before coarser.
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let finer = hierarchy.finer_groups(group).iter();
-            let finer = finer.map(|&finer| furthest[finer as usize]);
+            let below = finer.map(|&finer| furthest[finer as usize]);
             let own = self.from_source[index].max(self.from_simplified[index]);
             let terminal = if group.is_terminal() {
                 f64::INFINITY
             } else {
                 0.0
             };
-            furthest.push(finer.fold(own.max(terminal), f64::max));
+            furthest.push(below.fold(own.max(terminal), f64::max));
         }
         furthest
     }
@@ -61,6 +61,7 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
         from_simplified: none,
     };
     for level in 0..hierarchy.level_count() {
+        // From the source to the cut in which all groups up to this level are simplified.
         let cut = cut_below(hierarchy, level + 1);
         let of_level = |group: &u32| hierarchy.groups[*group as usize].level == level;
         for place in places_on(&source, rows) {
@@ -70,6 +71,7 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
                 *furthest = furthest.max(distance);
             }
         }
+        // And from what the groups of this level were simplified to, to the source.
         for piece in &cut {
             if let Some(group) = piece.produced_by.filter(of_level) {
                 let places = places_on(std::slice::from_ref(piece), rows);
@@ -116,9 +118,11 @@ fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
 
 /// How far the nearest of all triangles is, and whose it is.
 fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
-    let each = pieces.iter();
-    let each = each.map(|piece| (distance(place, piece.corners), piece.produced_by));
-    each.min_by(|a, b| a.0.total_cmp(&b.0))
+    let distance_to = |piece: &Piece| (distance(place, piece.corners), piece.produced_by);
+    pieces
+        .iter()
+        .map(distance_to)
+        .min_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((f64::INFINITY, None))
 }
 

@@ -72,8 +72,8 @@ pub(crate) struct Share<'a> {
 
 impl Share<'_> {
     /// Adds triangles that were worked off.
-    pub(crate) fn add(&self, count: usize) {
-        let count = count as u64;
+    pub(crate) fn add(&self, triangle_count: usize) {
+        let count = triangle_count as u64;
         let mut left_in_build = self.left_in_build.load(Ordering::Relaxed);
         // More triangles than a build has: the mesh is being built once more, and there is more to
         // do than was expected.

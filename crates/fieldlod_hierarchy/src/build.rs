@@ -19,6 +19,7 @@ impl Hierarchy {
         let first_vertex = self.unit_vertices.len() as u32;
         let first_triangle = self.triangle_count();
         let first_cluster = self.clusters.len() as u32;
+        // The arrays that the unit has ranges of.
         self.unit_vertices.extend(vertices);
         self.indices.extend(indices);
         let mut next_triangle = first_triangle;
@@ -30,6 +31,7 @@ impl Hierarchy {
             });
             next_triangle = next_triangle.wrapping_add(triangle_count);
         }
+        // The unit itself: its ranges are all that was added.
         self.units.push(Unit {
             aabb,
             consumed_by: self.groups.len() as u32,
@@ -50,10 +52,12 @@ impl Hierarchy {
     pub fn push_group(&mut self, group: Group, finer: impl IntoIterator<Item = u32>) {
         let first_finer = self.finer.len();
         self.finer.extend(finer);
-        // A link to a group that is still to come is left to `validate`.
-        let finer = self.finer[first_finer..].iter();
-        let finer = finer.filter_map(|&finer| self.groups.get(finer as usize));
-        let level = finer.map(|finer| finer.level + 1).max().unwrap_or(0);
+        // One level above the coarsest of the finer groups. A link to a group that is still to come
+        // is left to `validate`.
+        let links = self.finer[first_finer..].iter();
+        let levels = links.filter_map(|&finer| Some(self.groups.get(finer as usize)?.level + 1));
+        let level = levels.max().unwrap_or(0);
+        // The units since the last group.
         let first_unit = self.groups.last().map_or(0, |last| last.units().end) as u32;
         self.groups.push(Group {
             level,

@@ -67,6 +67,7 @@ impl BakedFile {
     /// If a hierarchy is not valid.
     #[must_use]
     pub fn to_bytes_with(&self, precision: Precision) -> Vec<u8> {
+        // The sections of each primitive, and what the directory says of them.
         let primitives = self.primitives.iter();
         let (entries, sections): (Vec<Entry>, Vec<Vec<Vec<u8>>>) = primitives
             .map(|primitive| encode::encode(primitive, precision))
@@ -104,12 +105,14 @@ impl BakedFile {
 
 /// Reads all sections, or the first `most` of each primitive.
 fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
+    // What the directory announces.
     let (entries, sections) = layout::read(bytes)?;
     if most.is_none() {
         check_length(&entries, sections.len() as u64)?;
     }
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
     let rounds = most.unwrap_or(usize::MAX).min(longest.unwrap_or(0));
+    // The first section of every primitive, the second of every primitive, and so on.
     let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
     let mut reader = Reader { rest: sections };
     for _ in 0..rounds {
@@ -117,8 +120,9 @@ fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
             decoder.read_section(&mut reader)?;
         }
     }
-    let decoders = decoders.into_iter().enumerate();
-    let primitives = decoders.map(|(index, decoder)| decoder.finish(index));
+    // The hierarchies of all that was read.
+    let numbered = decoders.into_iter().enumerate();
+    let primitives = numbered.map(|(index, decoder)| decoder.finish(index));
     Ok(BakedFile {
         primitives: primitives.collect::<Result<_, _>>()?,
     })

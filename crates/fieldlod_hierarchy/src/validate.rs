@@ -112,6 +112,7 @@ impl Hierarchy {
     /// The first invariant found broken.
     pub fn validate(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
+        // What follows relies on these two, and would read out of bounds without.
         self.check_ranges()?;
         self.check_references()?;
         self.check_links()?;
@@ -128,9 +129,8 @@ impl Hierarchy {
             ("second uvs", self.vertices.uvs_1.len()),
             ("colors", self.vertices.colors.len()),
         ];
-        let mut counts = counts.into_iter();
-        if let Some((attribute, count)) = counts.find(|&(_, count)| count != 0 && count != vertices)
-        {
+        let is_wrong = |&(_, count): &(&str, usize)| count != 0 && count != vertices;
+        if let Some((attribute, count)) = counts.into_iter().find(is_wrong) {
             return Err(E::AttributeCount {
                 attribute,
                 count,

@@ -92,15 +92,16 @@ fn read_elements<T: Copy>(
     } else {
         MAX_ZEROS
     };
-    if count > limit {
-        let accessor = accessor.index();
-        return Err(AccessorFault::TooMany { accessor, count });
-    }
     let range = Range {
         accessor: accessor.index(),
         count,
         element: accessor.size(),
     };
+    if count > limit {
+        let accessor = range.accessor;
+        return Err(AccessorFault::TooMany { accessor, count });
+    }
+    // The elements of the view, or zeros without one.
     let mut values: Vec<T> = match view {
         Some(view) => {
             let elements = range.slices(&view, accessor.offset(), buffers)?;
@@ -108,6 +109,7 @@ fn read_elements<T: Copy>(
         }
         None => vec![zero; count],
     };
+    // Some of them replaced.
     if let Some(sparse) = accessor.sparse() {
         replace_sparse(&mut values, &sparse, range, buffers, decode)?;
     }

@@ -57,8 +57,8 @@ fn unpack_views(
         let Some(object) = meshopt_views::object_of(&view) else {
             continue;
         };
-        let bytes = meshopt_views::unpack(object, buffers, left);
-        let bytes = bytes.map_err(|fault| ImportError::PackedView {
+        let unpack = meshopt_views::unpack(object, buffers, left);
+        let bytes = unpack.map_err(|fault| ImportError::PackedView {
             view: view.index(),
             fault,
         })?;
@@ -70,8 +70,8 @@ fn unpack_views(
 
 /// Whether `buffer` only stands in for readers that cannot unpack, and has no bytes.
 fn is_stand_in(buffer: &gltf::Buffer<'_>) -> bool {
-    let objects = meshopt_views::EXTENSIONS.iter();
-    let mut objects = objects.filter_map(|name| buffer.extension_value(name));
+    let names = meshopt_views::EXTENSIONS.iter();
+    let mut objects = names.filter_map(|name| buffer.extension_value(name));
     let fallback = objects.any(|object| object.get("fallback") == Some(&true.into()));
     fallback && matches!(buffer.source(), Source::Bin)
 }
@@ -84,6 +84,7 @@ fn load_one(
     if is_stand_in(buffer) {
         return Ok(Vec::new());
     }
+    // In the file itself, in its JSON, or beside it.
     let bytes = match buffer.source() {
         Source::Bin => blob.ok_or(BufferFault::NoBinaryChunk)?.to_vec(),
         Source::Uri(uri) => match uri.strip_prefix("data:") {

@@ -33,6 +33,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportErro
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
     let mut rest = bytes;
     take(&mut rest, GLB_MAGIC.len() as u64, "the GLB header")?;
+    // The header: version, and the length of all.
     let version = take_u32(&mut rest, "the GLB header")?;
     if version != 2 {
         let found = version.to_string();
@@ -47,6 +48,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
             available,
         });
     }
+    // The first chunk of each kind.
     let (mut json, mut blob) = (None, None);
     while !rest.is_empty() {
         let chunk_length = take_u32(&mut rest, "a chunk header")?;
@@ -89,12 +91,14 @@ fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a 
 fn parse(json: &[u8]) -> Result<Document, ImportError> {
     let invalid =
         |error: &dyn std::fmt::Display| ImportError::Invalid(one_line(&error.to_string()));
+    // The crate's own messages may hold line ends.
     let parsed = gltf::Gltf::from_slice_without_validation(json);
     let mut root = match parsed {
         Ok(parsed) => parsed.document.into_json(),
         Err(gltf::Error::Deserialize(error)) => return Err(invalid(&error)),
         Err(error) => return Err(invalid(&error)),
     };
+    // What this program can read.
     if !root.asset.version.starts_with("2.") {
         let found = one_line(&root.asset.version);
         return Err(ImportError::Version { found });

@@ -95,8 +95,8 @@ impl<'a> Packed<'a> {
             None => 0,
         };
         let end = start.checked_add(number(object, "byteLength")?);
-        let bytes = buffers.get(buffer).zip(end);
-        let bytes = bytes.and_then(|(bytes, end)| bytes.get(start..end));
+        let whole = buffers.get(buffer).zip(end);
+        let bytes = whole.and_then(|(bytes, end)| bytes.get(start..end));
         let packed = Self {
             bytes: bytes.ok_or(Fault::OutOfBounds { buffer })?,
             stride: number(object, "byteStride")?,
@@ -120,8 +120,8 @@ impl<'a> Packed<'a> {
             Filter::Quaternion => self.stride == 8,
             Filter::Exponential => true,
         };
-        let count_fits = self.count.checked_mul(self.stride.max(1));
-        let count_fits = count_fits.is_some_and(|bytes| bytes <= most)
+        let unpacked_bytes = self.count.checked_mul(self.stride.max(1));
+        let count_fits = unpacked_bytes.is_some_and(|bytes| bytes <= most)
             && (self.mode != Mode::Triangles || self.count.is_multiple_of(3));
         let checks = [
             ("byteStride", stride_fits),

@@ -44,6 +44,7 @@ pub(super) fn read(
         place,
         formats: formats_of(primitive).unwrap_or(Formats::AsBevy),
     };
+    // What the simplifier looks at, and what it does not.
     let mesh = reader.mesh()?;
     let extra = reader.extra()?;
     let faulty = |fault| ImportError::Mesh {
@@ -144,7 +145,8 @@ fn with_normals(
     if mesh.indices.is_empty() || !mesh.normals.is_empty() || mode != Mode::Triangles {
         return Ok((mesh, extra));
     }
+    // Indices that are out of range would be read.
     mesh.validate()?;
-    let extra = extra.without_shared_vertices(&mesh.indices);
-    Ok((mesh.without_shared_vertices(), extra))
+    let at_corners = extra.without_shared_vertices(&mesh.indices);
+    Ok((mesh.without_shared_vertices(), at_corners))
 }

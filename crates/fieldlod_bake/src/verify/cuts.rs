@@ -13,8 +13,8 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     check_finest(subject)?;
     let source = Source::of(subject);
     let cuts = (0..subject.settings.cuts).into_par_iter();
-    let shares = cuts.map(|index| source.check_cut(index));
-    let shares: Vec<f32> = shares.collect::<Result<_, VerifyError>>()?;
+    let checked = cuts.map(|index| source.check_cut(index));
+    let shares: Vec<f32> = checked.collect::<Result<_, VerifyError>>()?;
     verified.flipped_area = shares.into_iter().fold(0.0, f32::max);
     verified.cuts = subject.settings.cuts;
     Ok(())
@@ -22,6 +22,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 
 /// Checks that the finest cut has exactly the triangles of the source.
 fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
+    // How much more often each triangle is drawn than the source has it.
     let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
     for triangle in subject.cut(|_| true) {
         *balance.entry(turned(triangle.corners)).or_default() += 1;
@@ -175,6 +176,7 @@ fn weld(positions: &[Vec3]) -> Vec<u32> {
 
 /// The edges, by welded vertices, that are not passed as often one way as the other.
 fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
+    // Every edge of every triangle, and which way it is passed.
     let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(triangles.len() * 3);
     for triangle in triangles {
         let [a, b, c] = triangle.map(|v| weld[v as usize]);
@@ -185,6 +187,7 @@ fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
             }
         }
     }
+    // Those of which the ways do not cancel.
     edges.sort_unstable();
     let same = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
     let open = same.filter(|same| same.iter().map(|edge| edge.2).sum::<i32>() != 0);

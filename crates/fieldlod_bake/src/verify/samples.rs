@@ -23,7 +23,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 }
 
 /// Points per triangle, if all levels together have `triangles`.
-fn density(subject: &Subject<'_>, wanted: u32, triangles: usize) -> u32 {
+fn points_per_triangle(subject: &Subject<'_>, wanted: u32, triangles: usize) -> u32 {
     let affordable = subject.settings.most_samples as usize / triangles.max(1);
     wanted.min(affordable as u32).max(1)
 }
@@ -50,14 +50,15 @@ fn check_simplified_to_source(
     // All simplified triangles, each with the group that it comes from.
     let units = hierarchy.units.iter();
     let simplified = units.filter_map(|unit| Some((unit.producer()?, unit)));
-    let triangles = simplified.flat_map(|(group, unit)| {
-        let triangles = hierarchy.source_triangles_of(unit);
-        triangles.map(move |triangle| (group, triangle))
-    });
-    let triangles: Vec<(u32, [u32; 3])> = triangles.collect();
+    let triangles: Vec<(u32, [u32; 3])> = simplified
+        .flat_map(|(group, unit)| {
+            let triangles = hierarchy.source_triangles_of(unit);
+            triangles.map(move |triangle| (group, triangle))
+        })
+        .collect();
     // The largest share of what is stated, and the group where it is.
     let wanted = 4 * subject.settings.samples_per_triangle;
-    let density = density(subject, wanted, triangles.len());
+    let density = points_per_triangle(subject, wanted, triangles.len());
     let tasks = triangles.par_chunks(TRIANGLES_PER_TASK).enumerate();
     let worst = tasks.map(|(task, triangles)| {
         let mut random = Random::new(task as u64);
@@ -98,8 +99,9 @@ fn check_source_to_cut(
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
     let tree = TriangleTree::new(corners);
+    // The largest share of what the cut states.
     let source = subject.source_triangles();
-    let density = density(subject, subject.settings.samples_per_triangle, source.len());
+    let density = points_per_triangle(subject, subject.settings.samples_per_triangle, source.len());
     let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
     let worst = tasks.map(|(task, triangles)| {
         let mut random = Random::new((u64::from(level) << 32) + task as u64);

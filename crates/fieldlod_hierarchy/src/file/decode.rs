@@ -8,7 +8,7 @@ use super::layout::Entry;
 use super::planes::Predict;
 use super::reader::Reader;
 use super::section_reader;
-use crate::hierarchy::{Hierarchy, NO_GROUP};
+use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Decodes a primitive, section by section.
 pub(super) struct Decoder {
@@ -38,6 +38,7 @@ impl Decoder {
         let bytes = reader.take("a section", section.length)?;
         section.check(bytes)?;
         self.sections_read += 1;
+        // They come with the last section.
         let unused_vertices = match self.is_whole() {
             true => self.entry.unused_vertices as usize,
             false => 0,
@@ -64,6 +65,7 @@ impl Decoder {
     }
 
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
+        // In which order vertices come, and where the rows are that hold them.
         let (entry, coded) = (&self.entry, &self.coded);
         let vertex_count = coded.source_vertices.len();
         let in_order: Vec<u32>;
@@ -82,6 +84,7 @@ impl Decoder {
             entry.grids(),
             &rows_of_vertices,
         );
+        // Groups are put back in the order of the hierarchy, with what was left out.
         let order = group_order(coded)?;
         let indices = order
             .iter()
@@ -130,6 +133,7 @@ fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
     let indices = &coded.group_indices;
     let mut order: Vec<u32> = (0..indices.len() as u32).collect();
     order.sort_unstable_by_key(|&place| indices[place as usize]);
+    // No two groups can have the same place.
     let twice = |pair: &[u32]| indices[pair[0] as usize] == indices[pair[1] as usize];
     if order.windows(2).any(twice) {
         let what = "the groups";
@@ -148,27 +152,25 @@ struct Starts {
 
 impl Starts {
     fn of(coded: &Coded) -> Self {
-        let mut next = [0; 2];
-        let groups = coded.groups.iter();
-        let groups = groups.map(|group| advance(&mut next, [group.finer_count, group.unit_count]));
-        let groups = groups.collect();
-        let mut next = [0; 3];
-        let units = coded.units.iter();
-        let units = units.map(|unit| {
-            let counts = [unit.vertex_count, unit.triangle_count, unit.cluster_count];
-            advance(&mut next, counts)
-        });
-        let units = units.collect();
-        Self { groups, units }
+        let of_group = |group: &Group| [group.finer_count, group.unit_count];
+        let of_unit = |unit: &Unit| [unit.vertex_count, unit.triangle_count, unit.cluster_count];
+        Self {
+            groups: starts(coded.groups.iter().map(of_group)),
+            units: starts(coded.units.iter().map(of_unit)),
+        }
     }
 }
 
-fn advance<const N: usize>(next: &mut [usize; N], counts: [u32; N]) -> [usize; N] {
-    let starts = *next;
-    for (next, count) in next.iter_mut().zip(counts) {
-        *next += count as usize;
-    }
-    starts
+/// Where ranges of these lengths start that follow each other.
+fn starts<const N: usize>(counts: impl Iterator<Item = [u32; N]>) -> Vec<[usize; N]> {
+    let next_starts = counts.scan([0; N], |next, counts| {
+        let starts = *next;
+        for (next, count) in next.iter_mut().zip(counts) {
+            *next += count as usize;
+        }
+        Some(starts)
+    });
+    next_starts.collect()
 }
 
 struct Builder<'a> {

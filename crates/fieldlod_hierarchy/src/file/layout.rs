@@ -59,17 +59,20 @@ impl Entry {
     }
 
     fn write(&self, bytes: &mut Vec<u8>) {
+        // Which primitive it is, and of which mesh.
         bytes.extend_from_slice(&self.mesh_index.to_le_bytes());
         bytes.extend_from_slice(&self.primitive_index.to_le_bytes());
         bytes.extend_from_slice(&(self.name.len() as u32).to_le_bytes());
         bytes.extend_from_slice(self.name.as_bytes());
         bytes.extend_from_slice(&self.source.0.to_le_bytes());
+        // What its vertices have, and how exactly.
         bytes.push(self.attributes.bits);
         bytes.push(u8::from(self.precision == Precision::Quantized16));
         if let Some(grids) = self.grids() {
             bytes.extend_from_slice(bytemuck::bytes_of(grids));
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
         }
+        // How much of it there is, and where.
         let counts = [self.group_count, self.vertex_count, self.unused_vertices];
         bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
         bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
@@ -80,12 +83,14 @@ impl Entry {
     }
 
     fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
+        // Which primitive it is, and of which mesh.
         let mesh_index = reader.value(WHAT)?;
         let primitive_index = reader.value(WHAT)?;
         let length: u32 = reader.value("a name")?;
         let name = reader.take("a name", u64::from(length))?.to_vec();
         let name = String::from_utf8(name).map_err(|_| FileError::Name { primitive })?;
         let source = SourceHash(reader.value(WHAT)?);
+        // What its vertices have, and how exactly.
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
         let precision = match reader.value::<u8>(WHAT)? {
             0 => Precision::Lossless,
@@ -97,6 +102,7 @@ impl Entry {
             grids = reader.value(WHAT)?;
             position_error_in_local = reader.value(WHAT)?;
         }
+        // How much of it there is, and where.
         let entry = Self {
             mesh_index,
             primitive_index,
@@ -133,6 +139,7 @@ pub(super) fn write(entries: &[Entry]) -> Vec<u8> {
     for entry in entries {
         entry.write(&mut directory);
     }
+    // The header, which seals the directory, and the directory.
     let count = entries.len() as u32;
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
@@ -154,6 +161,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
     if found != FORMAT_VERSION {
         return Err(FileError::Version { found });
     }
+    // The directory is checked before it is read.
     let count: u32 = reader.value("the header")?;
     let length: u64 = reader.value("the header")?;
     let checksum: u64 = reader.value("the header")?;
@@ -161,6 +169,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
     if xxh3_64_with_seed(directory, u64::from(count)) != checksum {
         return Err(FileError::Checksum);
     }
+    // An entry for each primitive, and nothing else.
     let sections = reader.rest;
     let mut reader = Reader { rest: directory };
     let mut entries = Vec::new();

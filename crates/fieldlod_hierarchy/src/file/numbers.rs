@@ -26,12 +26,14 @@ pub(super) enum Kind {
 
 /// Appends `numbers` in the shortest of the codings.
 pub(super) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+    // All are equal.
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
         bytes.push(EQUAL);
         bytes.extend_from_slice(&first.to_le_bytes());
         return;
     }
+    // As many bytes as the largest needs, unless packing them is shorter.
     let largest = numbers.iter().fold(0, |largest, &number| largest | number);
     let width = match largest {
         0..=0xff => 1,
@@ -54,10 +56,10 @@ pub(super) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
 }
 
 fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
-    let config = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
+    let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
     let config = match kind {
-        Kind::Plain => config,
-        Kind::Remainders => config.with_delta_spec(DeltaSpec::NoOp),
+        Kind::Plain => plain,
+        Kind::Remainders => plain.with_delta_spec(DeltaSpec::NoOp),
     };
     pco::standalone::simple_compress(numbers, &config).ok()
 }

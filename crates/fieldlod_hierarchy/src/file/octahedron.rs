@@ -19,6 +19,7 @@ pub(super) fn numbers(vector: Vec3) -> [u32; 2] {
     if length.is_nan() || length <= 0.0 || length.is_infinite() {
         return [NONE; 2];
     }
+    // Onto the octahedron, whose lower half is folded over the upper one.
     let v = vector / length;
     let folded = if v.z < 0.0 {
         [(1.0 - v.y.abs()) * sign(v.x), (1.0 - v.x.abs()) * sign(v.y)]
@@ -34,6 +35,7 @@ pub(super) fn direction(numbers: [u32; 2]) -> Vec3 {
         return Vec3::ZERO;
     }
     let coordinate = |number: u32| number as f32 * (2.0 / STEPS as f32) - 1.0;
+    // Back onto the sphere.
     let (x, y) = (coordinate(numbers[0]), coordinate(numbers[1]));
     let z = 1.0 - x.abs() - y.abs();
     let below = (-z).max(0.0);

@@ -86,15 +86,15 @@ pub(super) fn write(
     predict: Predict,
     predictions: &[Prediction],
 ) {
-    let remainders = predictions.iter().map(|p| {
+    let remainder_of = |p: &Prediction| {
         let [a, b, d, target] = [p.a, p.b, p.d, p.target].map(|place| rows.row(place)[column]);
         remainder(predict, target, guess(predict, a, b, d))
-    });
-    let remainders: Vec<u32> = remainders.collect();
+    };
+    let remainders: Vec<u32> = predictions.iter().map(remainder_of).collect();
     numbers::write(bytes, &remainders, Kind::Remainders);
 }
 
-/// Columns that are restored together: each waits for its own numbers only.
+/// Columns that are restored together.
 const TOGETHER: usize = 4;
 
 /// Reads the targets of `predictions` into rows that have room for them.
@@ -108,9 +108,11 @@ pub(super) fn read(
     let mut first = 0;
     let alike = predictors.chunk_by(|a, b| a == b);
     for columns in alike.flat_map(|alike| alike.chunks(TOGETHER)) {
+        // The remainders of these columns.
         for remainders in &mut remainders[..columns.len()] {
             numbers::read_into(reader, predictions.len(), "the vertices", remainders)?;
         }
+        // Together: each column waits for its own numbers only.
         let [x, y, z, w] = &remainders;
         match columns.len() {
             1 => fill(rows, first, columns[0], predictions, [x]),
@@ -132,8 +134,9 @@ fn fill<const N: usize>(
     remainders: [&Vec<u32>; N],
 ) {
     use Predict::{FloatMean, FloatParallelogram, IntMean, IntParallelogram};
+    // As long as the predictions, which spares a check for each.
     let remainders = remainders.map(|remainders| &remainders[..predictions.len()]);
-    // A loop for each, so that nothing is decided within.
+    // A loop for each kind, so that nothing is decided within.
     match predict {
         FloatParallelogram => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
             restore(FloatParallelogram, a, b, d, r)

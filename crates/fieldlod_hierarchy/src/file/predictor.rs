@@ -42,6 +42,7 @@ impl Predictor {
     pub(super) fn see(&mut self, step: Step, vertices: &[u32]) {
         let [a, b, c] = step.corners;
         let vertex = |corner: u16| vertices[usize::from(corner)];
+        // The parallelogram over a shared edge.
         if let Some(opposite) = step.opposite {
             let (a, b, d) = (vertex(a) + 1, vertex(b) + 1, vertex(opposite) + 1);
             let target = vertex(c) + 1;
@@ -51,9 +52,10 @@ impl Predictor {
         let corners = [vertex(a), vertex(b), vertex(c)];
         for corner in corners {
             if !self.is_known(corner) {
-                let neighbour = corners.into_iter().find(|&corner| self.is_known(corner));
-                let neighbour = neighbour.map_or_else(|| self.latest(), |corner| corner + 1);
-                self.add(Prediction::like(corner + 1, neighbour));
+                // Like a neighbour that is known, or else like the latest.
+                let known = corners.into_iter().find(|&corner| self.is_known(corner));
+                let like = known.map_or_else(|| self.latest(), |corner| corner + 1);
+                self.add(Prediction::like(corner + 1, like));
             }
         }
     }

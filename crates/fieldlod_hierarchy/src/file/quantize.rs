@@ -29,8 +29,8 @@ impl Grid {
 
     fn around(values: impl Iterator<Item = f32>) -> Self {
         let ends = (f32::INFINITY, f32::NEG_INFINITY);
-        let values = values.filter(|value| value.is_finite());
-        let (min, max) = values.fold(ends, |(min, max), x| (min.min(x), max.max(x)));
+        let finite = values.filter(|value| value.is_finite());
+        let (min, max) = finite.fold(ends, |(min, max), x| (min.min(x), max.max(x)));
         if min > max {
             return Self::default();
         }
@@ -96,6 +96,7 @@ impl Grids {
 /// The hierarchy with `vertices` in place of its own, and bounds that hold them; and how far the
 /// positions moved at most, in local units.
 pub(super) fn moved(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
+    // How far the vertices moved.
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
     let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();
@@ -103,12 +104,14 @@ pub(super) fn moved(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f3
         vertices,
         ..hierarchy.clone()
     };
+    // Spheres grow by that much.
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
     }
     for cluster in &mut hierarchy.clusters {
         cluster.bounds.radius += error_in_local;
     }
+    // Boxes are made anew, since they are tight.
     for index in 0..hierarchy.units.len() {
         let unit = &hierarchy.units[index];
         let used = hierarchy.vertices_of(unit).iter();

@@ -61,8 +61,10 @@ struct UnitCounts {
 impl SectionReader<'_> {
     fn read_groups(&mut self) -> Result<(), FileError> {
         const WHAT: &str = "the groups";
+        // As many as there is room for.
         let count: u32 = self.reader.value(WHAT)?;
         let count = self.budget.claim(u64::from(count), GROUP_BYTES)?;
+        // Where they stand, what they are, and which are finer.
         read_indices(&mut self.reader, count, WHAT, &mut self.coded.group_indices)?;
         let groups: Vec<Group> = records::read(&mut self.reader, count, WHAT)?;
         let finer = groups.iter().map(|group| group.finer_count);
@@ -72,11 +74,12 @@ impl SectionReader<'_> {
     }
 
     fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
+        // By how far they lie before their group.
         let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
-        let mut differences = differences.into_iter();
+        let mut left = differences.into_iter();
         let mut finer = Vec::with_capacity(count);
         for (group, index) in self.coded.groups_since(self.from.groups) {
-            let links = differences.by_ref().take(group.finer_count as usize);
+            let links = left.by_ref().take(group.finer_count as usize);
             finer.extend(links.map(|difference| index.wrapping_sub(difference)));
         }
         self.coded.finer.extend(finer);
@@ -85,10 +88,12 @@ impl SectionReader<'_> {
 
     /// Reads units and their clusters.
     fn read_units(&mut self) -> Result<UnitCounts, FileError> {
+        // As many as the groups announce.
         let groups = &self.coded.groups[self.from.groups..];
         let count = groups.iter().map(|group| group.unit_count);
         let count = self.budget.claim_all(count, size_of::<Unit>())?;
         let units: Vec<Unit> = records::read(&mut self.reader, count, "the units")?;
+        // Room for all that the units announce.
         let mut claim =
             |count: fn(&Unit) -> u32, bytes| self.budget.claim_all(units.iter().map(count), bytes);
         let clusters = claim(|unit| unit.cluster_count, size_of::<Cluster>())?;
@@ -106,12 +111,12 @@ impl SectionReader<'_> {
     /// Puts back who consumes and who produced each unit.
     fn restore_units(&mut self) -> Result<(), FileError> {
         let coded = &mut *self.coded;
-        let mut units = coded.units[self.from.units..].iter_mut();
+        let mut units_left = coded.units[self.from.units..].iter_mut();
         let groups = coded.groups[self.from.groups..].iter();
         for (group, &index) in groups.zip(&coded.group_indices[self.from.groups..]) {
             for _ in 0..group.unit_count {
-                let unit = units.next();
-                let unit = unit.ok_or(FileError::Corrupt { what: "the units" })?;
+                let next = units_left.next();
+                let unit = next.ok_or(FileError::Corrupt { what: "the units" })?;
                 unit.produced_by = match unit.produced_by {
                     0 => NO_GROUP,
                     difference => index.wrapping_sub(difference),
@@ -128,9 +133,10 @@ impl SectionReader<'_> {
         let mut references = References::new(self.from.vertices);
         self.coded.unit_vertices.reserve(count);
         for number in numbers::read(&mut self.reader, count, WHAT)? {
-            let vertex = references.vertex(number);
-            let vertex = vertex.ok_or(FileError::Corrupt { what: WHAT })?;
-            self.coded.unit_vertices.push(vertex);
+            let vertex = references
+                .vertex(number)
+                .ok_or(FileError::Corrupt { what: WHAT });
+            self.coded.unit_vertices.push(vertex?);
         }
         Ok(references.next as usize - self.from.vertices)
     }
@@ -151,6 +157,7 @@ impl SectionReader<'_> {
         unused_vertices: usize,
     ) -> Result<Vec<Prediction>, FileError> {
         const WHAT: &str = "the triangles";
+        // The symbols.
         let edges = numbers::read(&mut self.reader, triangles, WHAT)?;
         let vertices = self.read_counted(WHAT)?;
         let distances = self.read_counted(WHAT)?;
@@ -159,6 +166,7 @@ impl SectionReader<'_> {
             vertices: vertices.iter(),
             distances: distances.iter(),
         };
+        // The triangles of one unit after the other, each seen by the predictor.
         let (coded, from) = (&mut *self.coded, self.from);
         let added = coded.source_vertices.len() - from.vertices;
         let mut predictor = Predictor::new(from.vertices, added);

@@ -87,6 +87,7 @@ impl History {
         if symbol > self.recent_count {
             return None;
         }
+        // Both are read, and one of them is taken.
         let is_next = symbol == NEXT as usize;
         let newest = self.recent_count % RECENT;
         let recent = self.recent[(self.recent_count - symbol) % RECENT];
@@ -123,6 +124,7 @@ impl Symbols {
         let (triangles, _) = indices.as_chunks::<3>();
         for &triangle in triangles {
             let step = match history.find(triangle) {
+                // An edge and the third vertex.
                 Some((age, turn)) => {
                     let corners = std::array::from_fn(|k| triangle[(turn + k) % 3]);
                     self.edges.push((age * 3 + turn) as u32);
@@ -130,6 +132,7 @@ impl Symbols {
                     self.write_vertex(&mut history, corners[2]);
                     Step { corners, opposite }
                 }
+                // All three vertices.
                 None => {
                     self.edges.push(MISS);
                     for vertex in triangle {
@@ -199,6 +202,7 @@ impl SymbolReader<'_> {
         vertex_count: u32,
     ) -> Result<(Step, u32), FileError> {
         let symbol = next(&mut self.edges)?;
+        // All three vertices.
         if symbol >= MISS {
             let mut corners = [0; 3];
             for corner in &mut corners {
@@ -207,6 +211,7 @@ impl SymbolReader<'_> {
             let opposite = None;
             return Ok((Step { corners, opposite }, 0));
         }
+        // An edge and the third vertex.
         let edge = history.edge((symbol / 3) as usize);
         let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
         let corners = [x, y, self.read_vertex(history, vertex_count)?];

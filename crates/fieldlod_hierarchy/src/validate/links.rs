@@ -35,6 +35,7 @@ impl Hierarchy {
             let finer = finer as usize;
             return Err(E::FinerNotBefore { group, finer });
         }
+        // The same groups, in whatever order.
         let mut stated = links.to_vec();
         stated.sort_unstable();
         let units = &self.units[self.groups[group].units()];

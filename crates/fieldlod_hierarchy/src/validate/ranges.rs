@@ -42,8 +42,10 @@ impl Hierarchy {
     pub(super) fn check_references(&self) -> Result<(), E> {
         let (groups, vertices) = (self.groups.len(), self.vertices.positions.len());
         for (index, unit) in self.units.iter().enumerate() {
-            let named = [Some(unit.consumed_by), unit.producer()];
-            let named = named.into_iter().flatten().map(|group| group as usize);
+            let groups_named = [Some(unit.consumed_by), unit.producer()]
+                .into_iter()
+                .flatten();
+            let named = groups_named.map(|group| group as usize);
             check_targets("unit", index, "group", named, groups)?;
             let used = self.vertices_of(unit).iter().map(|&vertex| vertex as usize);
             check_targets("unit", index, "vertex", used, vertices)?;

@@ -141,12 +141,11 @@ fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
 
 impl Report {
     fn new(input: &Path, output: &Path, outcome: &BakeOutcome, seconds: f64, bytes: u64) -> Self {
-        let primitives = outcome.file.primitives.iter().map(PrimitiveSummary::of);
-        let primitives: Vec<PrimitiveSummary> = primitives.collect();
-        let bakes = || primitives.iter().zip(&outcome.reports);
-        let treatments = bakes().map(|(p, report)| treatment_lines(&p.title(), report));
-        let treatments = treatments.collect();
-        let bakes = bakes().map(|(p, report)| PrimitiveBake::of(p.mesh, p.primitive, report));
+        let baked = outcome.file.primitives.iter();
+        let primitives: Vec<PrimitiveSummary> = baked.map(PrimitiveSummary::of).collect();
+        let pairs = || primitives.iter().zip(&outcome.reports);
+        let treatments = pairs().map(|(p, report)| treatment_lines(&p.title(), report));
+        let bakes = pairs().map(|(p, report)| PrimitiveBake::of(p.mesh, p.primitive, report));
         Self {
             input: input.display().to_string(),
             output: output.display().to_string(),
@@ -155,9 +154,9 @@ impl Report {
             source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
             coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
             bakes: bakes.collect(),
-            treatments,
-            primitives,
+            treatments: treatments.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
+            primitives,
         }
     }
 

@@ -54,12 +54,12 @@ pub(crate) struct Spread {
 
 impl Spread {
     fn of(values: impl Iterator<Item = f32>) -> Option<Self> {
-        let mut values: Vec<f32> = values.collect();
-        values.sort_by(f32::total_cmp);
+        let mut sorted: Vec<f32> = values.collect();
+        sorted.sort_by(f32::total_cmp);
         Some(Self {
-            min: *values.first()?,
-            median: values[values.len() / 2],
-            max: *values.last()?,
+            min: *sorted.first()?,
+            median: sorted[sorted.len() / 2],
+            max: *sorted.last()?,
         })
     }
 }

@@ -56,11 +56,12 @@ pub(crate) fn treatment_lines(title: &str, report: &BakeReport) -> String {
         FallbackKind::AttributesIgnored,
         FallbackKind::Sloppy,
     ] {
-        let steps = report.fallbacks.iter().filter(|step| step.kind == kind);
-        let steps: Vec<&Fallback> = steps.collect();
-        let (Some(first), Some(last)) = (steps.first(), steps.last()) else {
+        // From where its first step began to where its last one ended.
+        let mut steps = report.fallbacks.iter().filter(|step| step.kind == kind);
+        let Some(first) = steps.next() else {
             continue;
         };
+        let last = steps.next_back().unwrap_or(first);
         let (from, to) = (thousands(first.from as u64), thousands(last.to as u64));
         let _ = write!(
             text,

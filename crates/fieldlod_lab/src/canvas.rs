@@ -241,6 +241,13 @@ impl Canvas {
         self.text(at, Align::Center, text, Color::INK);
     }
 
+    /// Lines of text in ink, the first of them centred on a point and the others below it.
+    pub(crate) fn captions(&mut self, at: DVec2, lines: &[&str]) {
+        for (row, line) in lines.iter().enumerate() {
+            self.caption(at + DVec2::new(0.0, 20.0 * row as f64), line);
+        }
+    }
+
     /// A text in large, bold letters, centred on a point.
     pub(crate) fn title(&mut self, at: DVec2, text: &str) {
         let font = (FontWeight::Bold, RasterHeight::Size20);

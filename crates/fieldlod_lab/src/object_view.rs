@@ -105,11 +105,11 @@ impl<'a> ObjectView<'a> {
         let half = (max - min) * 0.5;
         let m = &self.world_from_local;
         let extent = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
-        let extent = extent + self.instance.cull_margin;
+        let inflated = extent + self.instance.cull_margin;
         let center = self.relative_to_eye(self.object.center);
         Aabb {
-            min: center - extent,
-            max: center + extent,
+            min: center - inflated,
+            max: center + inflated,
         }
     }
 }

@@ -65,8 +65,8 @@ impl SphereScan {
         let splat = f32x8::splat;
         // All is done in local space, in which the spheres are.
         let local_from_world = view.instance.world_from_local.inverse();
-        let eye: Vec3 = local_from_world.transform_point3(view.eye.position());
-        let eye = eye.to_array().map(splat);
+        let position: Vec3 = local_from_world.transform_point3(view.eye.position());
+        let eye = position.to_array().map(splat);
         let scale = splat(view.eye.focal_px() / threshold_px);
         let near = splat(view.eye.near / view.max_scale);
         // Eight groups at a time, into words of 64 bits.

@@ -42,8 +42,8 @@ pub fn write_charts(report: &Report, folder: &Path) -> Result<(), WriteError> {
 
 /// The models and poses that were measured.
 fn subject(report: &Report) -> String {
-    let names = report.models.iter().map(|model| model.name.as_str());
-    let names: Vec<&str> = names.collect();
+    let models = report.models.iter();
+    let names: Vec<&str> = models.map(|model| model.name.as_str()).collect();
     let [width, height] = report.size_px;
     format!(
         "{}; {} poses each, pictures of {width} x {height} px",
@@ -148,8 +148,8 @@ fn promise_figure(report: &Report) -> Figure {
 fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
     let points = |method: Method, value: fn(&PromiseResult) -> f64| {
         let results = report.promise.iter();
-        let results = results.filter(move |p| p.method == method && p.fovy_deg == fovy_deg);
-        results.map(move |p| DVec2::new(p.requested_px, value(p)))
+        let of_method = results.filter(move |p| p.method == method && p.fovy_deg == fovy_deg);
+        of_method.map(move |p| DVec2::new(p.requested_px, value(p)))
     };
     let mut series = vec![Series {
         name: "asked for".to_owned(),

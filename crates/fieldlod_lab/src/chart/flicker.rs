@@ -46,8 +46,8 @@ pub(super) fn flicker(scene: &ChartScene) -> Result<Vec<FlickerResult>, ChartErr
     // The source in all frames, which all methods are compared with.
     let eyes: Vec<Eye> = (0..FRAMES).map(|frame| eye(scene, frame)).collect();
     let source = scene.object.source_units();
-    let reference = eyes.iter().map(|eye| draw(scene, eye, &source));
-    let reference = reference.collect::<Result<Vec<_>, _>>()?;
+    let drawn = eyes.iter().map(|eye| draw(scene, eye, &source));
+    let reference = drawn.collect::<Result<Vec<_>, _>>()?;
     let mut results = Vec::new();
     for method in METHODS {
         for threshold_px in THRESHOLDS_PX {

@@ -38,13 +38,13 @@ pub(super) fn sweep(
 fn curve(view: &mut PoseView, method: Method) -> Result<Curve, RenderError> {
     let (selection, object_view) = (&view.scene.fast_selection, view.view);
     let mut scratch = Scratch::default();
-    let points = THRESHOLDS_PX.map(|threshold| {
+    let measured = THRESHOLDS_PX.map(|threshold| {
         let choose = |_| selection.choose(method, &object_view, threshold, &mut scratch);
         let fastest = (0..SELECTIONS).map(choose).min_by_key(|(_, time)| *time);
         let (units, elapsed) = fastest.unwrap_or_default();
         point(view, method, f64::from(threshold), &units, elapsed)
     });
-    let points = points.into_iter().collect::<Result<_, _>>()?;
+    let points = measured.into_iter().collect::<Result<_, _>>()?;
     Ok(Curve { method, points })
 }
 
@@ -52,11 +52,11 @@ fn oracle_curve(view: &mut PoseView) -> Result<Curve, RenderError> {
     let method = Method::Oracle;
     let oracle = Oracle::new(view)?;
     let thresholds = oracle.thresholds(THRESHOLDS_PX.len()).into_iter();
-    let points = thresholds.map(|threshold| {
+    let measured = thresholds.map(|threshold| {
         let units = oracle.choose(&view.view, threshold);
         point(view, method, f64::from(threshold), &units, Duration::ZERO)
     });
-    let points = points.collect::<Result<_, _>>()?;
+    let points = measured.collect::<Result<_, _>>()?;
     Ok(Curve { method, points })
 }
 

@@ -77,10 +77,11 @@ fn draw_curl(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     }
     canvas.frame(area, Color::GRAY);
     let below = dvec2(area.center().x, area.max().y + 20.0);
-    let text = "arrows: curl c;  shade: its length, 0 on the axis";
-    canvas.caption(below, text);
-    let below = below + dvec2(0.0, 20.0);
-    canvas.caption(below, "(edges of the square: 45 deg off axis)");
+    let lines = [
+        "arrows: curl c;  shade: its length, 0 on the axis",
+        "(edges of the square: 45 deg off axis)",
+    ];
+    canvas.captions(below, &lines);
 }
 
 /// Sight rays at equal steps on the image: at one distance they are closer together off the axis.
@@ -117,11 +118,11 @@ fn draw_sampling_lines(canvas: &mut Canvas, area: Rect) {
         draw_turn(canvas, at - dvec2(0.0, 30.0), 6.0 + 12.0 * phi.tan());
     }
     let below = dvec2(area.center().x, area.max().y + 20.0);
-    let text = "rays at equal steps on the image (orange); blue: equal distance";
-    canvas.caption(below, text);
-    let below = below + dvec2(0.0, 20.0);
-    let text = "red: the field turns clockwise, faster where density grows faster";
-    canvas.caption(below, text);
+    let lines = [
+        "rays at equal steps on the image (orange); blue: equal distance",
+        "red: the field turns clockwise, faster where density grows faster",
+    ];
+    canvas.captions(below, &lines);
 }
 
 /// A clockwise arrow around a point.

@@ -100,11 +100,11 @@ fn draw_profile(canvas: &mut Canvas, camera: &Intrinsics, area: Rect) {
     canvas.clip_to(None);
     canvas.frame(area, Color::GRAY);
     let below = dvec2(area.center().x, area.max().y + 20.0);
-    let text = "orange: gradient, the way the density grows fastest;  dashes: towards the camera";
-    canvas.caption(below, text);
-    let below = below + dvec2(0.0, 20.0);
-    let text = "they agree on the axis; off the axis the angle between them is atan(3/2 tan phi)";
-    canvas.caption(below, text);
+    let lines = [
+        "orange: gradient, the way the density grows fastest;  dashes: towards the camera",
+        "they agree on the axis; off the axis the angle between them is atan(3/2 tan phi)",
+    ];
+    canvas.captions(below, &lines);
 }
 
 /// The direction of the gradient, and a dashed line towards the camera.

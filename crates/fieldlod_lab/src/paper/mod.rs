@@ -64,8 +64,8 @@ pub fn draw_figures(folder: &Path) -> Result<PaperNumbers, WriteError> {
         figure_18: figure_18::draw(&folder.join("figure_18.png"))?,
     };
     let path = folder.join("numbers.json");
-    let json = serde_json::to_vec_pretty(&numbers);
-    let json = json.map_err(|error| WriteError::new(&path, error.into()))?;
+    let json = serde_json::to_vec_pretty(&numbers)
+        .map_err(|error| WriteError::new(&path, error.into()))?;
     write_file(&path, &json)?;
     Ok(numbers)
 }

@@ -50,8 +50,8 @@ impl Renderer {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&options));
-        let adapter = adapter.map_err(|_| RenderError::NoAdapter)?;
+        let adapter = pollster::block_on(instance.request_adapter(&options))
+            .map_err(|_| RenderError::NoAdapter)?;
         let name = adapter.get_info().name;
         // A device that takes all that the adapter can.
         let descriptor = wgpu::DeviceDescriptor {

@@ -2,6 +2,7 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
+use super::case::Shot;
 use crate::eye::{Eye, Instance};
 use crate::object::LodObject;
 
@@ -19,15 +20,17 @@ pub(super) fn eye(fovy_deg: f32, window_px: Vec2, object: &LodObject) -> Eye {
 
 /// Distances just beyond those at which a level of the whole object shows 1 px on the axis: where a
 /// criterion that is short anywhere shows it.
-pub(super) fn distances(object: &LodObject, focal_px: f32) -> impl Iterator<Item = f32> + use<'_> {
+pub(super) fn distances(object: &LodObject, eye: &Eye) -> Vec<f32> {
     // Where each level starts on the axis, but for those that start inside of the object.
-    let levels = 1..object.level_count();
-    let starts = levels
-        .map(move |level| object.level_errors_in_local[level as usize] * focal_px + object.radius);
-    starts
-        .map(|start| start * 1.02)
-        .filter(|start| *start > object.radius * 1.2)
-        .take(4)
+    let errors = object.level_errors_in_local.iter().skip(1);
+    let starts = errors.map(|error| (error * eye.focal_px() + object.radius) * 1.02);
+    let outside = starts.filter(|start| *start > object.radius * 1.2);
+    outside.take(4).collect()
+}
+
+/// A shot from each of these distances.
+pub(super) fn at_distances(object: &LodObject, eye: &Eye, shot: impl Fn(f32) -> Shot) -> Vec<Shot> {
+    distances(object, eye).into_iter().map(shot).collect()
 }
 
 /// An eye at `distance` from the middle of the object, a little from above, looking at it.

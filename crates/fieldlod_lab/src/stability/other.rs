@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::cameras::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
+use super::cameras::{HD, SMALL, around, at_distances, distances, eye, from_front, ground, scaled};
 use super::case::{Case, Fault, Frame, Shot};
 use super::fixtures::Fixture;
 use crate::eye::{Eye, Instance};
@@ -120,17 +120,15 @@ pub(super) const CASES: &[Case] = &[
 
 fn scaled_mesh(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let even = |distance: f32| {
-        let instance = scaled(object, Vec3::splat(8.0));
-        Shot::of_instance(from_front(camera, object, distance * 8.0), instance)
-    };
-    let uneven = |distance: f32| {
-        let instance = scaled(object, Vec3::new(8.0, 1.0, 1.0));
-        Shot::of_instance(from_front(camera, object, distance * 8.0), instance)
-    };
-    let even = distances(object, camera.focal_px()).map(even);
-    even.chain(distances(object, camera.focal_px()).map(uneven))
-        .collect()
+    // Evenly, and along one axis.
+    let scales = [Vec3::splat(8.0), Vec3::new(8.0, 1.0, 1.0)];
+    let shots = scales.map(|scale| {
+        at_distances(object, &camera, |distance| {
+            let away = from_front(camera, object, distance * 8.0);
+            Shot::of_instance(away, scaled(object, scale))
+        })
+    });
+    shots.concat()
 }
 
 fn inside_the_object(object: &LodObject) -> Vec<Shot> {
@@ -176,8 +174,9 @@ fn grazing(object: &LodObject) -> Vec<Shot> {
 
 fn thin_shells(object: &LodObject) -> Vec<Shot> {
     let camera = eye(90.0, HD, object);
-    let shot = |distance: f32| Shot::still(from_front(camera, object, distance).turned(50.0, 32.0));
-    distances(object, camera.focal_px()).map(shot).collect()
+    at_distances(object, &camera, |distance| {
+        Shot::still(from_front(camera, object, distance).turned(50.0, 32.0))
+    })
 }
 
 /// The first points of Halton's sequence in bases 2 and 3, within half a pixel of the middle.
@@ -196,7 +195,7 @@ fn jitter_px(frame: usize) -> Vec2 {
 
 fn taa_jitter(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let shot = |distance: f32| {
+    at_distances(object, &camera, |distance| {
         // Turned until the edge of the picture runs through the object.
         let still = from_front(camera, object, distance).turned(45.7, 0.0);
         let frame = |index: usize| Frame {
@@ -207,8 +206,7 @@ fn taa_jitter(object: &LodObject) -> Vec<Shot> {
             frames: (0..64).map(frame).collect(),
             measure_every: 32,
         }
-    };
-    distances(object, camera.focal_px()).map(shot).collect()
+    })
 }
 
 /// Two steps a second at 60 frames a second: 5 cm up and down at 1.7 m, sideways half of it.
@@ -238,20 +236,19 @@ fn far_from_origin(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     // Representable, so that eye and object stay in step.
     let offset = Vec3::new(1_048_576.0, 64.0, -1_048_576.0);
-    let shot = |distance: f32| {
+    at_distances(object, &camera, |distance| {
         let mut away = from_front(camera, object, distance);
         away.world_from_view.translation += glam::Vec3A::from(offset);
         let instance = Instance::at(Affine3A::from_translation(offset));
         Shot::of_instance(away, instance)
-    };
-    distances(object, camera.focal_px()).map(shot).collect()
+    })
 }
 
 fn scales(object: &LodObject) -> Vec<Shot> {
     let mut shots = Vec::new();
     for scale in [1e-3, 1e3] {
         let camera = Eye::perspective(60.0, HD, object.radius * scale * 1e-3);
-        shots.extend(distances(object, camera.focal_px()).map(|distance| {
+        shots.extend(at_distances(object, &camera, |distance| {
             let mut away = from_front(camera, object, distance);
             away.world_from_view.translation *= scale;
             let instance = Instance::at(Affine3A::from_scale(Vec3::splat(scale)));
@@ -263,7 +260,7 @@ fn scales(object: &LodObject) -> Vec<Shot> {
 
 fn split_screen(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, Vec2::new(960.0, 1080.0), object);
-    let distances: Vec<f32> = distances(object, camera.focal_px()).collect();
+    let distances = distances(object, &camera);
     let ends = [distances.first(), distances.last()];
     let shot = |&distance: &f32| Shot::still(from_front(camera, object, distance));
     ends.into_iter().flatten().map(shot).collect()

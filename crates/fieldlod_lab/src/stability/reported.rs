@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::cameras::{HD, SMALL, around, distances, eye, from_front, ground, scaled};
+use super::cameras::{HD, SMALL, around, at_distances, distances, eye, from_front, ground, scaled};
 use super::case::{Case, Fault, Shot};
 use super::fixtures::Fixture;
 use crate::eye::{Eye, Instance};
@@ -24,12 +24,11 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {
-    let camera = || eye(90.0, HD, object);
-    let shot = |distance: f32| {
-        let start = from_front(camera(), object, distance);
+    let camera = eye(90.0, HD, object);
+    at_distances(object, &camera, |distance| {
+        let start = from_front(camera, object, distance);
         Shot::path(60, 6, |t| start.turned(58.0 * t, 42.0 * t))
-    };
-    distances(object, camera().focal_px()).map(shot).collect()
+    })
 }
 
 fn inside_the_box(object: &LodObject) -> Vec<Shot> {
@@ -45,14 +44,13 @@ fn inside_the_box(object: &LodObject) -> Vec<Shot> {
 
 fn cull_margin(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let shot = |distance: f32| {
+    at_distances(object, &camera, |distance| {
         let instance = Instance {
             cull_margin: object.radius * 100.0,
             ..Instance::default()
         };
         Shot::of_instance(from_front(camera, object, distance), instance)
-    };
-    distances(object, camera.focal_px()).map(shot).collect()
+    })
 }
 
 fn orthographic(object: &LodObject) -> Vec<Shot> {
@@ -66,29 +64,28 @@ fn orthographic(object: &LodObject) -> Vec<Shot> {
 fn scaled_bones(object: &LodObject) -> Vec<Shot> {
     let scale = 100.0;
     let camera = eye(60.0, HD, object);
-    let shot = |distance: f32| {
+    at_distances(object, &camera, |distance| {
         let instance = Instance {
             bone_scale: scale,
             ..scaled(object, Vec3::splat(scale))
         };
         Shot::of_instance(from_front(camera, object, distance * scale), instance)
-    };
-    distances(object, camera.focal_px()).map(shot).collect()
+    })
 }
 
 fn zoom_ignored(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let shot = |distance: f32| Shot::still(from_front(camera, object, distance).zoomed(8.0));
-    distances(object, camera.focal_px()).map(shot).collect()
+    at_distances(object, &camera, |distance| {
+        Shot::still(from_front(camera, object, distance).zoomed(8.0))
+    })
 }
 
 /// A sway of 3 % of the distance with a period of six frames, on a slow walk through the start of a
 /// level's range.
 fn flicker(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let middle = distances(object, camera.focal_px())
-        .nth(1)
-        .unwrap_or(object.radius * 4.0);
+    let second = distances(object, &camera).get(1).copied();
+    let middle = second.unwrap_or(object.radius * 4.0);
     let sway = |t: f32| {
         let frame = t * 359.0;
         let walked = 0.7 * 2.0f32.powf(t);
@@ -112,7 +109,7 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
             .atan()
             .to_degrees();
         // Turned until the object touches the picture's side.
-        shots.extend(distances(object, camera.focal_px()).map(|distance| {
+        shots.extend(at_distances(object, &camera, |distance| {
             let reach_deg = (object.radius / distance).asin().to_degrees();
             let turn_deg = (half_width_deg - reach_deg).max(0.0);
             Shot::still(from_front(camera, object, distance).turned(turn_deg, 0.0))
@@ -136,13 +133,14 @@ fn narrow_fov(object: &LodObject) -> Vec<Shot> {
 /// near cascade, and one in which it is small.
 fn shadow_view(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    let by_camera = distances(object, camera.focal_px())
-        .map(|distance| Shot::still(from_front(camera, object, distance)));
-    let by_light = [2.2, 40.0].map(|heights| {
+    let mut shots = at_distances(object, &camera, |distance| {
+        Shot::still(from_front(camera, object, distance))
+    });
+    shots.extend([2.2, 40.0].map(|heights| {
         let light = Eye::orthographic(object.radius * heights, Vec2::splat(2048.0));
         Shot::still(around(light, object, object.radius * 200.0, 70.0))
-    });
-    by_camera.chain(by_light).collect()
+    }));
+    shots
 }
 
 fn non_nested(object: &LodObject) -> Vec<Shot> {

@@ -92,8 +92,8 @@ pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sy
     let objects = if models.is_empty() {
         vec![run_fixtures(&tick)]
     } else {
-        let models = models.iter();
-        models
+        let named = models.iter();
+        named
             .map(|(name, object)| run_object(name, object, &tick))
             .collect()
     };
@@ -107,8 +107,8 @@ pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sy
 
 fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
     // Each fixture is baked once.
-    let objects = Fixture::ALL.par_iter().map(|fixture| fixture.bake());
-    let objects: Vec<LodObject> = objects.collect();
+    let fixtures = Fixture::ALL.par_iter();
+    let objects: Vec<LodObject> = fixtures.map(|fixture| fixture.bake()).collect();
     let object_of = |fixture: Fixture| &objects[fixture as usize];
     let all: Vec<&Case> = cases().collect();
     let results = all.par_iter().map(|case| {

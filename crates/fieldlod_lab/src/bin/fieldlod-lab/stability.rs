@@ -35,8 +35,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bar = progress_bar("{msg} {bar:40} {pos}/{len}  {elapsed}");
     bar.set_message("baking");
-    let models = arguments.models.iter().map(|path| bake(path));
-    let models = models.collect::<Result<Vec<_>, Failure>>()?;
+    let baked = arguments.models.iter().map(|path| bake(path));
+    let models = baked.collect::<Result<Vec<_>, Failure>>()?;
     if arguments.promise {
         return run_promise(arguments, models, &bar);
     }

@@ -25,13 +25,11 @@ pub(crate) fn has_display() -> bool {
     !cfg!(target_os = "linux") || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(is_set)
 }
 
-/// Starts the program anew with a folder for the sockets of displays, if there is neither such a
-/// folder nor a display: Mesa's libraries look for displays all the same, and would print that the
-/// folder is missing.
+/// Starts the program anew with a folder for the sockets of Wayland displays, if none is named:
+/// Mesa's libraries look there even where there is no display, and would print that it is missing.
 pub(crate) fn provide_runtime_folder() {
     #[cfg(target_os = "linux")]
-    if !has_display()
-        && std::env::var_os("XDG_RUNTIME_DIR").is_none()
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none()
         && let Ok(program) = std::env::current_exe()
     {
         use std::os::unix::process::CommandExt;

@@ -222,7 +222,7 @@ impl Renderer {
 
 /// Bevy's plugins without a window; if nothing `draws`, without a renderer.
 fn plugins(draws: bool) -> impl PluginGroup {
-    scene::default_plugins()
+    scene::default_plugins(draws)
         .set(WindowPlugin {
             primary_window: None,
             exit_condition: ExitCondition::DontExit,

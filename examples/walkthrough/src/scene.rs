@@ -18,7 +18,7 @@ use crate::cameras::{self, ViewOptions};
 use crate::models::{self, Models};
 use crate::quality::Quality;
 use crate::shapes::{self, Shape, ShapeId};
-use crate::{ground_texture, lamps, layout, sky};
+use crate::{adapter, ground_texture, lamps, layout, sky};
 
 /// What is generated before the app starts.
 #[derive(Resource)]
@@ -36,8 +36,14 @@ pub(crate) struct SceneSize {
     pub(crate) generation_time: Duration,
 }
 
-/// Bevy's plugins as every rendering mode needs them; the caller sets window and renderer.
-pub(crate) fn default_plugins() -> PluginGroupBuilder {
+/// What is logged. Failed models are reported by `models`, with one line each.
+const LOG_FILTER: &str = "warn,bevy_fieldlod=info,bevy_asset=off,bevy_render::renderer=error,\
+                          wgpu_hal=error,winit=error";
+/// What is not logged besides if nothing is drawn: that there is no renderer.
+const LOG_FILTER_WITHOUT_RENDERER: &str = "bevy_render=off,bevy_gizmos_render=off,bevy_gltf=error";
+
+/// Bevy's plugins, with a renderer if something `draws`; the caller sets the window.
+pub(crate) fn default_plugins(draws: bool) -> PluginGroupBuilder {
     let mut task_pools = TaskPoolPlugin::default();
     // Levels of detail are baked there, and Bevy has but one thread for it on few cores.
     task_pools.task_pool_options.async_compute.min_threads = 2;
@@ -49,12 +55,13 @@ pub(crate) fn default_plugins() -> PluginGroupBuilder {
             ..default()
         })
         .set(LogPlugin {
-            // Failed models are reported by `models`, with one line each.
-            filter: "warn,bevy_fieldlod=info,bevy_asset=off,bevy_render::renderer=error,\
-                     wgpu_hal=error"
-                .into(),
+            filter: match draws {
+                true => LOG_FILTER.into(),
+                false => format!("{LOG_FILTER},{LOG_FILTER_WITHOUT_RENDERER}"),
+            },
             ..default()
         })
+        .set(adapter::render_plugin(draws))
 }
 
 /// Generates the scene and adds all that shows it.

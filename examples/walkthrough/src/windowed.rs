@@ -10,7 +10,7 @@ use bevy_fieldlod::prelude::*;
 use crate::args::Args;
 use crate::cameras::{CameraTarget, ViewOptions};
 use crate::quality::Quality;
-use crate::{adapter, flight, hud, scene};
+use crate::{flight, hud, scene};
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn run(args: &Args, quality: &Quality) -> Result<(), String> {
@@ -20,15 +20,12 @@ pub(crate) fn run(args: &Args, quality: &Quality) -> Result<(), String> {
         present_mode: PresentMode::AutoVsync,
         ..default()
     };
-    let plugins = scene::default_plugins()
-        .set(adapter::render_plugin(true))
-        .set(WindowPlugin {
-            primary_window: Some(window),
-            ..default()
-        });
     let mut app = App::new();
-    app.add_plugins(plugins)
-        .insert_resource(CameraTarget::default());
+    app.add_plugins(scene::default_plugins(true).set(WindowPlugin {
+        primary_window: Some(window),
+        ..default()
+    }))
+    .insert_resource(CameraTarget::default());
     scene::add_to(&mut app, args, quality);
     app.add_plugins((flight::plugin, hud::labels_plugin, hud::panel_plugin))
         .add_systems(Update, switch);

@@ -1,7 +1,8 @@
 //! From what the simplifier emits to what a hierarchy holds.
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
@@ -9,7 +10,7 @@ use crate::groups::{RawGroup, RawUnit};
 use crate::mesh::{MeshError, SourceMesh};
 
 /// A group with its units ordered and bounded.
-pub(crate) struct FinishedGroup {
+struct FinishedGroup {
     bounds: Sphere,
     mean_normal: Vec3,
     units: Vec<FinishedUnit>,
@@ -27,10 +28,7 @@ struct FinishedUnit {
 }
 
 /// Orders the triangles and vertices of a group for drawing, and bounds them.
-pub(crate) fn finish_group(
-    mesh: &SourceMesh,
-    group: &RawGroup,
-) -> Result<FinishedGroup, MeshError> {
+fn finish_group(mesh: &SourceMesh, group: &RawGroup) -> Result<FinishedGroup, MeshError> {
     let finished = group.units.iter().map(|unit| finish_unit(mesh, unit));
     let units: Vec<FinishedUnit> = finished.collect::<Result<_, _>>()?;
     // Around what the group consumes. What it produces uses some of the same vertices.
@@ -106,38 +104,38 @@ impl VertexList {
     }
 }
 
-/// Lays the finished groups out in the arrays of a hierarchy.
-pub(crate) fn assemble(
-    mesh: &SourceMesh,
-    raw: &[RawGroup],
-    finished: &[FinishedGroup],
-) -> Hierarchy {
+/// Orders the triangles and vertices of all groups for drawing, bounds them, and lays them out in
+/// the arrays of a hierarchy.
+pub(crate) fn assemble(mesh: &SourceMesh, groups: &[RawGroup]) -> Result<Hierarchy, MeshError> {
+    let in_parallel = groups.par_iter().map(|group| finish_group(mesh, group));
+    let finished: Vec<FinishedGroup> = in_parallel.collect::<Result<_, _>>()?;
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
         vertices: Vertices {
             positions: mesh.positions.clone(),
-            normals: mesh.normals.iter().map(finite_normal).collect(),
-            uvs: mesh.uvs.iter().map(finite_uv).collect(),
-            ..Vertices::default()
+            normals: finite_or_zero(&mesh.normals, Vec3::is_finite),
+            uvs: finite_or_zero(&mesh.uvs, Vec2::is_finite),
+            tangents: finite_or_zero(&mesh.tangents, Vec4::is_finite),
+            uvs_1: finite_or_zero(&mesh.uvs_1, Vec2::is_finite),
+            colors: finite_or_zero(&mesh.colors, Vec4::is_finite),
         },
         ..Hierarchy::default()
     };
-    for (raw, finished) in raw.iter().zip(finished) {
-        push_group(&mut hierarchy, raw, finished);
+    for (group, finished) in groups.iter().zip(&finished) {
+        push_group(&mut hierarchy, group, finished);
     }
-    hierarchy
+    Ok(hierarchy)
 }
 
-fn finite_normal(normal: &Vec3) -> Vec3 {
-    if normal.is_finite() {
-        *normal
-    } else {
-        Vec3::ZERO
-    }
-}
-
-fn finite_uv(uv: &Vec2) -> Vec2 {
-    if uv.is_finite() { *uv } else { Vec2::ZERO }
+fn finite_or_zero<V: Copy + Default>(values: &[V], is_finite: impl Fn(V) -> bool) -> Vec<V> {
+    let usable = |&value: &V| {
+        if is_finite(value) {
+            value
+        } else {
+            V::default()
+        }
+    };
+    values.iter().map(usable).collect()
 }
 
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {

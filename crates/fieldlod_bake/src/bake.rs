@@ -1,9 +1,8 @@
 //! The recipe for one mesh.
 
 use fieldlod_hierarchy::Hierarchy;
-use rayon::prelude::*;
 
-use crate::assemble::{assemble, finish_group};
+use crate::assemble::assemble;
 use crate::attribute_errors::measure_attribute_errors;
 use crate::config::BakeConfig;
 use crate::deviation::measure_deviations;
@@ -51,9 +50,7 @@ pub(crate) fn bake_mesh_with_progress(
     let scaled_from_local = input.local_from_scaled.recip();
     measure_deviations(input, &mut groups);
     // Bound and order what is drawn together.
-    let in_parallel = groups.par_iter().map(|group| finish_group(mesh, group));
-    let finished = in_parallel.collect::<Result<Vec<_>, _>>()?;
-    let mut hierarchy = assemble(mesh, &groups, &finished);
+    let mut hierarchy = assemble(mesh, &groups)?;
     // Measure what became of normals and texture coordinates.
     measure_attribute_errors(&mut hierarchy, scaled_from_local);
     debug_assert_eq!(hierarchy.validate(), Ok(()));

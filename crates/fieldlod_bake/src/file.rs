@@ -81,12 +81,10 @@ fn bake_primitive(
     let share = tracker.share_of(primitive.mesh.triangle_count());
     let baked = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
     share.finish();
-    let (mut hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
+    let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
         place: primitive.place.clone(),
         fault,
     })?;
-    // The attributes that the simplifier does not look at: vertices are those of the source.
-    primitive.extra.give_to(&mut hierarchy.vertices);
     let place = &primitive.place;
     let (mesh, index) = (place.mesh_index, place.primitive_index);
     let baked = BakedPrimitive::new(mesh, index, &*place.name, hierarchy);

@@ -30,7 +30,6 @@ pub use accessor::AccessorFault;
 pub use error::{BufferFault, ImportError, PrimitivePlace, SkipReason};
 pub use meshopt_views::PackedViewFault;
 
-use crate::attributes::ExtraAttributes;
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
 use document::MeshIndices;
@@ -49,10 +48,8 @@ pub struct Import {
 pub struct ImportedPrimitive {
     /// Which primitive of the file it is.
     pub place: PrimitivePlace,
-    /// Its triangles. They are not yet checked: see [`SourceMesh::validate`].
+    /// Its triangles and vertices. They are not yet checked: see [`SourceMesh::validate`].
     pub mesh: SourceMesh,
-    /// The attributes of its vertices that simplification does not look at.
-    pub extra: ExtraAttributes,
 }
 
 /// A primitive that is drawn, but without levels of detail.
@@ -97,15 +94,13 @@ pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportEr
                 import.skipped.push(Skipped { place, reason });
                 continue;
             }
-            let (mesh, extra) = primitive::read(&primitive, &buffers, &place)?;
+            let mesh = primitive::read(&primitive, &buffers, &place)?;
             if mesh.indices.is_empty() {
                 let reason = SkipReason::NoTriangles;
                 import.skipped.push(Skipped { place, reason });
                 continue;
             }
-            import
-                .primitives
-                .push(ImportedPrimitive { place, mesh, extra });
+            import.primitives.push(ImportedPrimitive { place, mesh });
         }
     }
     Ok(import)

@@ -17,6 +17,20 @@
 //! # Ok::<(), fieldlod_bake::MeshError>(())
 //! ```
 //!
+//! # From a glTF primitive to a unit in a file
+//! | Step | Where |
+//! |---|---|
+//! | a whole file, several primitives at a time | `file` |
+//! | JSON, buffers and accessors become a [`SourceMesh`] | `import`: `document`, `buffers`, `primitive`, `accessor` |
+//! | the recipe for one mesh | `bake` |
+//! | scaled positions and weighted attributes, seams | `input` |
+//! | groups, level by level, and again where a cut would not be closed | `levels`, `watertight`, `clusterlod` |
+//! | levels of the whole mesh above them | `tail`, `simplify` |
+//! | deviation from the source | `deviation` |
+//! | units and clusters, ordered and bounded | `assemble` |
+//! | errors of normals and texture coordinates | `attribute_errors` |
+//! | bytes | `file` of `fieldlod_hierarchy` |
+//!
 //! # Conventions
 //! Lengths are in the units of the mesh's own ("local") space; no node transform is applied.
 //! Triangles wind counter-clockwise seen from outside. The same mesh and configuration give the
@@ -42,7 +56,6 @@
 
 mod assemble;
 mod attribute_errors;
-mod attributes;
 mod bake;
 mod bounds;
 mod clusterlod;
@@ -67,7 +80,6 @@ mod triangle_tree;
 mod verify;
 mod watertight;
 
-pub use attributes::ExtraAttributes;
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]
 pub use clusterlod::bare_clusterlod;

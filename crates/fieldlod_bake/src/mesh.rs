@@ -1,21 +1,31 @@
 //! The mesh that goes in, and what may be wrong with it.
 
 use fieldlod_hierarchy::SourceHash;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use thiserror::Error;
 
 /// Coordinates beyond this are refused: their squares would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;
 
 /// A triangle mesh in its local space.
+///
+/// Every attribute has one value per position, or is empty. Attributes that are not finite count as
+/// zero. Simplification looks at positions, normals and the first texture coordinates; the others
+/// are carried over to the hierarchy, whose vertices are those of the mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceMesh {
     /// Positions in local units.
     pub positions: Vec<Vec3>,
-    /// Unit normals, one per position, or empty. Normals that are not finite count as zero.
+    /// Unit normals.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates, one per position, or empty. Those that are not finite count as zero.
+    /// Texture coordinates.
     pub uvs: Vec<Vec2>,
+    /// Unit tangents, and in `w` the handedness of the bitangent (1 or -1).
+    pub tangents: Vec<Vec4>,
+    /// The second set of texture coordinates.
+    pub uvs_1: Vec<Vec2>,
+    /// Colours: linear red, green, blue and alpha.
+    pub colors: Vec<Vec4>,
     /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
@@ -85,14 +95,15 @@ impl SourceMesh {
     /// If an index is out of range.
     #[must_use]
     pub fn without_shared_vertices(&self) -> Self {
-        let corners = self.indices.iter().map(|&index| index as usize);
-        let positions: Vec<Vec3> = corners.clone().map(|v| self.positions[v]).collect();
-        let uvs = corners.filter_map(|v| self.uvs.get(v)).copied().collect();
+        let positions = at_corners(&self.positions, &self.indices);
         let (triangles, _) = positions.as_chunks::<3>();
         let flat = |[a, b, c]: &[Vec3; 3]| [(b - a).cross(c - a).normalize_or_zero(); 3];
         Self {
             normals: triangles.iter().flat_map(flat).collect(),
-            uvs,
+            uvs: at_corners(&self.uvs, &self.indices),
+            tangents: at_corners(&self.tangents, &self.indices),
+            uvs_1: at_corners(&self.uvs_1, &self.indices),
+            colors: at_corners(&self.colors, &self.indices),
             indices: (0..positions.len() as u32).collect(),
             positions,
         }
@@ -121,11 +132,15 @@ impl SourceMesh {
         if vertices > MAX_COUNT || count / 3 > MAX_COUNT {
             return Err(MeshError::TooLarge);
         }
-        let counts = [("normals", self.normals.len()), ("uvs", self.uvs.len())];
-        match counts
-            .into_iter()
-            .find(|&(_, count)| count != 0 && count != vertices)
-        {
+        let counts = [
+            ("normals", self.normals.len()),
+            ("uvs", self.uvs.len()),
+            ("tangents", self.tangents.len()),
+            ("second uvs", self.uvs_1.len()),
+            ("colors", self.colors.len()),
+        ];
+        let is_wrong = |&(_, count): &(&str, usize)| count != 0 && count != vertices;
+        match counts.into_iter().find(is_wrong) {
             Some((attribute, count)) => Err(MeshError::AttributeCount {
                 attribute,
                 count,
@@ -156,4 +171,15 @@ impl SourceMesh {
             None => Ok(()),
         }
     }
+}
+
+/// The value at each corner in turn; nothing of an attribute that is empty.
+fn at_corners<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    if values.is_empty() {
+        return Vec::new();
+    }
+    indices
+        .iter()
+        .map(|&index| values[index as usize])
+        .collect()
 }

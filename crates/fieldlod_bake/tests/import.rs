@@ -46,18 +46,21 @@ fn every_attribute_that_bevy_draws_comes_in_and_is_kept() {
     let (mesh, mut file) = dressed_square();
     let path = file.glb();
     let imported = import_one(&path);
-    assert_eq!(imported.mesh, mesh);
-    assert_eq!(
-        imported.extra.tangents[8],
-        Vec4::new(32.0, 33.0, 34.0, 35.0)
-    );
-    assert_eq!(imported.extra.uvs_1[8], Vec2::new(16.0, 17.0));
-    assert_eq!(imported.extra.colors[3], Vec4::new(0.2, 0.0, 1.0, 1.0));
+    let plain = SourceMesh {
+        tangents: Vec::new(),
+        uvs_1: Vec::new(),
+        colors: Vec::new(),
+        ..imported.mesh.clone()
+    };
+    assert_eq!(plain, mesh);
+    assert_eq!(imported.mesh.tangents[8], Vec4::new(32.0, 33.0, 34.0, 35.0));
+    assert_eq!(imported.mesh.uvs_1[8], Vec2::new(16.0, 17.0));
+    assert_eq!(imported.mesh.colors[3], Vec4::new(0.2, 0.0, 1.0, 1.0));
     let outcome = bake_file(&path, &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &outcome.file.primitives[0].hierarchy.vertices;
-    assert_eq!(vertices.tangents, imported.extra.tangents);
-    assert_eq!(vertices.uvs_1, imported.extra.uvs_1);
-    assert_eq!(vertices.colors, imported.extra.colors);
+    assert_eq!(vertices.tangents, imported.mesh.tangents);
+    assert_eq!(vertices.uvs_1, imported.mesh.uvs_1);
+    assert_eq!(vertices.colors, imported.mesh.colors);
 }
 
 /// Where the vertices are taken apart for flat normals, all their attributes go with them.
@@ -70,9 +73,9 @@ fn attributes_follow_vertices_that_are_taken_apart() {
     assert_eq!(imported.mesh.positions.len(), mesh.indices.len());
     for (corner, &vertex) in mesh.indices.iter().enumerate() {
         let first = vertex as f32;
-        assert_eq!(imported.extra.tangents[corner].x, first * 4.0);
-        assert_eq!(imported.extra.uvs_1[corner].x, first * 2.0);
-        assert_eq!(imported.extra.colors[corner].x, (first * 17.0) / 255.0);
+        assert_eq!(imported.mesh.tangents[corner].x, first * 4.0);
+        assert_eq!(imported.mesh.uvs_1[corner].x, first * 2.0);
+        assert_eq!(imported.mesh.colors[corner].x, (first * 17.0) / 255.0);
     }
 }
 
@@ -81,7 +84,7 @@ fn rejects_attributes_for_some_vertices_only() {
     for name in ["TANGENT", "TEXCOORD_1", "COLOR_0"] {
         let (_, mut file) = dressed_square();
         file.accessor_of(name)["count"] = json!(8);
-        let error = import_gltf(&file.glb()).unwrap_err();
+        let error = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap_err();
         assert!(matches!(error, ImportError::Mesh { .. }), "{name}: {error}");
     }
 }

@@ -144,6 +144,7 @@ fn bake(source: SourceArrays) -> Result<Hierarchy, LodError> {
         normals: source.normals,
         uvs: source.uvs,
         indices: source.indices,
+        ..Default::default()
     };
     Ok(fieldlod_bake::bake_mesh(&mesh, &Default::default())?)
 }

@@ -8,7 +8,6 @@ use super::accessor::{AccessorFault, read_indices, read_vectors};
 use super::buffers::Buffers;
 use super::error::{ImportError, PrimitivePlace, SkipReason};
 use super::format::{Attribute, Formats};
-use crate::attributes::ExtraAttributes;
 use crate::mesh::{MeshError, SourceMesh};
 
 /// Why `primitive` gets no levels of detail, if so.
@@ -37,22 +36,18 @@ pub(super) fn read(
     primitive: &Primitive<'_>,
     buffers: &Buffers,
     place: &PrimitivePlace,
-) -> Result<(SourceMesh, ExtraAttributes), ImportError> {
+) -> Result<SourceMesh, ImportError> {
     let reader = Reader {
         primitive,
         buffers,
         place,
         formats: formats_of(primitive).unwrap_or(Formats::AsBevy),
     };
-    // What the simplifier looks at, and what it does not.
     let mesh = reader.mesh()?;
-    let extra = reader.extra()?;
-    let faulty = |fault| ImportError::Mesh {
+    with_normals(mesh, primitive.mode()).map_err(|fault| ImportError::Mesh {
         place: place.clone(),
         fault,
-    };
-    extra.check_counts(mesh.positions.len()).map_err(faulty)?;
-    with_normals(mesh, extra, primitive.mode()).map_err(faulty)
+    })
 }
 
 struct Reader<'a> {
@@ -64,10 +59,13 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn mesh(&self) -> Result<SourceMesh, ImportError> {
-        use Attribute::{Normal, Position, Uv};
+        use Attribute::{Color, Normal, Position, Tangent, Uv};
         let positions = self.vectors(&Semantic::Positions, Position, "positions")?;
         let normals = self.vectors(&Semantic::Normals, Normal, "normals")?;
         let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates")?;
+        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents")?;
+        let uvs_1 = self.vectors(&Semantic::TexCoords(1), Uv, "second texture coordinates")?;
+        let colors = self.vectors(&Semantic::Colors(0), Color, "colors")?;
         let corners = match self.primitive.indices() {
             Some(accessor) => read_indices(&accessor, self.buffers)
                 .map_err(|fault| self.fault("indices", fault))?,
@@ -77,19 +75,10 @@ impl Reader<'_> {
             positions: positions.into_iter().map(Vec3::from_array).collect(),
             normals: normals.into_iter().map(Vec3::from_array).collect(),
             uvs: uvs.into_iter().map(Vec2::from_array).collect(),
-            indices: triangle_list(self.primitive.mode(), corners),
-        })
-    }
-
-    fn extra(&self) -> Result<ExtraAttributes, ImportError> {
-        use Attribute::{Color, Tangent, Uv};
-        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents")?;
-        let uvs_1 = self.vectors(&Semantic::TexCoords(1), Uv, "second texture coordinates")?;
-        let colors = self.vectors(&Semantic::Colors(0), Color, "colors")?;
-        Ok(ExtraAttributes {
             tangents: tangents.into_iter().map(Vec4::from_array).collect(),
             uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
             colors: colors.into_iter().map(Vec4::from_array).collect(),
+            indices: triangle_list(self.primitive.mode(), corners),
         })
     }
 
@@ -137,16 +126,11 @@ fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
 }
 
 /// Does what Bevy does to triangle lists without normals. Strips and fans stay without.
-fn with_normals(
-    mesh: SourceMesh,
-    extra: ExtraAttributes,
-    mode: Mode,
-) -> Result<(SourceMesh, ExtraAttributes), MeshError> {
+fn with_normals(mesh: SourceMesh, mode: Mode) -> Result<SourceMesh, MeshError> {
     if mesh.indices.is_empty() || !mesh.normals.is_empty() || mode != Mode::Triangles {
-        return Ok((mesh, extra));
+        return Ok(mesh);
     }
     // Indices that are out of range would be read.
     mesh.validate()?;
-    let at_corners = extra.without_shared_vertices(&mesh.indices);
-    Ok((mesh.without_shared_vertices(), at_corners))
+    Ok(mesh.without_shared_vertices())
 }

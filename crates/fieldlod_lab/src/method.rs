@@ -40,10 +40,11 @@ use crate::object_view::ObjectView;
 use crate::terms::Terms;
 
 /// A method to choose a level of detail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Ours, with the threshold on quality.
+    #[default]
     Quality,
     /// Ours, with the threshold that no displacement exceeds.
     Guaranteed,

@@ -56,7 +56,7 @@ pub struct Options {
 }
 
 /// All that was measured of a model.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ModelResult {
     /// The model's name.
     pub name: String,
@@ -99,10 +99,7 @@ pub fn chart_model(
     let mut result = ModelResult {
         name: name.to_owned(),
         triangles: object.hierarchy.source_triangle_count(),
-        poses: Vec::new(),
-        promise: Vec::new(),
-        flicker: Vec::new(),
-        criterion: Vec::new(),
+        ..ModelResult::default()
     };
     // Pictures from all poses.
     for pose in poses(&object, options.poses, options.seed) {

@@ -23,7 +23,7 @@ const SAMPLES: usize = 6_000;
 const PLACES: usize = 3;
 
 /// Displacements that a method gives at a threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PromiseResult {
     /// The method.
     pub method: Method,
@@ -79,12 +79,8 @@ fn measure(
 ) -> PromiseResult {
     let mut result = PromiseResult {
         method,
-        fovy_deg: 0.0,
         requested_px: f64::from(threshold_px),
-        max_px: 0.0,
-        p99_9_px: 0.0,
-        mean_px: 0.0,
-        triangles: 0.0,
+        ..PromiseResult::default()
     };
     let mut scratch = Scratch::default();
     for eye in eyes {

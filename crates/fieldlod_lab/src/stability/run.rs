@@ -51,7 +51,7 @@ pub struct CaseResult {
 }
 
 /// Result of one method in one case.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Verdict {
     /// The method.
     pub method: Method,
@@ -141,7 +141,19 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     // All methods see the same frames.
     let shots = (case.shots)(object);
     let mut verdicts = METHODS.map(|method| {
-        let mut trial = Trial::new(method, &source, object, is_closed, case.is_two_sided);
+        let mut trial = Trial {
+            source: &source,
+            object,
+            is_two_sided: case.is_two_sided,
+            frames: 0,
+            measured: 0,
+            last: None,
+            sums: Verdict {
+                method,
+                open_edges: is_closed.then_some(0),
+                ..Verdict::default()
+            },
+        };
         for shot in &shots {
             trial.add_shot(shot);
         }
@@ -175,38 +187,7 @@ struct Trial<'a> {
     sums: Verdict,
 }
 
-impl<'a> Trial<'a> {
-    fn new(
-        method: Method,
-        source: &'a SourceSurface<'a>,
-        object: &'a LodObject,
-        is_closed: bool,
-        is_two_sided: bool,
-    ) -> Self {
-        Self {
-            source,
-            object,
-            is_two_sided,
-            frames: 0,
-            measured: 0,
-            last: None,
-            sums: Verdict {
-                method,
-                max_px: 0.0,
-                p99_9_px: 0.0,
-                mean_px: 0.0,
-                flips_per_frame: 0.0,
-                churn_per_frame: 0.0,
-                open_edges: is_closed.then_some(0),
-                triangles_drawn: 0.0,
-                triangles_chosen: 0.0,
-                triangles_to_ours: 0.0,
-                triangles_to_coarsest: 0.0,
-                faults: Vec::new(),
-            },
-        }
-    }
-
+impl Trial<'_> {
     fn add_shot(&mut self, shot: &Shot) {
         let mut chooser = Chooser::new(self.sums.method, THRESHOLD_PX);
         let mut flips = FlipCounter::default();

@@ -161,6 +161,7 @@ impl Report {
     }
 
     fn text(&self) -> String {
+        // One line for the file, then what went otherwise than it should.
         let units: usize = self.primitives.iter().map(|p| p.units).sum();
         let levels = self.primitives.iter().map(|p| p.levels.len()).max();
         let mut text = format!(

@@ -112,6 +112,7 @@ fn primitive_text(primitive: &PrimitiveSummary, texture_size: Option<u32>) -> St
 }
 
 fn level_text(level: &LevelSummary, texture_size: Option<u32>) -> String {
+    // Medians of all but the deviation, of which the ends are shown, too.
     let deviation = |part: fn(Spread) -> f32| length_text(level.deviation_in_local.map(part));
     let median = |spread: Option<Spread>| spread.map(|spread| spread.median);
     let slide = median(level.uv_error).map(|uv| uv * texture_size.unwrap_or(1) as f32);

@@ -86,6 +86,7 @@ impl View {
 
     /// Pixels to the right and down, and nearness.
     fn panel_from_local(&self, position: Vec3) -> Vec3 {
+        // Down is positive in pictures.
         let seen = self.view_from_local * position;
         let offset = (seen.truncate() - self.center) * self.px_per_local;
         let middle = PANEL_PX as f32 * 0.5;

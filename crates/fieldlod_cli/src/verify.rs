@@ -135,6 +135,7 @@ impl PrimitiveReport {
         let Self {
             mesh, primitive, ..
         } = self;
+        // One line for each primitive.
         let place = format!("mesh {mesh} ({:?}), primitive {primitive}", self.name);
         match &self.fault {
             Some(fault) => format!("{place}: FAILED: {fault}"),

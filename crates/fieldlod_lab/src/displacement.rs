@@ -38,6 +38,7 @@ impl Displacement {
     /// Sums up the displacements of samples, in pixels.
     #[must_use]
     pub fn of(mut displaced_px: Vec<f64>) -> Self {
+        // Sorted, so that shares of the samples can be read off.
         displaced_px.sort_by(f64::total_cmp);
         let samples = displaced_px.len();
         let Some(&max_px) = displaced_px.last() else {

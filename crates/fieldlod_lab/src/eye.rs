@@ -90,6 +90,7 @@ impl Eye {
     /// The same camera at `position`, looking at `target`, with up as near +Y as can be.
     #[must_use]
     pub fn looking_at(self, position: Vec3, target: Vec3) -> Self {
+        // Only the turn is taken from the matrix: positions far away would lose digits in it.
         let view = Mat4::look_to_rh(Vec3::ZERO, (target - position).normalize(), Vec3::Y);
         let rotation = Quat::from_mat4(&view).inverse().normalize();
         let world_from_view = Affine3A::from_rotation_translation(rotation, position);
@@ -114,6 +115,7 @@ impl Eye {
     #[must_use]
     pub fn jittered(mut self, shift_px: Vec2) -> Self {
         if let Camera::Perspective(intrinsics) = &mut self.camera {
+            // A shift of the picture is one of the slopes at its sides.
             let shift = shift_px / intrinsics.focal_px;
             intrinsics.slope_min += shift;
             intrinsics.slope_max += shift;

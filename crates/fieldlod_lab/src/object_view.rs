@@ -103,6 +103,7 @@ impl<'a> ObjectView<'a> {
     pub(crate) fn aabb_relative_to_eye(&self) -> Aabb {
         let Aabb { min, max } = self.object.aabb;
         let half = (max - min) * 0.5;
+        // The box around a turned box.
         let m = &self.world_from_local;
         let extent = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
         let inflated = extent + self.instance.cull_margin;

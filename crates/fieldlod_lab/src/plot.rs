@@ -37,6 +37,7 @@ impl Axis {
 
     /// A logarithmic axis that holds all values, with a little room.
     pub(crate) fn logarithmic(label: &str, values: impl Iterator<Item = f64>) -> Self {
+        // From the least value to the greatest, with a twentieth of room on each side.
         let usable = values.filter(|value| *value > 0.0 && value.is_finite());
         let ends = (f64::INFINITY, 0.0);
         let (least, greatest) = usable.fold(ends, |(a, b), v| (f64::min(a, v), f64::max(b, v)));

@@ -104,6 +104,7 @@ pub fn measure(
 }
 
 fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) -> MethodRun {
+    // All samples of all cameras count alike.
     let count = cameras.len().max(1) as f64;
     let triangles: u64 = cameras.iter().map(|(_, triangles)| triangles).sum();
     let displaced_px: Vec<f64> = cameras.into_iter().flat_map(|(px, _)| px).collect();

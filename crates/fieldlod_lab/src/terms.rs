@@ -157,6 +157,7 @@ impl Terms {
 
 /// About the share of a sphere that lies within the four sides of the view.
 fn share_in_view(camera: &Intrinsics, center: Vec3, radius: f32) -> f32 {
+    // By how far the centre is inside of each of the four planes, relative to the radius.
     let inside = |along: f32, slope: f32, side: f32| {
         let distance = side * (slope * center.z - along) / (1.0 + slope * slope).sqrt();
         (0.5 + 0.5 * distance / radius.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)

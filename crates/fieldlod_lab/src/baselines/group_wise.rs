@@ -66,10 +66,12 @@ pub(crate) fn cesium(view: &ObjectView, group: usize) -> f32 {
 }
 
 pub(crate) fn nanite(view: &ObjectView, group: usize) -> f32 {
+    // What is out of view is culled first.
     let bounds = &view.object.nested_bounds[group];
     if !view.eye.is_orthographic() && !view.touches_sphere(bounds) {
         return 0.0;
     }
+    // The least depth and the least cosine over the sphere.
     let center = view.in_camera(bounds.center);
     let radius = bounds.radius * view.max_scale;
     let near = view.eye.near;

@@ -100,6 +100,7 @@ fn range_at(view: &ObjectView, threshold_px: f32, distance: f32) -> u32 {
 pub(crate) fn projected_size(view: &ObjectView, threshold_px: f32) -> u32 {
     let diameter = 2.0 * view.object.radius;
     let size_at_unit_px = diameter * view.max_scale * view.eye.focal_px();
+    // Each level starts below the size that it has at its range in the reference view.
     let size_px = if view.eye.is_orthographic() {
         size_at_unit_px
     } else {
@@ -116,6 +117,7 @@ pub(crate) fn projected_size(view: &ObjectView, threshold_px: f32) -> u32 {
 pub(crate) fn unity(view: &ObjectView, threshold_px: f32) -> u32 {
     let (slope, bias) = unity_curve(view.object, threshold_px);
     let aabb = view.aabb_relative_to_eye();
+    // How much of the world the window covers at the object, relative to its size.
     let size = (aabb.max - aabb.min).length();
     let height_at_unit = view.eye.height_px() / view.eye.focal_px();
     let covered = if view.eye.is_orthographic() {

@@ -101,6 +101,7 @@ impl Panel {
     }
 
     fn draw(&self, canvas: &mut Canvas, plot: &Plot) {
+        // The frame, the curves, and their names on top.
         plot.draw_frame(canvas);
         for series in &self.series {
             if series.is_dashed {

@@ -89,6 +89,7 @@ fn saved_in_view(view: &ObjectView) -> Vec<i64> {
     let mut saved = vec![0i64; hierarchy.groups.len()];
     let units = hierarchy.units.iter();
     for unit in units.filter(|unit| view.touches_box(&unit.aabb)) {
+        // What a group consumes is saved, what it produces is not.
         let triangles = i64::from(unit.triangle_count);
         saved[unit.consumed_by as usize] += triangles;
         if let Some(producer) = unit.producer() {

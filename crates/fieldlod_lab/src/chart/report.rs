@@ -149,6 +149,7 @@ fn mean_flicker(models: &[ModelResult]) -> Vec<FlickerResult> {
         return Vec::new();
     };
     let mean = |index: usize| {
+        // Geometric means, but of flips, which may be 0.
         let paths = || models.iter().filter_map(|model| model.flicker.get(index));
         let flips: f64 = paths().map(|path| path.flips_per_frame).sum();
         FlickerResult {

@@ -61,6 +61,7 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
 /// If sizes differ.
 #[must_use]
 pub fn temporal_error(reference: [&Picture; 2], picture: [&Picture; 2]) -> f64 {
+    // Channels of both frames, of the reference and of the picture.
     let levels = |picture: &Picture| picture.colors.as_flattened().to_vec();
     let [r0, r1] = reference.map(levels);
     let [p0, p1] = picture.map(levels);
@@ -72,6 +73,7 @@ pub fn temporal_error(reference: [&Picture; 2], picture: [&Picture; 2]) -> f64 {
 
 /// Pixels with a covered texel.
 fn shown_in_either(a: &Picture, b: &Picture) -> Vec<bool> {
+    // A pixel shows a surface if any of its texels does.
     use crate::render::SUPERSAMPLING as N;
     let width = a.size_px.x * N;
     let shows = |picture: &Picture, x: u32, y: u32| {

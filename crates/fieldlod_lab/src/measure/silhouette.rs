@@ -23,6 +23,7 @@ pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
 /// Sides of texels between covered and not covered.
 fn outline_steps(picture: &Picture) -> usize {
     let width = (picture.size_px.x * SUPERSAMPLING) as usize;
+    // Neighbours along rows, and from row to row.
     let rows = || picture.covered.chunks_exact(width);
     let along = rows()
         .flat_map(|row| row.windows(2))

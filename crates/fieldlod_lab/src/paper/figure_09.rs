@@ -48,6 +48,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure9, WriteError> {
 fn curl_at(camera: &Intrinsics, off_axis_deg: f64) -> CurlAtAngle {
     let phi = off_axis_deg.to_radians();
     let strength = |phi: f64| camera.strength(polar(1.0, phi));
+    // By central differences.
     let step = 1e-6;
     let growth = (strength(phi + step) - strength(phi - step)) / (2.0 * step);
     CurlAtAngle {

@@ -79,6 +79,7 @@ fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
     (0..720)
         .map(|step| {
             let on_pixel = DVec2::from_angle(f64::from(step) / 720.0 * TAU) * radius;
+            // Where the ray meets the plane through the centre, across the sight ray.
             let ray = center + on_pixel.extend(0.0);
             let offset = ray * (center.length() / ray.dot(sight)) - center;
             dvec2(offset.dot(u_phi), offset.y)

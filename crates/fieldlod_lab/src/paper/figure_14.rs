@@ -69,6 +69,7 @@ pub(super) fn draw(path: &Path) -> Result<Figure14, WriteError> {
 fn surfel(off_axis_deg: f64, turn_deg: f64, radius: f64) -> Surfel {
     let (phi, turn) = (off_axis_deg.to_radians(), turn_deg.to_radians());
     let center = polar(1.0, phi);
+    // Across the sight ray within the plane of the axis, away from it.
     let outwards = dvec3(phi.cos(), 0.0, -phi.sin());
     let normal = outwards * turn.sin() - center * turn.cos();
     Surfel {

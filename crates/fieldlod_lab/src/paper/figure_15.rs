@@ -134,6 +134,7 @@ fn rmse_of_255(one: &Image, other: &Image) -> f64 {
 }
 
 fn errors(reference: &Image, exact: &Image, image: &Image) -> SplatErrors {
+    // Pixels that one covers and the other does not.
     let only = |one: &Image, other: &Image| {
         let indices = 0..SIDE * SIDE;
         indices

@@ -127,6 +127,7 @@ impl Example {
         let mut random = Random::new(seed);
         (0..sets)
             .map(|_| {
+                // A heading and a target of its own for each pair.
                 let heading = self.headings * f64::from(random.unit());
                 let target = self.target + DVec3::X * between(&mut random, -1.0, 1.0);
                 let placement = Placement {

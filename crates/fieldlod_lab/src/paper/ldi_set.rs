@@ -129,6 +129,7 @@ fn general_case(
         .iter()
         .filter_map(|&p| FieldLine::through(references, p));
     let origin = convergent_point(lines).expect("the lines are not parallel");
+    // The mean density of the field towards the axis, at the depth of the plane.
     let facing = |&p: &DVec3| -compound_field(references, p).dot(axis);
     let density = points.iter().map(facing).sum::<f64>() / points.len() as f64;
     (origin, density.sqrt() * depth_from(origin))

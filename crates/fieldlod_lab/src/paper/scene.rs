@@ -139,6 +139,7 @@ impl Solid {
         match *self {
             Self::Sphere { center, .. } => (position - center).normalize(),
             Self::Box { min, max } => {
+                // The face that is nearest for its distance from the middle.
                 let half = (max - min) * 0.5;
                 let share = (position - (min + max) * 0.5) / half;
                 let face = share.abs().max_element();

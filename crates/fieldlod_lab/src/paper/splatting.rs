@@ -111,10 +111,12 @@ fn add_color(
     radius: f64,
 ) {
     for (index, pixel) in splat.pixels(image) {
+        // Only where the kernel covers the pixel.
         let Some(e) = splat.at(mode, pixel) else {
             continue;
         };
         if splat.depth(e) <= image.depth[index] + radius {
+            // A Gaussian over the disk.
             let weight = (-4.0 * e.length_squared()).exp();
             sums[index].0 += splat.color * weight;
             sums[index].1 += weight;

@@ -171,6 +171,7 @@ impl Renderer {
         size: UVec2,
         draw: impl FnOnce(&Targets) -> Result<T, RenderError>,
     ) -> Result<T, RenderError> {
+        // Those of the last picture serve again if they have the size.
         let mut kept = self.targets.borrow_mut();
         let targets = match kept.take() {
             Some(targets) if targets.size == size => targets,

@@ -72,6 +72,7 @@ fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let source = hierarchy.units.iter().filter(|u| u.producer().is_none());
     for triangle in source.flat_map(|unit| hierarchy.source_triangles_of(unit)) {
+        // The cross product is as long as twice the triangle's area.
         let [a, b, c] = triangle.map(|v| positions[v as usize]);
         for vertex in triangle {
             normals[vertex as usize] += (b - a).cross(c - a);

@@ -223,6 +223,7 @@ fn head_bob(object: &LodObject) -> Vec<Shot> {
 }
 
 fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
+    // The object fills the picture all the time.
     let zoom = |t: f32| {
         let fovy_deg = 5.0 + 95.0 * t;
         let camera = eye(fovy_deg, SMALL, object);
@@ -267,6 +268,7 @@ fn split_screen(object: &LodObject) -> Vec<Shot> {
 }
 
 fn window_resize(object: &LodObject) -> Vec<Shot> {
+    // From a quarter of HD's width to twice it.
     let resize = |t: f32| {
         let window_px = Vec2::new(480.0, 270.0).lerp(Vec2::new(3840.0, 2160.0), t);
         let camera = eye(60.0, window_px.round(), object);

@@ -84,6 +84,7 @@ fn zoom_ignored(object: &LodObject) -> Vec<Shot> {
 /// level's range.
 fn flicker(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
+    // Around the start of the second level's range.
     let second = distances(object, &camera).get(1).copied();
     let middle = second.unwrap_or(object.radius * 4.0);
     let sway = |t: f32| {
@@ -133,6 +134,7 @@ fn narrow_fov(object: &LodObject) -> Vec<Shot> {
 /// near cascade, and one in which it is small.
 fn shadow_view(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
+    // The camera, then the light.
     let mut shots = at_distances(object, &camera, |distance| {
         Shot::still(from_front(camera, object, distance))
     });

@@ -123,6 +123,7 @@ fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
 }
 
 fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> ObjectRun {
+    // Open edges are holes only in cuts of a closed mesh.
     let is_closed = open_edges(&object.hierarchy, &object.source_units()) == 0;
     let all: Vec<&Case> = cases().collect();
     let results = all.par_iter().map(|case| {

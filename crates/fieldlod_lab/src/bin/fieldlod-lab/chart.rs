@@ -164,6 +164,7 @@ fn text(report: &Report, out: &Path) -> String {
 
 /// What our threshold means beside that of others.
 fn thresholds_text(report: &Report) -> String {
+    // Our thresholds with the errors that methods are compared at.
     let of_quality = report
         .costs
         .iter()

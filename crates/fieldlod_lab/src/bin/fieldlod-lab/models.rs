@@ -30,6 +30,7 @@ impl Model {
     pub(crate) fn hierarchy(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
         match self {
             Self::File(path) => {
+                // The one that a scene is most likely about.
                 let primitives = read(path, config)?.primitives.into_iter();
                 primitives
                     .map(|primitive| primitive.hierarchy)

@@ -80,6 +80,7 @@ fn run_promise(
 }
 
 fn bake(path: &Path) -> Result<(String, LodObject), Failure> {
+    // By the default settings, as users bake.
     let model = Model::File(path.to_owned());
     let hierarchy = model.hierarchy(&BakeConfig::default())?;
     Ok((

@@ -8,7 +8,8 @@
 //!
 //! # What is fair
 //! - All methods see the same hierarchy and the error that the simplifier reports, as they do in their
-//!   own systems; only the promise of [`Method::Guaranteed`] is about the measured deviation.
+//!   own systems; only the promise of [`Method::Guaranteed`](crate::method::Method::Guaranteed) is about
+//!   the measured deviation.
 //! - Only units that touch the view are counted, as if all renderers culled them.
 //! - Whole-object methods have few cuts to offer; between them, their curves are interpolated as if there
 //!   were more.

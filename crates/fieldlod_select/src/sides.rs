@@ -31,6 +31,16 @@ impl<L: Lane> Sides<L> {
         }
     }
 
+    /// Whether a sphere lies wholly beyond one of the sides.
+    #[inline]
+    pub(crate) fn exclude(&self, center: V3<L>, radius: L) -> L::Mask {
+        let beyond = |side: usize| {
+            let inside_by = center.dot(self.inward[side]) + (self.offset[side] + radius);
+            inside_by.is_below(L::zero())
+        };
+        beyond(0) | beyond(1) | beyond(2) | beyond(3)
+    }
+
     /// How far inside the nearest side a point is, negative outside.
     #[inline]
     pub(crate) fn least_inside(&self, point: V3<L>) -> L {
@@ -38,6 +48,27 @@ impl<L: Lane> Sides<L> {
         // Left and right, top and bottom.
         let across = inside(0).smaller(inside(1));
         let down = inside(2).smaller(inside(3));
+        across.smaller(down)
+    }
+}
+
+/// The sides of a perspective view in camera space: what `x` or `y`, and what `z`, counts in the distance
+/// inside each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PerspectiveSides<L>([[L; 2]; 4]);
+
+impl<L: Lane> PerspectiveSides<L> {
+    pub(crate) fn of(camera: &Camera) -> Self {
+        let side = |(inward, _): (Vec3, f32)| [inward.x + inward.y, inward.z].map(L::splat);
+        Self(planes_in_camera(camera).map(side))
+    }
+
+    /// How far inside the nearest side a point is, negative outside.
+    #[inline]
+    pub(crate) fn least_inside(&self, V3 { x, y, z }: V3<L>) -> L {
+        let inside = |side: usize, across: L| across * self.0[side][0] + z * self.0[side][1];
+        let across = inside(0, x).smaller(inside(1, x));
+        let down = inside(2, y).smaller(inside(3, y));
         across.smaller(down)
     }
 }

@@ -216,8 +216,7 @@ impl SidesTest {
 
     #[inline]
     fn excludes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
-        let inside_by = self.sides.least_inside(bounds.center(element));
         let radius = bounds.radius[element] * self.camera_per_local;
-        (inside_by + radius).is_below(f32x8::splat(0.0))
+        self.sides.exclude(bounds.center(element), radius)
     }
 }

@@ -25,7 +25,7 @@ use crate::criterion::{VISIBLE_WEIGHT, silhouette_weight, silhouette_width, visi
 use crate::error_bounds::ErrorBounds;
 use crate::lane::{Lane, M3, V3, mask_of};
 use crate::settings::{Offscreen, Thresholds};
-use crate::sides::Sides;
+use crate::sides::PerspectiveSides;
 use crate::table::GroupTable;
 
 const ZERO: f32x8 = f32x8::splat(0.0);
@@ -255,7 +255,7 @@ impl<'a> IntervalTest<'a> {
     }
 
     #[inline]
-    fn placement_in(&self, seen: &SeenInterval, sides: &Sides<f32x8>) -> Placement {
+    fn placement_in(&self, seen: &SeenInterval, sides: &PerspectiveSides<f32x8>) -> Placement {
         let inside_by = sides.least_inside(seen.center);
         let at_most = seen.radius * f32x8::splat(1.0 + ALLOWANCE) + self.max_move;
         let at_least = seen.radius * f32x8::splat(1.0 - ALLOWANCE) - self.max_move;

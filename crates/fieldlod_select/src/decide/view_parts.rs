@@ -5,7 +5,7 @@ use wide::f32x8;
 
 use crate::error_scale::ErrorScale;
 use crate::settings::LodSettings;
-use crate::sides::Sides;
+use crate::sides::PerspectiveSides;
 
 /// The cameras that groups enter and, once refined, leave.
 pub(crate) struct ViewParts<'a> {
@@ -22,8 +22,8 @@ pub(crate) struct CameraParts {
     /// Secant of the image's widest corner; 1 for an orthographic camera.
     pub(super) secant: f32,
     pub(super) scale: ErrorScale,
-    /// The sides in camera space.
-    pub(super) sides: Sides<f32x8>,
+    /// The sides in camera space, of no meaning for an orthographic camera.
+    pub(super) sides: PerspectiveSides<f32x8>,
     /// `C` of the criterion's field strength and `f`, of perspective cameras and where the errors that
     /// they belong to count.
     pub(super) constant_px2: Option<f32>,
@@ -56,7 +56,7 @@ impl CameraParts {
             camera: *camera,
             secant,
             scale: ErrorScale::of_view(camera, settings),
-            sides: Sides::of(camera),
+            sides: PerspectiveSides::of(camera),
             constant_px2: weights.counts_error.then_some(constant_px2),
             focal_px: weights.displacement_weight.map(|weight| focal_px * weight),
         }

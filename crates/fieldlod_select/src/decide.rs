@@ -137,7 +137,7 @@ impl<'a> Decision<'a> {
     fn bounds_test(&self, may_leave: bool) -> &BoundsTest {
         let (parts, thresholds) = (self.local.parts, self.thresholds);
         let (test, camera, threshold_px) = if may_leave {
-            (&self.leaving, &parts.leaving, thresholds.coarsen_below_px)
+            (&self.leaving, parts.leaving(), thresholds.coarsen_below_px)
         } else {
             (&self.entering, &parts.entering, thresholds.refine_above_px)
         };

@@ -125,7 +125,7 @@ impl<'a> IntervalTest<'a> {
         );
         let least_cosine = either(
             1.0 / self.parts.entering.secant,
-            1.0 / self.parts.leaving.secant,
+            1.0 / self.parts.leaving().secant,
         );
         let seen = self.seen(table, block, least_cosine);
         let placement = self.placement(&seen, was_refined, was);
@@ -243,11 +243,11 @@ impl<'a> IntervalTest<'a> {
             inside: entered.inside & ahead,
             ..entered
         };
-        if was_refined == 0 || !self.parts.has_margin {
+        if was_refined == 0 || !self.parts.has_margin() {
             return entered;
         }
         // What was refined leaves the wider view; nothing leaves where it enters.
-        let left = self.placement_in(seen, &self.parts.leaving.sides);
+        let left = self.placement_in(seen, &self.parts.leaving().sides);
         Placement {
             outside: f32x8::choose(was, left.outside, entered.outside),
             inside: f32x8::choose(was, left.inside, entered.inside),

@@ -11,9 +11,8 @@ use crate::sides::PerspectiveSides;
 pub(crate) struct ViewParts<'a> {
     pub(super) settings: &'a LodSettings,
     pub(super) entering: CameraParts,
-    pub(super) leaving: CameraParts,
-    /// Whether they are two.
-    pub(super) has_margin: bool,
+    /// `None` where that is the same.
+    leaving: Option<CameraParts>,
 }
 
 /// What the tests need of one camera.
@@ -35,9 +34,20 @@ impl<'a> ViewParts<'a> {
         Self {
             settings,
             entering: CameraParts::new(entering, settings),
-            leaving: CameraParts::new(leaving, settings),
-            has_margin: entering != leaving,
+            leaving: (leaving != entering).then(|| CameraParts::new(leaving, settings)),
         }
+    }
+
+    /// The camera that refined groups leave.
+    #[inline]
+    pub(super) fn leaving(&self) -> &CameraParts {
+        self.leaving.as_ref().unwrap_or(&self.entering)
+    }
+
+    /// Whether refined groups leave another view than they enter.
+    #[inline]
+    pub(super) fn has_margin(&self) -> bool {
+        self.leaving.is_some()
     }
 }
 

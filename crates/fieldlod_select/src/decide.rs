@@ -10,7 +10,6 @@ mod bounds_test;
 mod facing;
 mod interval;
 mod local_view;
-mod view_parts;
 
 use std::cell::OnceCell;
 
@@ -22,10 +21,10 @@ use crate::lane::{Lane, bits_of, mask_of};
 use crate::settings::{LodSettings, Thresholds};
 use crate::table::GroupTable;
 use crate::view::InstanceView;
+use crate::view_parts::ViewParts;
 use bounds_test::BoundsTest;
 use interval::IntervalTest;
 use local_view::LocalView;
-pub(crate) use view_parts::ViewParts;
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
 /// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.

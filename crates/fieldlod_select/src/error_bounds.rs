@@ -1,6 +1,6 @@
 //! A sphere and the largest errors in it: what tests of many groups or objects at once read.
 
-use fieldlod_hierarchy::{Aabb, Group, Sphere};
+use fieldlod_hierarchy::{Group, Sphere};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, visible_weight};
@@ -51,12 +51,12 @@ impl ErrorBounds {
             values.fold(0.0, f32::max)
         };
         // The sphere about the centre of the box of all spheres.
-        let corners = items.clone().flat_map(|item| {
+        let boxes = items.clone().map(|item| {
             let Sphere { center, radius } = item.sphere;
-            [center - Vec3::splat(radius), center + Vec3::splat(radius)]
+            (center - Vec3::splat(radius), center + Vec3::splat(radius))
         });
-        let aabb = Aabb::around(corners)?;
-        let center = (aabb.min + aabb.max) * 0.5;
+        let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let center = (min + max) * 0.5;
         let farthest = |item: &Self| item.sphere.center.distance(center) + item.sphere.radius;
         Some(Self {
             sphere: Sphere {

@@ -154,6 +154,17 @@ pub(crate) struct V3<L> {
     pub(crate) z: L,
 }
 
+impl V3<f32> {
+    /// The same vector in every lane.
+    pub(crate) fn in_lanes<L: Lane>(self) -> V3<L> {
+        V3 {
+            x: L::splat(self.x),
+            y: L::splat(self.y),
+            z: L::splat(self.z),
+        }
+    }
+}
+
 impl<L: Lane> V3<L> {
     #[inline]
     pub(crate) fn splat(v: Vec3) -> Self {

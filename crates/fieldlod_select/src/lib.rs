@@ -83,6 +83,7 @@ mod table;
 mod tree;
 mod validity;
 mod view;
+mod view_parts;
 mod whole_mesh_levels;
 
 pub use criterion::{group_error_px, screen_displacement_px, screen_error_px};

@@ -6,11 +6,12 @@ use fieldlod_hierarchy::Sphere;
 use crate::error_bounds::ErrorBounds;
 use crate::error_scale::ErrorScale;
 use crate::lane::V3;
-use crate::settings::{LodSettings, Offscreen, Thresholds};
+use crate::settings::{Offscreen, Thresholds};
 use crate::sides::Sides;
 use crate::stretch::is_similarity;
 use crate::validity::{CameraTravel, Validity};
 use crate::view::View;
+use crate::view_parts::ViewParts;
 
 /// Allowance for the rounding of coordinates, relative to their size.
 const POSITION_SLACK: f32 = 1e-5;
@@ -19,43 +20,29 @@ const ROUNDING_ALLOWANCE: f32 = 1.001;
 /// Spheres and errors of whole objects against one view.
 pub(crate) struct ObjectTest<'a> {
     view: &'a View,
-    entering: Bounds,
-    leaving: Bounds,
+    parts: &'a ViewParts<'a>,
+    thresholds: Thresholds,
     /// The scale of what is outside the view, if that counts.
     on_axis: Option<ErrorScale>,
     now: CameraTravel,
     is_usable: bool,
 }
 
-/// What objects enter or leave.
-struct Bounds {
-    scale: ErrorScale,
-    sides: Sides<f32>,
-    threshold_px: f32,
-}
-
 impl<'a> ObjectTest<'a> {
-    pub(crate) fn new(view: &'a View, settings: &LodSettings, now: CameraTravel) -> Self {
-        let Thresholds {
-            refine_above_px,
-            coarsen_below_px,
-        } = settings.thresholds(1.0);
-        let bounds = |camera: &Camera, threshold_px: f32| Bounds {
-            scale: ErrorScale::of_view(camera, settings),
-            sides: Sides::of(camera),
-            threshold_px,
-        };
+    pub(crate) fn new(view: &'a View, parts: &'a ViewParts<'a>, now: CameraTravel) -> Self {
+        let settings = parts.settings;
+        let thresholds = settings.thresholds(1.0);
         let unit = view.camera_from_world.x_axis.length();
         let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
         Self {
             view,
-            entering: bounds(&view.camera, refine_above_px),
-            leaving: bounds(&view.kept_camera, coarsen_below_px),
+            parts,
+            thresholds,
             on_axis: (settings.offscreen == Offscreen::OnAxis)
                 .then(|| ErrorScale::on_axis(&view.camera, settings)),
             now,
             // A view that scales, or no threshold at all, gets no shortcut.
-            is_usable: is_rigid && coarsen_below_px >= 0.0,
+            is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
         }
     }
 
@@ -87,22 +74,22 @@ impl<'a> ObjectTest<'a> {
         };
         let gap = distance - sphere.radius;
         // What was refined leaves a wider view, below a lower threshold.
-        let bounds = if is_coarsest {
-            &self.entering
+        let (camera, threshold_px) = if is_coarsest {
+            (&self.parts.entering, self.thresholds.refine_above_px)
         } else {
-            &self.leaving
+            (self.parts.leaving(), self.thresholds.coarsen_below_px)
         };
         let tolerating = |tolerance: f32, max_distance: f32| {
             Validity::tolerating(f64::from(tolerance * 0.999), max_distance, &self.now)
         };
         // Far enough in any direction: turns do not matter.
-        let error = |scale: &ErrorScale| scale.of(object) / bounds.threshold_px;
-        let beyond_error = self.distance_beyond(error(&bounds.scale), gap);
+        let error = |scale: &ErrorScale| scale.of(object) / threshold_px;
+        let beyond_error = self.distance_beyond(error(&camera.scale), gap);
         if beyond_error > 0.0 {
             return Some(tolerating(beyond_error, 0.0));
         }
         // Outside the view, and far enough there if that counts.
-        let mut outside = self.distance_outside(&bounds.sides, &sphere);
+        let mut outside = self.distance_outside(&camera.sides, &sphere);
         if let Some(on_axis) = &self.on_axis {
             let beyond_error = self.distance_beyond(error(on_axis), gap);
             // NaN if either is.

@@ -12,12 +12,12 @@ mod tests;
 mod traversal;
 
 use crate::budget::{self, BudgetSearch};
-use crate::decide::ViewParts;
 use crate::object_test::ObjectTest;
 use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
 use crate::validity::CameraTravel;
 use crate::view::View;
+use crate::view_parts::ViewParts;
 pub use changes::Change;
 use decide_context::DecideContext;
 use scene_cuts::SceneCuts;
@@ -118,9 +118,10 @@ impl Selector {
         let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
         self.cuts.resize(scene, is_first, is_new_tree);
         // Whole nodes and instances, as far as those can be told.
+        let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);
         let context = TraversalContext {
             scene,
-            test: ObjectTest::new(view, settings, self.travel),
+            test: ObjectTest::new(view, &parts, self.travel),
             now: self.travel,
             seen_revision: last.map_or(0, |last| last.revision),
             is_first,
@@ -129,7 +130,7 @@ impl Selector {
         // What remains, group by group.
         let context = DecideContext {
             view,
-            parts: &ViewParts::new(&view.camera, &view.kept_camera, settings),
+            parts: &parts,
             test: &context.test,
             now: self.travel,
             last_step,

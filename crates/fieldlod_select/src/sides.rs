@@ -3,7 +3,7 @@
 use camera_field::Camera;
 use glam::{Mat3, Vec3};
 
-use crate::lane::{Lane, V3};
+use crate::lane::{Lane, M3, V3};
 
 /// The four sides of a view, as planes whose unit normals point inward.
 #[derive(Clone, Copy, Debug)]
@@ -13,24 +13,31 @@ pub(crate) struct Sides<L> {
     offset: [L; 4],
 }
 
-impl<L: Lane> Sides<L> {
-    /// The sides in camera space.
+impl Sides<f32> {
+    /// The sides of a camera in its own space.
     pub(crate) fn of(camera: &Camera) -> Self {
-        Self::moved(camera, &Mat3::IDENTITY, Vec3::ZERO, 0.0)
+        let planes = planes_in_camera(camera);
+        Self {
+            inward: planes.map(|(inward, _)| V3::splat(inward)),
+            offset: planes.map(|(_, offset)| offset),
+        }
     }
 
     /// The sides in a space from which points come to camera space by a linear map and a translation;
     /// distances stay in camera units, and grow by `slack`.
-    pub(crate) fn moved(camera: &Camera, linear: &Mat3, translation: Vec3, slack: f32) -> Self {
-        let planes = planes_in_camera(camera);
-        let transposed = linear.transpose();
-        let moved_offset = |(inward, offset): (Vec3, f32)| inward.dot(translation) + offset + slack;
-        Self {
-            inward: planes.map(|(inward, _)| V3::splat(transposed * inward)),
-            offset: planes.map(|plane| L::splat(moved_offset(plane))),
+    pub(crate) fn moved<L: Lane>(&self, linear: &Mat3, translation: Vec3, slack: f32) -> Sides<L> {
+        let transposed = M3::splat(&linear.transpose());
+        let translation = V3::splat(translation);
+        Sides {
+            inward: self.inward.map(|inward| transposed.of(inward).in_lanes()),
+            offset: std::array::from_fn(|side| {
+                L::splat(self.inward[side].dot(translation) + self.offset[side] + slack)
+            }),
         }
     }
+}
 
+impl<L: Lane> Sides<L> {
     /// Whether a sphere lies wholly beyond one of the sides.
     #[inline]
     pub(crate) fn exclude(&self, center: V3<L>, radius: L) -> L::Mask {
@@ -58,9 +65,9 @@ impl<L: Lane> Sides<L> {
 pub(crate) struct PerspectiveSides<L>([[L; 2]; 4]);
 
 impl<L: Lane> PerspectiveSides<L> {
-    pub(crate) fn of(camera: &Camera) -> Self {
-        let side = |(inward, _): (Vec3, f32)| [inward.x + inward.y, inward.z].map(L::splat);
-        Self(planes_in_camera(camera).map(side))
+    pub(crate) fn of(sides: &Sides<f32>) -> Self {
+        let side = |inward: V3<f32>| [inward.x + inward.y, inward.z].map(L::splat);
+        Self(sides.inward.map(side))
     }
 
     /// How far inside the nearest side a point is, negative outside.

@@ -18,12 +18,12 @@ use wide::f32x8;
 
 use super::facing::FacingTest;
 use super::local_view::LocalView;
-use super::view_parts::CameraParts;
 use crate::error_scale::ROUNDING_ALLOWANCE;
 use crate::lane::{Lane, V3};
 use crate::settings::Offscreen;
 use crate::sides::Sides;
 use crate::table::{BoundsLanes, GroupTable};
+use crate::view_parts::CameraParts;
 
 /// The tests against one threshold, in the view that groups with that threshold enter or leave.
 pub(super) struct BoundsTest {
@@ -51,7 +51,7 @@ impl BoundsTest {
         let is_similarity = local.instance.seen_stretch.is_none();
         Self {
             sphere: SphereTest::new(local, camera, threshold_px),
-            sides: has_sides.then(|| SidesTest::new(local, &camera.camera)),
+            sides: has_sides.then(|| SidesTest::new(local, &camera.sides)),
             near: match camera.camera {
                 Camera::Perspective(_) if is_similarity => {
                     NearTest::Facing(FacingTest::new(local, camera, threshold_px))
@@ -204,12 +204,12 @@ struct SidesTest {
 }
 
 impl SidesTest {
-    fn new(local: &LocalView, camera: &Camera) -> Self {
+    fn new(local: &LocalView, sides: &Sides<f32>) -> Self {
         let instance = local.instance;
         let most = instance.camera_per_local;
         let (linear, translation) = (&instance.camera_from_local, instance.origin_in_camera);
         Self {
-            sides: Sides::moved(camera, linear, translation, local.slack * most),
+            sides: sides.moved(linear, translation, local.slack * most),
             camera_per_local: f32x8::splat(most * ROUNDING_ALLOWANCE),
         }
     }

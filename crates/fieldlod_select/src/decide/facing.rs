@@ -16,11 +16,11 @@
 use wide::f32x8;
 
 use super::local_view::LocalView;
-use super::view_parts::CameraParts;
 use crate::criterion::VISIBLE_WEIGHT;
 use crate::error_scale::ROUNDING_ALLOWANCE;
 use crate::lane::{Lane, V3};
 use crate::table::{BoundsLanes, FacingLanes, GroupTable};
+use crate::view_parts::CameraParts;
 
 /// The test of one instance against one threshold.
 pub(super) struct FacingTest {

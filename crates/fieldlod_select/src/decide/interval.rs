@@ -20,13 +20,13 @@ use camera_field::Camera;
 use wide::f32x8;
 
 use super::local_view::LocalView;
-use super::view_parts::ViewParts;
 use crate::criterion::{VISIBLE_WEIGHT, silhouette_weight, silhouette_width, visible_weight};
 use crate::error_bounds::ErrorBounds;
 use crate::lane::{Lane, M3, V3, mask_of};
 use crate::settings::{Offscreen, Thresholds};
 use crate::sides::PerspectiveSides;
 use crate::table::GroupTable;
+use crate::view_parts::ViewParts;
 
 const ZERO: f32x8 = f32x8::splat(0.0);
 /// Relative allowance for rounding, and for what a similarity may differ from one.
@@ -236,7 +236,7 @@ impl<'a> IntervalTest<'a> {
     /// Where the groups are in the view that they enter or, if they were refined, leave.
     #[inline]
     fn placement(&self, seen: &SeenInterval, was_refined: u32, was: f32x8) -> Placement {
-        let entered = self.placement_in(seen, &self.parts.entering.sides);
+        let entered = self.placement_in(seen, &self.parts.entering.perspective_sides);
         // What touches the view that is entered, and is wholly ahead, touches the wider one too.
         let ahead = self.max_move.is_below(seen.center.z - seen.radius);
         let entered = Placement {
@@ -247,7 +247,7 @@ impl<'a> IntervalTest<'a> {
             return entered;
         }
         // What was refined leaves the wider view; nothing leaves where it enters.
-        let left = self.placement_in(seen, &self.parts.leaving().sides);
+        let left = self.placement_in(seen, &self.parts.leaving().perspective_sides);
         Placement {
             outside: f32x8::choose(was, left.outside, entered.outside),
             inside: f32x8::choose(was, left.inside, entered.inside),

@@ -3,10 +3,10 @@
 use fieldlod_hierarchy::Sphere;
 use wide::f32x8;
 
-use super::view_parts::ViewParts;
 use crate::lane::V3;
 use crate::stretch::least_stretch;
 use crate::view::InstanceView;
+use crate::view_parts::ViewParts;
 
 /// What rounding may move a point by, relative to the numbers it is made of.
 const POSITION_SLACK: f32 = 4e-6;

@@ -1,9 +1,9 @@
 //! What cuts are decided with in one frame.
 
-use crate::decide::ViewParts;
 use crate::object_test::ObjectTest;
 use crate::validity::CameraTravel;
 use crate::view::View;
+use crate::view_parts::ViewParts;
 
 /// What cuts are decided with.
 #[derive(Clone, Copy)]

@@ -151,7 +151,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     }
 
     /// What is compared with [`LodSettings::threshold_px`], of groups that are not terminal.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
         // The sphere in camera space, and what the view knows of it.
         let seen = self.seen(group);

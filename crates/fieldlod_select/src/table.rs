@@ -130,7 +130,7 @@ impl GroupTable {
     }
 
     /// What the criterion reads of the groups of a block.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn criterion_input(&self, block: usize) -> CriterionInput<f32x8> {
         CriterionInput {
             center: self.groups.center(block),

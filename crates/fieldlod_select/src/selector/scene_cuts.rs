@@ -128,14 +128,15 @@ impl SceneCuts {
     pub(super) fn emit_coarsest(&mut self, scene: &Scene) {
         let mut run: Option<Run> = None;
         for (index, entry) in (0..).zip(&scene.entries) {
+            let generation = entry.generation;
             let memory = &mut self.memories[index as usize];
-            memory.generation = entry.generation;
+            memory.generation = generation;
             let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.mesh) else {
                 continue;
             };
             memory.state = InstanceState::Coarsest(mesh);
             // Instances that follow each other are one change.
-            let first = scene.instance_at(index);
+            let first = InstanceId { index, generation };
             match &mut run {
                 Some(run) if run.continues_with(first, mesh) => run.count += 1,
                 _ => {

@@ -26,8 +26,7 @@ mod primitive;
 
 use std::path::Path;
 
-pub use accessor::AccessorFault;
-pub use error::{BufferFault, ImportError, PrimitivePlace, SkipReason};
+pub use error::{AccessorFault, BufferFault, ImportError, PrimitivePlace, SkipReason};
 pub use meshopt_views::PackedViewFault;
 
 use crate::mesh::SourceMesh;

@@ -3,36 +3,10 @@
 use gltf::accessor::sparse::{IndexType, Sparse};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, buffer::View};
-use thiserror::Error;
 
 use super::buffers::Buffers;
+use super::error::AccessorFault;
 use super::format::{Component, little_endian};
-
-/// Why an accessor cannot be read.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
-pub enum AccessorFault {
-    /// It ends outside its buffer view, or the view outside its buffer.
-    #[error("accessor {accessor} reads outside its buffer")]
-    OutOfBounds { accessor: usize },
-    /// Elements overlap.
-    #[error("accessor {accessor} has a stride of {stride} for elements of {element} bytes")]
-    Stride {
-        accessor: usize,
-        stride: usize,
-        element: usize,
-    },
-    /// More elements than can be counted.
-    #[error("accessor {accessor} has {count} elements, too many")]
-    TooMany { accessor: usize, count: usize },
-    /// Indices that are not unsigned scalars.
-    #[error("accessor {accessor} does not hold indices")]
-    NotIndices { accessor: usize },
-}
 
 // As many as a mesh may have vertices or indices.
 const MAX_ELEMENTS: usize = u32::MAX as usize / 2;

@@ -4,7 +4,6 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::accessor::AccessorFault;
 use super::meshopt_views::PackedViewFault;
 use crate::mesh::MeshError;
 
@@ -137,4 +136,30 @@ pub enum BufferFault {
     /// Fewer bytes than announced.
     #[error("truncated: {available} of {needed} bytes")]
     Truncated { needed: u64, available: u64 },
+}
+
+/// Why an accessor cannot be read.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the fields are named by each variant's message"
+)]
+pub enum AccessorFault {
+    /// It ends outside its buffer view, or the view outside its buffer.
+    #[error("accessor {accessor} reads outside its buffer")]
+    OutOfBounds { accessor: usize },
+    /// Elements overlap.
+    #[error("accessor {accessor} has a stride of {stride} for elements of {element} bytes")]
+    Stride {
+        accessor: usize,
+        stride: usize,
+        element: usize,
+    },
+    /// More elements than can be counted.
+    #[error("accessor {accessor} has {count} elements, too many")]
+    TooMany { accessor: usize, count: usize },
+    /// Indices that are not unsigned scalars.
+    #[error("accessor {accessor} does not hold indices")]
+    NotIndices { accessor: usize },
 }

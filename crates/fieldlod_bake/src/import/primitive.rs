@@ -4,9 +4,9 @@ use glam::{Vec2, Vec3, Vec4};
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic};
 
-use super::accessor::{AccessorFault, read_indices, read_vectors};
+use super::accessor::{read_indices, read_vectors};
 use super::buffers::Buffers;
-use super::error::{ImportError, PrimitivePlace, SkipReason};
+use super::error::{AccessorFault, ImportError, PrimitivePlace, SkipReason};
 use super::format::{Attribute, Formats};
 use crate::mesh::{MeshError, SourceMesh};
 

@@ -34,10 +34,11 @@
 //! triangles) such cones have half angles of 150° and more as a rule, of terrain 20° to 90°, so that
 //! they hardly ever tell that a group faces away.
 //!
-//! The deviation is one length, without a part for each direction: of a dragon, a cloth, a helmet, a
-//! palm tree and a golf ball the part across the mean normal alone is 0.7 to 1 of the whole (median
-//! of the groups of a level), so that no direction of view could count on less. On terrain it is 0.2:
-//! seen from straight above, and from there only, less would do.
+//! The deviation of a group, the two-sided Hausdorff distance of its simplified surface to the
+//! source, is one length, without a part for each direction: of a dragon, a cloth, a helmet, a palm
+//! tree and a golf ball the part across the mean normal alone is 0.7 to 1 of the whole (median of the
+//! groups of a level), so that no direction of view could count on less. On terrain it is 0.2: seen
+//! from straight above, and from there only, less would do.
 //!
 //! # Fuzzing
 //! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,

@@ -3,7 +3,7 @@
 //! [`bake_mesh`] is the recipe for one mesh: check it, cluster, group and simplify it level by
 //! level as meshoptimizer's clusterlod does, and then as a whole down to a dozen triangles;
 //! measure how far each simplified surface lies from the source; bound and order what is drawn
-//! together. [`verify()`] holds a hierarchy against its source without trusting the bake.
+//! together. [`verify()`] checks a hierarchy against its source without trusting the bake.
 //! [`import_gltf`] reads the static triangle meshes of a glTF file exactly as Bevy does, and
 //! [`bake_file`] does both for every primitive of a file.
 //!

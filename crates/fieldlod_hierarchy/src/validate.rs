@@ -95,9 +95,9 @@ pub enum InvalidHierarchy {
     /// Bounds are finite and not negative.
     #[error("the bounds of {owner} {index} are not finite or negative")]
     BadBounds { owner: &'static str, index: usize },
-    /// Bounds hold what they claim to.
-    #[error("the bounds of {owner} {index} do not hold its triangles")]
-    LooseTriangles { owner: &'static str, index: usize },
+    /// Bounds contain what they are around.
+    #[error("the bounds of {owner} {index} do not contain its triangles")]
+    TrianglesOutsideBounds { owner: &'static str, index: usize },
     /// The mean of unit vectors is no longer than 1.
     #[error("group {group} has a mean normal that is NaN or longer than 1")]
     BadMeanNormal { group: usize },

@@ -210,7 +210,7 @@ fn rejects_a_broken_hierarchy_with_a_right_checksum() {
     };
     assert!(matches!(
         fault,
-        InvalidHierarchy::BadMeanNormal { .. } | InvalidHierarchy::LooseTriangles { .. }
+        InvalidHierarchy::BadMeanNormal { .. } | InvalidHierarchy::TrianglesOutsideBounds { .. }
     ));
 }
 

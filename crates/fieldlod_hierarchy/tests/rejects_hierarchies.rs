@@ -328,21 +328,21 @@ fn rejects_impossible_bounds() {
 fn rejects_bounds_that_leave_triangles_out() {
     assert_rejects!(
         |h| h.units[1].aabb.max.x = 0.5,
-        Fault::LooseTriangles {
+        Fault::TrianglesOutsideBounds {
             owner: "unit",
             index: 1
         }
     );
     assert_rejects!(
         |h| h.groups[1].bounds.radius *= 0.9,
-        Fault::LooseTriangles {
+        Fault::TrianglesOutsideBounds {
             owner: "group",
             index: 1
         }
     );
     assert_rejects!(
         |h| h.groups[0].bounds.radius *= 0.9,
-        Fault::LooseTriangles {
+        Fault::TrianglesOutsideBounds {
             owner: "group",
             index: 0
         }
@@ -354,7 +354,7 @@ fn rejects_bounds_that_leave_triangles_out() {
 fn rejects_cluster_bounds_that_leave_triangles_out() {
     assert_rejects!(
         |h| h.clusters[0].bounds.radius *= 0.5,
-        Fault::LooseTriangles {
+        Fault::TrianglesOutsideBounds {
             owner: "cluster",
             ..
         }

@@ -24,7 +24,7 @@ pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry
     let grids = Grids::around(&source.vertices);
     let quantized = (precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);
-    // Where vertices move, bounds must hold them as they will be read.
+    // Where vertices move, bounds must contain them as they will be read.
     let moved = quantized.map(|grids| {
         let places: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
         let vertices = attributes::from_rows(&rows, attributes, Some(grids), &places);

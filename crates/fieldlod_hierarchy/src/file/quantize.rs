@@ -12,7 +12,7 @@ pub enum Precision {
     #[default]
     Lossless,
     /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
-    /// normals and tangents to 0.06°. Bounds grow to hold the moved triangles.
+    /// normals and tangents to 0.06°. Bounds grow to contain the moved triangles.
     Quantized16,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Grids {
 }
 
 impl Grids {
-    /// Grids that hold `vertices`.
+    /// Grids over the extent of `vertices`.
     pub(super) fn around(vertices: &Vertices) -> Self {
         let Vertices {
             positions,
@@ -93,7 +93,7 @@ impl Grids {
     }
 }
 
-/// The hierarchy with `vertices` in place of its own, and bounds that hold them; and how far the
+/// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far the
 /// positions moved at most, in local units.
 pub(super) fn moved(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
     // How far the vertices moved.

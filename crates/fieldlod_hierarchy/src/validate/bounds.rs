@@ -1,4 +1,4 @@
-//! Bounds hold what they claim to.
+//! Bounds contain what they are around.
 
 use glam::Vec3;
 
@@ -29,7 +29,7 @@ impl Hierarchy {
     fn check_bounds_of_unit(&self, index: usize, positions: &[Vec3]) -> Result<(), E> {
         let unit = &self.units[index];
         let in_box = positions.iter().all(|&point| unit.aabb.contains(point));
-        check_holds("unit", index, in_box)?;
+        check_contains("unit", index, in_box)?;
         // The sphere of a group holds its surface before and after its simplification.
         for group in [Some(unit.consumed_by), unit.producer()]
             .into_iter()
@@ -37,7 +37,7 @@ impl Hierarchy {
         {
             let bounds = self.groups[group as usize].bounds;
             let in_sphere = bounds.contains_all(positions.iter().copied());
-            check_holds("group", group as usize, in_sphere)?;
+            check_contains("group", group as usize, in_sphere)?;
         }
         Ok(())
     }
@@ -50,16 +50,16 @@ impl Hierarchy {
             let own;
             (own, corners) = corners.split_at(cluster.triangle_count as usize * 3);
             let own = own.iter().map(|&corner| positions[usize::from(corner)]);
-            check_holds("cluster", index, cluster.bounds.contains_all(own))?;
+            check_contains("cluster", index, cluster.bounds.contains_all(own))?;
         }
         Ok(())
     }
 }
 
-fn check_holds(owner: &'static str, index: usize, holds: bool) -> Result<(), E> {
-    match holds {
+fn check_contains(owner: &'static str, index: usize, contains: bool) -> Result<(), E> {
+    match contains {
         true => Ok(()),
-        false => Err(E::LooseTriangles { owner, index }),
+        false => Err(E::TrianglesOutsideBounds { owner, index }),
     }
 }
 

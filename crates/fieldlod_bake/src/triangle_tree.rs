@@ -109,30 +109,37 @@ impl TriangleTree {
         let last = self.triangles.len().checked_sub(1)?;
         let slot = start.map_or(0, |start| start.slot as usize).min(last);
         let mut best = self.at(slot, self.triangles[slot].distance_squared(point));
-        // Nodes that are still to be looked into, and how far their boxes are: the nearer of two
-        // last, since it is taken first.
+        if best.distance_squared <= enough {
+            return Some(best);
+        }
+        // Nodes that are still to be looked into, the nearest last, and how far their boxes are.
         let mut pending: Vec<(f32, u32)> = Vec::with_capacity(64);
-        pending.push((0.0, 0));
+        let mut next = Some(0);
         while best.distance_squared > enough
-            && let Some((to_box, node)) = pending.pop()
+            && let Some(index) = next.take()
         {
-            if to_box >= best.distance_squared {
-                continue;
-            }
-            let node = &self.tree.nodes[node as usize];
-            let first = node.first_index as usize;
+            let node = &self.tree.nodes[index as usize];
             if node.is_leaf() {
-                for slot in first..first + node.prim_count as usize {
-                    let distance_squared = self.triangles[slot].distance_squared(point);
+                for slot in node.first_index..node.first_index + node.prim_count {
+                    let distance_squared = self.triangles[slot as usize].distance_squared(point);
                     if distance_squared < best.distance_squared {
-                        best = self.at(slot, distance_squared);
+                        best = self.at(slot as usize, distance_squared);
                     }
                 }
-                continue;
+            } else {
+                let child = |node: u32| (self.to_box(node as usize, point), node);
+                let (a, b) = (child(node.first_index), child(node.first_index + 1));
+                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+                if far.0 < best.distance_squared {
+                    pending.push(far);
+                }
+                next = (near.0 < best.distance_squared).then_some(near.1);
             }
-            let child = |node: usize| (self.to_box(node, point), node as u32);
-            let (a, b) = (child(first), child(first + 1));
-            pending.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
+            while next.is_none()
+                && let Some((to_box, node)) = pending.pop()
+            {
+                next = (to_box < best.distance_squared).then_some(node);
+            }
         }
         Some(best)
     }

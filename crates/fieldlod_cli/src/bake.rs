@@ -11,8 +11,8 @@ use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, 
 use fieldlod_hierarchy::{BakedFile, Precision};
 use serde::Serialize;
 
+use crate::fallbacks::{PrimitiveBake, fallback_lines};
 use crate::summary::PrimitiveSummary;
-use crate::treatments::{PrimitiveBake, treatment_lines};
 
 /// Bake the static meshes of a glTF file.
 #[derive(Args, Debug)]
@@ -67,7 +67,7 @@ struct Report {
     bakes: Vec<PrimitiveBake>,
     /// The same, as lines of text.
     #[serde(skip)]
-    treatments: String,
+    fallbacks: String,
     skipped: Vec<SkippedReport>,
 }
 
@@ -144,7 +144,7 @@ impl Report {
         let baked = outcome.file.primitives.iter();
         let primitives: Vec<PrimitiveSummary> = baked.map(PrimitiveSummary::of).collect();
         let pairs = || primitives.iter().zip(&outcome.reports);
-        let treatments = pairs().map(|(p, report)| treatment_lines(&p.title(), report));
+        let fallbacks = pairs().map(|(p, report)| fallback_lines(&p.title(), report));
         let bakes = pairs().map(|(p, report)| PrimitiveBake::of(p.mesh, p.primitive, report));
         Self {
             input: input.display().to_string(),
@@ -154,7 +154,7 @@ impl Report {
             source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
             coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
             bakes: bakes.collect(),
-            treatments: treatments.collect(),
+            fallbacks: fallbacks.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
             primitives,
         }
@@ -174,7 +174,7 @@ impl Report {
             bytes_text(self.bytes),
             self.seconds,
         );
-        text.push_str(&self.treatments);
+        text.push_str(&self.fallbacks);
         for skipped in &self.skipped {
             let SkippedReport {
                 mesh,

@@ -5,10 +5,10 @@
 //! 1 for a failure and 2 for a wrong command line.
 
 mod bake;
+mod fallbacks;
 mod inspect;
 mod levels;
 mod summary;
-mod treatments;
 mod verify;
 
 use std::process::ExitCode;

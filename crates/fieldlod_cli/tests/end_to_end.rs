@@ -116,7 +116,7 @@ fn json_is_one_object_on_standard_output() {
     let bake = &report["bakes"][0];
     assert_eq!(bake["stuck"], false);
     assert_eq!(bake["coarsest_triangles"], report["coarsest_triangles"]);
-    assert_eq!(bake["treatments"], json!([]));
+    assert_eq!(bake["fallbacks"], json!([]));
     assert_eq!(
         report["skipped"][0]["reason"],
         "it is made of points or lines"

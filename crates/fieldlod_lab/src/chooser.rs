@@ -1,7 +1,7 @@
 //! A method with its memory: which units it draws, from frame to frame.
 
 use fieldlod_hierarchy::Sphere;
-use fieldlod_select::{Cut, LodSettings, select, select_with};
+use fieldlod_select::{Cut, select};
 
 use crate::baselines::group_wise;
 use crate::method::Method;
@@ -44,37 +44,38 @@ impl Chooser {
             return unclosed(view, self.threshold_px);
         }
         // Ours by the selection itself, the others by their errors.
-        match self.method.settings(self.threshold_px) {
-            Some(settings) => {
-                let world_from_local = &view.instance.world_from_local;
-                let (hierarchy, eye) = (&view.object.hierarchy, view.eye.view());
-                select(hierarchy, world_from_local, &eye, &settings, &mut self.cut);
-            }
-            None => self.choose_by_error(view),
-        }
+        let Some(settings) = self.method.settings(self.threshold_px) else {
+            return self.choose_by_error(view);
+        };
+        let world_from_local = &view.instance.world_from_local;
+        let (hierarchy, eye) = (&view.object.hierarchy, view.eye.view());
+        select(hierarchy, world_from_local, &eye, &settings, &mut self.cut);
         Choice {
             refined: self.cut.refined().to_vec(),
             units: self.cut.units().to_vec(),
         }
     }
 
-    /// Chooses by the error of each group, or by one level for all of them, without hysteresis.
-    fn choose_by_error(&mut self, view: &ObjectView) {
-        let (method, hierarchy) = (self.method, &view.object.hierarchy);
-        let level = method.object_level(view, self.threshold_px);
-        let settings = LodSettings {
-            hysteresis: 1.0,
-            ..LodSettings::with_error_px(self.threshold_px)
-        };
-        select_with(hierarchy, &settings, &mut self.cut, |group| match level {
-            // A level of the whole object is all or nothing for each group.
-            Some(level) if hierarchy.groups[group].level >= level => f32::INFINITY,
-            Some(_) => 0.0,
+    /// Chooses by the error of each group, or by one level for all of them, without memory.
+    fn choose_by_error(&self, view: &ObjectView) -> Choice {
+        let hierarchy = &view.object.hierarchy;
+        let level = self.method.object_level(view, self.threshold_px);
+        let mut refined = vec![false; hierarchy.groups.len()];
+        hierarchy.refine_by(&mut refined, |group, _| match level {
+            Some(level) => hierarchy.groups[group].level >= level,
             None => {
-                let error_px = method.group_error_px(view, group);
-                error_px.expect("the oracle chooses by pictures")
+                let error_px = self
+                    .method
+                    .group_error_px(view, group)
+                    .expect("the oracle chooses by pictures");
+                error_px.is_nan() || error_px > self.threshold_px
             }
         });
+        let units = hierarchy.drawn_units(&refined);
+        Choice {
+            units: units.map(|unit| unit as u32).collect(),
+            refined,
+        }
     }
 }
 

@@ -107,7 +107,7 @@ mod tests {
 
     /// The fast methods choose what the plain ones do.
     #[test]
-    fn the_fast_ways_choose_as_the_plain_ones() {
+    fn the_fast_methods_choose_as_the_plain_ones() {
         let hierarchy = bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap();
         let object = LodObject::new(hierarchy, ErrorSource::Reported);
         let instance = Instance::default();

@@ -10,19 +10,17 @@
 //! the greedy answer to "least error for a number of triangles". It knows occlusion, lights and
 //! textures; no criterion without pictures can.
 
-use fieldlod_select::{Cut, LodSettings, select_with};
-
 use super::pose_view::PoseView;
 use crate::object_view::ObjectView;
 use crate::render::{Picture, RenderError, SUPERSAMPLING, UnitMap};
 
 /// The distance, in texels, at which a difference beside a silhouette may lie from the surface that made it.
-const REACH_TEXELS: i64 = 6;
+const SEARCH_TEXELS: i64 = 6;
 
 /// The error that each group's simplification makes in the picture.
 pub(super) struct Oracle {
     /// Sum of squared differences of levels per triangle saved, by group.
-    worth: Vec<f32>,
+    errors: Vec<f32>,
 }
 
 impl Oracle {
@@ -31,15 +29,15 @@ impl Oracle {
         // What the simplification of each group changes in the picture, level by level.
         let mut squares = vec![0.0f64; hierarchy.groups.len()];
         for level in 0..hierarchy.level_count() {
-            let units = level_units(&view.view, level);
-            let units = view.view.units_in_view(&units);
-            let scene = view.scene;
+            // The cut that simplifies every group up to the level.
+            let cut = units_refined_by(&view.view, |group| hierarchy.groups[group].level > level);
+            let (scene, units) = (view.scene, view.view.units_in_view(&cut));
             let drawn = scene.renderer.draw_units(&scene.model, &view.eye, &units)?;
             attribute(view, level, &drawn, &mut squares);
         }
         // Over the triangles that it saves.
         let saved = saved_in_view(&view.view);
-        let worth = squares.iter().zip(&saved).map(|(&squares, &saved)| {
+        let errors = squares.iter().zip(&saved).map(|(&squares, &saved)| {
             if saved > 0 {
                 (squares / saved as f64) as f32
             } else {
@@ -47,17 +45,17 @@ impl Oracle {
             }
         });
         Ok(Self {
-            worth: worth.collect(),
+            errors: errors.collect(),
         })
     }
 
     /// Thresholds from the finest to the coarsest, evenly over the groups that matter.
     pub(super) fn thresholds(&self, count: usize) -> Vec<f32> {
-        let mut worth: Vec<f32> = self.worth.iter().copied().filter(|w| *w > 0.0).collect();
-        worth.sort_by(f32::total_cmp);
+        let mut sorted: Vec<f32> = self.errors.iter().copied().filter(|w| *w > 0.0).collect();
+        sorted.sort_by(f32::total_cmp);
         let at = |share: f64| {
-            worth
-                .get((share * (worth.len() as f64 - 1.0)) as usize)
+            sorted
+                .get((share * (sorted.len() as f64 - 1.0)) as usize)
                 .copied()
         };
         // Few groups are coarse, and those decide the coarse cuts: the finer steps are at the end.
@@ -65,20 +63,17 @@ impl Oracle {
         shares.filter_map(at).collect()
     }
 
+    /// The units of the cut that refines the groups whose error per triangle is above a threshold.
     pub(super) fn choose(&self, view: &ObjectView, threshold: f32) -> Vec<u32> {
-        let mut cut = Cut::default();
-        let settings = LodSettings::with_error_px(threshold);
-        let hierarchy = &view.object.hierarchy;
-        select_with(hierarchy, &settings, &mut cut, |group| self.worth[group]);
-        cut.units().to_vec()
+        units_refined_by(view, |group| self.errors[group] > threshold)
     }
 }
 
-/// The cut that simplifies every group up to `level`.
-fn level_units(view: &ObjectView, level: u32) -> Vec<u32> {
+/// The units of the cut that refines the groups for which a criterion holds.
+fn units_refined_by(view: &ObjectView, criterion: impl Fn(usize) -> bool) -> Vec<u32> {
     let hierarchy = &view.object.hierarchy;
-    let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level > level).collect();
-    hierarchy.close_refinement(&mut refined);
+    let mut refined = vec![false; hierarchy.groups.len()];
+    hierarchy.refine_by(&mut refined, |group, _| criterion(group));
     let drawn = hierarchy.drawn_units(&refined);
     drawn.map(|unit| unit as u32).collect()
 }
@@ -135,7 +130,7 @@ fn unit_at(map: &UnitMap, x: i64, y: i64) -> Option<u32> {
 
 /// The group at a texel, or at one of the rings around it.
 fn nearest(x: i64, y: i64, group_at: impl Fn(i64, i64) -> Option<u32>) -> Option<u32> {
-    (0..=REACH_TEXELS).find_map(|ring| {
+    (0..=SEARCH_TEXELS).find_map(|ring| {
         let span = -ring..=ring;
         span.clone().find_map(|dx| {
             let mut rows = span.clone().filter(|dy| dx.abs().max(dy.abs()) == ring);

@@ -133,11 +133,11 @@ fn worst_promises(models: &[ModelResult]) -> Vec<PromiseResult> {
             triangles: 0.0,
             ..first.promise[index]
         };
-        of_models.fold(none, |worst, kept| PromiseResult {
-            max_px: worst.max_px.max(kept.max_px),
-            p99_9_px: worst.p99_9_px.max(kept.p99_9_px),
-            mean_px: worst.mean_px.max(kept.mean_px),
-            triangles: worst.triangles + kept.triangles,
+        of_models.fold(none, |worst, result| PromiseResult {
+            max_px: worst.max_px.max(result.max_px),
+            p99_9_px: worst.p99_9_px.max(result.p99_9_px),
+            mean_px: worst.mean_px.max(result.mean_px),
+            triangles: worst.triangles + result.triangles,
             ..worst
         })
     };

@@ -42,8 +42,8 @@ impl Store {
     ) -> Result<T, ChartError> {
         // What was measured before.
         let path = self.path(key);
-        let kept = fs::read(&path).ok();
-        if let Some(result) = kept.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
+        let stored = fs::read(&path).ok();
+        if let Some(result) = stored.and_then(|bytes| serde_json::from_slice(&bytes).ok()) {
             return Ok(result);
         }
         // Else what is measured now.

@@ -172,12 +172,12 @@ impl Renderer {
         draw: impl FnOnce(&Targets) -> Result<T, RenderError>,
     ) -> Result<T, RenderError> {
         // Those of the last picture serve again if they have the size.
-        let mut kept = self.targets.borrow_mut();
-        let targets = match kept.take() {
+        let mut last = self.targets.borrow_mut();
+        let targets = match last.take() {
             Some(targets) if targets.size == size => targets,
             _ => Targets::new(&self.device, size),
         };
-        draw(kept.insert(targets))
+        draw(last.insert(targets))
     }
 
     fn submit(

@@ -16,7 +16,7 @@ pub(crate) struct PrimitiveBake {
     coarsest_triangles: usize,
     /// Whether the coarsest level has more triangles than it should, whatever was tried.
     stuck: bool,
-    treatments: Vec<Step>,
+    fallbacks: Vec<Step>,
 }
 
 #[derive(Debug, Serialize)]
@@ -29,11 +29,11 @@ struct Step {
 
 impl PrimitiveBake {
     pub(crate) fn of(mesh: u32, primitive: u32, report: &BakeReport) -> Self {
-        let step = |treatment: &Fallback| Step {
-            what: treatment.kind.to_string(),
-            group: treatment.group,
-            from: treatment.from,
-            to: treatment.to,
+        let step = |fallback: &Fallback| Step {
+            what: fallback.kind.to_string(),
+            group: fallback.group,
+            from: fallback.from,
+            to: fallback.to,
         };
         Self {
             mesh,
@@ -42,14 +42,14 @@ impl PrimitiveBake {
             tail_levels: report.whole_mesh_levels,
             coarsest_triangles: report.coarsest_triangles,
             stuck: report.is_stuck(),
-            treatments: report.fallbacks.iter().map(step).collect(),
+            fallbacks: report.fallbacks.iter().map(step).collect(),
         }
     }
 }
 
 /// One line for each kind of step that was taken, and one if all was in vain; each begins with a
 /// line break.
-pub(crate) fn treatment_lines(title: &str, report: &BakeReport) -> String {
+pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
     let mut text = String::new();
     for kind in [
         FallbackKind::Pruned,
@@ -65,7 +65,7 @@ pub(crate) fn treatment_lines(title: &str, report: &BakeReport) -> String {
         let (from, to) = (thousands(first.from as u64), thousands(last.to as u64));
         let _ = write!(
             text,
-            "\ntreated: {title}: {kind} from {from} to {to} triangles"
+            "\nfallback: {title}: {kind} from {from} to {to} triangles"
         );
     }
     if report.is_stuck() {
@@ -99,12 +99,12 @@ mod tests {
             ],
             ..BakeReport::default()
         };
-        let treated = "\ntreated: m: small components left out from 9,000 to 4,000 triangles\
-            \ntreated: m: vertices merged on a grid from 4,000 to 512 triangles";
-        assert_eq!(treatment_lines("m", &report), treated);
+        let lines = "\nfallback: m: small components left out from 9,000 to 4,000 triangles\
+            \nfallback: m: vertices merged on a grid from 4,000 to 512 triangles";
+        assert_eq!(fallback_lines("m", &report), lines);
         report.coarsest_triangles = 513;
-        let said = treatment_lines("m", &report);
-        assert!(said.starts_with(treated), "{said}");
+        let said = fallback_lines("m", &report);
+        assert!(said.starts_with(lines), "{said}");
         assert!(
             said.ends_with("\nstuck: m: 513 triangles at its coarsest: no means got on from there")
         );

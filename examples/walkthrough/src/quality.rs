@@ -21,6 +21,8 @@ pub(crate) struct Quality {
     pub(crate) msaa: Msaa,
     /// Share of the trees and of the undergrowth that is there, from 0 to 1.
     pub(crate) vegetation: f32,
+    /// Squares of the ground along a side, of two triangles each.
+    pub(crate) ground_squares: u32,
     /// Most texels of the ground's texture along the longer side of a stretched pixel.
     pub(crate) ground_anisotropy: u16,
     /// Shadow maps of sun and moon, each for a range of distances.
@@ -42,6 +44,7 @@ impl Quality {
         error_px: 1.0,
         msaa: Msaa::Sample4,
         vegetation: 1.0,
+        ground_squares: 620,
         ground_anisotropy: 4,
         shadow_cascades: 4,
         shadow_distance_in_m: 280.0,
@@ -57,6 +60,7 @@ impl Quality {
         error_px: 2.0,
         msaa: Msaa::Off,
         vegetation: 0.6,
+        ground_squares: 310,
         shadow_cascades: 1,
         shadow_distance_in_m: 90.0,
         shadow_map_in_texels: 1024,

@@ -107,7 +107,7 @@ fn generate(quality: &Quality) -> Generated {
     let start = Instant::now();
     let (shapes, ground) = std::thread::scope(|scope| {
         let ground = scope.spawn(|| ground_texture::paint(quality.ground_anisotropy));
-        let shapes = shapes::generate_all();
+        let shapes = shapes::generate_all(quality.ground_squares);
         let ground = ground.join();
         (
             shapes,

@@ -69,10 +69,11 @@ impl ShapeId {
         Self::Stone,
     ];
 
-    /// Makes the shape. Takes some 100 ms; always gives the same triangles.
-    pub(crate) fn generate(self) -> Shape {
+    /// Makes the shape, the ground of so many squares along a side. Takes some 100 ms; always gives
+    /// the same triangles.
+    pub(crate) fn generate(self, ground_squares: u32) -> Shape {
         match self {
-            Self::Terrain => terrain::terrain(),
+            Self::Terrain => terrain::terrain(ground_squares),
             Self::Rock(variant) => rock::rock(u32::from(variant)),
             Self::Column => column::column(),
             Self::BrokenColumn => column::broken_column(),
@@ -91,9 +92,9 @@ impl ShapeId {
 }
 
 /// Makes all shapes, in the order of [`ShapeId::ALL`], on all cores.
-pub(crate) fn generate_all() -> Vec<(ShapeId, Shape)> {
+pub(crate) fn generate_all(ground_squares: u32) -> Vec<(ShapeId, Shape)> {
     std::thread::scope(|scope| {
-        let threads = ShapeId::ALL.map(|id| (id, scope.spawn(move || id.generate())));
+        let threads = ShapeId::ALL.map(|id| (id, scope.spawn(move || id.generate(ground_squares))));
         let finished = threads.into_iter().map(|(id, thread)| {
             let shape = thread.join();
             (id, shape.expect("shapes are generated without panics"))
@@ -107,7 +108,7 @@ pub(crate) fn generate_all() -> Vec<(ShapeId, Shape)> {
 pub(crate) fn generated() -> &'static std::collections::HashMap<ShapeId, Shape> {
     static SHAPES: std::sync::OnceLock<std::collections::HashMap<ShapeId, Shape>> =
         std::sync::OnceLock::new();
-    SHAPES.get_or_init(|| generate_all().into_iter().collect())
+    SHAPES.get_or_init(|| generate_all(620).into_iter().collect())
 }
 
 #[cfg(test)]
@@ -135,7 +136,7 @@ mod tests {
     #[test]
     fn shapes_are_deterministic() {
         for id in [ShapeId::Rock(1), ShapeId::Knot] {
-            assert!(id.generate() == generated()[&id]);
+            assert!(id.generate(1) == generated()[&id]);
         }
     }
 }

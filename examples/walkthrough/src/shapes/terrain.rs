@@ -7,8 +7,6 @@ use crate::noise::{fbm, gradient, ridges, smoothstep};
 
 /// Side of the square of ground, centred on the origin.
 pub(crate) const SIDE_IN_M: f32 = 480.0;
-/// Squares along a side, of two triangles each; the finest are in the middle.
-const SQUARES: u32 = 620;
 
 /// The avenue runs along Z between these points of the ground plane, and ends in the plaza.
 pub(crate) const AVENUE: [Vec2; 2] = [Vec2::new(0.0, 86.0), Vec2::new(0.0, -20.0)];
@@ -25,19 +23,20 @@ pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
 /// Height of the round temple's terrace.
 pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
-/// The ground as one open mesh of 768 800 triangles, with texture coordinates from 0 to 1.
-pub(crate) fn terrain() -> Shape {
-    let vertices = (0..=SQUARES).flat_map(|z| (0..=SQUARES).map(move |x| (x, z)));
+/// The ground as one open mesh of so many squares along a side, the finest in the middle, of two
+/// triangles each; with texture coordinates from 0 to 1.
+pub(crate) fn terrain(squares: u32) -> Shape {
+    let vertices = (0..=squares).flat_map(|z| (0..=squares).map(move |x| (x, z)));
     let uvs: Vec<_> = vertices
-        .map(|(x, z)| Vec2::new(x as f32, z as f32) / SQUARES as f32)
+        .map(|(x, z)| Vec2::new(x as f32, z as f32) / squares as f32)
         .collect();
     let positions = uvs.iter().map(|&uv| {
         let p = point_at(uv);
         Vec3::new(p.x, height(p), p.y)
     });
-    let corner = |x: u32, z: u32| z * (SQUARES + 1) + x;
-    let squares = (0..SQUARES).flat_map(|z| (0..SQUARES).map(move |x| (x, z)));
-    let indices = squares.flat_map(|(x, z)| {
+    let corner = |x: u32, z: u32| z * (squares + 1) + x;
+    let lower_corners = (0..squares).flat_map(|z| (0..squares).map(move |x| (x, z)));
+    let indices = lower_corners.flat_map(|(x, z)| {
         let [a, b] = [corner(x, z), corner(x + 1, z)];
         let [c, d] = [corner(x, z + 1), corner(x + 1, z + 1)];
         [a, c, b, b, c, d]
@@ -194,7 +193,7 @@ mod tests {
 
     #[test]
     fn the_picture_of_the_ground_lies_where_it_is_painted() {
-        let ground = terrain();
+        let ground = terrain(100);
         assert_eq!(ground.uvs.len(), ground.positions.len());
         for (uv, p) in ground.uvs.iter().zip(&ground.positions).step_by(97) {
             assert!(point_at(*uv).distance(Vec2::new(p.x, p.z)) < 1e-3, "{p}");

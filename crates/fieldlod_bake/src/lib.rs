@@ -40,8 +40,8 @@
 //! The error of a group is what meshoptimizer reports: a weighted mean of squared distances mixed
 //! with attribute differences, neither a bound nor tight. Its deviation, the two-sided Hausdorff
 //! distance of the simplified surface to the source, is measured: ten times as many samples
-//! elsewhere find no more than 5 % beyond it; of meshes that are all steps, one in thirty goes
-//! further, by up to 8 % (29 % in groups of 200 triangles). A piece that would
+//! elsewhere find no more than 5 % beyond it; of meshes that are all steps, one in
+//! twenty-five goes further, by up to 8 % (29 % in groups of 200 triangles). A piece that would
 //! vanish when simplified (two triangles back to back, say) is kept as its first triangle, and so is
 //! seen from one side only; apart from that, every cut of a closed mesh is closed.
 //!

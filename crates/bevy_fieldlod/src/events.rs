@@ -107,22 +107,6 @@ impl From<MeshAccessError> for LodError {
 }
 
 impl FieldLodEvent {
-    /// Tells that a mesh has levels of detail.
-    pub(crate) fn ready(
-        assets: &AssetServer,
-        mesh: AssetId<Mesh>,
-        kind: LodKind,
-        origin: LodOrigin,
-    ) -> Self {
-        let path = asset_path(assets, mesh);
-        Self::Ready {
-            mesh,
-            path,
-            kind,
-            origin,
-        }
-    }
-
     /// Tells that a mesh has none, and logs it.
     pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
         let name = asset_name(assets, mesh.untyped());
@@ -135,7 +119,8 @@ impl FieldLodEvent {
     }
 }
 
-fn asset_path(assets: &AssetServer, mesh: AssetId<Mesh>) -> Option<String> {
+/// The path of a mesh, if it was loaded from one.
+pub(crate) fn asset_path(assets: &AssetServer, mesh: AssetId<Mesh>) -> Option<String> {
     assets.get_path(mesh).map(|path| path.to_string())
 }
 

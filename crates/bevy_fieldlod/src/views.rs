@@ -58,19 +58,6 @@ fn place_instances(
     }
 }
 
-/// All lights that may cast shadows.
-type Lights<'w, 's> = (
-    Query<'w, 's, &'static DirectionalLight>,
-    Query<'w, 's, &'static PointLight>,
-    Query<'w, 's, &'static SpotLight>,
-);
-
-fn any_casts_shadows((directional, point, spot): &Lights) -> bool {
-    directional.iter().any(|light| light.shadow_maps_enabled)
-        || point.iter().any(|light| light.shadow_maps_enabled)
-        || spot.iter().any(|light| light.shadow_maps_enabled)
-}
-
 /// Selects the cut of every active view, and applies what changed to the scene.
 fn select_views(
     mut scene: ResMut<LodScene>,
@@ -83,12 +70,16 @@ fn select_views(
     )>,
     changed_layers: Query<(), (Changed<RenderLayers>, Or<(With<ViewCut>, With<LodObject>)>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
-    lights: Lights,
+    lights: Query<AnyOf<(&DirectionalLight, &PointLight, &SpotLight)>>,
     debug: Res<FieldLodDebug>,
 ) {
     let scene = scene.bypass_change_detection();
     // What casts shadows into the image counts, seen or not.
-    let has_shadows = any_casts_shadows(&lights);
+    let has_shadows = lights.iter().any(|(directional, point, spot)| {
+        directional.is_some_and(|light| light.shadow_maps_enabled)
+            || point.is_some_and(|light| light.shadow_maps_enabled)
+            || spot.is_some_and(|light| light.shadow_maps_enabled)
+    });
     let cuts = cameras.iter_mut().map(|(_, _, _, cut, _)| cut.into_inner());
     scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
     // Each view goes from its last cut to the next; only what changed reaches the scene.

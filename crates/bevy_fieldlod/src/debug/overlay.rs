@@ -43,17 +43,13 @@ fn text(views: &Query<(&Camera, &FieldLodViewStats)>, progress: &FieldLodProgres
         progress.ready, progress.plain, progress.waiting
     );
     for (_, stats) in views.iter().filter(|(camera, _)| camera.is_active) {
-        let FieldLodViewStats {
-            triangles_drawn,
-            triangles_full,
-            units_drawn,
-            error_px,
-            selection_time,
-        } = stats;
-        let ms = selection_time.as_secs_f64() * 1e3;
         text += &format!(
-            "\n{triangles_drawn} of {triangles_full} triangles in {units_drawn} meshes at \
-             {error_px:.2} px, selected in {ms:.2} ms"
+            "\n{} of {} triangles in {} meshes at {:.2} px, selected in {:.2} ms",
+            stats.triangles_drawn,
+            stats.triangles_full,
+            stats.units_drawn,
+            stats.error_px,
+            stats.selection_time.as_secs_f64() * 1e3,
         );
     }
     text

@@ -8,7 +8,7 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::lookup::{LodMeshEntry, LodMeshes};
 use super::prepare::PreparedMesh;
-use crate::events::FieldLodEvent;
+use crate::events::{FieldLodEvent, asset_path};
 use crate::lod_mesh::{LodMesh, LodPiece};
 use crate::lod_scene::LodScene;
 use crate::upload::UploadQueue;
@@ -32,8 +32,12 @@ pub(super) fn collect_prepared_meshes(
         };
         match result {
             Ok(prepared) => {
-                let (kind, origin) = (prepared.kind, prepared.origin);
-                events.write(FieldLodEvent::ready(&assets, key.mesh, kind, origin));
+                events.write(FieldLodEvent::Ready {
+                    mesh: key.mesh,
+                    path: asset_path(&assets, key.mesh),
+                    kind: prepared.kind,
+                    origin: prepared.origin,
+                });
                 let lod = add_mesh(prepared, &mut scene, &mut meshes);
                 uploads.push(lod.clone());
                 *entry = LodMeshEntry::Ready(lod);

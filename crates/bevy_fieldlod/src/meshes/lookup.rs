@@ -58,12 +58,6 @@ impl LodMeshes {
     }
 }
 
-/// Why there is no `.fieldlod` file yet, or never will be.
-enum NoFile {
-    Loading,
-    Failed(LodError),
-}
-
 /// Looks up the levels of detail of meshes.
 #[derive(SystemParam)]
 pub(super) struct LodMeshLookup<'w> {
@@ -107,14 +101,16 @@ impl LodMeshLookup<'_> {
             return Some(LodMeshEntry::Plain);
         }
         // A file that was named must be there first.
-        let file = match baked.map(|handle| self.file(handle)).transpose() {
-            Ok(file) => file,
-            Err(NoFile::Loading) => return None,
-            Err(NoFile::Failed(error)) => {
-                let event = FieldLodEvent::failed(&self.assets, mesh, error);
-                self.events.write(event);
-                return Some(LodMeshEntry::Plain);
-            }
+        let file = match baked {
+            Some(handle) => match self.file(handle)? {
+                Ok(file) => Some(file),
+                Err(error) => {
+                    let event = FieldLodEvent::failed(&self.assets, mesh, error);
+                    self.events.write(event);
+                    return Some(LodMeshEntry::Plain);
+                }
+            },
+            None => None,
         };
         // All else is the task's.
         let job = PrepareJob {
@@ -129,16 +125,17 @@ impl LodMeshLookup<'_> {
         Some(LodMeshEntry::Preparing(task))
     }
 
-    /// A loaded `.fieldlod` file, with its name.
-    fn file(&self, handle: &Handle<BakedLods>) -> Result<(String, Arc<BakedFile>), NoFile> {
+    /// A `.fieldlod` file, with its name; `None` while it is being loaded.
+    fn file(
+        &self,
+        handle: &Handle<BakedLods>,
+    ) -> Option<Result<(String, Arc<BakedFile>), LodError>> {
         let file = asset_name(&self.assets, handle.id().untyped());
-        match self.files.get(handle) {
-            Some(loaded) => Ok((file, loaded.file.clone())),
-            None if self.assets.load_state(handle).is_failed() => {
-                Err(NoFile::Failed(LodError::FileNotLoaded { file }))
-            }
-            None => Err(NoFile::Loading),
+        if let Some(loaded) = self.files.get(handle) {
+            return Some(Ok((file, loaded.file.clone())));
         }
+        let has_failed = self.assets.load_state(handle).is_failed();
+        has_failed.then_some(Err(LodError::FileNotLoaded { file }))
     }
 
     /// Where to look for a file beside the asset that a mesh is part of, if that is wanted.

@@ -1,6 +1,6 @@
 //! `.fieldlod` files beside the assets that they belong to.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bevy::asset::io::AssetReaderError;
@@ -29,12 +29,12 @@ impl SidecarFiles {
 
     /// Finds the file for the asset at `path`.
     pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
-        let path = path.clone().without_label().into_owned();
-        if let Some(found) = self.lock().get(&path) {
+        let asset = path.clone().without_label().into_owned();
+        if let Some(found) = self.lock().get(&asset) {
             return found.clone();
         }
-        let found = read_sidecar(assets, &path).await;
-        self.lock().insert(path, found.clone());
+        let found = read_sidecar(assets, &asset).await;
+        self.lock().insert(asset, found.clone());
         found
     }
 
@@ -86,7 +86,7 @@ async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> 
     match result {
         Ok(_) => Some(bytes),
         Err(error) => {
-            warn!("{} cannot be read: {error}", PathBuf::from(file).display());
+            warn!("{} cannot be read: {error}", file.display());
             None
         }
     }

@@ -127,7 +127,7 @@ impl ChangedEntities<'_, '_> {
     }
 }
 
-/// Finds mesh entities that came under an [`AutoLod`], left it, or whose mesh was exchanged.
+/// Finds mesh entities that came under an [`AutoLod`], left it, or whose mesh changed.
 fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,

@@ -3,7 +3,7 @@
 //! Simplification keeps source vertices, so a unit's mesh is a selection of the source mesh's
 //! vertices with every attribute that they have, whatever it is. Equal attributes mean an equal
 //! vertex layout, so the pipelines that draw the source mesh draw its units too: nothing is
-//! compiled when the one is exchanged for the other.
+//! compiled when the one takes the place of the other.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues};

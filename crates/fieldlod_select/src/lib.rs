@@ -37,16 +37,16 @@
 //! # Speed
 //! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these
 //! steps answers only where it is certain that the criterion would answer the same:
-//! 1. A tree over the instances: a frame visits only those nodes whose answer the camera's way since
-//!    the last visit could have changed.
+//! 1. A tree over the instances: a frame visits only those nodes whose answer the camera's moves
+//!    since the last visit could have changed.
 //! 2. Nodes and instances that are wholly outside the view, or far enough, are answered at once.
 //! 3. Within a mesh, 64 groups are decided by one sphere around them; what is left, eight groups by a
 //!    bound that knows depth and facing; then single groups by the same bound, and by an interval
 //!    of the criterion that can tell both "refine" and "do not". The few that remain go to the
-//!    criterion.
-//! 4. The same interval, taken over all places and turns that the camera can reach on a way of some
-//!    length, tells for how long the decisions on 64 groups hold: a walking camera decides few of
-//!    them anew.
+//!    criterion. What each of these is worth is in `benches/RECORD.md`.
+//! 4. The same interval, taken over all places and turns that the camera can reach within a distance,
+//!    tells for how long the decisions on 64 groups stay valid: a walking camera decides few of them
+//!    anew.
 //!
 //! A first frame lists every instance, since whoever draws them has to hear of each: its time is
 //! linear in their number, at 3 to 4 ns for each that is outside the view or far away. Later frames

@@ -1,5 +1,7 @@
 //! What tests of objects and of their groups need of a view under one set of settings.
 
+use std::cell::OnceCell;
+
 use camera_field::Camera;
 use wide::f32x8;
 
@@ -11,8 +13,10 @@ use crate::sides::{PerspectiveSides, Sides};
 pub(crate) struct ViewParts<'a> {
     pub(crate) settings: &'a LodSettings,
     pub(crate) entering: CameraParts,
-    /// `None` where that is the same.
-    leaving: Option<CameraParts>,
+    /// The camera that refined groups leave; `None` where that is the same.
+    kept_camera: Option<Camera>,
+    /// The parts of it: made when first asked, as most frames decide nothing that was refined.
+    leaving: OnceCell<CameraParts>,
 }
 
 /// What the tests need of one camera.
@@ -23,8 +27,8 @@ pub(crate) struct CameraParts {
     pub(crate) scale: ErrorScale,
     /// The sides in camera space.
     pub(crate) sides: Sides<f32>,
-    /// The same for eight spheres at once, of no meaning for an orthographic camera.
-    pub(crate) perspective_sides: PerspectiveSides<f32x8>,
+    /// The same for eight spheres at once: made when first asked.
+    perspective_sides: OnceCell<PerspectiveSides<f32x8>>,
     /// `C` of the criterion's field strength and `f`, of perspective cameras and where the errors that
     /// they belong to count.
     pub(crate) constant_px2: Option<f32>,
@@ -36,27 +40,31 @@ impl<'a> ViewParts<'a> {
         Self {
             settings,
             entering: CameraParts::new(entering, settings),
-            leaving: (leaving != entering).then(|| CameraParts::new(leaving, settings)),
+            kept_camera: (leaving != entering).then_some(*leaving),
+            leaving: OnceCell::new(),
         }
     }
 
     /// The camera that refined groups leave.
     #[inline]
     pub(crate) fn leaving(&self) -> &CameraParts {
-        self.leaving.as_ref().unwrap_or(&self.entering)
+        let Some(camera) = &self.kept_camera else {
+            return &self.entering;
+        };
+        let parts = || CameraParts::new(camera, self.settings);
+        self.leaving.get_or_init(parts)
     }
 
     /// Whether refined groups leave another view than they enter.
     #[inline]
     pub(crate) fn has_margin(&self) -> bool {
-        self.leaving.is_some()
+        self.kept_camera.is_some()
     }
 }
 
 impl CameraParts {
     fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
-        let sides = Sides::of(camera);
         let (secant, constant_px2, focal_px) = match camera {
             Camera::Perspective(camera) => (
                 camera.max_secant(),
@@ -69,10 +77,17 @@ impl CameraParts {
             camera: *camera,
             secant,
             scale: ErrorScale::of_view(camera, settings),
-            perspective_sides: PerspectiveSides::of(&sides),
-            sides,
+            sides: Sides::of(camera),
+            perspective_sides: OnceCell::new(),
             constant_px2: weights.counts_error.then_some(constant_px2),
             focal_px: weights.displacement_weight.map(|weight| focal_px * weight),
         }
+    }
+
+    /// The sides of a perspective camera for eight spheres at once; of no meaning for an orthographic one.
+    #[inline]
+    pub(crate) fn perspective_sides(&self) -> &PerspectiveSides<f32x8> {
+        let in_lanes = || PerspectiveSides::of(&self.sides);
+        self.perspective_sides.get_or_init(in_lanes)
     }
 }

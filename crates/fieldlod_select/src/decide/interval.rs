@@ -123,10 +123,13 @@ impl<'a> IntervalTest<'a> {
             self.thresholds.refine_above_px,
             self.thresholds.coarsen_below_px,
         );
-        let least_cosine = either(
-            1.0 / self.parts.entering.secant,
-            1.0 / self.parts.leaving().secant,
-        );
+        let least_cosine = match was_refined {
+            0 => f32x8::splat(1.0 / self.parts.entering.secant),
+            _ => either(
+                1.0 / self.parts.entering.secant,
+                1.0 / self.parts.leaving().secant,
+            ),
+        };
         let seen = self.seen(table, block, least_cosine);
         let placement = self.placement(&seen, was_refined, was);
         // In the view.
@@ -236,7 +239,7 @@ impl<'a> IntervalTest<'a> {
     /// Where the groups are in the view that they enter or, if they were refined, leave.
     #[inline]
     fn placement(&self, seen: &SeenInterval, was_refined: u32, was: f32x8) -> Placement {
-        let entered = self.placement_in(seen, &self.parts.entering.perspective_sides);
+        let entered = self.placement_in(seen, self.parts.entering.perspective_sides());
         // What touches the view that is entered, and is wholly ahead, touches the wider one too.
         let ahead = self.max_move.is_below(seen.center.z - seen.radius);
         let entered = Placement {
@@ -247,7 +250,7 @@ impl<'a> IntervalTest<'a> {
             return entered;
         }
         // What was refined leaves the wider view; nothing leaves where it enters.
-        let left = self.placement_in(seen, &self.parts.leaving().perspective_sides);
+        let left = self.placement_in(seen, self.parts.leaving().perspective_sides());
         Placement {
             outside: f32x8::choose(was, left.outside, entered.outside),
             inside: f32x8::choose(was, left.inside, entered.inside),

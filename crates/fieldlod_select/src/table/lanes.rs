@@ -18,10 +18,22 @@ pub(super) fn lanes_of<T>(items: &[T], elements: usize, value: impl Fn(&T) -> f3
         .collect()
 }
 
+/// One vector of each item, eight to an element.
+fn vectors_of<T>(items: &[T], elements: usize, value: impl Fn(&T) -> Vec3) -> Vec<V3<f32x8>> {
+    let [x, y, z] = std::array::from_fn(|axis| lanes_of(items, elements, |item| value(item)[axis]));
+    (0..elements)
+        .map(|element| V3 {
+            x: x[element],
+            y: y[element],
+            z: z[element],
+        })
+        .collect()
+}
+
 /// Spheres and errors.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundsLanes {
-    center: [Vec<f32x8>; 3],
+    center: Vec<V3<f32x8>>,
     pub(crate) radius: Vec<f32x8>,
     /// `e √W` with the greatest weight `W` that any direction gives.
     pub(crate) error_weighed: Vec<f32x8>,
@@ -31,9 +43,8 @@ pub(crate) struct BoundsLanes {
 impl BoundsLanes {
     pub(super) fn new(items: impl Iterator<Item = ErrorBounds>, elements: usize) -> Self {
         let items: Vec<ErrorBounds> = items.collect();
-        let axis = |axis: usize| lanes_of(&items, elements, |item| item.sphere.center[axis]);
         Self {
-            center: std::array::from_fn(axis),
+            center: vectors_of(&items, elements, |item| item.sphere.center),
             radius: lanes_of(&items, elements, |item| item.sphere.radius),
             error_weighed: lanes_of(&items, elements, |item| item.error_weighed),
             deviation: lanes_of(&items, elements, |item| item.deviation),
@@ -42,12 +53,7 @@ impl BoundsLanes {
 
     #[inline]
     pub(crate) fn center(&self, element: usize) -> V3<f32x8> {
-        let [x, y, z] = &self.center;
-        V3 {
-            x: x[element],
-            y: y[element],
-            z: z[element],
-        }
+        self.center[element]
     }
 }
 
@@ -55,7 +61,7 @@ impl BoundsLanes {
 #[derive(Clone, Debug)]
 pub(crate) struct FacingLanes {
     pub(crate) error: Vec<f32x8>,
-    normal: [Vec<f32x8>; 3],
+    normal: Vec<V3<f32x8>>,
     /// At least `½ √v + 0.1` and by how much mean normals differ from `normal`: a quarter of `W` is at
     /// most `max(normal·s, 0)` more.
     pub(crate) edge_on_weight: Vec<f32x8>,
@@ -72,22 +78,16 @@ impl FacingLanes {
     /// One facing for each `size` groups; `elements` of eight.
     pub(super) fn new(groups: &[Group], size: usize, elements: usize) -> Self {
         let items: Vec<Facing> = groups.chunks(size).map(Facing::of).collect();
-        let axis = |axis: usize| lanes_of(&items, elements, |item| item.normal[axis]);
         Self {
             error: lanes_of(&items, elements, |item| item.error),
-            normal: std::array::from_fn(axis),
+            normal: vectors_of(&items, elements, |item| item.normal),
             edge_on_weight: lanes_of(&items, elements, |item| item.edge_on_weight),
         }
     }
 
     #[inline]
     pub(crate) fn normal(&self, element: usize) -> V3<f32x8> {
-        let [x, y, z] = &self.normal;
-        V3 {
-            x: x[element],
-            y: y[element],
-            z: z[element],
-        }
+        self.normal[element]
     }
 }
 

@@ -66,6 +66,7 @@ struct Answer {
 impl<'a> Decision<'a> {
     /// The errors of the instance count `bias` times. Answers tell whether they stay valid for all poses
     /// that move no point farther than `tolerance` in camera space.
+    #[inline]
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,

@@ -24,6 +24,8 @@ pub(crate) struct CameraParts {
     pub(crate) camera: Camera,
     /// Secant of the image's widest corner; 1 for an orthographic camera.
     pub(crate) secant: f32,
+    /// Cosine of that angle.
+    pub(crate) least_cosine: f32,
     pub(crate) scale: ErrorScale,
     /// The sides in camera space.
     pub(crate) sides: Sides<f32>,
@@ -76,6 +78,7 @@ impl CameraParts {
         Self {
             camera: *camera,
             secant,
+            least_cosine: 1.0 / secant,
             scale: ErrorScale::of_view(camera, settings),
             sides: Sides::of(camera),
             perspective_sides: OnceCell::new(),

@@ -120,6 +120,7 @@ struct SphereTest {
 }
 
 impl SphereTest {
+    #[inline]
     fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
         let (is_orthographic, per_local) = match camera.camera {
             Camera::Perspective(_) => (false, 1.0),
@@ -204,6 +205,7 @@ struct SidesTest {
 }
 
 impl SidesTest {
+    #[inline]
     fn new(local: &LocalView, sides: &Sides<f32>) -> Self {
         let instance = local.instance;
         let most = instance.camera_per_local;

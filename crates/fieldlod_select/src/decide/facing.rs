@@ -35,6 +35,7 @@ pub(super) struct FacingTest {
 }
 
 impl FacingTest {
+    #[inline]
     pub(super) fn new(local: &LocalView, camera: &CameraParts, threshold_px: f32) -> Self {
         let per_px = |scale: f32| f32x8::splat(scale * (ROUNDING_ALLOWANCE / threshold_px));
         let of_error = |constant_px2: f32| per_px((constant_px2 * VISIBLE_WEIGHT).sqrt());

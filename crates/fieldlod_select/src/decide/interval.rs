@@ -83,6 +83,7 @@ struct Placement {
 impl<'a> IntervalTest<'a> {
     /// `None` where the instance is no similarity, the view is orthographic, or sizes are beyond what
     /// squares can hold.
+    #[inline]
     pub(super) fn new(
         local: &LocalView<'a>,
         bounds: &ErrorBounds,
@@ -124,10 +125,10 @@ impl<'a> IntervalTest<'a> {
             self.thresholds.coarsen_below_px,
         );
         let least_cosine = match was_refined {
-            0 => f32x8::splat(1.0 / self.parts.entering.secant),
+            0 => f32x8::splat(self.parts.entering.least_cosine),
             _ => either(
-                1.0 / self.parts.entering.secant,
-                1.0 / self.parts.leaving().secant,
+                self.parts.entering.least_cosine,
+                self.parts.leaving().least_cosine,
             ),
         };
         let seen = self.seen(table, block, least_cosine);

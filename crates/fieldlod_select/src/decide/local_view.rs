@@ -32,6 +32,7 @@ pub(super) struct LocalView<'a> {
 impl<'a> LocalView<'a> {
     /// For groups within `bounds`, and for all poses that move no point farther than `tolerance` in
     /// camera space.
+    #[inline]
     pub(super) fn new(
         instance: &'a InstanceView,
         parts: &'a ViewParts<'a>,

@@ -60,7 +60,7 @@ fn open_edges(hierarchy: &Hierarchy, cut: &Cut) -> usize {
     };
     let mut surplus: HashMap<(u32, u32), i32> = HashMap::new();
     for &unit in cut.units() {
-        for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
+        for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let [a, b, c] = triangle.map(&mut weld);
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 *surplus.entry((from.min(to), from.max(to))).or_default() +=

@@ -12,9 +12,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, Cluster, Group, Hierarchy, Precision, Unit, Vertices,
-};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Group, Hierarchy, Precision, Unit, Vertices};
 use glam::{Vec2, Vec3};
 
 use common::{models, seconds_on_core};
@@ -109,7 +107,6 @@ fn decoded_bytes(hierarchy: &Hierarchy) -> usize {
         + size_of_val::<[Vec2]>(&vertices.uvs)
         + size_of_val::<[Group]>(&hierarchy.groups)
         + size_of_val::<[Unit]>(&hierarchy.units)
-        + size_of_val::<[Cluster]>(&hierarchy.clusters)
         + size_of_val::<[u32]>(&hierarchy.finer)
         + size_of_val::<[u32]>(&hierarchy.unit_vertices)
         + size_of_val::<[u16]>(&hierarchy.indices)
@@ -128,7 +125,7 @@ impl Packed {
     fn of(hierarchy: &Hierarchy) -> Self {
         let rows = rows(&hierarchy.vertices);
         let units = hierarchy.units.iter();
-        let triangles = units.flat_map(|unit| hierarchy.source_triangles_of(unit));
+        let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
         let corners: Vec<u32> = triangles.flatten().collect();
         let vertices = meshopt::encode_vertex_buffer(&rows).expect("rows can be coded");
         let indices = meshopt::encode_index_buffer(&corners, rows.len());

@@ -23,8 +23,6 @@ struct FinishedUnit {
     vertices: Vec<u32>,
     /// Into `vertices`, three a triangle.
     indices: Vec<u16>,
-    /// Bounds and triangle count of each cluster, in the order of `indices`.
-    clusters: Vec<(Sphere, u32)>,
 }
 
 /// Orders the triangles and vertices of a group for drawing, and bounds them.
@@ -55,15 +53,12 @@ fn mean_normal(mesh: &SourceMesh, group: &RawGroup) -> Vec3 {
 fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
     let mut list = VertexList::default();
     let mut indices = Vec::new();
-    let mut clusters = Vec::with_capacity(unit.clusters.len());
     for cluster in &unit.clusters {
         // In order of their first use, as are the unit's.
         let (own, corners) = meshopt::clod_local_indices(cluster);
         let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
         let slots: Vec<u16> = own_slots.collect::<Result<_, _>>()?;
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
-        let points: Vec<Vec3> = own.iter().map(|&v| mesh.positions[v as usize]).collect();
-        clusters.push((tight_sphere(&points), (cluster.len() / 3) as u32));
     }
     // A tight box around them all, for culling.
     let vertices = list.source_vertices;
@@ -73,7 +68,6 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
         aabb: Aabb::around(points).unwrap_or_default(),
         vertices,
         indices,
-        clusters,
     })
 }
 
@@ -119,6 +113,7 @@ pub(crate) fn assemble(mesh: &SourceMesh, groups: &[RawGroup]) -> Result<Hierarc
             uvs_1: finite_or_zero(&mesh.uvs_1, Vec2::is_finite),
             colors: finite_or_zero(&mesh.colors, Vec4::is_finite),
         },
+        source_vertex_count: mesh.positions.len() as u32,
         ..Hierarchy::default()
     };
     for (group, finished) in groups.iter().zip(&finished) {
@@ -145,7 +140,6 @@ fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGrou
             unit.aabb,
             unit.vertices.iter().copied(),
             unit.indices.iter().copied(),
-            unit.clusters.iter().copied(),
         );
     }
     // The groups that produced the units: units of the same producer follow each other.

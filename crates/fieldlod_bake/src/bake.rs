@@ -3,7 +3,6 @@
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::assemble::assemble;
-use crate::attribute_errors::measure_attribute_errors;
 use crate::config::BakeConfig;
 use crate::deviation::measure_deviations;
 use crate::input::SimplifierInput;
@@ -47,12 +46,9 @@ pub(crate) fn bake_mesh_with_progress(
     let mut input = SimplifierInput::of(mesh, config);
     let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
     // Measure how far each simplified surface lies from the source.
-    let scaled_from_local = input.local_from_scaled.recip();
     measure_deviations(input, &mut groups);
     // Bound and order what is drawn together.
-    let mut hierarchy = assemble(mesh, &groups)?;
-    // Measure what became of normals and texture coordinates.
-    measure_attribute_errors(&mut hierarchy, scaled_from_local);
+    let hierarchy = assemble(mesh, &groups)?;
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

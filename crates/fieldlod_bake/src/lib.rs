@@ -27,8 +27,7 @@
 //! | groups, level by level, and again where a cut would not be closed | `levels`, `watertight`, `clusterlod` |
 //! | levels of the whole mesh above them | `tail`, `simplify` |
 //! | deviation from the source | `deviation` |
-//! | units and clusters, ordered and bounded | `assemble` |
-//! | errors of normals and texture coordinates | `attribute_errors` |
+//! | units, ordered and bounded | `assemble` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
 //! # Conventions
@@ -56,7 +55,6 @@
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod assemble;
-mod attribute_errors;
 mod bake;
 mod bounds;
 mod clusterlod;

@@ -11,7 +11,7 @@ pub const MAX_COORDINATE: f32 = 1e18;
 ///
 /// Every attribute has one value per position, or is empty. Attributes that are not finite count as
 /// zero. Simplification looks at positions, normals and the first texture coordinates; the others
-/// are carried over to the hierarchy, whose vertices are those of the mesh.
+/// are carried over to the hierarchy.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceMesh {
     /// Positions in local units.
@@ -26,6 +26,9 @@ pub struct SourceMesh {
     pub uvs_1: Vec<Vec2>,
     /// Colours: linear red, green, blue and alpha.
     pub colors: Vec<Vec4>,
+    /// Whether vertices have attributes besides these, which the hierarchy cannot hold: it then
+    /// tells of each vertex from which of the mesh's it came.
+    pub has_other_attributes: bool,
     /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
@@ -104,6 +107,7 @@ impl SourceMesh {
             tangents: at_corners(&self.tangents, &self.indices),
             uvs_1: at_corners(&self.uvs_1, &self.indices),
             colors: at_corners(&self.colors, &self.indices),
+            has_other_attributes: self.has_other_attributes,
             indices: (0..positions.len() as u32).collect(),
             positions,
         }

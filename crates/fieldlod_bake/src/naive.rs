@@ -93,7 +93,7 @@ fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
         .drawn_units(&refined)
         .map(|unit| &hierarchy.units[unit]);
     let pieces = units.flat_map(|unit| {
-        let triangles = hierarchy.source_triangles_of(unit);
+        let triangles = hierarchy.triangles_of(unit);
         triangles.map(move |triangle| Piece {
             corners: triangle.map(position),
             produced_by: unit.producer(),

@@ -63,6 +63,24 @@ fn every_attribute_that_bevy_draws_comes_in_and_is_kept() {
     assert_eq!(vertices.colors, imported.mesh.colors);
 }
 
+/// Further sets and attributes with names of their own are not read, but told of.
+#[test]
+fn attributes_that_are_not_held_are_told_of() {
+    let (_, mut file) = dressed_square();
+    assert!(!import_one(&file.glb()).mesh.has_other_attributes);
+    let uvs = file.primitive()["attributes"]["TEXCOORD_0"].clone();
+    let colors = file.primitive()["attributes"]["COLOR_0"].clone();
+    for (name, accessor) in [("TEXCOORD_2", &uvs), ("COLOR_1", &colors), ("_WIND", &uvs)] {
+        file.primitive()["attributes"][name] = accessor.clone();
+        let imported = import_one(&file.glb());
+        assert!(imported.mesh.has_other_attributes, "{name}");
+        file.primitive()["attributes"]
+            .as_object_mut()
+            .unwrap()
+            .remove(name);
+    }
+}
+
 /// Where the vertices are taken apart for flat normals, all their attributes go with them.
 #[test]
 fn attributes_follow_vertices_that_are_taken_apart() {

@@ -189,7 +189,7 @@ fn a_mesh_of_nothing_but_seams_has_a_tail_that_states_its_torn_texture() {
         let group = &hierarchy.groups[step.group as usize];
         let units = hierarchy.units.iter();
         let units = units.filter(|unit| unit.producer() == Some(step.group));
-        for [a, b, c] in units.flat_map(|unit| hierarchy.source_triangles_of(unit)) {
+        for [a, b, c] in units.flat_map(|unit| hierarchy.triangles_of(unit)) {
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 let [from, to] = [from, to].map(|v| mesh.positions[v as usize]);
                 assert!(from.distance(to) <= group.deviation_in_local * 1.0001);

@@ -20,9 +20,6 @@ pub(crate) struct Arguments {
     /// Draw the levels of the primitive with the most triangles side by side into a PNG file.
     #[arg(long, value_name = "OUT")]
     png: Option<PathBuf>,
-    /// Width of the texture in texels: shows how far it slides in texels instead of in widths.
-    #[arg(long, value_name = "TEXELS")]
-    texture_size: Option<u32>,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -58,12 +55,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes: bytes.len() as u64,
         primitives: file.primitives.iter().map(PrimitiveSummary::of).collect(),
     };
-    let text = |report: &Report| report.text(arguments.texture_size);
-    print(&report, arguments.json, text)
+    print(&report, arguments.json, Report::text)
 }
 
 impl Report {
-    fn text(&self, texture_size: Option<u32>) -> String {
+    fn text(&self) -> String {
         let (size, count) = (bytes_text(self.bytes), self.primitives.len());
         let (version, plural) = (self.format_version, if count == 1 { "" } else { "s" });
         let mut text = format!(
@@ -71,54 +67,46 @@ impl Report {
             self.file
         );
         for primitive in &self.primitives {
-            let _ = write!(text, "\n{}", primitive_text(primitive, texture_size));
+            let _ = write!(text, "\n{}", primitive_text(primitive));
         }
         text
     }
 }
 
-fn primitive_text(primitive: &PrimitiveSummary, texture_size: Option<u32>) -> String {
+fn primitive_text(primitive: &PrimitiveSummary) -> String {
     let mut text = format!(
-        "{}: {} triangles, {} vertices, {} clusters\n",
+        "{}: {} triangles, {} vertices of the source, {} moved\n",
         primitive.title(),
         thousands(primitive.source_triangles),
-        thousands(primitive.vertices as u64),
-        thousands(primitive.clusters as u64),
+        thousands(u64::from(primitive.source_vertices)),
+        thousands(u64::from(primitive.moved_vertices)),
     );
     if primitive.position_error_in_local > 0.0 {
         let error = primitive.position_error_in_local;
         let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
     }
     // One row for each level.
-    let slide = if texture_size.is_some() {
-        "texels"
-    } else {
-        "uv"
-    };
     let _ = writeln!(
         text,
         "level  groups   units    triangles    area  deviation min     median        max      \
-         error     radius  normal  {slide:>9}"
+         error     radius"
     );
     for level in &primitive.levels {
-        let _ = writeln!(text, "{}", level_text(level, texture_size));
+        let _ = writeln!(text, "{}", level_text(level));
     }
     let _ = writeln!(
         text,
-        "lengths in units of the mesh; area as a share of the source's; error, radius, normal \
-         (degrees off) and {slide} (slide of the texture): medians"
+        "lengths in units of the mesh; area as a share of the source's; error and radius: medians"
     );
     text
 }
 
-fn level_text(level: &LevelSummary, texture_size: Option<u32>) -> String {
+fn level_text(level: &LevelSummary) -> String {
     // Medians of all but the deviation, of which the ends are shown, too.
     let deviation = |part: fn(Spread) -> f32| length_text(level.deviation_in_local.map(part));
     let median = |spread: Option<Spread>| spread.map(|spread| spread.median);
-    let slide = median(level.uv_error).map(|uv| uv * texture_size.unwrap_or(1) as f32);
-    let normal = median(level.normal_error_in_degrees);
     format!(
-        "{:>5}  {:>6}  {:>6}  {:>11}  {:>5.1}%     {}  {}  {}  {}  {}  {:>6}  {}",
+        "{:>5}  {:>6}  {:>6}  {:>11}  {:>5.1}%     {}  {}  {}  {}  {}",
         level.level,
         level.groups,
         level.units,
@@ -129,8 +117,6 @@ fn level_text(level: &LevelSummary, texture_size: Option<u32>) -> String {
         deviation(|spread| spread.max),
         length_text(median(level.error_in_local)),
         length_text(median(level.radius_in_local)),
-        normal.map_or("-".to_owned(), |degrees| format!("{degrees:.1}\u{b0}")),
-        length_text(slide),
     )
 }
 

@@ -39,7 +39,7 @@ pub(crate) fn draw_levels(hierarchy: &Hierarchy) -> Result<Vec<u8>, ImageError> 
         let mut panel = Panel::new();
         for unit in units_of_cut(hierarchy, level) {
             let color = COLORS[hierarchy.level_of(unit) as usize % COLORS.len()];
-            for triangle in hierarchy.source_triangles_of(unit) {
+            for triangle in hierarchy.triangles_of(unit) {
                 let corners = triangle.map(|v| hierarchy.vertices.positions[v as usize]);
                 panel.draw(corners.map(|corner| view.panel_from_local(corner)), color);
             }

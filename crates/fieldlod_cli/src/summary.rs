@@ -11,7 +11,10 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) mesh: u32,
     pub(crate) primitive: u32,
     pub(crate) name: String,
-    pub(crate) vertices: usize,
+    /// Vertices of the source.
+    pub(crate) source_vertices: u32,
+    /// Vertices that simplification made.
+    pub(crate) moved_vertices: u32,
     /// The distance of the file's positions from the source's; 0 in a lossless file.
     pub(crate) position_error_in_local: f32,
     pub(crate) source_triangles: u64,
@@ -19,7 +22,6 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) coarsest_triangles: u64,
     pub(crate) groups: usize,
     pub(crate) units: usize,
-    pub(crate) clusters: usize,
     pub(crate) levels: Vec<LevelSummary>,
 }
 
@@ -34,13 +36,9 @@ pub(crate) struct LevelSummary {
     pub(crate) triangles: u64,
     /// Errors that the simplifier reports of the groups that are not terminal.
     pub(crate) error_in_local: Option<Spread>,
-    /// Deviations of the same groups from the source, as measured.
+    /// Deviations of the same groups from the source; absent if they were not measured.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
-    /// Angles by which normals are off at half of the vertices that the same groups remove.
-    pub(crate) normal_error_in_degrees: Option<Spread>,
-    /// The slide of texture coordinates at half of the vertices removed, in texture widths.
-    pub(crate) uv_error: Option<Spread>,
     /// Area of the mesh drawn at this level, as a share of the source's.
     pub(crate) area_share: f64,
 }
@@ -69,17 +67,18 @@ impl PrimitiveSummary {
         let hierarchy = &primitive.hierarchy;
         let terminal = hierarchy.groups.iter().filter(|group| group.is_terminal());
         let levels = 0..hierarchy.level_count();
+        let vertices = hierarchy.vertices.positions.len();
         Self {
             mesh: primitive.mesh_index,
             primitive: primitive.primitive_index,
             name: primitive.name.clone(),
-            vertices: hierarchy.vertices.positions.len(),
+            source_vertices: hierarchy.source_vertex_count,
+            moved_vertices: vertices as u32 - hierarchy.source_vertex_count,
             position_error_in_local: primitive.position_error_in_local,
             source_triangles: hierarchy.source_triangle_count(),
             coarsest_triangles: terminal.map(|g| hierarchy.triangle_count_of(g)).sum(),
             groups: hierarchy.groups.len(),
             units: hierarchy.units.len(),
-            clusters: hierarchy.clusters.len(),
             levels: levels
                 .map(|level| LevelSummary::of(hierarchy, level))
                 .collect(),
@@ -103,10 +102,9 @@ impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
         let all = hierarchy.groups.iter();
         let groups: Vec<&Group> = all.filter(|group| group.level == level).collect();
-        // Errors are those of groups that are simplified; attributes may be missing.
-        let with_normals = !hierarchy.vertices.normals.is_empty();
-        let with_uvs = !hierarchy.vertices.uvs.is_empty();
+        // Errors are those of groups that are simplified; deviations may be unmeasured.
         let simplified = || groups.iter().filter(|group| !group.is_terminal());
+        let deviations = simplified().map(|group| group.deviation_in_local);
         Self {
             level,
             groups: groups.len(),
@@ -117,14 +115,8 @@ impl LevelSummary {
                 .map(|group| hierarchy.triangle_count_of(group))
                 .sum(),
             error_in_local: Spread::of(simplified().map(|group| group.error_in_local)),
-            deviation_in_local: Spread::of(simplified().map(|group| group.deviation_in_local)),
+            deviation_in_local: Spread::of(deviations.filter(|deviation| deviation.is_finite())),
             radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
-            normal_error_in_degrees: with_normals
-                .then(|| Spread::of(simplified().map(|group| group.normal_error_in_degrees())))
-                .flatten(),
-            uv_error: with_uvs
-                .then(|| Spread::of(simplified().map(|group| group.uv_error)))
-                .flatten(),
             area_share: area_share(hierarchy, level),
         }
     }

@@ -44,8 +44,6 @@ struct PrimitiveReport {
     simplified_to_source: f32,
     cuts: u32,
     flipped_area: f32,
-    /// Largest share of a group's removed vertices that are off by more than the median stated.
-    attributes_beyond: f32,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -119,7 +117,6 @@ impl PrimitiveReport {
             simplified_to_source: verified.simplified_to_source,
             cuts: verified.cuts,
             flipped_area: verified.flipped_area,
-            attributes_beyond: verified.attributes_beyond,
         }
     }
 

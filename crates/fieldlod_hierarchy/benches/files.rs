@@ -6,9 +6,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, Cluster, Group, Hierarchy, Precision, Unit, fixtures,
-};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Group, Hierarchy, Precision, Unit, fixtures};
 
 /// Hills of 524,288 triangles with positions, normals and texture coordinates.
 fn hills() -> Hierarchy {
@@ -23,7 +21,6 @@ fn decoded_bytes(hierarchy: &Hierarchy) -> usize {
     hierarchy.vertices.positions.len() * (12 + 12 + 8)
         + size_of_val::<[Group]>(&hierarchy.groups)
         + size_of_val::<[Unit]>(&hierarchy.units)
-        + size_of_val::<[Cluster]>(&hierarchy.clusters)
         + (hierarchy.finer.len() + hierarchy.unit_vertices.len()) * 4
         + hierarchy.indices.len() * 2
 }

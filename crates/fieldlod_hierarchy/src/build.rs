@@ -1,36 +1,25 @@
 //! Hierarchies put together group by group.
 
-use crate::bounds::{Aabb, Sphere};
-use crate::hierarchy::{Cluster, Group, Hierarchy, Unit};
+use crate::bounds::Aabb;
+use crate::hierarchy::{Group, Hierarchy, Unit};
 
 impl Hierarchy {
     /// Adds a unit to the group that [`push_group`](Self::push_group) adds next.
     ///
-    /// `vertices` are source vertices, `indices` are three of these for each triangle, and
-    /// `clusters` gives the bounds of each cluster and how many of the triangles are its own.
+    /// `vertices` are indices into [`Hierarchy::vertices`], and `indices` are three indices into
+    /// `vertices` for each triangle.
     pub fn push_unit(
         &mut self,
         produced_by: u32,
         aabb: Aabb,
         vertices: impl IntoIterator<Item = u32>,
         indices: impl IntoIterator<Item = u16>,
-        clusters: impl IntoIterator<Item = (Sphere, u32)>,
     ) {
         let first_vertex = self.unit_vertices.len() as u32;
         let first_triangle = self.triangle_count();
-        let first_cluster = self.clusters.len() as u32;
         // The arrays that the unit has ranges of.
         self.unit_vertices.extend(vertices);
         self.indices.extend(indices);
-        let mut next_triangle = first_triangle;
-        for (bounds, triangle_count) in clusters {
-            self.clusters.push(Cluster {
-                bounds,
-                first_triangle: next_triangle,
-                triangle_count,
-            });
-            next_triangle = next_triangle.wrapping_add(triangle_count);
-        }
         // The unit itself: its ranges are all that was added.
         self.units.push(Unit {
             aabb,
@@ -40,8 +29,6 @@ impl Hierarchy {
             vertex_count: self.unit_vertices.len() as u32 - first_vertex,
             first_triangle,
             triangle_count: self.triangle_count() - first_triangle,
-            first_cluster,
-            cluster_count: self.clusters.len() as u32 - first_cluster,
         });
     }
 

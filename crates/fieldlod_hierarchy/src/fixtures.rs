@@ -39,11 +39,12 @@ pub fn two_level_strip() -> Hierarchy {
             positions,
             ..Vertices::default()
         },
+        source_vertex_count: 6,
         ..Hierarchy::default()
     };
-    strip.push_unit(NO_GROUP, aabb, 0..6, fine, [(bounds, 4)]);
+    strip.push_unit(NO_GROUP, aabb, 0..6, fine);
     strip.push_group(group(0.1), []);
-    strip.push_unit(0, aabb, [0, 1, 4, 5], coarse, [(bounds, 2)]);
+    strip.push_unit(0, aabb, [0, 1, 4, 5], coarse);
     strip.push_group(group(f32::INFINITY), [0]);
     strip
 }

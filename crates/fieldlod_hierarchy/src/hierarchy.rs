@@ -1,4 +1,4 @@
-//! The hierarchy itself: clusters, groups, drawable units, and the rule that makes a cut.
+//! The hierarchy itself: groups, drawable units, and the rule that makes a cut.
 
 use std::ops::Range;
 
@@ -28,16 +28,20 @@ pub const NO_GROUP: u32 = u32::MAX;
 pub struct Hierarchy {
     /// The mesh that this was baked from.
     pub source: SourceHash,
-    /// The vertices of the source mesh.
+    /// The vertices of the source mesh in its order, and behind them those that simplification
+    /// made, which only coarser units use: the moved vertices.
     pub vertices: Vertices,
+    /// How many of `vertices` are the source mesh's.
+    pub source_vertex_count: u32,
+    /// For each moved vertex, the source vertex that it came from: vertex attributes that
+    /// [`Vertices`] does not hold are taken from there. Empty if the source has no others.
+    pub moved_from: Vec<u32>,
     /// Groups, finer before coarser: every finer group of a group has a smaller index.
     pub groups: Vec<Group>,
     /// The lists that [`Group`]'s `finer` ranges point into: group indices.
     pub finer: Vec<u32>,
     /// Drawable units, ordered by the group that consumes them.
     pub units: Vec<Unit>,
-    /// Clusters, ordered by unit.
-    pub clusters: Vec<Cluster>,
     /// The lists that [`Unit`]'s vertex ranges point into: indices into `vertices`.
     pub unit_vertices: Vec<u32>,
     /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
@@ -45,7 +49,7 @@ pub struct Hierarchy {
     pub indices: Vec<u16>,
 }
 
-/// Vertex attributes of the source mesh, in its order. Local space.
+/// Vertex attributes. Local space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Vertices {
     /// Positions in local units.
@@ -63,7 +67,7 @@ pub struct Vertices {
     pub colors: Vec<Vec4>,
 }
 
-/// Clusters that are simplified together: one decision of a cut.
+/// Triangles that are simplified together: one decision of a cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Group {
@@ -75,19 +79,9 @@ pub struct Group {
     pub error_in_local: f32,
     /// Deviation from the source: the two-sided Hausdorff distance between the simplified surface
     /// and the *source* surface under the group, in local units, as measured. Never less than that
-    /// of any finer group, and infinite for a terminal group.
+    /// of any finer group, and infinite for a terminal group. Infinite for all groups of a
+    /// hierarchy that was not measured ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
-    /// Error of the simplified surface's normals at the vertices that the simplification removed:
-    /// the median length of the difference between unit normals, 0 to 2. 0 without normals. See
-    /// [`normal_error_in_degrees`](Self::normal_error_in_degrees).
-    ///
-    /// No selection decides by it: `fieldlod inspect` shows it and `fieldlod verify` checks it. It is
-    /// the median, because the largest says nothing: nearly every mesh has a crease or a second side
-    /// somewhere near, which makes 70° to 180° of it from the first simplification on.
-    pub normal_error: f32,
-    /// Likewise the error of the first texture coordinates: the median length of their difference,
-    /// in texture widths. 0 without texture coordinates. No selection decides by it either.
-    pub uv_error: f32,
     /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
     /// piece, near 0 for a closed one.
     pub mean_normal: Vec3,
@@ -104,8 +98,8 @@ pub struct Group {
     pub unit_count: u32,
 }
 
-/// What is drawn or not drawn as a whole: the clusters that share the group that produced them and
-/// the group that consumes them.
+/// What is drawn or not drawn as a whole: triangles that share the group that produced them and the
+/// group that consumes them.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Unit {
@@ -124,25 +118,6 @@ pub struct Unit {
     pub first_triangle: u32,
     /// Number of its triangles.
     pub triangle_count: u32,
-    /// First cluster of this unit in [`Hierarchy::clusters`].
-    pub first_cluster: u32,
-    /// Number of its clusters.
-    pub cluster_count: u32,
-}
-
-/// A patch of neighbouring triangles, out of which the bake made groups.
-///
-/// Nothing is drawn or culled by the cluster: a [`Unit`] is drawn and culled as a whole. The file
-/// format holds clusters all the same.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Cluster {
-    /// Sphere around the cluster's triangles, in local space.
-    pub bounds: Sphere,
-    /// First triangle, counted like [`Unit::first_triangle`].
-    pub first_triangle: u32,
-    /// Number of its triangles.
-    pub triangle_count: u32,
 }
 
 fn range(first: u32, count: u32) -> Range<usize> {
@@ -154,12 +129,6 @@ impl Group {
     #[must_use]
     pub fn is_terminal(&self) -> bool {
         self.error_in_local == f32::INFINITY
-    }
-
-    /// [`normal_error`](Self::normal_error) as an angle.
-    #[must_use]
-    pub fn normal_error_in_degrees(&self) -> f32 {
-        (2.0 * (self.normal_error * 0.5).asin()).to_degrees()
     }
 
     /// The units that this group consumes, as indices into [`Hierarchy::units`].
@@ -187,12 +156,6 @@ impl Unit {
     pub(crate) fn triangles(&self) -> Range<usize> {
         range(self.first_triangle, self.triangle_count)
     }
-
-    /// The unit's clusters, as indices into [`Hierarchy::clusters`].
-    #[must_use]
-    pub fn clusters(&self) -> Range<usize> {
-        range(self.first_cluster, self.cluster_count)
-    }
 }
 
 impl Hierarchy {
@@ -200,6 +163,18 @@ impl Hierarchy {
     #[must_use]
     pub fn level_count(&self) -> u32 {
         self.groups.iter().map(|g| g.level + 1).max().unwrap_or(0)
+    }
+
+    /// Whether deviations were measured; there is nothing to measure where nothing is simplified. A
+    /// guarantee asked of a hierarchy that was not measured draws all detail.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        let mut simplified = self.groups.iter().filter(|group| !group.is_terminal());
+        let first = simplified.next();
+        first.is_none_or(|first| {
+            let mut all = std::iter::once(first).chain(simplified);
+            all.any(|group| group.deviation_in_local.is_finite())
+        })
     }
 
     /// Triangles of the source mesh (degenerate ones included).
@@ -223,7 +198,7 @@ impl Hierarchy {
     #[must_use]
     pub fn area_of_unit(&self, unit: &Unit) -> f64 {
         let corner = |vertex: u32| self.vertices.positions[vertex as usize].as_dvec3();
-        let areas = self.source_triangles_of(unit).map(|triangle| {
+        let areas = self.triangles_of(unit).map(|triangle| {
             let [a, b, c] = triangle.map(corner);
             (b - a).cross(c - a).length() * 0.5
         });
@@ -242,7 +217,7 @@ impl Hierarchy {
         &self.finer[group.finer()]
     }
 
-    /// The source vertices that `unit` uses: indices into [`Hierarchy::vertices`].
+    /// The vertices that `unit` uses: indices into [`Hierarchy::vertices`].
     #[must_use]
     pub fn vertices_of(&self, unit: &Unit) -> &[u32] {
         &self.unit_vertices[unit.vertices()]
@@ -257,7 +232,7 @@ impl Hierarchy {
     }
 
     /// The triangles of `unit` as indices into [`Hierarchy::vertices`].
-    pub fn source_triangles_of(&self, unit: &Unit) -> impl Iterator<Item = [u32; 3]> + '_ {
+    pub fn triangles_of(&self, unit: &Unit) -> impl Iterator<Item = [u32; 3]> + '_ {
         let vertices = self.vertices_of(unit);
         let (triangles, _) = self.indices_of(unit).as_chunks::<3>();
         triangles

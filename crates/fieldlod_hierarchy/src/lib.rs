@@ -1,11 +1,11 @@
 //! Baked level-of-detail hierarchies: the data, its invariants and its file format.
 //!
 //! A [`Hierarchy`] holds one mesh at every level of detail at once. Triangles are gathered in
-//! *clusters*, clusters in *groups*; each group is simplified as a whole, with its outline kept, and
-//! the simplified surface is split into new clusters, which form the groups of the next, coarser
-//! level. A *cut* through this directed acyclic graph picks, for each piece of the surface, exactly
-//! one level. What is drawn with one command is a [`Unit`]: all clusters that the same group
-//! produced and the same group consumes, so that a cut draws either all of them or none.
+//! *groups*; each group is simplified as a whole, with its outline kept, and the triangles that
+//! result form the groups of the next, coarser level, divided otherwise. A *cut* through this
+//! directed acyclic graph picks, for each piece of the surface, exactly one level. What is drawn
+//! with one command is a [`Unit`]: all triangles that the same group produced and the same group
+//! consumes, so that a cut draws either all of them or none.
 //!
 //! This crate knows neither how hierarchies are made (`fieldlod_bake`) nor how a cut is chosen
 //! (`fieldlod_select`) nor who draws it (`bevy_fieldlod`).
@@ -27,8 +27,9 @@
 //! seen from outside. Level 0 is the finest. "Finer" and "coarser" name the links of the graph.
 //!
 //! # Simplifications
-//! Vertices are those of the source mesh: a coarser level uses a subset of them and moves none, so
-//! the hierarchy refers to them by index and carries every vertex attribute for free.
+//! A vertex has the six attributes of [`Vertices`] and no others. What a source mesh has beyond them
+//! is not simplified: a vertex of a coarser level names the source vertex that it came from
+//! ([`Hierarchy::moved_from`]), and whoever draws takes the rest from there.
 //!
 //! Groups carry no cone around their normals: in the default bake of eight models (10,000 to 270,000
 //! triangles) such cones have half angles of 150° and more as a rule, of terrain 20° to 90°, so that
@@ -56,6 +57,6 @@ mod validate;
 
 pub use bounds::{Aabb, Sphere};
 pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Precision};
-pub use hierarchy::{Cluster, Group, Hierarchy, NO_GROUP, Unit, Vertices};
+pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;

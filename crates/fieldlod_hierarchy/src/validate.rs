@@ -25,6 +25,12 @@ pub enum InvalidHierarchy {
         count: usize,
         vertices: usize,
     },
+    /// The source's vertices are some of all.
+    #[error("{count} vertices of the source among {vertices}")]
+    SourceVertexCount { count: usize, vertices: usize },
+    /// Every moved vertex names the source vertex that it came from, or none does.
+    #[error("{count} origins for {moved} moved vertices")]
+    MovedFromCount { count: usize, moved: usize },
     /// A position is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
@@ -79,19 +85,12 @@ pub enum InvalidHierarchy {
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
     /// Deviations are lengths, never shrink from finer to coarser, and are infinite exactly where
-    /// the error is.
+    /// the error is; or everywhere, if they were not measured.
     #[error(
         "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
          infinite where the error is not or the other way round"
     )]
     BadDeviation { group: usize, deviation: f32 },
-    /// Differences of unit normals are 0 to 2 long, those of texture coordinates are finite.
-    #[error("group {group} has normals off by {normal_error} or texture coordinates by {uv_error}")]
-    BadAttributeError {
-        group: usize,
-        normal_error: f32,
-        uv_error: f32,
-    },
     /// Bounds are finite and not negative.
     #[error("the bounds of {owner} {index} are not finite or negative")]
     BadBounds { owner: &'static str, index: usize },
@@ -137,9 +136,22 @@ impl Hierarchy {
                 vertices,
             });
         }
-        match self.vertices.positions.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => Err(E::PositionNotFinite { vertex }),
-            None => Ok(()),
+        if let Some(vertex) = self.vertices.positions.iter().position(|p| !p.is_finite()) {
+            return Err(E::PositionNotFinite { vertex });
+        }
+        self.check_moved_vertices()
+    }
+
+    fn check_moved_vertices(&self) -> Result<(), E> {
+        let vertices = self.vertices.positions.len();
+        let count = self.source_vertex_count as usize;
+        let Some(moved) = vertices.checked_sub(count) else {
+            return Err(E::SourceVertexCount { count, vertices });
+        };
+        match self.moved_from.len() {
+            0 => Ok(()),
+            count if count == moved => Ok(()),
+            count => Err(E::MovedFromCount { count, moved }),
         }
     }
 }

@@ -40,7 +40,7 @@ fn hierarchies_put_together_by_methods_are_valid_and_know_their_source() {
         hierarchy.validate().unwrap();
         let source: Vec<usize> = hierarchy.source_units().collect();
         let triangles = source.iter().map(|&unit| &hierarchy.units[unit]);
-        let triangles = triangles.flat_map(|unit| hierarchy.source_triangles_of(unit));
+        let triangles = triangles.flat_map(|unit| hierarchy.triangles_of(unit));
         let indices: Vec<u32> = triangles.flatten().collect();
         assert_eq!(indices.len() as u64, hierarchy.source_triangle_count() * 3);
         let hash = SourceHash::of(&hierarchy.vertices.positions, indices.into_iter());

@@ -5,7 +5,10 @@ use fieldlod_hierarchy::{Hierarchy, NO_GROUP, fixtures};
 use glam::{Vec2, Vec3, Vec4};
 
 fn fault_after(change: impl FnOnce(&mut Hierarchy)) -> Fault {
-    let mut hierarchy = fixtures::two_level_strip();
+    fault_of(fixtures::two_level_strip(), change)
+}
+
+fn fault_of(mut hierarchy: Hierarchy, change: impl FnOnce(&mut Hierarchy)) -> Fault {
     hierarchy.validate().unwrap();
     change(&mut hierarchy);
     hierarchy.validate().unwrap_err()
@@ -103,20 +106,6 @@ fn rejects_broken_ranges() {
             ..
         }
     );
-    assert_rejects!(
-        |h| h.units[0].cluster_count = 2,
-        Fault::BrokenRange {
-            what: "clusters",
-            ..
-        }
-    );
-    assert_rejects!(
-        |h| h.clusters[1].triangle_count = 1,
-        Fault::BrokenRange {
-            owner: "cluster",
-            ..
-        }
-    );
 }
 
 #[test]
@@ -141,23 +130,6 @@ fn rejects_levels_that_do_not_count_simplifications() {
     );
 }
 
-/// A cluster that reaches from one unit into the next, although the clusters tile the triangles.
-#[test]
-fn rejects_clusters_across_units() {
-    assert_rejects!(
-        |h| {
-            h.clusters[0].triangle_count = 5;
-            h.clusters[1].first_triangle = 5;
-            h.clusters[1].triangle_count = 1;
-        },
-        Fault::BrokenRange {
-            what: "clusters",
-            owner: "unit",
-            ..
-        }
-    );
-}
-
 #[test]
 fn rejects_references_to_nothing() {
     assert_rejects!(
@@ -170,6 +142,13 @@ fn rejects_references_to_nothing() {
     );
     assert_rejects!(
         |h| h.unit_vertices[0] = 6,
+        Fault::DanglingReference {
+            what: "source vertex",
+            ..
+        }
+    );
+    assert_rejects!(
+        |h| h.unit_vertices[6] = 6,
         Fault::DanglingReference { what: "vertex", .. }
     );
     assert_rejects!(
@@ -216,9 +195,6 @@ fn rejects_groups_and_units_of_nothing() {
             h.units[1].triangle_count = 0;
             h.units[0].triangle_count = 6;
             h.units[1].first_triangle = 6;
-            h.units[1].first_cluster = 2;
-            h.units[0].cluster_count = 2;
-            h.units[1].cluster_count = 0;
             h.indices[12..].fill(0);
         },
         Fault::EmptyUnit { unit: 1 }
@@ -265,7 +241,7 @@ fn rejects_errors_that_are_no_lengths_or_shrink() {
 
 #[test]
 fn rejects_deviations_that_are_no_lengths_or_end_early() {
-    for deviation in [f32::NAN, -1.0, f32::INFINITY] {
+    for deviation in [f32::NAN, -1.0] {
         assert_rejects!(
             |h| h.groups[0].deviation_in_local = deviation,
             Fault::BadDeviation { group: 0, .. }
@@ -277,20 +253,69 @@ fn rejects_deviations_that_are_no_lengths_or_end_early() {
     );
 }
 
+/// Of several groups that are simplified, either all are measured or none is.
 #[test]
-fn rejects_impossible_attribute_errors() {
-    for error in [f32::NAN, -1.0, 2.5] {
-        assert_rejects!(
-            |h| h.groups[0].normal_error = error,
-            Fault::BadAttributeError { group: 0, .. }
-        );
+fn rejects_deviations_of_which_some_are_measured() {
+    let infinite = f32::INFINITY;
+    let fault = fault_of(fixtures::grid_pyramid(2), |h| {
+        h.groups[0].deviation_in_local = infinite;
+    });
+    assert!(matches!(fault, Fault::BadDeviation { .. }), "{fault:?}");
+    let mut unmeasured = fixtures::grid_pyramid(2);
+    assert!(unmeasured.is_measured() && Hierarchy::default().is_measured());
+    for group in &mut unmeasured.groups {
+        group.deviation_in_local = infinite;
     }
-    for error in [f32::NAN, -1.0, f32::INFINITY] {
-        assert_rejects!(
-            |h| h.groups[1].uv_error = error,
-            Fault::BadAttributeError { group: 1, .. }
-        );
-    }
+    assert_eq!(unmeasured.validate(), Ok(()));
+    assert!(!unmeasured.is_measured());
+}
+
+#[test]
+fn rejects_more_source_vertices_than_vertices() {
+    assert_rejects!(
+        |h| h.source_vertex_count = 7,
+        Fault::SourceVertexCount {
+            count: 7,
+            vertices: 6
+        }
+    );
+}
+
+#[test]
+fn rejects_source_geometry_of_moved_vertices() {
+    assert_rejects!(
+        |h| h.source_vertex_count = 5,
+        Fault::DanglingReference {
+            owner: "unit",
+            index: 0,
+            what: "source vertex",
+            target: 5
+        }
+    );
+}
+
+#[test]
+fn rejects_origins_of_some_moved_vertices_only() {
+    assert_rejects!(
+        |h| h.moved_from.push(0),
+        Fault::MovedFromCount { count: 1, moved: 0 }
+    );
+}
+
+#[test]
+fn rejects_origins_that_are_not_in_the_source() {
+    assert_rejects!(
+        |h| {
+            h.vertices.positions.push(Vec3::ZERO);
+            h.vertices.normals.push(Vec3::Z);
+            h.moved_from.push(6);
+        },
+        Fault::DanglingReference {
+            owner: "moved vertex",
+            target: 6,
+            ..
+        }
+    );
 }
 
 #[test]
@@ -309,13 +334,6 @@ fn rejects_impossible_bounds() {
         assert_rejects!(
             |h| h.groups[0].bounds.radius = radius,
             Fault::BadBounds { owner: "group", .. }
-        );
-        assert_rejects!(
-            |h| h.clusters[1].bounds.radius = radius,
-            Fault::BadBounds {
-                owner: "cluster",
-                ..
-            }
         );
     }
     assert_rejects!(
@@ -345,18 +363,6 @@ fn rejects_bounds_that_leave_triangles_out() {
         Fault::TrianglesOutsideBounds {
             owner: "group",
             index: 0
-        }
-    );
-}
-
-/// The bounds of a cluster cull it: too small, and triangles would vanish.
-#[test]
-fn rejects_cluster_bounds_that_leave_triangles_out() {
-    assert_rejects!(
-        |h| h.clusters[0].bounds.radius *= 0.5,
-        Fault::TrianglesOutsideBounds {
-            owner: "cluster",
-            ..
         }
     );
 }

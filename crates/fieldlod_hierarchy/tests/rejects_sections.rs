@@ -7,7 +7,7 @@ use fieldlod_hierarchy::{BakedFile, FileError, Precision};
 
 /// Places in the first section of the strip: a group, its unit of 4 vertices and 2 triangles.
 const GROUP_INDEX: usize = 4;
-const VERTEX_LIST: usize = GROUP_INDEX + 5 + (16 + 1 + 14 + 6) * 5;
+const VERTEX_LIST: usize = GROUP_INDEX + 5 + (14 + 1 + 12) * 5;
 const VERTEX_ORDER: usize = VERTEX_LIST + 5;
 const EDGES: usize = VERTEX_ORDER + 5;
 const CORNERS: usize = EDGES + 3 + 4;

@@ -145,7 +145,7 @@ fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
     let positions = &hierarchy.vertices.positions;
     let triangles = units
         .iter()
-        .flat_map(|&unit| hierarchy.source_triangles_of(&hierarchy.units[unit as usize]));
+        .flat_map(|&unit| hierarchy.triangles_of(&hierarchy.units[unit as usize]));
     TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
 }
 

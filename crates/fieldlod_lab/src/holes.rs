@@ -18,7 +18,7 @@ pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     // How many more triangles run along an edge one way than the other.
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {
-        for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
+        for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let [a, b, c] = triangle.map(|vertex| place(positions[vertex as usize]));
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 match from.cmp(&to) {

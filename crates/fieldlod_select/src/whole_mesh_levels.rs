@@ -23,6 +23,8 @@ pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
     let mut whole = Hierarchy {
         source: baked.source,
         vertices: baked.vertices.clone(),
+        source_vertex_count: baked.source_vertex_count,
+        moved_from: baked.moved_from.clone(),
         ..Hierarchy::default()
     };
     let bounds = Sphere::around(baked.vertices.positions.iter().copied());
@@ -31,15 +33,15 @@ pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
         push_unit(&mut whole, finer.unwrap_or(NO_GROUP), &level.triangles)?;
         // The coarsest level has no step to a next one.
         let next = levels.get(index as usize + 1);
-        let step = |otherwise: f32, error: fn(&Group) -> f32| {
-            next.map_or(otherwise, |next| largest(baked, next.group_level, error))
+        let step = |error: fn(&Group) -> f32| {
+            next.map_or(f32::INFINITY, |next| {
+                largest(baked, next.group_level, error)
+            })
         };
         let group = Group {
             bounds,
-            error_in_local: step(f32::INFINITY, |group| group.error_in_local),
-            deviation_in_local: step(f32::INFINITY, |group| group.deviation_in_local),
-            normal_error: step(0.0, |group| group.normal_error),
-            uv_error: step(0.0, |group| group.uv_error),
+            error_in_local: step(|group| group.error_in_local),
+            deviation_in_local: step(|group| group.deviation_in_local),
             mean_normal: mean_normal(baked, &level.triangles),
             ..Group::default()
         };
@@ -79,7 +81,7 @@ fn triangles_from_level(baked: &Hierarchy, group_level: u32) -> Vec<[u32; 3]> {
     baked.close_refinement(&mut refined);
     let units = baked.drawn_units(&refined);
     units
-        .flat_map(|unit| baked.source_triangles_of(&baked.units[unit]))
+        .flat_map(|unit| baked.triangles_of(&baked.units[unit]))
         .collect()
 }
 
@@ -109,7 +111,7 @@ fn mean_normal(baked: &Hierarchy, triangles: &[[u32; 3]]) -> Vec3 {
     }
 }
 
-/// Appends one unit of one cluster with `triangles` of source vertices.
+/// Appends one unit with `triangles` of vertices.
 fn push_unit(whole: &mut Hierarchy, produced_by: u32, triangles: &[[u32; 3]]) -> Option<()> {
     // The vertices that are used, and where in that list each corner is.
     let mut used: Vec<u32> = triangles.as_flattened().to_vec();
@@ -118,12 +120,9 @@ fn push_unit(whole: &mut Hierarchy, produced_by: u32, triangles: &[[u32; 3]]) ->
     let index_of = |vertex: &u32| u16::try_from(used.binary_search(vertex).ok()?).ok();
     let corners = triangles.as_flattened().iter();
     let indices: Vec<u16> = corners.map(index_of).collect::<Option<_>>()?;
-    // Their bounds.
     let position = |&vertex: &u32| whole.vertices.positions[vertex as usize];
-    let bounds = Sphere::around(used.iter().map(position));
     let aabb = Aabb::around(used.iter().map(position)).unwrap_or_default();
-    let cluster = (bounds, triangles.len() as u32);
-    whole.push_unit(produced_by, aabb, used, indices, [cluster]);
+    whole.push_unit(produced_by, aabb, used, indices);
     Some(())
 }
 

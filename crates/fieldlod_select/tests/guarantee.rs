@@ -26,7 +26,7 @@ impl Source {
         let positions = &hierarchy.vertices.positions;
         let source = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
         let triangles: Vec<[Vec3; 3]> = source
-            .flat_map(|unit| hierarchy.source_triangles_of(unit))
+            .flat_map(|unit| hierarchy.triangles_of(unit))
             .map(|triangle| triangle.map(|v| positions[v as usize]))
             .collect();
         let mut cells = std::collections::HashMap::<[i32; 3], Vec<u32>>::new();
@@ -128,7 +128,7 @@ fn displacements(
         if unit.producer().is_none() {
             continue;
         }
-        let triangles: Vec<[u32; 3]> = hierarchy.source_triangles_of(unit).collect();
+        let triangles: Vec<[u32; 3]> = hierarchy.triangles_of(unit).collect();
         let triangle = triangles[random.index(triangles.len())];
         let [a, b, c] = triangle.map(|v| hierarchy.vertices.positions[v as usize]);
         let (s, t) = (random.unit(), random.unit());

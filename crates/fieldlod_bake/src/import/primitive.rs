@@ -78,6 +78,7 @@ impl Reader<'_> {
             tangents: tangents.into_iter().map(Vec4::from_array).collect(),
             uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
             colors: colors.into_iter().map(Vec4::from_array).collect(),
+            has_other_attributes: has_other_attributes(self.primitive),
             indices: triangle_list(self.primitive.mode(), corners),
         })
     }
@@ -104,6 +105,22 @@ impl Reader<'_> {
             fault,
         }
     }
+}
+
+/// Whether vertices have attributes that a [`SourceMesh`] does not hold.
+fn has_other_attributes(primitive: &Primitive<'_>) -> bool {
+    let is_held = |semantic| {
+        matches!(
+            semantic,
+            Semantic::Positions
+                | Semantic::Normals
+                | Semantic::Tangents
+                | Semantic::TexCoords(0 | 1)
+                | Semantic::Colors(0)
+        )
+    };
+    let mut semantics = primitive.attributes().map(|(semantic, _)| semantic);
+    semantics.any(|semantic| !is_held(semantic))
 }
 
 /// Unrolls strips and fans. Of a strip, every second triangle is turned round.

@@ -19,10 +19,6 @@ pub struct VerifySettings {
     pub tolerance: f32,
     /// Most area of a cut, as a share of the whole, that may face against the source.
     pub flipped_area: f32,
-    /// Most vertices of those that a group's simplification removed, as a share, at which its
-    /// normals or texture coordinates may be off by more than the median it states; that was
-    /// measured at 64 of them.
-    pub attributes_beyond: f32,
 }
 
 impl Default for VerifySettings {
@@ -33,7 +29,6 @@ impl Default for VerifySettings {
             most_samples: 2_000_000,
             tolerance: 0.05,
             flipped_area: 0.01,
-            attributes_beyond: 0.75,
         }
     }
 }
@@ -52,9 +47,6 @@ pub struct Verified {
     pub cuts: u32,
     /// The largest share of a cut's area that faces against the source.
     pub flipped_area: f32,
-    /// The largest share of removed vertices at which a group's attributes are off by more than the
-    /// median it states.
-    pub attributes_beyond: f32,
 }
 
 /// What is wrong with a hierarchy.
@@ -86,12 +78,6 @@ pub enum VerifyError {
     /// A point of a simplified surface is further from the source than its group states.
     #[error("group {group}'s surface lies {share:.3} times as far from the source as it states")]
     SimplifiedTooFar { group: usize, share: f32 },
-    /// Normals or texture coordinates are further off than stated.
-    #[error(
-        "at {share:.3} of the vertices that group {group}'s simplification removed, normals or \
-         texture coordinates are off by more than the median it states"
-    )]
-    AttributesOff { group: usize, share: f32 },
     /// A cut has an open edge that the source does not have.
     #[error("cut {cut} of {triangles} triangles has {edges} open edges that the source has not")]
     Hole {

@@ -52,7 +52,7 @@ fn check_simplified_to_source(
     let simplified = units.filter_map(|unit| Some((unit.producer()?, unit)));
     let triangles: Vec<(u32, [u32; 3])> = simplified
         .flat_map(|(group, unit)| {
-            let triangles = hierarchy.source_triangles_of(unit);
+            let triangles = hierarchy.triangles_of(unit);
             triangles.map(move |triangle| (group, triangle))
         })
         .collect();

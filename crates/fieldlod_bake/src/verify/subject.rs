@@ -65,7 +65,7 @@ impl<'a> Subject<'a> {
         let drawn = hierarchy.drawn_units(&refined);
         let triangles = drawn.flat_map(|unit| {
             let unit = &hierarchy.units[unit];
-            let triangles = hierarchy.source_triangles_of(unit);
+            let triangles = hierarchy.triangles_of(unit);
             triangles.map(|corners| CutTriangle {
                 produced_by: unit.producer(),
                 corners,

@@ -22,7 +22,7 @@ pub(crate) fn cut(
         .drawn_units(&refined)
         .map(|unit| &hierarchy.units[unit]);
     drawn
-        .flat_map(|unit| hierarchy.source_triangles_of(unit))
+        .flat_map(|unit| hierarchy.triangles_of(unit))
         .collect()
 }
 

@@ -2,7 +2,7 @@
 //! their first use.
 
 use super::planes::Rows;
-use crate::hierarchy::{Cluster, Group, Unit};
+use crate::hierarchy::{Group, Unit};
 
 /// Bytes of memory that one byte of a section may stand for, so that a small file claims little.
 pub(super) const MAX_PER_BYTE: u64 = 64;
@@ -12,7 +12,7 @@ pub(super) const GROUP_BYTES: usize = size_of::<Group>() + 4;
 pub(super) const TRIANGLE_BYTES: usize = 3 * 2 + 4;
 
 /// The arrays of a hierarchy, in the order of its sections. Where ranges start is not kept, and
-/// units and clusters of a section follow each other like its groups.
+/// units of a section follow each other like its groups.
 #[derive(Debug, Default)]
 pub(super) struct Coded {
     /// Where each group stands in the hierarchy.
@@ -20,12 +20,13 @@ pub(super) struct Coded {
     pub(super) groups: Vec<Group>,
     pub(super) finer: Vec<u32>,
     pub(super) units: Vec<Unit>,
-    pub(super) clusters: Vec<Cluster>,
     /// By the order in which vertices are coded.
     pub(super) unit_vertices: Vec<u32>,
     pub(super) indices: Vec<u16>,
-    /// Where each vertex stands in the source.
+    /// Where each vertex stands in the hierarchy.
     pub(super) source_vertices: Vec<u32>,
+    /// The source vertices that moved ones came from, in the order of the hierarchy.
+    pub(super) moved_from: Vec<u32>,
     /// Of the vertices in the order in which they are coded, after one of zeros.
     pub(super) rows: Rows,
 }
@@ -51,10 +52,10 @@ impl Coded {
             groups: self.groups.len(),
             finer: self.finer.len(),
             units: self.units.len(),
-            clusters: self.clusters.len(),
             unit_vertices: self.unit_vertices.len(),
             indices: self.indices.len(),
             vertices: self.source_vertices.len(),
+            moved_from: self.moved_from.len(),
         }
     }
 }
@@ -65,8 +66,8 @@ pub(super) struct Ends {
     pub(super) groups: usize,
     pub(super) finer: usize,
     pub(super) units: usize,
-    pub(super) clusters: usize,
     pub(super) unit_vertices: usize,
     pub(super) indices: usize,
     pub(super) vertices: usize,
+    pub(super) moved_from: usize,
 }

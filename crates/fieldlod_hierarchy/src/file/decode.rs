@@ -39,11 +39,17 @@ impl Decoder {
         section.check(bytes)?;
         self.sections_read += 1;
         // They come with the last section.
-        let unused_vertices = match self.is_whole() {
-            true => self.entry.unused_vertices as usize,
-            false => 0,
+        let (unused_vertices, origins) = match self.is_whole() {
+            true => (self.entry.unused_vertices, self.entry.origin_count),
+            false => (0, 0),
         };
-        section_reader::read(bytes, &mut self.coded, &self.predictors, unused_vertices)
+        section_reader::read(
+            bytes,
+            &mut self.coded,
+            &self.predictors,
+            unused_vertices as usize,
+            origins as usize,
+        )
     }
 
     fn is_whole(&self) -> bool {
@@ -69,7 +75,9 @@ impl Decoder {
         let (entry, coded) = (&self.entry, &self.coded);
         let vertex_count = coded.source_vertices.len();
         let in_order: Vec<u32>;
+        let mut source_vertex_count = vertex_count as u32;
         let (rows_of_vertices, source_vertices) = if self.is_whole() {
+            source_vertex_count = entry.source_vertex_count;
             check_count(entry.group_count, coded.groups.len(), "the groups")?;
             check_count(entry.vertex_count, vertex_count, "the vertex order")?;
             (inverse(&coded.source_vertices)?, &coded.source_vertices)
@@ -97,6 +105,8 @@ impl Decoder {
             hierarchy: Hierarchy {
                 source: entry.source,
                 vertices,
+                source_vertex_count,
+                moved_from: coded.moved_from.clone(),
                 ..Hierarchy::default()
             },
         };
@@ -146,14 +156,14 @@ fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
 struct Starts {
     /// First finer link and first unit.
     groups: Vec<[usize; 2]>,
-    /// First vertex, first triangle and first cluster.
-    units: Vec<[usize; 3]>,
+    /// First vertex and first triangle.
+    units: Vec<[usize; 2]>,
 }
 
 impl Starts {
     fn of(coded: &Coded) -> Self {
         let of_group = |group: &Group| [group.finer_count, group.unit_count];
-        let of_unit = |unit: &Unit| [unit.vertex_count, unit.triangle_count, unit.cluster_count];
+        let of_unit = |unit: &Unit| [unit.vertex_count, unit.triangle_count];
         Self {
             groups: starts(coded.groups.iter().map(of_group)),
             units: starts(coded.units.iter().map(of_unit)),
@@ -190,7 +200,6 @@ impl Builder<'_> {
         to.groups.reserve_exact(from.groups.len());
         to.finer.reserve_exact(from.finer.len());
         to.units.reserve_exact(from.units.len());
-        to.clusters.reserve_exact(from.clusters.len());
         to.unit_vertices.reserve_exact(from.unit_vertices.len());
         to.indices.reserve_exact(from.indices.len());
     }
@@ -212,10 +221,9 @@ impl Builder<'_> {
 
     fn add_unit(&mut self, place: usize) {
         let (coded, unit) = (self.coded, &self.coded.units[place]);
-        let [vertex, triangle, cluster] = self.starts.units[place];
+        let [vertex, triangle] = self.starts.units[place];
         let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
         let indices = &coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
-        let clusters = &coded.clusters[cluster..][..unit.cluster_count as usize];
         self.hierarchy.push_unit(
             position(&self.indices, unit.produced_by).unwrap_or(NO_GROUP),
             unit.aabb,
@@ -223,9 +231,6 @@ impl Builder<'_> {
                 .iter()
                 .map(|&code| self.source_vertices[code as usize]),
             indices.iter().copied(),
-            clusters
-                .iter()
-                .map(|cluster| (cluster.bounds, cluster.triangle_count)),
         );
     }
 }

@@ -7,7 +7,7 @@ use super::layout::{Entry, SectionEntry};
 use super::planes::Rows;
 use super::quantize::{self, Grids, Precision};
 use super::section_writer;
-use crate::hierarchy::{Cluster, Group, Hierarchy, Unit};
+use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// What the directory says about a primitive, and its sections.
 ///
@@ -46,6 +46,8 @@ pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry
         position_error_in_local: primitive.position_error_in_local + moved_by,
         group_count: hierarchy.groups.len() as u32,
         vertex_count: hierarchy.vertices.positions.len() as u32,
+        source_vertex_count: hierarchy.source_vertex_count,
+        origin_count: hierarchy.moved_from.len() as u32,
         unused_vertices: unused_vertices as u32,
         sections: sections.iter().map(|s| SectionEntry::of(s)).collect(),
     };
@@ -78,6 +80,7 @@ fn encode_sections(
         }
         if number == last {
             unused_vertices = coder.add_unused();
+            coder.coded.moved_from.clone_from(&hierarchy.moved_from);
         }
         let section = section_writer::write(&coder.coded, from, &predictors, unused_vertices);
         sections.push(section);
@@ -131,14 +134,8 @@ impl Coder<'_> {
             produced_by: unit.producer().map_or(0, |producer| group - producer),
             first_vertex: 0,
             first_triangle: 0,
-            first_cluster: 0,
             ..*unit
         });
-        let clusters = hierarchy.clusters[unit.clusters()].iter();
-        self.coded.clusters.extend(clusters.map(|cluster| Cluster {
-            first_triangle: 0,
-            ..*cluster
-        }));
         for &vertex in hierarchy.vertices_of(unit) {
             let code = self.code_of(vertex);
             self.coded.unit_vertices.push(code);

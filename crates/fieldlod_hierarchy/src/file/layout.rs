@@ -24,6 +24,9 @@ pub(super) struct Entry {
     pub(super) position_error_in_local: f32,
     pub(super) group_count: u32,
     pub(super) vertex_count: u32,
+    pub(super) source_vertex_count: u32,
+    /// Moved vertices that name the source vertex that they came from: in the last section, too.
+    pub(super) origin_count: u32,
     /// Vertices that no unit uses: they are in the last section.
     pub(super) unused_vertices: u32,
     pub(super) sections: Vec<SectionEntry>,
@@ -73,7 +76,13 @@ impl Entry {
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
         }
         // How much of it there is, and where.
-        let counts = [self.group_count, self.vertex_count, self.unused_vertices];
+        let counts = [
+            self.group_count,
+            self.vertex_count,
+            self.source_vertex_count,
+            self.origin_count,
+            self.unused_vertices,
+        ];
         bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
         bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
         for section in &self.sections {
@@ -114,6 +123,8 @@ impl Entry {
             position_error_in_local,
             group_count: reader.value(WHAT)?,
             vertex_count: reader.value(WHAT)?,
+            source_vertex_count: reader.value(WHAT)?,
+            origin_count: reader.value(WHAT)?,
             unused_vertices: reader.value(WHAT)?,
             sections: read_sections(reader)?,
         };

@@ -108,9 +108,6 @@ pub(super) fn moved(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f3
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
     }
-    for cluster in &mut hierarchy.clusters {
-        cluster.bounds.radius += error_in_local;
-    }
     // Boxes are made anew, since they are tight.
     for index in 0..hierarchy.units.len() {
         let unit = &hierarchy.units[index];

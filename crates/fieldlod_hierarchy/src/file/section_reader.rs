@@ -9,15 +9,16 @@ use super::reader::Reader;
 use super::records;
 use super::references::References;
 use super::triangles::SymbolReader;
-use crate::hierarchy::{Cluster, Group, NO_GROUP, Unit};
+use crate::hierarchy::{Group, NO_GROUP, Unit};
 
 /// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
-/// uses.
+/// uses, and so many moved vertices name where they came from.
 pub(super) fn read(
     bytes: &[u8],
     coded: &mut Coded,
     predictors: &[Predict],
     unused_vertices: usize,
+    origins: usize,
 ) -> Result<(), FileError> {
     let mut section = SectionReader {
         from: coded.ends(),
@@ -36,6 +37,9 @@ pub(super) fn read(
     section.coded.rows.add_zeros(added);
     let rows = &mut section.coded.rows;
     planes::read(&mut section.reader, rows, predictors, &predictions)?;
+    let origins = section.budget.claim(origins as u64, 4)?;
+    let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
+    section.coded.moved_from.extend(moved_from);
     match section.reader.rest.iter().all(|&byte| byte == 0) {
         true => Ok(()),
         false => Err(FileError::Corrupt {
@@ -86,7 +90,6 @@ impl SectionReader<'_> {
         Ok(())
     }
 
-    /// Reads units and their clusters.
     fn read_units(&mut self) -> Result<UnitCounts, FileError> {
         // As many as the groups announce.
         let groups = &self.coded.groups[self.from.groups..];
@@ -96,15 +99,12 @@ impl SectionReader<'_> {
         // Room for all that the units announce.
         let mut claim =
             |count: fn(&Unit) -> u32, bytes| self.budget.claim_all(units.iter().map(count), bytes);
-        let clusters = claim(|unit| unit.cluster_count, size_of::<Cluster>())?;
         let counts = UnitCounts {
             references: claim(|unit| unit.vertex_count, 4)?,
             triangles: claim(|unit| unit.triangle_count, TRIANGLE_BYTES)?,
         };
         self.coded.units.extend(units);
         self.restore_units()?;
-        let clusters: Vec<Cluster> = records::read(&mut self.reader, clusters, "the clusters")?;
-        self.coded.clusters.extend(clusters);
         Ok(counts)
     }
 

@@ -3,12 +3,13 @@
 //!
 //! ```text
 //! group count u32
-//! group indices, groups, finer groups, units, clusters     (see `numbers`, `records`)
+//! group indices, groups, finer groups, units               (see `numbers`, `records`)
 //! per entry of the units' vertex lists: 0 for the next new vertex, or 1 more than the difference
 //!     to the vertex named before
 //! source indices of the new vertices
 //! triangles                                                (see `triangles`)
 //! attributes of the new vertices                           (see `planes`)
+//! in the last section: source vertices that moved ones came from
 //! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
 //! ```
 //! What follows from other fields (where ranges start, who consumes a unit) is left out.
@@ -20,7 +21,7 @@ use super::predictor::Predictor;
 use super::records;
 use super::references::References;
 use super::triangles::Symbols;
-use crate::hierarchy::{Cluster, Unit};
+use crate::hierarchy::Unit;
 
 /// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
 /// unit uses.
@@ -32,14 +33,12 @@ pub(super) fn write(
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
     let groups = &coded.groups[from.groups..];
-    let clusters = &coded.clusters[from.clusters..];
     // The graph.
     bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
     write_indices(&mut bytes, &coded.group_indices[from.groups..]);
     records::write(&mut bytes, groups);
     write_finer(&mut bytes, coded, from);
     records::write(&mut bytes, &coded.units[from.units..]);
-    records::write(&mut bytes, clusters);
     // Which vertices the units use, and which of them are new.
     write_references(&mut bytes, coded, from);
     write_indices(&mut bytes, &coded.source_vertices[from.vertices..]);
@@ -49,6 +48,11 @@ pub(super) fn write(
     for (column, &predict) in predictors.iter().enumerate() {
         planes::write(&mut bytes, &coded.rows, column, predict, &predictions);
     }
+    numbers::write(
+        &mut bytes,
+        &coded.moved_from[from.moved_from..],
+        Kind::Plain,
+    );
     let least = claimed_bytes(coded, from, &symbols).div_ceil(MAX_PER_BYTE as usize);
     bytes.resize(bytes.len().max(least), 0);
     bytes
@@ -60,11 +64,11 @@ fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
     (to.groups - from.groups) * GROUP_BYTES
         + (to.finer - from.finer) * 4
         + (to.units - from.units) * size_of::<Unit>()
-        + (to.clusters - from.clusters) * size_of::<Cluster>()
         + (to.unit_vertices - from.unit_vertices) * 4
         + (to.indices - from.indices) / 3 * TRIANGLE_BYTES
         + (symbols.vertices.len() + symbols.distances.len()) * 4
         + (to.vertices - from.vertices) * (coded.rows.width + 1) * 4
+        + (to.moved_from - from.moved_from) * 4
 }
 
 /// Writes indices that mostly count up.

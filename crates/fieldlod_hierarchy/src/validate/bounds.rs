@@ -11,16 +11,12 @@ impl Hierarchy {
         for (index, group) in self.groups.iter().enumerate() {
             check_sphere("group", index, &group.bounds)?;
         }
-        for (index, cluster) in self.clusters.iter().enumerate() {
-            check_sphere("cluster", index, &cluster.bounds)?;
-        }
         let mut positions = Vec::new();
         for index in 0..self.units.len() {
             let vertices = self.vertices_of(&self.units[index]).iter();
             positions.clear();
             positions.extend(vertices.map(|&vertex| self.vertices.positions[vertex as usize]));
             self.check_bounds_of_unit(index, &positions)?;
-            self.check_bounds_of_clusters(index, &positions)?;
         }
         Ok(())
     }
@@ -38,19 +34,6 @@ impl Hierarchy {
             let bounds = self.groups[group as usize].bounds;
             let in_sphere = bounds.contains_all(positions.iter().copied());
             check_contains("group", group as usize, in_sphere)?;
-        }
-        Ok(())
-    }
-
-    fn check_bounds_of_clusters(&self, unit: usize, positions: &[Vec3]) -> Result<(), E> {
-        let unit = &self.units[unit];
-        let mut corners = self.indices_of(unit);
-        for index in unit.clusters() {
-            let cluster = &self.clusters[index];
-            let own;
-            (own, corners) = corners.split_at(cluster.triangle_count as usize * 3);
-            let own = own.iter().map(|&corner| positions[usize::from(corner)]);
-            check_contains("cluster", index, cluster.bounds.contains_all(own))?;
         }
         Ok(())
     }

@@ -5,13 +5,13 @@ use crate::hierarchy::{Group, Hierarchy};
 
 impl Hierarchy {
     pub(super) fn check_errors(&self) -> Result<(), E> {
+        let is_measured = self.is_measured();
         for group in 0..self.groups.len() {
             let error = self.groups[group].error_in_local;
             if error.is_nan() || error < self.largest_below(group, |finer| finer.error_in_local) {
                 return Err(E::BadError { group, error });
             }
-            self.check_deviation_of(group)?;
-            self.check_attribute_errors_of(group)?;
+            self.check_deviation_of(group, is_measured)?;
             let length = self.groups[group].mean_normal.length();
             if length.is_nan() || length > 1.0 + 1e-4 {
                 return Err(E::BadMeanNormal { group });
@@ -20,30 +20,15 @@ impl Hierarchy {
         Ok(())
     }
 
-    fn check_deviation_of(&self, group: usize) -> Result<(), E> {
+    fn check_deviation_of(&self, group: usize, is_measured: bool) -> Result<(), E> {
         let deviation = self.groups[group].deviation_in_local;
         let floor = self.largest_below(group, |finer| finer.deviation_in_local);
-        let ends = deviation == f32::INFINITY;
-        if deviation.is_nan() || deviation < floor || ends != self.groups[group].is_terminal() {
+        let is_infinite = deviation == f32::INFINITY;
+        let should_be = !is_measured || self.groups[group].is_terminal();
+        if deviation.is_nan() || deviation < floor || is_infinite != should_be {
             return Err(E::BadDeviation { group, deviation });
         }
         Ok(())
-    }
-
-    fn check_attribute_errors_of(&self, group: usize) -> Result<(), E> {
-        let Group {
-            normal_error,
-            uv_error,
-            ..
-        } = self.groups[group];
-        if (0.0..=2.0).contains(&normal_error) && (0.0..=f32::MAX).contains(&uv_error) {
-            return Ok(());
-        }
-        Err(E::BadAttributeError {
-            group,
-            normal_error,
-            uv_error,
-        })
     }
 
     /// The largest `length` of the finer groups of `group`; 0 without any.

@@ -1,7 +1,7 @@
 //! Ranges and references stay within their arrays.
 
 use super::InvalidHierarchy as E;
-use crate::hierarchy::{Cluster, Group, Hierarchy, Unit};
+use crate::hierarchy::{Group, Hierarchy, Unit};
 
 impl Hierarchy {
     pub(super) fn check_ranges(&self) -> Result<(), E> {
@@ -18,25 +18,7 @@ impl Hierarchy {
         }
         let triangles = self.indices.len() / 3;
         let range = |unit: &Unit| (unit.first_triangle, unit.triangle_count);
-        check_tiling("triangles", "unit", units, range, triangles)?;
-        let range = |unit: &Unit| (unit.first_cluster, unit.cluster_count);
-        check_tiling("clusters", "unit", units, range, self.clusters.len())?;
-        let range = |cluster: &Cluster| (cluster.first_triangle, cluster.triangle_count);
-        check_tiling("triangles", "cluster", &self.clusters, range, triangles)?;
-        self.check_clusters_of_units()
-    }
-
-    /// Checks that units and clusters divide the triangles alike: both tile them, so that equal
-    /// counts are equal ranges.
-    fn check_clusters_of_units(&self) -> Result<(), E> {
-        for (index, unit) in self.units.iter().enumerate() {
-            let clusters = &self.clusters[unit.clusters()];
-            let triangles = clusters.iter().map(|c| u64::from(c.triangle_count));
-            if triangles.sum::<u64>() != u64::from(unit.triangle_count) {
-                return Err(broken_range("clusters", "unit", index));
-            }
-        }
-        Ok(())
+        check_tiling("triangles", "unit", units, range, triangles)
     }
 
     pub(super) fn check_references(&self) -> Result<(), E> {
@@ -48,7 +30,12 @@ impl Hierarchy {
             let named = groups_named.map(|group| group as usize);
             check_targets("unit", index, "group", named, groups)?;
             let used = self.vertices_of(unit).iter().map(|&vertex| vertex as usize);
-            check_targets("unit", index, "vertex", used, vertices)?;
+            // Source geometry uses none that a simplification made.
+            let (what, end) = match unit.producer() {
+                Some(_) => ("vertex", vertices),
+                None => ("source vertex", self.source_vertex_count as usize),
+            };
+            check_targets("unit", index, what, used, end)?;
             let corners = self
                 .indices_of(unit)
                 .iter()
@@ -63,6 +50,11 @@ impl Hierarchy {
                 [group as usize].into_iter(),
                 groups,
             )?;
+        }
+        for (index, &vertex) in self.moved_from.iter().enumerate() {
+            let sources = self.source_vertex_count as usize;
+            let named = [vertex as usize].into_iter();
+            check_targets("moved vertex", index, "source vertex", named, sources)?;
         }
         Ok(())
     }

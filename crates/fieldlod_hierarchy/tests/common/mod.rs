@@ -74,8 +74,8 @@ fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>>
         0
     };
     let counts = precision + 1 + grids;
-    let count = number(bytes, counts + 12, 4)?;
-    let first = counts + 16;
+    let count = number(bytes, counts + 20, 4)?;
+    let first = counts + 24;
     *place = first.checked_add(count.checked_mul(16)?)?;
     (*place <= end).then(|| (0..count).map(|k| first + k * 16).collect())
 }

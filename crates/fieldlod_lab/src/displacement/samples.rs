@@ -24,7 +24,7 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     let mut samples = Vec::new();
     let mut next = 0;
     for &unit in units {
-        for triangle in hierarchy.source_triangles_of(&hierarchy.units[unit as usize]) {
+        for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
             // Two candidates of each triangle, of kinds that alternate.
             for pick in 0..2 {

@@ -71,7 +71,7 @@ fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let positions = &hierarchy.vertices.positions;
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let source = hierarchy.units.iter().filter(|u| u.producer().is_none());
-    for triangle in source.flat_map(|unit| hierarchy.source_triangles_of(unit)) {
+    for triangle in source.flat_map(|unit| hierarchy.triangles_of(unit)) {
         // The cross product is as long as twice the triangle's area.
         let [a, b, c] = triangle.map(|v| positions[v as usize]);
         for vertex in triangle {
@@ -87,7 +87,7 @@ fn indices_of(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<Range<u32>>) {
     let mut units = Vec::with_capacity(hierarchy.units.len());
     for unit in &hierarchy.units {
         let first = indices.len() as u32;
-        indices.extend(hierarchy.source_triangles_of(unit).flatten());
+        indices.extend(hierarchy.triangles_of(unit).flatten());
         units.push(first..indices.len() as u32);
     }
     (indices, units)

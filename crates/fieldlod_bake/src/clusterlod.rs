@@ -1,31 +1,97 @@
-//! The call into meshoptimizer's clusterlod, which clusters, groups and simplifies.
+//! meshoptimizer's clusterlod as it is: what levels and their building are compared with.
 
 use std::collections::BTreeMap;
 
-use fieldlod_hierarchy::NO_GROUP;
-use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh};
+use fieldlod_hierarchy::{Hierarchy, NO_GROUP};
+use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, clod_default_config};
 
+use crate::assemble::assemble;
 use crate::config::BakeConfig;
 use crate::groups::{RawGroup, RawUnit};
 use crate::input::SimplifierInput;
-use crate::mesh::SourceMesh;
+use crate::mesh::{MeshError, SourceMesh};
+
+/// How much clusterlod's demo weighs a change of the unit normal by 1.
+const NORMAL_WEIGHT: f32 = 0.5;
+
+/// The hierarchy that clusterlod builds on its own: the baseline for levels.
+///
+/// Clusters and groups are of the size that `config` says, and texture coordinates count as it
+/// says; all else is clusterlod's default. Its vertices are those of the mesh. Groups that it
+/// cannot simplify stay as they are for good, and a cut may be open beside them. Errors are what
+/// clusterlod reports; deviations are left unmeasured.
+///
+/// # Errors
+/// As [`bake_mesh`](crate::bake_mesh).
+pub fn clusterlod_hierarchy(
+    mesh: &SourceMesh,
+    config: &BakeConfig,
+) -> Result<Hierarchy, MeshError> {
+    config.validate()?;
+    mesh.validate()?;
+    let input = SimplifierInput::of(mesh, &with_its_weight(config));
+    let mut groups = build_groups(&mesh.indices, &input, its_config(config), &|_| ());
+    // What nothing came of stands for itself.
+    let mut is_simplified = vec![false; groups.len()];
+    for unit in groups.iter().flat_map(|group| &group.units) {
+        if !unit.is_source() {
+            is_simplified[unit.produced_by as usize] = true;
+        }
+    }
+    for (group, is_simplified) in groups.iter_mut().zip(is_simplified) {
+        group.deviation_in_local = f32::INFINITY;
+        if !is_simplified {
+            group.error_in_local = f32::INFINITY;
+        }
+    }
+    let hierarchy = assemble(mesh, &groups)?;
+    debug_assert_eq!(hierarchy.validate(), Ok(()));
+    Ok(hierarchy)
+}
+
+/// How many triangles clusterlod makes of `mesh` on its own, as for [`clusterlod_hierarchy`]: what
+/// the speed of a bake is compared with. `mesh` must be valid.
+#[doc(hidden)]
+pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
+    let input = SimplifierInput::of(mesh, &with_its_weight(config));
+    let mut triangles = 0;
+    build(&mesh.indices, &input, its_config(config), |_, clusters| {
+        triangles += triangle_count(clusters);
+        0
+    });
+    triangles
+}
+
+fn with_its_weight(config: &BakeConfig) -> BakeConfig {
+    BakeConfig {
+        normal_weight: NORMAL_WEIGHT,
+        ..config.clone()
+    }
+}
+
+fn its_config(config: &BakeConfig) -> ClodConfig {
+    ClodConfig {
+        partition_size: config.group_clusters,
+        ..clod_default_config(config.cluster_triangles)
+    }
+}
 
 /// Clusters and simplifies the mesh with these `indices` level by level. Groups come finer before
 /// coarser; those that cannot be simplified are terminal.
 ///
 /// `on_triangles` hears how many triangles each group consumed. The mesh must be valid: nothing is
 /// checked on the other side.
-pub(crate) fn simplify_to_groups(
+pub(crate) fn build_groups(
     indices: &[u32],
     input: &SimplifierInput,
-    config: &BakeConfig,
+    config: ClodConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Vec<RawGroup> {
     let mut groups: Vec<RawGroup> = Vec::new();
-    run(indices, input, config, |group, clusters| {
+    build(indices, input, config, |group, clusters| {
         let index = groups.len();
         let units = split_by_producer(clusters);
-        on_triangles(clusters.iter().map(|c| c.indices.len() / 3).sum());
+        on_triangles(triangle_count(clusters));
         groups.push(RawGroup {
             level: group.depth as u32,
             error_in_local: monotone_error(&group, &units, &groups, input.local_from_scaled),
@@ -37,23 +103,10 @@ pub(crate) fn simplify_to_groups(
     groups
 }
 
-/// How many triangles clusterlod makes of `mesh` on its own, with the configuration that a bake
-/// follows: what a bake's speed is compared with. `mesh` must be valid.
-#[doc(hidden)]
-pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
-    let input = SimplifierInput::of(mesh, config);
-    let mut triangles = 0;
-    run(&mesh.indices, &input, config, |_, clusters| {
-        triangles += clusters.iter().map(|c| c.indices.len() / 3).sum::<usize>();
-        0
-    });
-    triangles
-}
-
-fn run(
+fn build(
     indices: &[u32],
     input: &SimplifierInput,
-    config: &BakeConfig,
+    config: ClodConfig,
     output: impl FnMut(ClodGroup, &[ClodCluster<'_>]) -> i32,
 ) {
     let vertices = input.vertices();
@@ -66,17 +119,11 @@ fn run(
         attribute_weights: &input.weights,
         attribute_protect_mask: input.protect_mask,
     };
-    let config = ClodConfig {
-        cluster_spatial: input.is_crowded,
-        partition_size: config.group_clusters,
-        // Neighbouring groups follow each other, so that a part of the mesh is a part of the file.
-        partition_sort: true,
-        simplify_ratio: config.simplify_ratio,
-        simplify_threshold: config.stuck_ratio,
-        simplify_fallback_sloppy: config.sloppy_fallback,
-        ..meshopt::clod_default_config(config.cluster_triangles)
-    };
     meshopt::clod_build(config, &mesh, output);
+}
+
+fn triangle_count(clusters: &[ClodCluster<'_>]) -> usize {
+    clusters.iter().map(|c| c.indices.len() / 3).sum()
 }
 
 fn split_by_producer(clusters: &[ClodCluster<'_>]) -> Vec<RawUnit> {

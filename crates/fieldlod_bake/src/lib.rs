@@ -82,6 +82,7 @@ mod watertight;
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]
 pub use clusterlod::bare_clusterlod;
+pub use clusterlod::clusterlod_hierarchy;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes};
 pub use import::{

@@ -6,7 +6,9 @@
 //! are collected, and the mesh is built again with those locked at all levels. They survived up to
 //! the stuck group's level anyway, so that up to there little changes.
 
-use crate::clusterlod::simplify_to_groups;
+use meshopt::ClodConfig;
+
+use crate::clusterlod::build_groups;
 use crate::config::BakeConfig;
 use crate::groups::RawGroup;
 use crate::input::SimplifierInput;
@@ -24,7 +26,7 @@ pub(crate) fn simplify_watertight(
 ) -> Vec<RawGroup> {
     let mut builds = 1;
     loop {
-        let mut groups = simplify_to_groups(indices, input, config, on_triangles);
+        let mut groups = build_groups(indices, input, clod_config(input, config), on_triangles);
         let Some(torn) = Torn::find(&groups, input) else {
             return groups;
         };
@@ -34,6 +36,19 @@ pub(crate) fn simplify_watertight(
         }
         input.lock_positions(&torn.vertices);
         builds += 1;
+    }
+}
+
+fn clod_config(input: &SimplifierInput, config: &BakeConfig) -> ClodConfig {
+    ClodConfig {
+        cluster_spatial: input.is_crowded,
+        partition_size: config.group_clusters,
+        // Neighbouring groups follow each other, so that a part of the mesh is a part of the file.
+        partition_sort: true,
+        simplify_ratio: config.simplify_ratio,
+        simplify_threshold: config.stuck_ratio,
+        simplify_fallback_sloppy: config.sloppy_fallback,
+        ..meshopt::clod_default_config(config.cluster_triangles)
     }
 }
 

@@ -7,8 +7,7 @@
 //! ```text
 //! displacement = | project(p) − project(nearest(p)) |        pixels
 //! ```
-//! Samples are all vertices (of which the cut keeps a subset), middles of triangles and, on the cut,
-//! middles of edges. What is hidden behind other parts counts as seen. Nothing is rasterised.
+//! Samples are the corners of triangles, their middles and the middles of their edges. What is hidden behind other parts counts as seen. Nothing is rasterised.
 
 mod samples;
 
@@ -73,9 +72,7 @@ impl<'a> SourceSurface<'a> {
     /// Takes about `sample_count` samples, or one for each vertex and triangle if they are fewer.
     #[must_use]
     pub fn new(hierarchy: &'a Hierarchy, sample_count: usize) -> Self {
-        let source: Vec<u32> = (0..hierarchy.units.len() as u32)
-            .filter(|&unit| hierarchy.units[unit as usize].producer().is_none())
-            .collect();
+        let source: Vec<u32> = hierarchy.source_units().map(|unit| unit as u32).collect();
         Self {
             hierarchy,
             surface: surface_of(hierarchy, &source),

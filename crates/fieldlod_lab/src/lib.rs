@@ -8,7 +8,7 @@
 //!   is open and what flickers.
 //! - [`promise`] measures the guarantee with random cameras and placements.
 //! - [`chart`] charts speed against accuracy, by the pictures that [`render`] draws and [`measure`]
-//!   compares.
+//!   compares; clusterlod, with the levels that it builds itself, is its baseline.
 //! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
 //! The command `fieldlod-lab` runs all of it. No other library depends on this one.

@@ -1,7 +1,8 @@
 //! The methods to choose a level of detail that are compared: ours, ours without one of its terms, and
 //! those of other systems.
 //!
-//! The rules of others are written on our hierarchies, so that only the criterion differs:
+//! The rules of others are written on our hierarchies, so that only the criterion differs; charts run
+//! clusterlod on its own hierarchy as well, as the whole system that it is:
 //!
 //! | Method | Source of its rule |
 //! |---|---|
@@ -66,8 +67,11 @@ pub enum Method {
     GuaranteedNoOffAxis,
     /// The guarantee without bounds over spheres: the field at the centre.
     GuaranteedNoBound,
-    /// meshoptimizer's clusterlod: nested spheres, distance to the sphere.
+    /// meshoptimizer's clusterlod: nested spheres, distance to the sphere. Charts run it on the
+    /// hierarchy that it builds itself.
     Clusterlod,
+    /// The same rule on our hierarchy, where charts tell the two apart.
+    ClusterlodOnOurLevels,
     /// Tight spheres and a closure pass, distance to the sphere.
     ClusterlodTight,
     /// Tight bounds of every unit for itself: what shared, nested bounds are there to prevent.
@@ -113,6 +117,7 @@ impl Method {
             Self::GuaranteedNoOffAxis => "guaranteed, on axis",
             Self::GuaranteedNoBound => "guaranteed, unbounded",
             Self::Clusterlod => "clusterlod",
+            Self::ClusterlodOnOurLevels => "clusterlod, our levels",
             Self::ClusterlodTight => "tight",
             Self::ClusterlodUnclosed => "unclosed",
             Self::Nanite => "Nanite",
@@ -136,6 +141,17 @@ impl Method {
             Self::Quality | Self::Guaranteed | Self::Both => format!("fieldlod {}", self.name()),
             _ => self.name().to_owned(),
         }
+    }
+
+    /// Whether charts run the method on the hierarchy that its own system builds, and not on ours.
+    #[must_use]
+    pub fn has_own_levels(self) -> bool {
+        self == Self::Clusterlod
+    }
+
+    /// Whether it is clusterlod's rule, on whichever hierarchy.
+    pub(crate) fn is_clusterlods_rule(self) -> bool {
+        matches!(self, Self::Clusterlod | Self::ClusterlodOnOurLevels)
     }
 
     /// The settings at a threshold of a method that the selection itself can be told to be.
@@ -200,7 +216,9 @@ impl Method {
         let nested_bounds = &view.object.nested_bounds[group];
         let bounds = &view.object.hierarchy.groups[group].bounds;
         Some(match self {
-            Self::Clusterlod => group_wise::clusterlod(view, group, nested_bounds),
+            Self::Clusterlod | Self::ClusterlodOnOurLevels => {
+                group_wise::clusterlod(view, group, nested_bounds)
+            }
             Self::ClusterlodTight => group_wise::clusterlod(view, group, bounds),
             Self::Nanite => group_wise::nanite(view, group),
             Self::Depth => group_wise::depth(view, group),

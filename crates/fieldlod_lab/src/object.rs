@@ -33,7 +33,7 @@ pub struct LodObject {
     pub aabb: Aabb,
     /// Middle of the box.
     pub center: Vec3,
-    /// Radius around `center` that holds every vertex.
+    /// Radius around `center` that holds every vertex of the source.
     pub radius: f32,
 }
 
@@ -46,10 +46,14 @@ impl LodObject {
             ErrorSource::Reported => group.error_in_local,
         };
         let errors_in_local: Vec<f32> = hierarchy.groups.iter().map(error).collect();
-        // A sphere around the middle of the box.
-        let aabb = hierarchy.aabb().unwrap_or_default();
+        // A sphere around the middle of the source's box: the same with whichever levels.
+        let source_units = hierarchy
+            .source_units()
+            .map(|unit| &hierarchy.units[unit].aabb);
+        let corners = source_units.flat_map(|aabb| [aabb.min, aabb.max]);
+        let aabb = Aabb::around(corners).unwrap_or_default();
         let center = (aabb.min + aabb.max) * 0.5;
-        let positions = hierarchy.vertices.positions.iter();
+        let positions = source_positions(&hierarchy).iter();
         Self {
             nested_bounds: nested_bounds(&hierarchy),
             level_errors_in_local: level_errors(&hierarchy, &errors_in_local),
@@ -81,9 +85,8 @@ impl LodObject {
     /// The units of the source.
     #[must_use]
     pub fn source_units(&self) -> Vec<u32> {
-        let units = self.hierarchy.units.iter().zip(0..);
-        let source = units.filter(|(unit, _)| unit.producer().is_none());
-        source.map(|(_, index)| index).collect()
+        let units = self.hierarchy.source_units();
+        units.map(|unit| unit as u32).collect()
     }
 
     /// Triangles of some units.
@@ -111,11 +114,16 @@ impl LodObject {
     #[must_use]
     pub fn vertex_below(&self, x: f32, z: f32) -> Vec3 {
         let at = (self.aabb.min + (self.aabb.max - self.aabb.min) * Vec3::new(x, 0.0, z)).xz();
-        let positions = self.hierarchy.vertices.positions.iter();
+        let positions = source_positions(&self.hierarchy).iter();
         let across = |p: &Vec3| p.xz().distance_squared(at);
         let nearest = positions.min_by(|a, b| across(a).total_cmp(&across(b)));
         nearest.copied().unwrap_or_default()
     }
+}
+
+/// The positions of the source's vertices, which come before those that simplification moved.
+fn source_positions(hierarchy: &Hierarchy) -> &[Vec3] {
+    &hierarchy.vertices.positions[..hierarchy.source_vertex_count as usize]
 }
 
 /// Merges spheres upwards, as clusterlod does. Finer groups come first.

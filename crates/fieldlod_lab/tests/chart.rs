@@ -4,17 +4,21 @@ mod common;
 
 use std::cell::Cell;
 
-use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_bake::{BakeConfig, bake_mesh, clusterlod_hierarchy, fixtures};
 use fieldlod_lab::chart::{
-    ABLATED, Measure, ModelResult, Options, Report, Store, chart_model, write_charts,
+    ABLATED, BakedModel, Measure, ModelResult, Options, Report, Store, chart_model, write_charts,
 };
 use fieldlod_lab::method::Method;
 use fieldlod_lab::render::Renderer;
 use glam::UVec2;
 
-fn rock() -> Hierarchy {
-    bake_mesh(&fixtures::rock(5, 3), &BakeConfig::fine_grained()).unwrap()
+fn rock() -> BakedModel {
+    let (mesh, config) = (fixtures::rock(5, 3), BakeConfig::fine_grained());
+    BakedModel {
+        name: "rock".to_owned(),
+        ours: bake_mesh(&mesh, &config).unwrap(),
+        clusterlods: clusterlod_hierarchy(&mesh, &config).unwrap(),
+    }
 }
 
 fn options(methods: &[Method]) -> Options {
@@ -30,7 +34,7 @@ fn options(methods: &[Method]) -> Options {
 fn charted(renderer: &Renderer, options: &Options, store: &Store) -> (ModelResult, usize) {
     let steps = Cell::new(0);
     let step = || steps.set(steps.get() + 1);
-    let result = chart_model(renderer, "rock", rock(), options, store, &step);
+    let result = chart_model(renderer, rock(), options, store, &step);
     (result.unwrap(), steps.get())
 }
 

@@ -14,7 +14,7 @@ use crate::object_view::ObjectView;
 
 /// The methods that are told apart: our criteria, each without one of its terms, and what they are
 /// compared with.
-pub const ABLATED: [Method; 10] = [
+pub const ABLATED: [Method; 11] = [
     Method::Quality,
     Method::NoProjection,
     Method::NoSilhouette,
@@ -24,6 +24,7 @@ pub const ABLATED: [Method; 10] = [
     Method::Guaranteed,
     Method::GuaranteedNoOffAxis,
     Method::GuaranteedNoBound,
+    Method::ClusterlodOnOurLevels,
     Method::Clusterlod,
 ];
 
@@ -51,12 +52,12 @@ pub struct CriterionCost {
 
 /// Times the criteria alone, without gathering units.
 pub(super) fn criterion_costs(scene: &ChartScene, seed: u64) -> Vec<CriterionCost> {
-    let poses = poses(scene.object, PLACES, seed);
+    let poses = poses(scene.ours.object, PLACES, seed);
     let eyes: Vec<Eye> = poses.iter().map(|pose| scene.eye(pose)).collect();
-    // The mean over groups and places.
-    let groups = scene.object.hierarchy.groups.len().max(1) as f64;
-    let mean_ns = |seconds: f64| seconds * 1e9 / (groups * eyes.len() as f64);
     let cost = |method| {
+        // The mean over groups and places.
+        let groups = scene.levels(method).object.hierarchy.groups.len().max(1) as f64;
+        let mean_ns = |seconds: f64| seconds * 1e9 / (groups * eyes.len() as f64);
         let plain = eyes.iter().map(|eye| plain(scene, method, eye));
         let fast = eyes.iter().map(|eye| fast(scene, method, eye));
         CriterionCost {
@@ -70,8 +71,8 @@ pub(super) fn criterion_costs(scene: &ChartScene, seed: u64) -> Vec<CriterionCos
 
 /// Seconds for all groups by plain code.
 fn plain(scene: &ChartScene, method: Method, eye: &Eye) -> f64 {
-    let view = scene.view(eye);
-    let count = scene.object.hierarchy.groups.len();
+    let view = scene.view(method, eye);
+    let count = view.object.hierarchy.groups.len();
     // How many groups exceed the threshold.
     let exceeding = |error_px: &dyn Fn(&ObjectView, usize) -> f32| {
         let view = black_box(&view);
@@ -95,7 +96,7 @@ fn plain(scene: &ChartScene, method: Method, eye: &Eye) -> f64 {
 fn fast(scene: &ChartScene, method: Method, eye: &Eye) -> Option<f64> {
     // Ours as the selection does it, clusterlod by its scan.
     let mut bits = Vec::new();
-    let selection = &scene.fast_selection;
+    let selection = &scene.levels(method).fast_selection;
     if let Some(settings) = method.settings(ABLATED_AT_PX) {
         let view = eye.view().with_margins(&settings);
         let instance = InstanceView::new(&view, &scene.instance.world_from_local);
@@ -104,8 +105,8 @@ fn fast(scene: &ChartScene, method: Method, eye: &Eye) -> Option<f64> {
             black_box(&bits);
         }));
     }
-    let view = scene.view(eye);
-    (method == Method::Clusterlod).then(|| {
+    let view = scene.view(method, eye);
+    method.is_clusterlods_rule().then(|| {
         seconds_of_a_scan(|| {
             selection.scan.refine(&view, ABLATED_AT_PX, &mut bits);
             black_box(&bits);

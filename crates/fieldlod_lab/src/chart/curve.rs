@@ -12,8 +12,9 @@ pub(super) const THRESHOLDS_PX: [f32; 13] = [
 ];
 
 /// The methods whose costs are charted: their pictures are compared by FLIP, too.
-pub(super) const CHARTED: [Method; 4] = [
+pub(super) const CHARTED: [Method; 5] = [
     Method::Quality,
+    Method::ClusterlodOnOurLevels,
     Method::Clusterlod,
     Method::Godot43,
     Method::Oracle,

@@ -61,13 +61,17 @@ struct CostChart {
     note: &'static str,
 }
 
+/// How the systems differ.
+const NOTE: &str = "clusterlod has its own levels, the others ours. Godot chooses whole levels; the \
+                    oracle knows the pictures.";
+
 const COST_CHARTS: [CostChart; 3] = [
     CostChart {
         name: "triangles",
         label: "triangles in view",
         cost: |c| c.triangles,
         methods: &CHARTED,
-        note: "Godot chooses whole levels; the oracle knows the pictures.",
+        note: NOTE,
     },
     CostChart {
         name: "selection",
@@ -81,19 +85,15 @@ const COST_CHARTS: [CostChart; 3] = [
         label: "time to draw a frame, in milliseconds",
         cost: |c| c.frame_ms,
         methods: &CHARTED,
-        note: "Godot chooses whole levels; the oracle knows the pictures.",
+        note: NOTE,
     },
 ];
 
 fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
-    // A curve for each method; what knows the pictures is dashed.
     let series = chart.methods.iter().map(|&method| {
         let costs = report.costs.iter().filter(|cost| cost.method == method);
         let points = costs.map(|cost| DVec2::new(cost.rmse, (chart.cost)(cost)));
-        Series {
-            is_dashed: method == Method::Oracle,
-            ..Series::new(method, points)
-        }
+        Series::new(method, points)
     });
     Figure {
         title: title_of_costs(report, chart.label),

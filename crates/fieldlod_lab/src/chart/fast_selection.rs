@@ -58,7 +58,7 @@ impl FastSelection {
     ) -> (Vec<u32>, Duration) {
         if let Some(settings) = method.settings(threshold_px) {
             self.by_selector(&settings, view, scratch)
-        } else if method == Method::Clusterlod {
+        } else if method.is_clusterlods_rule() {
             self.by_scan(view, threshold_px, scratch)
         } else {
             let start = Instant::now();

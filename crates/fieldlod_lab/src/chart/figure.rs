@@ -44,19 +44,20 @@ pub(super) struct Series {
 }
 
 impl Series {
-    /// A curve of a method, in its colour, through those of `points` that logarithmic axes have.
+    /// A curve of a method, in its colour, through those of `points` that logarithmic axes have. It is
+    /// dashed for what knows the pictures, and for what separates the criterion from the levels.
     pub(super) fn new(method: Method, points: impl Iterator<Item = DVec2>) -> Self {
         Self {
             name: method.label(),
             color: match method {
-                Method::Clusterlod => Color::ORANGE,
+                Method::Clusterlod | Method::ClusterlodOnOurLevels => Color::ORANGE,
                 Method::Godot43 => Color::GREEN,
                 Method::Guaranteed => Color::PURPLE,
                 Method::Oracle => Color::GRAY,
                 Method::VisibilityRange => Color::RED,
                 _ => Color::BLUE,
             },
-            is_dashed: false,
+            is_dashed: matches!(method, Method::Oracle | Method::ClusterlodOnOurLevels),
             points: points.filter(|point| point.min_element() > 0.0).collect(),
         }
     }

@@ -45,8 +45,10 @@ pub struct FlickerResult {
 pub(super) fn flicker(scene: &ChartScene) -> Result<Vec<FlickerResult>, ChartError> {
     // The source in all frames, which all methods are compared with.
     let eyes: Vec<Eye> = (0..FRAMES).map(|frame| eye(scene, frame)).collect();
-    let source = scene.object.source_units();
-    let drawn = eyes.iter().map(|eye| draw(scene, eye, &source));
+    let source = scene.ours.object.source_units();
+    let drawn = eyes
+        .iter()
+        .map(|eye| draw(scene, Method::Quality, eye, &source));
     let reference = drawn.collect::<Result<Vec<_>, _>>()?;
     let mut results = Vec::new();
     for method in METHODS {
@@ -60,7 +62,7 @@ pub(super) fn flicker(scene: &ChartScene) -> Result<Vec<FlickerResult>, ChartErr
 /// A walk: forwards, a little to the side, with head-bob.
 fn eye(scene: &ChartScene, frame: usize) -> Eye {
     let share = frame as f32 / FRAMES as f32;
-    let (object, radius) = (scene.object, scene.object.radius);
+    let (object, radius) = (scene.ours.object, scene.ours.object.radius);
     let angle = 0.3 + 0.15 * share;
     let height = 0.5 + 0.01 * (share * 12.0).sin();
     let direction = glam::Vec3::new(angle.sin(), height, angle.cos()).normalize();
@@ -69,9 +71,16 @@ fn eye(scene: &ChartScene, frame: usize) -> Eye {
     eye.looking_at(object.center + direction * distance, object.center)
 }
 
-fn draw(scene: &ChartScene, eye: &Eye, units: &[u32]) -> Result<Picture, ChartError> {
-    let units = scene.view(eye).units_in_view(units);
-    Ok(scene.renderer.draw(&scene.model, eye, &units)?)
+/// Draws some units of a method's levels.
+fn draw(
+    scene: &ChartScene,
+    method: Method,
+    eye: &Eye,
+    units: &[u32],
+) -> Result<Picture, ChartError> {
+    let units = scene.view(method, eye).units_in_view(units);
+    let model = &scene.levels(method).model;
+    Ok(scene.renderer.draw(model, eye, &units)?)
 }
 
 fn on_path(
@@ -87,14 +96,14 @@ fn on_path(
     let (mut triangles, mut error) = (0.0, 0.0);
     let mut last: Option<Picture> = None;
     for (frame, eye) in eyes.iter().enumerate() {
-        let view = scene.view(eye);
+        let view = scene.view(method, eye);
         let choice = chooser.choose(&view);
-        let groups = &scene.object.hierarchy.groups;
+        let groups = &view.object.hierarchy.groups;
         flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
         let shown = view.units_in_view(&choice.units);
-        triangles += scene.object.triangle_count(&shown) as f64;
+        triangles += view.object.triangle_count(&shown) as f64;
         // Change beyond that of the source.
-        let picture = draw(scene, eye, &choice.units)?;
+        let picture = draw(scene, method, eye, &choice.units)?;
         if let Some(last) = &last {
             let references = [&reference[frame - 1], &reference[frame]];
             error += temporal_error(references, [last, &picture]);

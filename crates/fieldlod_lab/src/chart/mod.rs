@@ -1,5 +1,5 @@
-//! Speed charted against accuracy: methods to choose a level of detail, on the same hierarchies, by
-//! the pictures that they give.
+//! Speed charted against accuracy: systems of levels of detail, and methods to choose among levels, by the
+//! pictures that they give.
 //!
 //! Every method chooses cuts of a model at a range of thresholds, from a set of [poses](Pose); each cut
 //! is drawn, compared with the source mesh, and its costs are counted ([`PoseResult`]). Methods are then
@@ -7,9 +7,13 @@
 //! ([`Ratios`]).
 //!
 //! # What is fair
-//! - All methods see the same hierarchy and the error that the simplifier reports, as they do in their
-//!   own systems; only the promise of [`Method::Guaranteed`](crate::method::Method::Guaranteed) is about
-//!   the measured deviation.
+//! - Whole systems are compared: the baseline of all ratios is clusterlod's metric on the hierarchy that
+//!   clusterlod builds, by its defaults, of the same mesh in clusters and groups of the same size.
+//! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on our hierarchy:
+//!   what the levels gain is above that line, what the criterion gains below it. All other methods choose
+//!   from our hierarchy.
+//! - All methods see the error that the simplifier reports, as they do in their own systems; only the
+//!   promise of [`Method::Guaranteed`](crate::method::Method::Guaranteed) is about the measured deviation.
 //! - Only units that touch the view are counted, as if all renderers culled them.
 //! - Whole-object methods have few cuts to offer; between them, their curves are interpolated as if there
 //!   were more.
@@ -58,7 +62,7 @@ pub use curve::{Curve, Measure, Point, PoseResult};
 pub use draw::write_charts;
 pub use flicker::FlickerResult;
 pub use generated::Generated;
-pub use model_result::{CHART_METHODS, ModelResult, Options, chart_model};
+pub use model_result::{BakedModel, CHART_METHODS, ModelResult, Options, chart_model};
 pub use pose::Pose;
 pub use promise::PromiseResult;
 pub use ratios::{COMPARED_AT_PX, Ratios};

@@ -19,7 +19,7 @@ use crate::object::{ErrorSource, LodObject};
 use crate::render::Renderer;
 
 /// The methods whose pictures are compared.
-pub const CHART_METHODS: [Method; 18] = [
+pub const CHART_METHODS: [Method; 19] = [
     Method::Quality,
     Method::Guaranteed,
     Method::Both,
@@ -29,6 +29,7 @@ pub const CHART_METHODS: [Method; 18] = [
     Method::NoSilhouette,
     Method::TwoSided,
     Method::ShareInView,
+    Method::ClusterlodOnOurLevels,
     Method::Clusterlod,
     Method::Nanite,
     Method::Depth,
@@ -80,29 +81,40 @@ impl Options {
     }
 }
 
+/// A mesh as both systems bake it.
+#[derive(Clone, Debug)]
+pub struct BakedModel {
+    /// The model's name.
+    pub name: String,
+    /// Our hierarchy.
+    pub ours: Hierarchy,
+    /// [Clusterlod's own](fieldlod_bake::clusterlod_hierarchy) of the same mesh.
+    pub clusterlods: Hierarchy,
+}
+
 /// Measures a model, or reads from `store` what was measured before. `step` hears of each step done.
 ///
 /// # Errors
 /// [`ChartError`] from an adapter that stops or a folder that takes no files.
 pub fn chart_model(
     renderer: &Renderer,
-    name: &str,
-    hierarchy: Hierarchy,
+    model: BakedModel,
     options: &Options,
     store: &Store,
     step: &dyn Fn(),
 ) -> Result<ModelResult, ChartError> {
-    let hash = hash_of(&hierarchy);
-    let object = LodObject::new(hierarchy, ErrorSource::Reported);
-    let scene = ChartScene::new(renderer, &object, options.size_px);
-    let common = (hash, options.size_px.to_array(), renderer.adapter());
+    let hashes = [hash_of(&model.ours), hash_of(&model.clusterlods)];
+    let ours = LodObject::new(model.ours, ErrorSource::Reported);
+    let clusterlods = LodObject::new(model.clusterlods, ErrorSource::Reported);
+    let scene = ChartScene::new(renderer, &ours, &clusterlods, options.size_px);
+    let common = (hashes, options.size_px.to_array(), renderer.adapter());
     let mut result = ModelResult {
-        name: name.to_owned(),
-        triangles: object.hierarchy.source_triangle_count(),
+        name: model.name,
+        triangles: ours.hierarchy.source_triangle_count(),
         ..ModelResult::default()
     };
     // Pictures from all poses.
-    for pose in poses(&object, options.poses, options.seed) {
+    for pose in poses(&ours, options.poses, options.seed) {
         let key = ("pose", common, pose, &options.methods, THRESHOLDS_PX);
         let make = || Ok(sweep(&scene, &pose, &options.methods)?);
         result.poses.push(store.get_or_make(&key, make)?);
@@ -122,11 +134,14 @@ pub fn chart_model(
     Ok(result)
 }
 
-/// All that a choice depends on.
+/// All that a choice and its picture depend on.
 fn hash_of(hierarchy: &Hierarchy) -> u64 {
     let mut hash = Xxh3::new();
     hash.update(bytemuck::cast_slice(&hierarchy.groups));
     hash.update(bytemuck::cast_slice(&hierarchy.units));
+    hash.update(bytemuck::cast_slice(&hierarchy.unit_vertices));
+    hash.update(bytemuck::cast_slice(&hierarchy.indices));
     hash.update(bytemuck::cast_slice(&hierarchy.vertices.positions));
+    hash.update(bytemuck::cast_slice(&hierarchy.vertices.normals));
     hash.digest()
 }

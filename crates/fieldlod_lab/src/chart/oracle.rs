@@ -11,6 +11,7 @@
 //! textures; no criterion without pictures can.
 
 use super::pose_view::PoseView;
+use crate::method::Method;
 use crate::object_view::ObjectView;
 use crate::render::{Picture, RenderError, SUPERSAMPLING, UnitMap};
 
@@ -25,18 +26,20 @@ pub(super) struct Oracle {
 
 impl Oracle {
     pub(super) fn new(view: &PoseView) -> Result<Self, RenderError> {
-        let hierarchy = &view.view.object.hierarchy;
+        let scene = view.scene;
+        let seen = scene.view(Method::Oracle, &view.eye);
+        let hierarchy = &seen.object.hierarchy;
         // What the simplification of each group changes in the picture, level by level.
         let mut squares = vec![0.0f64; hierarchy.groups.len()];
         for level in 0..hierarchy.level_count() {
             // The cut that simplifies every group up to the level.
-            let cut = units_refined_by(&view.view, |group| hierarchy.groups[group].level > level);
-            let (scene, units) = (view.scene, view.view.units_in_view(&cut));
-            let drawn = scene.renderer.draw_units(&scene.model, &view.eye, &units)?;
+            let cut = units_refined_by(&seen, |group| hierarchy.groups[group].level > level);
+            let (renderer, units) = (scene.renderer, seen.units_in_view(&cut));
+            let drawn = renderer.draw_units(&scene.ours.model, &view.eye, &units)?;
             attribute(view, level, &drawn, &mut squares);
         }
         // Over the triangles that it saves.
-        let saved = saved_in_view(&view.view);
+        let saved = saved_in_view(&seen);
         let errors = squares.iter().zip(&saved).map(|(&squares, &saved)| {
             if saved > 0 {
                 (squares / saved as f64) as f32
@@ -101,7 +104,7 @@ fn attribute(
     (picture, map): &(Picture, UnitMap),
     squares: &mut [f64],
 ) {
-    let hierarchy = &view.view.object.hierarchy;
+    let hierarchy = &view.scene.ours.object.hierarchy;
     let group_at = |x: i64, y: i64| {
         let unit = unit_at(map, x, y)?;
         let group = hierarchy.units[unit as usize].producer()?;

@@ -43,7 +43,9 @@ pub struct PromiseResult {
 
 /// Measures the displacements that thresholds give.
 pub(super) fn promise(scene: &ChartScene, seed: u64) -> Vec<PromiseResult> {
-    let surface = SourceSurface::new(&scene.object.hierarchy, SAMPLES);
+    // The source, as the units of either hierarchy.
+    let surface_of = |method| SourceSurface::new(&scene.levels(method).object.hierarchy, SAMPLES);
+    let (ours, clusterlods) = (surface_of(Method::Quality), surface_of(Method::Clusterlod));
     // Which methods at which thresholds.
     let at_all = METHODS.map(|method| THRESHOLDS_PX.map(|px| (method, px)));
     let ablated = ABLATED.into_iter().filter(|it| !METHODS.contains(it));
@@ -53,7 +55,9 @@ pub(super) fn promise(scene: &ChartScene, seed: u64) -> Vec<PromiseResult> {
     let of_fov = |fovy_deg: f32| {
         let eyes = eyes(scene, fovy_deg, seed);
         let results = asked.iter().map(|&(method, threshold_px)| {
-            let result = measure(scene, &surface, &eyes, method, threshold_px);
+            let own = method.has_own_levels();
+            let surface = if own { &clusterlods } else { &ours };
+            let result = measure(scene, surface, &eyes, method, threshold_px);
             PromiseResult { fovy_deg, ..result }
         });
         results.collect::<Vec<_>>()
@@ -62,7 +66,7 @@ pub(super) fn promise(scene: &ChartScene, seed: u64) -> Vec<PromiseResult> {
 }
 
 fn eyes(scene: &ChartScene, fovy_deg: f32, seed: u64) -> Vec<Eye> {
-    let near_to_far = poses(scene.object, PLACES, seed).into_iter();
+    let near_to_far = poses(scene.ours.object, PLACES, seed).into_iter();
     let aside = |pose: Pose| {
         let eye = scene.eye(&Pose { fovy_deg, ..pose });
         eye.turned(0.4 * fovy_deg, 0.25 * fovy_deg)
@@ -85,12 +89,12 @@ fn measure(
     let mut scratch = Scratch::default();
     for eye in eyes {
         // Choose as in a frame, and measure what is chosen.
-        let view = scene.view(eye);
-        let selection = &scene.fast_selection;
+        let (view, levels) = (scene.view(method, eye), scene.levels(method));
+        let selection = &levels.fast_selection;
         let (units, _) = selection.choose(method, &view, threshold_px, &mut scratch);
         let cut = surface.cut(&units);
         let found = surface.displacement(&cut, &scene.instance, eye, false);
-        let triangles = scene.object.triangle_count(&view.units_in_view(&units));
+        let triangles = levels.object.triangle_count(&view.units_in_view(&units));
         // The worst of all places, or their mean.
         result.max_px = result.max_px.max(found.max_px);
         result.p99_9_px = result.p99_9_px.max(found.p99_9_px);

@@ -1,4 +1,5 @@
-//! Triangles of methods relative to clusterlod's at equal error, over poses and models.
+//! Triangles of methods relative to those of clusterlod, with its own levels, at equal error, over poses
+//! and models.
 
 use serde::{Deserialize, Serialize};
 

@@ -12,8 +12,9 @@ use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
 use crate::method::Method;
 
 /// The methods that are told apart by model.
-const BY_MODEL: [Method; 7] = [
+const BY_MODEL: [Method; 8] = [
     Method::Quality,
+    Method::ClusterlodOnOurLevels,
     Method::NoProjection,
     Method::NoSilhouette,
     Method::NoOffAxis,
@@ -32,7 +33,7 @@ pub struct Report {
     pub seed: u64,
     /// The number of poses of each model.
     pub poses: usize,
-    /// Triangles of clusterlod at equal error, over all models' poses.
+    /// Triangles relative to clusterlod's at equal error, over all models' poses.
     pub ratios: Vec<Ratios>,
     /// The ratios of each model.
     pub models: Vec<ModelRatios>,

@@ -11,7 +11,7 @@ use super::ChartError;
 use crate::files::{WriteError, make_folder, write_file};
 
 /// Grows when what is measured changes.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// A folder of results, each under the hash of all that it depends on.
 #[derive(Clone, Debug)]

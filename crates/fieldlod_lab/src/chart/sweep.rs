@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::curve::{CHARTED, Curve, Point, PoseResult, THRESHOLDS_PX};
+use super::curve::{Curve, Point, PoseResult, THRESHOLDS_PX};
 use super::fast_selection::Scratch;
 use super::oracle::Oracle;
 use super::pose::Pose;
@@ -36,7 +36,8 @@ pub(super) fn sweep(
 }
 
 fn curve(view: &mut PoseView, method: Method) -> Result<Curve, RenderError> {
-    let (selection, object_view) = (&view.scene.fast_selection, view.view);
+    let selection = &view.scene.levels(method).fast_selection;
+    let object_view = view.scene.view(method, &view.eye);
     let mut scratch = Scratch::default();
     let measured = THRESHOLDS_PX.map(|threshold| {
         let choose = |_| selection.choose(method, &object_view, threshold, &mut scratch);
@@ -53,7 +54,7 @@ fn oracle_curve(view: &mut PoseView) -> Result<Curve, RenderError> {
     let oracle = Oracle::new(view)?;
     let thresholds = oracle.thresholds(THRESHOLDS_PX.len()).into_iter();
     let measured = thresholds.map(|threshold| {
-        let units = oracle.choose(&view.view, threshold);
+        let units = oracle.choose(&view.scene.view(method, &view.eye), threshold);
         point(view, method, f64::from(threshold), &units, Duration::ZERO)
     });
     let points = measured.collect::<Result<_, _>>()?;
@@ -68,10 +69,10 @@ fn point(
     select: Duration,
 ) -> Result<Point, RenderError> {
     // Only what touches the view is drawn and counted.
-    let drawn = view.view.units_in_view(units);
-    let triangles = view.scene.object.triangle_count(&drawn);
+    let drawn = view.scene.view(method, &view.eye).units_in_view(units);
+    let triangles = view.scene.levels(method).object.triangle_count(&drawn);
     let units = drawn.len() as u64;
-    let (error, frame) = view.measure(drawn, CHARTED.contains(&method))?;
+    let (error, frame) = view.measure(method, drawn)?;
     Ok(Point {
         threshold,
         triangles,

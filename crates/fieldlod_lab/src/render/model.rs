@@ -66,16 +66,20 @@ fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     (0..source.positions.len()).map(vertex).collect()
 }
 
-/// Computes area-weighted mean normals over the source triangles.
+/// Computes area-weighted mean normals: of the source's vertices over the source triangles, of moved
+/// vertices over all that use them.
 fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let positions = &hierarchy.vertices.positions;
     let mut normals = vec![Vec3::ZERO; positions.len()];
-    let source = hierarchy.units.iter().filter(|u| u.producer().is_none());
-    for triangle in source.flat_map(|unit| hierarchy.triangles_of(unit)) {
-        // The cross product is as long as twice the triangle's area.
-        let [a, b, c] = triangle.map(|v| positions[v as usize]);
-        for vertex in triangle {
-            normals[vertex as usize] += (b - a).cross(c - a);
+    for unit in &hierarchy.units {
+        let is_source = unit.producer().is_none();
+        for triangle in hierarchy.triangles_of(unit) {
+            // The cross product is as long as twice the triangle's area.
+            let [a, b, c] = triangle.map(|v| positions[v as usize]);
+            let counts = |&vertex: &u32| is_source || vertex >= hierarchy.source_vertex_count;
+            for vertex in triangle.into_iter().filter(counts) {
+                normals[vertex as usize] += (b - a).cross(c - a);
+            }
         }
     }
     normals.into_iter().map(Vec3::normalize_or_zero).collect()

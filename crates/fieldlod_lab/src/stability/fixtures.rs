@@ -1,6 +1,6 @@
 //! The generated objects that cases run on.
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, clusterlod_hierarchy, fixtures};
 use serde::Serialize;
 
 use crate::object::{ErrorSource, LodObject};
@@ -36,20 +36,36 @@ impl Fixture {
     /// Never, unless the baker refuses a sound mesh.
     #[must_use]
     pub fn bake(self) -> LodObject {
-        let mesh = match self {
+        let hierarchy = bake_mesh(&self.mesh(), &small_groups());
+        LodObject::new(hierarchy.expect("a sound mesh"), ErrorSource::Measured)
+    }
+
+    /// The same as clusterlod bakes it.
+    ///
+    /// # Panics
+    /// Never, unless the baker refuses a sound mesh.
+    #[must_use]
+    pub fn bake_by_clusterlod(self) -> LodObject {
+        let hierarchy = clusterlod_hierarchy(&self.mesh(), &small_groups());
+        LodObject::new(hierarchy.expect("a sound mesh"), ErrorSource::Reported)
+    }
+
+    fn mesh(self) -> SourceMesh {
+        match self {
             Self::Rock => fixtures::rock(5, 7),
             Self::Knot => fixtures::torus_knot(512, 24),
             Self::Terrain => fixtures::height_field(112),
             Self::Shell => shell(),
-        };
-        // An eighth of the default's size.
-        let small_groups = BakeConfig {
-            cluster_triangles: 64,
-            group_clusters: 8,
-            ..BakeConfig::default()
-        };
-        let hierarchy = bake_mesh(&mesh, &small_groups);
-        LodObject::new(hierarchy.expect("a sound mesh"), ErrorSource::Measured)
+        }
+    }
+}
+
+/// An eighth of the default's size.
+fn small_groups() -> BakeConfig {
+    BakeConfig {
+        cluster_triangles: 64,
+        group_clusters: 8,
+        ..BakeConfig::default()
     }
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use fieldlod_bake::BakeConfig;
 use fieldlod_cli::output::{Failure, print, progress_bar};
 use fieldlod_lab::chart::{
-    CHART_METHODS, COMPARED_AT_PX, Generated, Measure, Options, Report, Store, chart_model,
+    CHART_METHODS, COMPARED_AT_PX, Generated, Measure, Options, Ratios, Report, Store, chart_model,
     write_charts,
 };
 use fieldlod_lab::method::Method;
@@ -17,11 +17,12 @@ use indicatif::ProgressBar;
 use crate::models::Model;
 
 /// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart
-/// their triangles, times and promises against the error of their pictures.
+/// their triangles, times and promises against the error of their pictures. The baseline is
+/// clusterlod as a whole: its metric on the levels that it builds itself.
 ///
 /// Needs a graphics adapter; one in software will do. A run that was stopped goes on where it was
-/// when started again with the same folder. glTF files are baked in small units, so that a small
-/// picture of a mesh stands for a large one of a finer mesh.
+/// when started again with the same folder. Meshes are baked in small units, so that a small picture
+/// of a mesh stands for a large one of a finer mesh.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files [default: models that the program makes]. Of each, the
@@ -78,10 +79,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for model in &models {
         let name = model.name();
         bar.set_message(format!("{name}: baking"));
-        let hierarchy = model.hierarchy(&BakeConfig::fine_grained())?;
+        let baked = model.bake(&BakeConfig::fine_grained())?;
         bar.set_message(name.clone());
         let step = || advance(&bar, &name);
-        let result = chart_model(&renderer, &name, hierarchy, &options, &store, &step)?;
+        let result = chart_model(&renderer, baked, &options, &store, &step)?;
         results.push(result);
     }
     bar.finish_and_clear();
@@ -112,8 +113,15 @@ fn advance(bar: &ProgressBar, name: &str) {
     }
 }
 
-/// What the printed table holds equal; `report.json` has more.
+/// What the printed tables hold equal; `report.json` has more.
 const TABLE: [Measure; 3] = [Measure::Rmse, Measure::Silhouette, Measure::Flip];
+
+/// What is told apart by model: both gains, of levels with the criterion and of levels alone, and the limit.
+const BY_MODEL: [Method; 3] = [
+    Method::Quality,
+    Method::ClusterlodOnOurLevels,
+    Method::Oracle,
+];
 
 /// What the columns of the last table are.
 const ABLATION: &str = "\
@@ -124,42 +132,47 @@ displaced pixels there, of 1 promised; nanoseconds for a group by plain code and
 /// Triangles relative to clusterlod at equal error.
 fn text(report: &Report, out: &Path) -> String {
     let mut text = String::from(
-        "triangles relative to clusterlod's at equal error, at the error of its 0.4, 1 and 2.5 px\n\
-         (geometric mean over all poses; in brackets the worst pose)\n\n",
+        "triangles relative to those of clusterlod, its metric on its own levels, at equal error: at the error\n\
+         of its 0.4, 1 and 2.5 px (geometric mean over all poses; in brackets the worst pose)\n\n",
     );
     // A row for each method, a column for each measure.
-    let _ = write!(text, "{:22}", "");
-    for measure in TABLE {
-        let _ = write!(text, "  {:34}", measure.name());
-    }
-    text.push('\n');
+    text.push_str(&head());
     for method in CHART_METHODS {
-        let _ = write!(text, "{:22}", method.label());
-        for measure in TABLE {
-            let cells = COMPARED_AT_PX.map(|at_px| match report.ratio(method, measure, at_px) {
-                Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
-                None => "-".to_owned(),
-            });
-            let _ = write!(text, "  {:34}", cells.join(" "));
-        }
-        text.push('\n');
+        let find = |measure, at_px| report.ratio(method, measure, at_px);
+        text.push_str(&row(&method.label(), find));
     }
-    // What our threshold means, how models differ, and what each term is worth.
-    text.push_str(&thresholds_text(report));
-    text.push_str("\nquality at equal image RMSE, by model\n");
+    // How models differ.
     for model in &report.models {
-        let cells =
-            COMPARED_AT_PX.map(|at| match model.ratio(Method::Quality, Measure::Rmse, at) {
-                Some(r) => format!("{:.2} ({:.2} to {:.2})", r.mean, r.least, r.greatest),
-                None => "-".to_owned(),
-            });
-        let _ = writeln!(text, "{:24}{}", model.name, cells.join("  "));
+        let _ = writeln!(text, "\n{}, {} triangles", model.name, model.triangles);
+        for method in BY_MODEL {
+            let find = |measure, at_px| model.ratio(method, measure, at_px);
+            text.push_str(&row(&method.label(), find));
+        }
     }
+    // What our threshold means, and what each term is worth.
+    text.push_str(&thresholds_text(report));
     if !report.ablation.is_empty() {
         let _ = write!(text, "\n{ABLATION}\n\n{}", report.ablation_table());
     }
     let _ = write!(text, "\ncharts and numbers: {}", out.display());
     text
+}
+
+fn head() -> String {
+    let measures = TABLE.map(|measure| format!("  {:34}", measure.name()));
+    format!("{:22}{}\n", "", measures.concat())
+}
+
+/// One method's ratios, by all measures.
+fn row<'a>(label: &str, find: impl Fn(Measure, f64) -> Option<&'a Ratios>) -> String {
+    let cells = TABLE.map(|measure| {
+        let at = COMPARED_AT_PX.map(|at_px| match find(measure, at_px) {
+            Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
+            None => "-".to_owned(),
+        });
+        format!("  {:34}", at.join(" "))
+    });
+    format!("{label:22}{}\n", cells.concat())
 }
 
 /// What our threshold means beside that of others.

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use fieldlod_bake::{BakeConfig, bake_file, bake_mesh};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, clusterlod_hierarchy, import_gltf};
 use fieldlod_cli::output::Failure;
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
-use fieldlod_lab::chart::Generated;
+use fieldlod_lab::chart::{BakedModel, Generated};
 
 /// A model before it is baked.
 pub(crate) enum Model {
@@ -25,34 +25,70 @@ impl Model {
         }
     }
 
-    /// The hierarchy of the primitive with most triangles. Files that are baked already are taken as
-    /// they are, whatever `config` says.
-    pub(crate) fn hierarchy(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
+    /// The primitive with most triangles, baked by both systems. Of files that are baked already, our
+    /// hierarchy is taken as it is, whatever `config` says.
+    pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
+        let (mesh, baked) = self.load()?;
+        let failure = |error| match self {
+            Self::File(path) => Failure::new(path, error),
+            Self::Generated(generated) => Failure::new(Path::new(generated.name), error),
+        };
+        let ours = match baked {
+            Some(hierarchy) => hierarchy,
+            None => bake_mesh(&mesh, config).map_err(failure)?,
+        };
+        Ok(BakedModel {
+            name: self.name(),
+            ours,
+            clusterlods: clusterlod_hierarchy(&mesh, config).map_err(failure)?,
+        })
+    }
+
+    /// The mesh of the primitive with most triangles, and its hierarchy if the file holds one.
+    fn load(&self) -> Result<(SourceMesh, Option<Hierarchy>), Failure> {
         match self {
-            Self::File(path) => {
-                // The one that a scene is most likely about.
-                let primitives = read(path, config)?.primitives.into_iter();
-                primitives
-                    .map(|primitive| primitive.hierarchy)
-                    .max_by_key(Hierarchy::source_triangle_count)
-                    .ok_or_else(|| Failure::new(path, "it has no primitives"))
+            Self::Generated(generated) => Ok(((generated.mesh)(), None)),
+            Self::File(path) if path.extension().is_some_and(|it| it == "fieldlod") => {
+                let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
+                let file = BakedFile::from_bytes(&bytes);
+                let primitives = file.map_err(|error| Failure::new(path, error))?.primitives;
+                let hierarchies = primitives.into_iter().map(|primitive| primitive.hierarchy);
+                let largest = hierarchies.max_by_key(Hierarchy::source_triangle_count);
+                let hierarchy = largest.ok_or_else(|| no_primitives(path))?;
+                Ok((source_mesh(&hierarchy), Some(hierarchy)))
             }
-            Self::Generated(generated) => {
-                let baked = bake_mesh(&(generated.mesh)(), config);
-                baked.map_err(|error| Failure::new(Path::new(generated.name), error))
+            Self::File(path) => {
+                let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
+                let meshes = import
+                    .primitives
+                    .into_iter()
+                    .map(|primitive| primitive.mesh);
+                let largest = meshes.max_by_key(SourceMesh::triangle_count);
+                Ok((largest.ok_or_else(|| no_primitives(path))?, None))
             }
         }
     }
 }
 
-fn read(path: &Path, config: &BakeConfig) -> Result<BakedFile, Failure> {
-    if path.extension().is_some_and(|it| it == "fieldlod") {
-        let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
-        BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))
-    } else {
-        let outcome = bake_file(path, config, &|_| ());
-        outcome
-            .map(|outcome| outcome.file)
-            .map_err(|error| Failure::new(path, error))
+fn no_primitives(path: &Path) -> Failure {
+    Failure::new(path, "it has no primitives")
+}
+
+/// The mesh that a hierarchy was baked from, its triangles in the order of the units.
+fn source_mesh(hierarchy: &Hierarchy) -> SourceMesh {
+    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
+    let (count, vertices) = (hierarchy.source_vertex_count as usize, &hierarchy.vertices);
+    SourceMesh {
+        positions: first(&vertices.positions, count),
+        normals: first(&vertices.normals, count),
+        uvs: first(&vertices.uvs, count),
+        indices: triangles.flatten().collect(),
+        ..SourceMesh::default()
     }
+}
+
+/// The first values of an attribute, or none.
+fn first<V: Copy>(values: &[V], count: usize) -> Vec<V> {
+    values.iter().take(count).copied().collect()
 }

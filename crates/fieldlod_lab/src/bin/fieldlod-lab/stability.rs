@@ -20,8 +20,8 @@ use crate::models::Model;
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files to run on instead.
     models: Vec<PathBuf>,
-    /// Measure the guaranteed promise of 1 px instead, and clusterlod's metric beside it, from random
-    /// cameras, each with a placement of its own.
+    /// Measure the guaranteed promise of 1 px instead, and clusterlod's metric beside it, on the same
+    /// hierarchy and on its own, from random cameras, each with a placement of its own.
     #[arg(long)]
     promise: bool,
     /// How many cameras that is.
@@ -35,14 +35,15 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bar = progress_bar("{msg} {bar:40} {pos}/{len}  {elapsed}");
     bar.set_message("baking");
-    let baked = arguments.models.iter().map(|path| bake(path));
+    let baked = arguments.models.iter().map(|path| Object::bake(path));
     let models = baked.collect::<Result<Vec<_>, Failure>>()?;
     if arguments.promise {
         return run_promise(arguments, models, &bar);
     }
     // All cases, on the models or on fixtures of their own.
     bar.set_message("cases");
-    let report = stability::run(&models, &|done, total| {
+    let ours = models.into_iter().map(|object| (object.name, object.ours));
+    let report = stability::run(&ours.collect::<Vec<_>>(), &|done, total| {
         bar.set_length(total as u64);
         bar.set_position(done as u64);
     });
@@ -52,14 +53,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn run_promise(
     arguments: &Arguments,
-    models: Vec<(String, LodObject)>,
+    models: Vec<Object>,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
     let objects = if models.is_empty() {
-        let fixtures = Fixture::ALL.iter();
-        fixtures
-            .map(|fixture| (format!("{fixture:?}").to_lowercase(), fixture.bake()))
-            .collect()
+        Fixture::ALL.map(Object::of_fixture).into()
     } else {
         models
     };
@@ -69,24 +67,53 @@ fn run_promise(
         ..Effort::default()
     };
     bar.set_length(effort.cameras as u64);
-    let measure = |(name, object): &(String, LodObject)| {
+    let measure = |object: &Object| {
+        let Object {
+            name,
+            ours,
+            clusterlods,
+        } = object;
         bar.set_message(name.clone());
         let progress = |done| bar.set_position(done as u64);
-        promise::measure(name, object, stability::THRESHOLD_PX, effort, &progress)
+        promise::measure(
+            name,
+            ours,
+            clusterlods,
+            stability::THRESHOLD_PX,
+            effort,
+            &progress,
+        )
     };
     let runs: Vec<PromiseRun> = objects.iter().map(measure).collect();
     bar.finish_and_clear();
     print(&runs, arguments.json, |runs| promise::table(runs))
 }
 
-fn bake(path: &Path) -> Result<(String, LodObject), Failure> {
-    // By the default settings, as users bake.
-    let model = Model::File(path.to_owned());
-    let hierarchy = model.hierarchy(&BakeConfig::default())?;
-    Ok((
-        model.name(),
-        LodObject::new(hierarchy, ErrorSource::Measured),
-    ))
+/// An object with our levels and with clusterlod's own.
+struct Object {
+    name: String,
+    ours: LodObject,
+    clusterlods: LodObject,
+}
+
+impl Object {
+    /// By the default settings, as users bake.
+    fn bake(path: &Path) -> Result<Self, Failure> {
+        let baked = Model::File(path.to_owned()).bake(&BakeConfig::default())?;
+        Ok(Self {
+            name: baked.name,
+            ours: LodObject::new(baked.ours, ErrorSource::Measured),
+            clusterlods: LodObject::new(baked.clusterlods, ErrorSource::Reported),
+        })
+    }
+
+    fn of_fixture(fixture: Fixture) -> Self {
+        Self {
+            name: format!("{fixture:?}").to_lowercase(),
+            ours: fixture.bake(),
+            clusterlods: fixture.bake_by_clusterlod(),
+        }
+    }
 }
 
 fn text(report: &Report) -> String {

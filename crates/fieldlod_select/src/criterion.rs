@@ -94,6 +94,14 @@ pub fn group_error_px(
     criterion.error_px(&CriterionInput::of_group(group), was_refined)
 }
 
+/// Stands for a deviation that was not measured: more than any threshold allows, but not infinite,
+/// which times the zero of what is out of view would be NaN.
+const UNMEASURED: f32 = 1e24;
+
+pub(crate) fn usable_deviation(group: &Group) -> f32 {
+    group.deviation_in_local.min(UNMEASURED)
+}
+
 /// What the criterion reads of a group, in local space.
 #[derive(Clone, Copy)]
 pub(crate) struct CriterionInput<L> {
@@ -113,7 +121,7 @@ impl CriterionInput<f32> {
             center: V3::splat(group.bounds.center),
             radius: group.bounds.radius,
             error: group.error_in_local,
-            deviation: group.deviation_in_local,
+            deviation: usable_deviation(group),
             mean_normal: V3::splat(group.mean_normal),
             normal_length: group.mean_normal.length(),
             normal_variance: normal_variance(group.mean_normal),

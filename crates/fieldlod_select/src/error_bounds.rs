@@ -3,7 +3,7 @@
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::{Affine3A, Mat3, Vec3};
 
-use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, visible_weight};
+use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
 use crate::stretch::largest_stretch;
 
 /// A sphere around groups or objects, and the largest errors of those that have a simplification.
@@ -39,7 +39,7 @@ impl ErrorBounds {
         Self {
             sphere: group.bounds,
             error_weighed: simplified(group, group.error_in_local) * most_weight.sqrt(),
-            deviation: simplified(group, group.deviation_in_local),
+            deviation: simplified(group, usable_deviation(group)),
         }
     }
 

@@ -24,7 +24,7 @@ struct Placed {
 
 fn any_placed() -> impl Strategy<Value = Placed> {
     let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
-    (0usize..4, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
+    (0usize..5, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
         let shift = Affine3A::from_translation(shift * 40.0);
         Placed {
             mesh,

@@ -11,7 +11,7 @@ proptest! {
 
     #[test]
     fn lanes_and_conservative_tests_equal_the_scalar_criterion(
-        which in 0usize..4,
+        which in 0usize..5,
         view in any_view(),
         placement in any_placement(),
         settings in any_settings(),

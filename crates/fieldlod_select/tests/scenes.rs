@@ -62,7 +62,7 @@ struct Placed {
 fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
     let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
     let one =
-        (0usize..4, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
+        (0usize..5, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
             let placement =
                 Affine3A::from_translation(shift * shift.length_squared() * 100.0) * placement;
             Placed {

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{any_camera, any_placement, any_settings, any_view, hierarchies, look, perspective};
+use common::{
+    any_camera, any_placement, any_settings, any_view, hierarchies, look, perspective, unmeasured,
+};
 use fieldlod_hierarchy::{Group, Sphere};
 use fieldlod_select::{
     Cut, InstanceView, LodSettings, Offscreen, group_error_px, screen_displacement_px,
@@ -33,7 +35,7 @@ fn holds(finer: &Cut, coarser: &Cut) -> bool {
 
 proptest! {
     #[test]
-    fn both_thresholds_refine_what_either_does(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
+    fn both_thresholds_refine_what_either_does(which in 0usize..5, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
         let instance = InstanceView::new(&view, &placement);
         let both = LodSettings::capped(error_px, cap_px);
         for group in &hierarchies()[which].groups {
@@ -44,7 +46,7 @@ proptest! {
     }
 
     #[test]
-    fn no_error_is_negative_or_nan(which in 0usize..4, view in any_view(), placement in any_placement()) {
+    fn no_error_is_negative_or_nan(which in 0usize..5, view in any_view(), placement in any_placement()) {
         let instance = InstanceView::new(&view, &placement);
         for group in &hierarchies()[which].groups {
             prop_assert!(screen_error_px(group, &instance) >= 0.0);
@@ -53,7 +55,7 @@ proptest! {
     }
 
     #[test]
-    fn one_sample_differs_from_the_bound_by_no_more_than_the_change_of_density(which in 0usize..4, view in any_view(), max_curl in 0.01f32..0.3) {
+    fn one_sample_differs_from_the_bound_by_no_more_than_the_change_of_density(which in 0usize..5, view in any_view(), max_curl in 0.01f32..0.3) {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let sampled = LodSettings { max_curl, ..LodSettings::default() };
         for group in &hierarchies()[which].groups {
@@ -65,7 +67,7 @@ proptest! {
     }
 
     #[test]
-    fn the_aspect_ratio_relaxes_by_its_factor_and_no_more(which in 0usize..4, view in any_view(), min_aspect_ratio in 0.1f32..1.0) {
+    fn the_aspect_ratio_relaxes_by_its_factor_and_no_more(which in 0usize..5, view in any_view(), min_aspect_ratio in 0.1f32..1.0) {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let settings = LodSettings { min_aspect_ratio, ..LodSettings::guaranteed(1.0) };
         for group in &hierarchies()[which].groups {
@@ -79,7 +81,7 @@ proptest! {
     }
 
     #[test]
-    fn a_margin_never_lowers_an_error(which in 0usize..4, view in any_view(), margin in 0.0f32..1.0) {
+    fn a_margin_never_lowers_an_error(which in 0usize..5, view in any_view(), margin in 0.0f32..1.0) {
         let settings = LodSettings { offscreen_margin: margin, edge_hysteresis: 0.0, ..LodSettings::default() };
         let wide = InstanceView::new(&view.with_margins(&settings), &Affine3A::IDENTITY);
         let plain = InstanceView::new(&view, &Affine3A::IDENTITY);
@@ -91,7 +93,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_refined_is_never_judged_more_leniently(which in 0usize..4, view in any_view(), placement in any_placement(), settings in any_settings()) {
+    fn what_is_refined_is_never_judged_more_leniently(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         for group in &hierarchies()[which].groups {
             let is_less = group_error_px(group, &instance, &settings, true) < group_error_px(group, &instance, &settings, false);
@@ -100,7 +102,7 @@ proptest! {
     }
 
     #[test]
-    fn on_axis_changes_what_is_outside_the_view_alone(which in 0usize..4, view in any_view(), placement in any_placement(), settings in any_settings()) {
+    fn on_axis_changes_what_is_outside_the_view_alone(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view, &placement);
         let [coarsest, on_axis] = [Offscreen::Coarsest, Offscreen::OnAxis].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
         for group in &hierarchies()[which].groups {
@@ -116,7 +118,7 @@ proptest! {
     }
 
     #[test]
-    fn fewer_rendered_pixels_never_refine(which in 0usize..4, view in any_view(), resolution_scale in 0.1f32..1.0) {
+    fn fewer_rendered_pixels_never_refine(which in 0usize..5, view in any_view(), resolution_scale in 0.1f32..1.0) {
         let plain = cut_of(which, &view, &LodSettings::default());
         let upscaled = LodSettings { resolution_scale, ..LodSettings::default() };
         prop_assert!(holds(&plain, &cut_of(which, &view, &upscaled)));
@@ -255,4 +257,18 @@ fn a_refined_group_leaves_the_view_later_than_it_entered() {
     assert!(left.abs_diff(entered) <= 1, "{left} {entered}");
     let (left, entered) = edges(0.2);
     assert!(left > entered + 2, "{left} {entered}");
+}
+
+#[test]
+fn a_guarantee_of_what_was_not_measured_draws_all_detail_in_view() {
+    let baked = unmeasured(hierarchies()[0].clone());
+    let view = look(perspective(1.0), Vec3::new(0.0, 0.0, 50.0), Vec3::ZERO);
+    let mut cut = Cut::default();
+    let settings = LodSettings::guaranteed(1e6);
+    select(&baked, &Affine3A::IDENTITY, &view, &settings, &mut cut);
+    assert!(cut.refined().iter().all(|&refined| refined));
+    // Behind the camera there is nothing to promise.
+    let view = look(perspective(1.0), Vec3::Z * 50.0, Vec3::Z * 100.0);
+    select(&baked, &Affine3A::IDENTITY, &view, &settings, &mut cut);
+    assert!(!cut.refined()[0]);
 }

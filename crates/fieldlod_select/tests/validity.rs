@@ -40,9 +40,10 @@ impl Watched {
     fn check(&mut self, view: &View, settings: &LodSettings) {
         self.selector.select(&self.scene, view, settings);
         let mut mixed = 0;
-        for (index, hierarchy) in hierarchies().iter().enumerate() {
+        let placed = hierarchies().iter().zip(&self.placements);
+        for (index, (hierarchy, placement)) in placed.enumerate() {
             let cut = &mut self.cuts[index];
-            select(hierarchy, &self.placements[index], view, settings, cut);
+            select(hierarchy, placement, view, settings, cut);
             let units = self.selector.units(&self.scene, self.ids[index]);
             assert_eq!(units, cut.units(), "mesh {index}, {settings:?}");
             mixed += usize::from(units.len() > 1);

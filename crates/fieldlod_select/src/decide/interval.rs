@@ -92,12 +92,14 @@ impl<'a> IntervalTest<'a> {
         let LocalView {
             instance, parts, ..
         } = *local;
+        // Deviations may be unmeasured where they do not count.
+        let camera = &parts.entering;
+        let deviation = camera.focal_px.map_or(0.0, |_| bounds.deviation);
         let is_usable = matches!(instance.camera, Camera::Perspective(_))
             && instance.seen_stretch.is_none()
             && local.has_usable_size
-            && bounds.error_weighed.max(bounds.deviation) < LARGEST_ERROR;
+            && bounds.error_weighed.max(deviation) < LARGEST_ERROR;
         let in_local_lengths = instance.camera_from_local * (1.0 / instance.camera_per_local);
-        let camera = &parts.entering;
         is_usable.then(|| Self {
             parts,
             eye: local.eye,

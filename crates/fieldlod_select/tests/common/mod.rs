@@ -12,7 +12,7 @@ use fieldlod_select::{LodSettings, Offscreen, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
-/// Closed and open, baked and synthetic.
+/// Closed and open, baked and synthetic, measured and not.
 pub(crate) fn hierarchies() -> &'static [Hierarchy] {
     static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
     BAKED.get_or_init(|| {
@@ -27,8 +27,17 @@ pub(crate) fn hierarchies() -> &'static [Hierarchy] {
             bake(fixtures::height_field(64)),
             bake(fixtures::islands(200)),
             synthetic::ball(4, 0.002),
+            unmeasured(synthetic::ball(4, 0.002)),
         ]
     })
+}
+
+/// The same without its deviations.
+pub(crate) fn unmeasured(mut hierarchy: Hierarchy) -> Hierarchy {
+    for group in &mut hierarchy.groups {
+        group.deviation_in_local = f32::INFINITY;
+    }
+    hierarchy
 }
 
 pub(crate) fn perspective(fov_y: f32) -> Camera {

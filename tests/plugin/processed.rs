@@ -80,7 +80,7 @@ fn a_processed_file_needs_no_bake() {
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
     assert!(!vertices.colors.is_empty());
-    let expected = baked.file.to_bytes_with(Precision::Quantized16);
+    let expected = baked.file.to_bytes_with(Precision::Quantized16.into());
     assert_eq!(embedded(&processed), expected);
     drop(processing);
     std::fs::remove_dir_all(&sources).unwrap();

@@ -79,7 +79,7 @@ impl Process for BakeIntoGlb {
 fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
     match bake_file_bytes(&glb, Path::new(""), &BakeConfig::default(), &|_| ()) {
         Ok(outcome) => {
-            let file = outcome.file.to_bytes_with(Precision::Quantized16);
+            let file = outcome.file.to_bytes_with(Precision::Quantized16.into());
             glb::with_chunk(&glb, &file).unwrap_or(glb)
         }
         Err(fault) => {

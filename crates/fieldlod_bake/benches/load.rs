@@ -1,6 +1,6 @@
 //! How fast a baked file is read on one core, in megabytes of decoded arrays a second, checksums and
 //! validation included; beside it meshoptimizer's bare decoders on the same vertices and triangles.
-//! And how many bytes a file takes per source triangle.
+//! And how many bytes a file takes per source triangle, with all vertices and beside its source.
 //!
 //! `cargo bench -p fieldlod_bake --bench load`, for generated meshes; with the folder of some glTF
 //! files in `FIELDLOD_MODELS`, instead for the largest primitive of each. The thread's own time, of
@@ -12,7 +12,9 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Group, Hierarchy, Precision, Unit, Vertices};
+use fieldlod_hierarchy::{
+    BakedFile, BakedPrimitive, FileOptions, Group, Hierarchy, Precision, Unit, Vertices,
+};
 use glam::{Vec2, Vec3};
 
 use common::{models, seconds_on_core};
@@ -23,12 +25,14 @@ const BATCH: Duration = Duration::from_millis(250);
 
 fn main() {
     println!(
-        "{:<18} {:>9} {:>10} {:>9} {:>9}  {:>8} {:>9} {:>9}",
+        "{:<18} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}  {:>8} {:>9} {:>9}",
         "mesh",
         "triangles",
         "attributes",
         "lossless",
         "quantized",
+        "beside",
+        "beside",
         "meshopt",
         "lossless",
         "quantized"
@@ -54,15 +58,21 @@ fn report(name: &str, mesh: &SourceMesh) {
     let primitives = vec![BakedPrimitive::new(0, 0, "mesh", hierarchy)];
     let file = BakedFile { primitives };
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(|precision| {
-        let bytes = file.to_bytes_with(precision);
+        let bytes = file.to_bytes_with(precision.into());
         let read = BakedFile::from_bytes(&bytes).expect("it was just written");
         assert!(precision == Precision::Quantized16 || read == file);
         let seconds = shortest(|| assert!(BakedFile::from_bytes(black_box(&bytes)).is_ok()));
-        (bytes.len() as f64 / triangles as f64, megabytes / seconds)
+        let beside_source = file.to_bytes_with(FileOptions {
+            precision,
+            beside_source: true,
+        });
+        let each = |bytes: &[u8]| bytes.len() as f64 / triangles as f64;
+        (each(&bytes), each(&beside_source), megabytes / seconds)
     });
     println!(
-        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2}  {meshopt:>8.0} {:>9.0} {:>9.0}",
-        lossless.0, quantized.0, lossless.1, quantized.1
+        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {meshopt:>8.0} \
+         {:>9.0} {:>9.0}",
+        lossless.0, quantized.0, lossless.1, quantized.1, lossless.2, quantized.2
     );
 }
 

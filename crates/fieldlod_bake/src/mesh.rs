@@ -1,6 +1,6 @@
 //! The mesh that goes in, and what may be wrong with it.
 
-use fieldlod_hierarchy::SourceHash;
+use fieldlod_hierarchy::{SourceHash, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use thiserror::Error;
 
@@ -91,6 +91,19 @@ impl SourceMesh {
         SourceHash::of(&self.positions, self.indices.iter().copied())
     }
 
+    /// The vertices as a hierarchy holds them: attributes that are not finite are zero.
+    #[must_use]
+    pub fn vertices(&self) -> Vertices {
+        Vertices {
+            positions: self.positions.clone(),
+            normals: finite_or_zero(&self.normals, Vec3::is_finite),
+            uvs: finite_or_zero(&self.uvs, Vec2::is_finite),
+            tangents: finite_or_zero(&self.tangents, Vec4::is_finite),
+            uvs_1: finite_or_zero(&self.uvs_1, Vec2::is_finite),
+            colors: finite_or_zero(&self.colors, Vec4::is_finite),
+        }
+    }
+
     /// The same triangles with three vertices of their own and a flat normal each: what a renderer
     /// makes of a mesh without normals.
     ///
@@ -175,6 +188,17 @@ impl SourceMesh {
             None => Ok(()),
         }
     }
+}
+
+fn finite_or_zero<V: Copy + Default>(values: &[V], is_finite: impl Fn(V) -> bool) -> Vec<V> {
+    let usable = |&value: &V| {
+        if is_finite(value) {
+            value
+        } else {
+            V::default()
+        }
+    };
+    values.iter().map(usable).collect()
 }
 
 /// The value at each corner in turn; nothing of an attribute that is empty.

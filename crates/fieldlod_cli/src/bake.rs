@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, Precision};
+use fieldlod_hierarchy::{BakedFile, FileOptions, Precision};
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
@@ -26,6 +26,10 @@ pub(crate) struct Arguments {
     /// vertices from the glTF file are not concerned.
     #[arg(long)]
     quantize: bool,
+    /// Leave out the source's vertices: half of the file. It can then only be used where its source
+    /// is at hand, and unchanged.
+    #[arg(long)]
+    beside_source: bool,
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
@@ -86,16 +90,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     check_writable(input, &output)?;
     let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
-    // In the precision asked for.
-    let precision = if arguments.quantize {
-        Precision::Quantized16
-    } else {
-        Precision::Lossless
+    // In the form asked for.
+    let options = FileOptions {
+        precision: match arguments.quantize {
+            true => Precision::Quantized16,
+            false => Precision::Lossless,
+        },
+        beside_source: arguments.beside_source,
     };
-    let bytes = outcome.file.to_bytes_with(precision);
-    if arguments.quantize {
+    let bytes = outcome.file.to_bytes_with(options);
+    if options != FileOptions::default() {
         // The report is about what is in the file.
-        let written = BakedFile::from_bytes(&bytes);
+        let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
     write_whole(&output, &bytes)?;

@@ -38,13 +38,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = &arguments.file;
     let bytes =
         fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
-    let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
+    let file =
+        BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
     // A picture of the largest primitive.
     if let Some(out) = &arguments.png {
         let hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
         let largest = hierarchies
             .max_by_key(|hierarchy| hierarchy.source_triangle_count())
             .ok_or_else(|| Failure::new(path, "it has no primitives"))?;
+        if largest.lacks_source_vertices() {
+            let fault =
+                "the file leaves out the vertices of its source, so that it cannot be drawn";
+            return Err(Failure::new(path, fault));
+        }
         let picture = draw_levels(largest);
         write_whole(out, &picture.map_err(|error| Failure::new(out, error))?)?;
     }
@@ -85,6 +91,9 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
         let error = primitive.position_error_in_local;
         let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
     }
+    if primitive.source_vertices_left_out {
+        text.push_str("the vertices of the source are left out: to be used beside it\n");
+    }
     // One row for each level.
     let _ = writeln!(
         text,
@@ -106,12 +115,15 @@ fn level_text(level: &LevelSummary) -> String {
     let deviation = |part: fn(Spread) -> f32| length_text(level.deviation_in_local.map(part));
     let median = |spread: Option<Spread>| spread.map(|spread| spread.median);
     format!(
-        "{:>5}  {:>6}  {:>6}  {:>11}  {:>5.1}%     {}  {}  {}  {}  {}",
+        "{:>5}  {:>6}  {:>6}  {:>11}  {:>6}     {}  {}  {}  {}  {}",
         level.level,
         level.groups,
         level.units,
         thousands(level.triangles),
-        level.area_share * 100.0,
+        match level.area_share {
+            Some(share) => format!("{:.1}%", share * 100.0),
+            None => "-".to_owned(),
+        },
         deviation(|spread| spread.min),
         deviation(|spread| spread.median),
         deviation(|spread| spread.max),

@@ -13,6 +13,8 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) name: String,
     /// Vertices of the source.
     pub(crate) source_vertices: u32,
+    /// Whether the file leaves them out.
+    pub(crate) source_vertices_left_out: bool,
     /// Vertices that simplification made.
     pub(crate) moved_vertices: u32,
     /// The distance of the file's positions from the source's; 0 in a lossless file.
@@ -39,8 +41,9 @@ pub(crate) struct LevelSummary {
     /// Deviations of the same groups from the source; absent if they were not measured.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
-    /// Area of the mesh drawn at this level, as a share of the source's.
-    pub(crate) area_share: f64,
+    /// Area of the mesh drawn at this level, as a share of the source's; absent if the file leaves
+    /// out the source's vertices.
+    pub(crate) area_share: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -73,6 +76,7 @@ impl PrimitiveSummary {
             primitive: primitive.primitive_index,
             name: primitive.name.clone(),
             source_vertices: hierarchy.source_vertex_count,
+            source_vertices_left_out: hierarchy.lacks_source_vertices(),
             moved_vertices: vertices as u32 - hierarchy.source_vertex_count,
             position_error_in_local: primitive.position_error_in_local,
             source_triangles: hierarchy.source_triangle_count(),
@@ -117,7 +121,7 @@ impl LevelSummary {
             error_in_local: Spread::of(simplified().map(|group| group.error_in_local)),
             deviation_in_local: Spread::of(deviations.filter(|deviation| deviation.is_finite())),
             radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
-            area_share: area_share(hierarchy, level),
+            area_share: (!hierarchy.lacks_source_vertices()).then(|| area_share(hierarchy, level)),
         }
     }
 }

@@ -5,9 +5,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use fieldlod_bake::{ImportedPrimitive, Verified, VerifySettings, import_gltf, verify};
+use fieldlod_bake::{
+    ImportedPrimitive, SourceMesh, Verified, VerifyError, VerifySettings, import_gltf, verify,
+};
 use fieldlod_cli::output::{Failure, print, thousands};
-use fieldlod_hierarchy::BakedFile;
+use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use serde::Serialize;
 
 /// Check a .fieldlod file against its source: invariants, deviations measured anew by denser
@@ -51,7 +53,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (source, path) = (&arguments.source, &arguments.file);
     let bytes =
         fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
-    let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
+    let file =
+        BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
     let import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
     // Each primitive of the source against that of the file.
     let imported = import.primitives.iter();
@@ -93,6 +96,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
+/// Verifies a hierarchy, which may lack the vertices of its source.
+fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, VerifyError> {
+    let settings = VerifySettings::default();
+    if !baked.lacks_source_vertices() {
+        return verify(source, baked, &settings);
+    }
+    // Of another mesh the vertices would not fit.
+    if baked.source != source.source_hash() {
+        return Err(VerifyError::OtherSource);
+    }
+    let whole = baked.clone().with_source_vertices(&source.vertices())?;
+    verify(source, &whole, &settings)
+}
+
 impl PrimitiveReport {
     fn of(imported: &ImportedPrimitive, file: &BakedFile) -> Self {
         let name = &imported.place.name;
@@ -100,7 +117,7 @@ impl PrimitiveReport {
         let Some(baked) = file.find(mesh, primitive) else {
             return Self::failed(mesh, primitive, name, "the file does not have it");
         };
-        match verify(&imported.mesh, &baked.hierarchy, &VerifySettings::default()) {
+        match verify_against(&imported.mesh, &baked.hierarchy) {
             Ok(verified) => Self::passed(mesh, primitive, name, &verified),
             Err(fault) => Self::failed(mesh, primitive, name, &fault.to_string()),
         }

@@ -302,6 +302,35 @@ fn quantized_files_are_smaller_and_deterministic() {
     assert!(bake(&[]) == lossless && bake(&["--quantize"]) == quantized);
 }
 
+/// Such a file tells what it lacks, and is verified with the vertices of its source.
+#[test]
+fn files_beside_their_source_are_inspected_and_verified() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 64);
+    let output = input.with_extension("fieldlod");
+    for options in [&["--beside-source"][..], &["--beside-source", "--quantize"]] {
+        let bake = fieldlod(&[&["bake", text(&input)], options].concat());
+        assert!(bake.status.success(), "{bake:?}");
+        let inspect = fieldlod(&["inspect", text(&output)]);
+        let shown = String::from_utf8(inspect.stdout).unwrap();
+        assert!(
+            shown.contains("vertices of the source are left out"),
+            "{shown}"
+        );
+        let verify = fieldlod(&["verify", text(&input), text(&output)]);
+        assert!(verify.status.success(), "{verify:?}");
+    }
+    let picture = folder.path().join("levels.png");
+    let arguments = ["inspect", text(&output), "--png", text(&picture)];
+    assert_fails(&arguments, &output, "the file leaves out the vertices");
+    // The grid of another size.
+    let other = grid_glb(folder.path(), 32);
+    let verify = fieldlod(&["verify", text(&other), text(&output)]);
+    assert_eq!(verify.status.code(), Some(1), "{verify:?}");
+    let shown = String::from_utf8(verify.stdout).unwrap();
+    assert!(shown.contains("baked from another mesh"), "{shown}");
+}
+
 /// Whenever it is stopped, the file is the old one or the new one.
 #[test]
 fn a_stopped_bake_leaves_no_half_file() {

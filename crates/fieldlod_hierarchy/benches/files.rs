@@ -34,7 +34,7 @@ fn read(criterion: &mut Criterion) {
     let primitives = vec![BakedPrimitive::new(0, 0, "hills", hierarchy)];
     let file = BakedFile { primitives };
     for precision in [Precision::Lossless, Precision::Quantized16] {
-        let bytes = file.to_bytes_with(precision);
+        let bytes = file.to_bytes_with(precision.into());
         let read = BakedFile::from_bytes(&bytes).unwrap();
         assert!(precision == Precision::Quantized16 || read == file);
         group.bench_function(format!("read {precision:?}"), |b| {

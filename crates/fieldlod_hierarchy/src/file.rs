@@ -40,7 +40,7 @@ mod section_reader;
 mod section_writer;
 mod triangles;
 
-pub use contents::{BakedFile, BakedPrimitive};
+pub use contents::{BakedFile, BakedPrimitive, FileOptions};
 pub use error::{FORMAT_VERSION, FileError};
 pub use quantize::Precision;
 
@@ -52,13 +52,13 @@ use reader::Reader;
 const _: () = assert!(cfg!(target_endian = "little"));
 
 impl BakedFile {
-    /// The file's bytes, lossless: the same for the same contents.
+    /// The file's bytes, lossless and with all vertices: the same for the same contents.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.to_bytes_with(Precision::Lossless)
+        self.to_bytes_with(FileOptions::default())
     }
 
     /// The file's bytes: the same for the same contents.
@@ -66,11 +66,11 @@ impl BakedFile {
     /// # Panics
     /// If a hierarchy is not valid.
     #[must_use]
-    pub fn to_bytes_with(&self, precision: Precision) -> Vec<u8> {
+    pub fn to_bytes_with(&self, options: FileOptions) -> Vec<u8> {
         // The sections of each primitive, and what the directory says of them.
         let primitives = self.primitives.iter();
         let (entries, sections): (Vec<Entry>, Vec<Vec<Vec<u8>>>) = primitives
-            .map(|primitive| encode::encode(primitive, precision))
+            .map(|primitive| encode::encode(primitive, options))
             .unzip();
         let mut bytes = layout::write(&entries);
         // The first section of every primitive, the second of every primitive, and so on.
@@ -87,7 +87,24 @@ impl BakedFile {
     ///
     /// # Errors
     /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    /// [`FileError::SourceVerticesLeftOut`] for a file that was written
+    /// [`beside_source`](FileOptions::beside_source).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
+        let file = read(bytes, None)?;
+        let mut primitives = file.primitives.iter();
+        match primitives.position(|primitive| primitive.hierarchy.lacks_source_vertices()) {
+            Some(primitive) => Err(FileError::SourceVerticesLeftOut { primitive }),
+            None => Ok(file),
+        }
+    }
+
+    /// Reads a file whose source is at hand. Hierarchies may
+    /// [lack the source's vertices](crate::Hierarchy::lacks_source_vertices): before they are used, call
+    /// [`with_source_vertices`](crate::Hierarchy::with_source_vertices), which also checks what could not be checked without.
+    ///
+    /// # Errors
+    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    pub fn from_bytes_beside_source(bytes: &[u8]) -> Result<Self, FileError> {
         read(bytes, None)
     }
 
@@ -97,7 +114,7 @@ impl BakedFile {
     /// in an order of their own, and levels are counted from the finest read.
     ///
     /// # Errors
-    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    /// As [`BakedFile::from_bytes`]: what was left out is missing at every level.
     pub fn from_bytes_coarse(bytes: &[u8], sections: usize) -> Result<Self, FileError> {
         read(bytes, Some(sections.max(1)))
     }
@@ -107,8 +124,11 @@ impl BakedFile {
 fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
     // What the directory announces.
     let (entries, sections) = layout::read(bytes)?;
-    if most.is_none() {
-        check_length(&entries, sections.len() as u64)?;
+    let left_out = entries.iter().position(|entry| entry.options.beside_source);
+    match (most, left_out) {
+        (None, _) => check_length(&entries, sections.len() as u64)?,
+        (_, Some(primitive)) => return Err(FileError::SourceVerticesLeftOut { primitive }),
+        (_, None) => {}
     }
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
     let rounds = most.unwrap_or(usize::MAX).min(longest.unwrap_or(0));

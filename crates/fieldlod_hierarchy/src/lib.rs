@@ -53,10 +53,11 @@ pub mod fixtures;
 mod hierarchy;
 mod refinement;
 mod source;
+mod source_vertices;
 mod validate;
 
 pub use bounds::{Aabb, Sphere};
-pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Precision};
+pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Precision};
 pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;

@@ -31,6 +31,17 @@ pub enum InvalidHierarchy {
     /// Every moved vertex names the source vertex that it came from, or none does.
     #[error("{count} origins for {moved} moved vertices")]
     MovedFromCount { count: usize, moved: usize },
+    /// It was read from a file that leaves the source's vertices out.
+    #[error("it lacks the vertices of its source")]
+    LacksSourceVertices,
+    /// The source's vertices are others than those that are missing.
+    #[error("the source has {vertices} vertices, but should have {expected}")]
+    OtherSource { vertices: usize, expected: usize },
+    /// The vertices of the source and the moved ones have the same attributes.
+    #[error(
+        "the vertices of the source have {attribute} and the moved ones have none, or vice versa"
+    )]
+    OtherAttributes { attribute: &'static str },
     /// A position is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
@@ -110,13 +121,24 @@ impl Hierarchy {
     /// # Errors
     /// The first invariant found broken.
     pub fn validate(&self) -> Result<(), InvalidHierarchy> {
+        if self.lacks_source_vertices() {
+            return Err(E::LacksSourceVertices);
+        }
+        if let Some(vertex) = self.vertices.positions.iter().position(|p| !p.is_finite()) {
+            return Err(E::PositionNotFinite { vertex });
+        }
+        self.validate_apart_from_places()?;
+        self.check_bounds()
+    }
+
+    /// Checks all that does not depend on where vertices are.
+    pub(crate) fn validate_apart_from_places(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
         // What follows relies on these two, and would read out of bounds without.
         self.check_ranges()?;
         self.check_references()?;
         self.check_links()?;
-        self.check_errors()?;
-        self.check_bounds()
+        self.check_errors()
     }
 
     fn check_vertices(&self) -> Result<(), E> {
@@ -135,9 +157,6 @@ impl Hierarchy {
                 count,
                 vertices,
             });
-        }
-        if let Some(vertex) = self.vertices.positions.iter().position(|p| !p.is_finite()) {
-            return Err(E::PositionNotFinite { vertex });
         }
         self.check_moved_vertices()
     }

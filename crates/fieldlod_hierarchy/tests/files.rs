@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::collections::HashSet;
+
 use common::{Directory, strip_file};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Precision, fixtures};
 use glam::{Vec3, Vec4};
@@ -54,7 +56,7 @@ fn odd_vertices_are_kept_bit_for_bit() {
 #[test]
 fn the_same_contents_give_the_same_bytes() {
     for precision in [Precision::Lossless, Precision::Quantized16] {
-        let bytes = || file_of(fixtures::grid_pyramid(2)).to_bytes_with(precision);
+        let bytes = || file_of(fixtures::grid_pyramid(2)).to_bytes_with(precision.into());
         assert_eq!(bytes(), bytes());
     }
 }
@@ -64,7 +66,7 @@ fn the_same_contents_give_the_same_bytes() {
 fn a_reader_may_stop_after_any_level() {
     let hierarchy = fixtures::grid_pyramid(4);
     for precision in [Precision::Lossless, Precision::Quantized16] {
-        let bytes = file_of(hierarchy.clone()).to_bytes_with(precision);
+        let bytes = file_of(hierarchy.clone()).to_bytes_with(precision.into());
         let sections = Directory::of(&bytes).sections;
         assert_eq!(sections.len(), 5);
         for (number, section) in sections.iter().enumerate() {
@@ -75,10 +77,12 @@ fn a_reader_may_stop_after_any_level() {
             assert_eq!(read.level_count(), number as u32 + 1);
             // Each tile of 512 triangles becomes four.
             assert_eq!(read.source_triangle_count(), 512 << (2 * number));
-            assert_eq!(
-                read.vertices.positions.len(),
-                ((16 << number) + 1) * ((16 << number) + 1)
-            );
+            // Nothing but what is in use, and whatever is coarser than the finest counts as its.
+            let used: HashSet<u32> = read.unit_vertices.iter().copied().collect();
+            assert_eq!(read.vertices.positions.len(), used.len());
+            let is_whole = number == 4;
+            assert_eq!(read.source_vertex_count as usize == used.len(), !is_whole);
+            assert_eq!(read.moved_from.is_empty(), !is_whole);
             assert_eq!(read.source, hierarchy.source);
             let cut = BakedFile::from_bytes_coarse(&start[..start.len() - 1], number + 1);
             assert!(cut.is_err());
@@ -92,7 +96,7 @@ fn a_reader_may_stop_after_any_level() {
 #[test]
 fn quantized_attributes_stay_near() {
     let hierarchy = fixtures::grid_pyramid(3);
-    let bytes = file_of(hierarchy.clone()).to_bytes_with(Precision::Quantized16);
+    let bytes = file_of(hierarchy.clone()).to_bytes_with(Precision::Quantized16.into());
     let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
     let (new, old) = (&read.hierarchy.vertices, &hierarchy.vertices);
     let extent = hierarchy.aabb().unwrap();
@@ -134,7 +138,7 @@ fn directions_come_back_on_the_axes_and_never_as_nan() {
         Vec3::splat(f32::NAN),
         Vec3::Z,
     ];
-    let bytes = file_of(hierarchy).to_bytes_with(Precision::Quantized16);
+    let bytes = file_of(hierarchy).to_bytes_with(Precision::Quantized16.into());
     let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
     let expected = [
         Vec3::X,
@@ -148,7 +152,6 @@ fn directions_come_back_on_the_axes_and_never_as_nan() {
 }
 
 /// Hills of 131,072 triangles: position, normal and texture coordinates of all levels.
-
 #[test]
 fn a_file_is_small() {
     let mut hierarchy = fixtures::grid_pyramid(4);
@@ -157,7 +160,8 @@ fn a_file_is_small() {
     hierarchy.vertices.colors.clear();
     let triangles = hierarchy.source_triangle_count() as f64;
     let file = file_of(hierarchy);
-    let bytes_each = |precision| file.to_bytes_with(precision).len() as f64 / triangles;
+    let bytes_each =
+        |precision: Precision| file.to_bytes_with(precision.into()).len() as f64 / triangles;
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(bytes_each);
     println!("{lossless:.2} bytes a triangle lossless, {quantized:.2} quantized");
     assert!(lossless <= 20.0 && quantized <= 10.0);

@@ -2,9 +2,10 @@
 
 mod common;
 
-use common::{Directory, HEADER_BYTES, sealed, strip_file};
+use common::{Directory, HEADER_BYTES, sealed, source_vertices, strip_file};
 use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, InvalidHierarchy, Precision, fixtures,
+    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, InvalidHierarchy, Precision,
+    fixtures,
 };
 use proptest::prelude::*;
 
@@ -112,9 +113,9 @@ fn rejects_a_name_longer_than_the_file() {
 }
 
 #[test]
-fn rejects_attributes_and_precisions_that_mean_nothing() {
+fn rejects_attributes_and_flags_that_mean_nothing() {
     let what = "the directory";
-    for offset in [0, 1] {
+    for offset in [0, 1, 2] {
         let mut bytes = strip_file().to_bytes();
         bytes[HEADER_BYTES + 12 + "strip".len() + 8 + offset] = 0xff;
         assert_eq!(fault_of(&sealed(bytes)), FileError::Corrupt { what });
@@ -123,8 +124,8 @@ fn rejects_attributes_and_precisions_that_mean_nothing() {
 
 #[test]
 fn rejects_grids_that_are_not_finite() {
-    let mut bytes = strip_file().to_bytes_with(Precision::Quantized16);
-    let grid = HEADER_BYTES + 12 + "strip".len() + 8 + 2;
+    let mut bytes = strip_file().to_bytes_with(Precision::Quantized16.into());
+    let grid = HEADER_BYTES + 12 + "strip".len() + 8 + 3;
     bytes[grid..grid + 8].copy_from_slice(&f64::NAN.to_le_bytes());
     let what = "the directory";
     assert_eq!(fault_of(&sealed(bytes)), FileError::Corrupt { what });
@@ -182,7 +183,7 @@ fn rejects_more_primitives_than_there_are() {
 
 #[test]
 fn rejects_fewer_groups_and_vertices_than_announced() {
-    let counts = HEADER_BYTES + 12 + "strip".len() + 8 + 2;
+    let counts = HEADER_BYTES + 12 + "strip".len() + 8 + 3;
     for (offset, what) in [(0, "the groups"), (4, "the vertex order")] {
         let mut bytes = strip_file().to_bytes();
         bytes[counts + offset] += 1;
@@ -227,10 +228,10 @@ fn change() -> impl Strategy<Value = (u16, u8)> {
     (any::<u16>(), prop_oneof![any::<u8>(), 0u8..10])
 }
 
-fn pyramid_bytes(precision: Precision) -> Vec<u8> {
+fn pyramid_bytes(options: FileOptions) -> Vec<u8> {
     let primitive = BakedPrimitive::new(0, 0, "hills", fixtures::grid_pyramid(1));
     let primitives = vec![primitive];
-    BakedFile { primitives }.to_bytes_with(precision)
+    BakedFile { primitives }.to_bytes_with(options)
 }
 
 proptest! {
@@ -239,11 +240,13 @@ proptest! {
     /// Whatever was changed, with the checksums made to fit: an answer, and never a panic. What is
     /// accepted is valid and can be written again.
     #[test]
-    fn survives_any_change(changes in prop::collection::vec(change(), 1..6), kind in 0..3) {
+    fn survives_any_change(changes in prop::collection::vec(change(), 1..6), kind in 0..4) {
+        let source = source_vertices(&fixtures::grid_pyramid(1));
         let mut bytes = match kind {
             0 => strip_file().to_bytes(),
-            1 => pyramid_bytes(Precision::Lossless),
-            _ => pyramid_bytes(Precision::Quantized16),
+            1 => pyramid_bytes(Precision::Lossless.into()),
+            2 => pyramid_bytes(Precision::Quantized16.into()),
+            _ => pyramid_bytes(FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
         };
         for (place, value) in changes {
             let length = bytes.len() - HEADER_BYTES;
@@ -257,6 +260,11 @@ proptest! {
             }
         }
         let _ = BakedFile::from_bytes_coarse(&bytes, 1);
+        if let Ok(file) = BakedFile::from_bytes_beside_source(&bytes) {
+            for primitive in file.primitives {
+                let _ = primitive.hierarchy.with_source_vertices(&source);
+            }
+        }
     }
 
     #[test]

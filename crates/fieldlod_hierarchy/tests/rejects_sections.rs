@@ -103,8 +103,8 @@ fn rejects_corners_outside_of_the_unit() {
 
 #[test]
 fn rejects_a_negative_position_error() {
-    let mut bytes = strip_file().to_bytes_with(Precision::Quantized16);
-    let grids = HEADER_BYTES + 12 + "strip".len() + 8 + 2;
+    let mut bytes = strip_file().to_bytes_with(Precision::Quantized16.into());
+    let grids = HEADER_BYTES + 12 + "strip".len() + 8 + 3;
     let error = grids + 11 * 16;
     assert!(f32::from_le_bytes(bytes[error..error + 4].try_into().unwrap()) >= 0.0);
     for value in [-1.0f32, f32::NAN] {

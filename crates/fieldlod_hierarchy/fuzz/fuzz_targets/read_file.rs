@@ -7,7 +7,8 @@
 
 #![no_main]
 
-use fieldlod_hierarchy::BakedFile;
+use fieldlod_hierarchy::{BakedFile, Hierarchy, Vertices};
+use glam::{Vec2, Vec3, Vec4};
 use libfuzzer_sys::fuzz_target;
 
 #[path = "../../tests/common/mod.rs"]
@@ -24,4 +25,24 @@ fn read(bytes: &[u8]) {
         assert_eq!(again.unwrap().primitives.len(), file.primitives.len());
     }
     let _ = BakedFile::from_bytes_coarse(bytes, 1);
+    if let Ok(file) = BakedFile::from_bytes_beside_source(bytes) {
+        for primitive in file.primitives {
+            let source = zeros_like(&primitive.hierarchy);
+            let _ = primitive.hierarchy.with_source_vertices(&source);
+        }
+    }
+}
+
+/// As many source vertices as `hierarchy` has, with the same attributes, which are all zero.
+fn zeros_like(hierarchy: &Hierarchy) -> Vertices {
+    let count = |length: usize| length.min(hierarchy.source_vertex_count as usize);
+    let vertices = &hierarchy.vertices;
+    Vertices {
+        positions: vec![Vec3::ZERO; count(vertices.positions.len())],
+        normals: vec![Vec3::ZERO; count(vertices.normals.len())],
+        uvs: vec![Vec2::ZERO; count(vertices.uvs.len())],
+        tangents: vec![Vec4::ZERO; count(vertices.tangents.len())],
+        uvs_1: vec![Vec2::ZERO; count(vertices.uvs_1.len())],
+        colors: vec![Vec4::ZERO; count(vertices.colors.len())],
+    }
 }

@@ -1,7 +1,7 @@
 //! A hierarchy in the order in which it is coded: coarsest level first, vertices in the order of
 //! their first use.
 
-use super::planes::Rows;
+use super::planes::{Prediction, Rows};
 use crate::hierarchy::{Group, Unit};
 
 /// Bytes of memory that one byte of a section may stand for, so that a small file claims little.
@@ -23,6 +23,9 @@ pub(super) struct Coded {
     /// By the order in which vertices are coded.
     pub(super) unit_vertices: Vec<u32>,
     pub(super) indices: Vec<u16>,
+    /// Vertices before this one in the hierarchy have no numbers of their own: they are as
+    /// predicted, which is enough to predict others from.
+    pub(super) first_stored: u32,
     /// Where each vertex stands in the hierarchy.
     pub(super) source_vertices: Vec<u32>,
     /// The source vertices that moved ones came from, in the order of the hierarchy.
@@ -32,10 +35,11 @@ pub(super) struct Coded {
 }
 
 impl Coded {
-    /// Nothing yet, with so many numbers for each vertex to come.
-    pub(super) fn with_planes(count: usize) -> Self {
+    /// Nothing yet, with so many numbers for each vertex to come, from the `first_stored` on.
+    pub(super) fn new(planes: usize, first_stored: u32) -> Self {
         Self {
-            rows: Rows::zeros(count, 1),
+            first_stored,
+            rows: Rows::zeros(planes, 1),
             ..Self::default()
         }
     }
@@ -44,6 +48,14 @@ impl Coded {
     pub(super) fn groups_since(&self, first: usize) -> impl Iterator<Item = (&Group, u32)> {
         let groups = self.groups[first..].iter();
         groups.zip(self.group_indices[first..].iter().copied())
+    }
+
+    /// Which of the targets of `predictions` have numbers.
+    pub(super) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
+        let places = predictions.iter().map(|p| p.target as usize - 1);
+        places
+            .map(|place| self.source_vertices[place] >= self.first_stored)
+            .collect()
     }
 
     /// How much there is so far.

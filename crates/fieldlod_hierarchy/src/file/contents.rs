@@ -1,6 +1,27 @@
 //! What a file holds.
 
+use super::quantize::Precision;
 use crate::hierarchy::Hierarchy;
+
+/// How a file is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FileOptions {
+    /// How exactly the file keeps vertex attributes.
+    pub precision: Precision,
+    /// Leaves out the source's vertices: for a file that is read where its source is at hand, by
+    /// [`BakedFile::from_bytes_beside_source`]. Only moved vertices are then stored.
+    pub beside_source: bool,
+}
+
+impl From<Precision> for FileOptions {
+    /// With all vertices.
+    fn from(precision: Precision) -> Self {
+        Self {
+            precision,
+            beside_source: false,
+        }
+    }
+}
 
 /// The contents of a `.fieldlod` file: the hierarchies of one glTF file's mesh primitives.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -21,7 +21,11 @@ pub(super) struct Decoder {
 impl Decoder {
     pub(super) fn new(entry: Entry) -> Self {
         let predictors = entry.attributes.predictors(entry.grids().is_some());
-        let coded = Coded::with_planes(predictors.len());
+        let first_stored = match entry.options.beside_source {
+            true => entry.source_vertex_count,
+            false => 0,
+        };
+        let coded = Coded::new(predictors.len(), first_stored);
         Self {
             entry,
             predictors,
@@ -58,8 +62,14 @@ impl Decoder {
 
     /// The hierarchy of the sections read, validated. `primitive` is its number in the file.
     pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
-        let hierarchy = self.hierarchy()?;
-        let valid = hierarchy.validate();
+        let mut hierarchy = self.hierarchy()?;
+        let valid = match self.entry.options.beside_source {
+            false => hierarchy.validate(),
+            true => {
+                hierarchy = hierarchy.without_source_vertices();
+                hierarchy.validate_apart_from_places()
+            }
+        };
         valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
         Ok(BakedPrimitive {
             mesh_index: self.entry.mesh_index,

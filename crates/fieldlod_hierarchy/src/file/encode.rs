@@ -2,7 +2,7 @@
 
 use super::attributes::{self, Attributes};
 use super::coded::Coded;
-use super::contents::BakedPrimitive;
+use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
 use super::planes::Rows;
 use super::quantize::{self, Grids, Precision};
@@ -13,7 +13,7 @@ use crate::hierarchy::{Group, Hierarchy, Unit};
 ///
 /// # Panics
 /// If the hierarchy is not valid.
-pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u8>>) {
+pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry, Vec<Vec<u8>>) {
     let source = &primitive.hierarchy;
     assert_eq!(
         source.validate(),
@@ -22,26 +22,32 @@ pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry
     );
     let attributes = Attributes::of(&source.vertices);
     let grids = Grids::around(&source.vertices);
-    let quantized = (precision == Precision::Quantized16).then_some(&grids);
+    let quantized = (options.precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);
-    // Where vertices move, bounds must contain them as they will be read.
-    let moved = quantized.map(|grids| {
+    // Where vertices are rounded, bounds must contain them as they will be read.
+    let rounded = quantized.map(|grids| {
         let places: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
-        let vertices = attributes::from_rows(&rows, attributes, Some(grids), &places);
-        quantize::moved(source, vertices)
+        let mut vertices = attributes::from_rows(&rows, attributes, Some(grids), &places);
+        if options.beside_source {
+            // Those of the source will be read as they are.
+            let count = source.source_vertex_count as usize;
+            let replaced = vertices.replace_first(count, &source.vertices);
+            assert_eq!(replaced, Ok(()), "the attributes are the same");
+        }
+        quantize::with_vertices(source, vertices)
     });
-    let (hierarchy, moved_by) = match &moved {
+    let (hierarchy, moved_by) = match &rounded {
         Some((hierarchy, moved_by)) => (hierarchy, *moved_by),
         None => (source, 0.0),
     };
-    let (sections, unused_vertices) = encode_sections(hierarchy, &rows, attributes, precision);
+    let (sections, unused_vertices) = encode_sections(hierarchy, &rows, attributes, options);
     let entry = Entry {
         mesh_index: primitive.mesh_index,
         primitive_index: primitive.primitive_index,
         name: primitive.name.clone(),
         source: hierarchy.source,
         attributes,
-        precision,
+        options,
         grids,
         position_error_in_local: primitive.position_error_in_local + moved_by,
         group_count: hierarchy.groups.len() as u32,
@@ -60,13 +66,17 @@ fn encode_sections(
     hierarchy: &Hierarchy,
     source_rows: &Rows,
     attributes: Attributes,
-    precision: Precision,
+    options: FileOptions,
 ) -> (Vec<Vec<u8>>, usize) {
-    let predictors = attributes.predictors(precision == Precision::Quantized16);
+    let predictors = attributes.predictors(options.precision == Precision::Quantized16);
+    let first_stored = match options.beside_source {
+        true => hierarchy.source_vertex_count,
+        false => 0,
+    };
     let mut coder = Coder {
         hierarchy,
         source_rows,
-        coded: Coded::with_planes(source_rows.width),
+        coded: Coded::new(source_rows.width, first_stored),
         codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
     };
     let groups_of_sections = groups_by_section(hierarchy);
@@ -82,7 +92,7 @@ fn encode_sections(
             unused_vertices = coder.add_unused();
             coder.coded.moved_from.clone_from(&hierarchy.moved_from);
         }
-        let section = section_writer::write(&coder.coded, from, &predictors, unused_vertices);
+        let section = section_writer::write(&mut coder.coded, from, &predictors, unused_vertices);
         sections.push(section);
     }
     (sections, unused_vertices)

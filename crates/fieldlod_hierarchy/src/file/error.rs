@@ -40,6 +40,9 @@ pub enum FileError {
     /// Something cannot have been written like this, although the checksum fits.
     #[error("corrupt: {what} cannot be decoded")]
     Corrupt { what: &'static str },
+    /// The file is one that lies beside its source, and whoever reads it asked for all vertices.
+    #[error("primitive {primitive}: the file leaves out the vertices, which are in its source")]
+    SourceVerticesLeftOut { primitive: usize },
     /// An invariant is broken, although the checksum fits.
     #[error("primitive {primitive}: {fault}")]
     Invalid {

@@ -3,6 +3,7 @@
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 use super::attributes::Attributes;
+use super::contents::FileOptions;
 use super::error::{FORMAT_VERSION, FileError};
 use super::quantize::{Grids, Precision};
 use super::reader::Reader;
@@ -19,7 +20,7 @@ pub(super) struct Entry {
     pub(super) name: String,
     pub(super) source: SourceHash,
     pub(super) attributes: Attributes,
-    pub(super) precision: Precision,
+    pub(super) options: FileOptions,
     pub(super) grids: Grids,
     pub(super) position_error_in_local: f32,
     pub(super) group_count: u32,
@@ -58,7 +59,7 @@ impl SectionEntry {
 
 impl Entry {
     pub(super) fn grids(&self) -> Option<&Grids> {
-        (self.precision == Precision::Quantized16).then_some(&self.grids)
+        (self.options.precision == Precision::Quantized16).then_some(&self.grids)
     }
 
     fn write(&self, bytes: &mut Vec<u8>) {
@@ -70,7 +71,8 @@ impl Entry {
         bytes.extend_from_slice(&self.source.0.to_le_bytes());
         // What its vertices have, and how exactly.
         bytes.push(self.attributes.bits);
-        bytes.push(u8::from(self.precision == Precision::Quantized16));
+        bytes.push(u8::from(self.options.precision == Precision::Quantized16));
+        bytes.push(u8::from(self.options.beside_source));
         if let Some(grids) = self.grids() {
             bytes.extend_from_slice(bytemuck::bytes_of(grids));
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
@@ -101,13 +103,12 @@ impl Entry {
         let source = SourceHash(reader.value(WHAT)?);
         // What its vertices have, and how exactly.
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
-        let precision = match reader.value::<u8>(WHAT)? {
-            0 => Precision::Lossless,
-            1 => Precision::Quantized16,
-            _ => return Err(FileError::Corrupt { what: WHAT }),
-        };
-        let (mut grids, mut position_error_in_local) = (Grids::default(), 0.0);
-        if precision == Precision::Quantized16 {
+        let is_quantized = read_flag(reader)?;
+        let beside_source = read_flag(reader)?;
+        let (mut precision, mut grids) = (Precision::Lossless, Grids::default());
+        let mut position_error_in_local = 0.0;
+        if is_quantized {
+            precision = Precision::Quantized16;
             grids = reader.value(WHAT)?;
             position_error_in_local = reader.value(WHAT)?;
         }
@@ -118,7 +119,10 @@ impl Entry {
             name,
             source,
             attributes: attributes.ok_or(FileError::Corrupt { what: WHAT })?,
-            precision,
+            options: FileOptions {
+                precision,
+                beside_source,
+            },
             grids,
             position_error_in_local,
             group_count: reader.value(WHAT)?,
@@ -133,6 +137,14 @@ impl Entry {
         } else {
             Err(FileError::Corrupt { what: WHAT })
         }
+    }
+}
+
+fn read_flag(reader: &mut Reader<'_>) -> Result<bool, FileError> {
+    match reader.value::<u8>(WHAT)? {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(FileError::Corrupt { what: WHAT }),
     }
 }
 

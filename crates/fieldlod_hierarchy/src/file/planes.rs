@@ -78,39 +78,49 @@ impl Rows {
     }
 }
 
-/// Codes a column of the targets of `predictions`.
+/// Codes a column of the targets of `predictions`. Those that are not stored get the numbers that
+/// the reader will take for theirs.
 pub(super) fn write(
     bytes: &mut Vec<u8>,
-    rows: &Rows,
+    rows: &mut Rows,
     column: usize,
     predict: Predict,
     predictions: &[Prediction],
+    are_stored: &[bool],
 ) {
-    let remainder_of = |p: &Prediction| {
+    let mut remainders = Vec::with_capacity(predictions.len());
+    for (p, &is_stored) in predictions.iter().zip(are_stored) {
         let [a, b, d, target] = [p.a, p.b, p.d, p.target].map(|place| rows.row(place)[column]);
-        remainder(predict, target, guess(predict, a, b, d))
-    };
-    let remainders: Vec<u32> = predictions.iter().map(remainder_of).collect();
+        let guess = guess(predict, a, b, d);
+        match is_stored {
+            true => remainders.push(remainder(predict, target, guess)),
+            false => rows.set(p.target, column, [restore(predict, a, b, d, 0)]),
+        }
+    }
     numbers::write(bytes, &remainders, Kind::Remainders);
 }
 
 /// Columns that are restored together.
 const TOGETHER: usize = 4;
 
-/// Reads the targets of `predictions` into rows that have room for them.
+/// Reads the targets of `predictions` into rows that have room for them. Those that are not stored
+/// are as predicted.
 pub(super) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
     predictors: &[Predict],
     predictions: &[Prediction],
+    are_stored: &[bool],
 ) -> Result<(), FileError> {
+    let stored = are_stored.iter().filter(|&&is_stored| is_stored).count();
     let mut remainders: [Vec<u32>; TOGETHER] = Default::default();
     let mut first = 0;
     let alike = predictors.chunk_by(|a, b| a == b);
     for columns in alike.flat_map(|alike| alike.chunks(TOGETHER)) {
         // The remainders of these columns.
         for remainders in &mut remainders[..columns.len()] {
-            numbers::read_into(reader, predictions.len(), "the vertices", remainders)?;
+            numbers::read_into(reader, stored, "the vertices", remainders)?;
+            spread(remainders, are_stored);
         }
         // Together: each column waits for its own numbers only.
         let [x, y, z, w] = &remainders;
@@ -123,6 +133,25 @@ pub(super) fn read(
         first += columns.len();
     }
     Ok(())
+}
+
+/// Puts zeros between numbers, for those that are not stored.
+fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
+    let mut left = numbers.len();
+    numbers.resize(are_stored.len(), 0);
+    // From the end, and no further than where nothing is missing.
+    for place in (0..are_stored.len()).rev() {
+        if left == place + 1 {
+            break;
+        }
+        numbers[place] = match are_stored[place] {
+            true => {
+                left -= 1;
+                numbers[left]
+            }
+            false => 0,
+        };
+    }
 }
 
 /// Restores the columns from `first` on.

@@ -93,10 +93,10 @@ impl Grids {
     }
 }
 
-/// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far the
-/// positions moved at most, in local units.
-pub(super) fn moved(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
-    // How far the vertices moved.
+/// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far
+/// positions are off at most, in local units.
+pub(super) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
+    // How far the vertices are off.
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
     let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();

@@ -35,8 +35,9 @@ pub(super) fn read(
     // Triangles, which tell what new vertices are like, and how far they are not.
     let predictions = section.read_triangles(counts.triangles, unused_vertices)?;
     section.coded.rows.add_zeros(added);
-    let rows = &mut section.coded.rows;
-    planes::read(&mut section.reader, rows, predictors, &predictions)?;
+    let are_stored = section.coded.are_stored(&predictions);
+    let (reader, rows) = (&mut section.reader, &mut section.coded.rows);
+    planes::read(reader, rows, predictors, &predictions, &are_stored)?;
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);

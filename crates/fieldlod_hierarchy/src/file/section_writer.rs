@@ -8,7 +8,7 @@
 //!     to the vertex named before
 //! source indices of the new vertices
 //! triangles                                                (see `triangles`)
-//! attributes of the new vertices                           (see `planes`)
+//! attributes of the new vertices that are stored           (see `planes`)
 //! in the last section: source vertices that moved ones came from
 //! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
 //! ```
@@ -26,7 +26,7 @@ use crate::hierarchy::Unit;
 /// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
 /// unit uses.
 pub(super) fn write(
-    coded: &Coded,
+    coded: &mut Coded,
     from: Ends,
     predictors: &[Predict],
     unused_vertices: usize,
@@ -45,8 +45,10 @@ pub(super) fn write(
     // Triangles, which tell what new vertices are like, and how far they are not.
     let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
     write_symbols(&mut bytes, &symbols);
+    let are_stored = coded.are_stored(&predictions);
+    let rows = &mut coded.rows;
     for (column, &predict) in predictors.iter().enumerate() {
-        planes::write(&mut bytes, &coded.rows, column, predict, &predictions);
+        planes::write(&mut bytes, rows, column, predict, &predictions, &are_stored);
     }
     numbers::write(
         &mut bytes,

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Vertices, fixtures};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
@@ -14,6 +14,19 @@ pub(crate) fn strip_file() -> BakedFile {
     BakedFile {
         primitives: vec![primitive(0), primitive(1)],
     }
+}
+
+/// The vertices of the source of a hierarchy that has them.
+pub(crate) fn source_vertices(hierarchy: &Hierarchy) -> Vertices {
+    let count = hierarchy.source_vertex_count as usize;
+    let mut vertices = hierarchy.vertices.clone();
+    vertices.positions.truncate(count);
+    vertices.normals.truncate(count);
+    vertices.uvs.truncate(count);
+    vertices.tangents.truncate(count);
+    vertices.uvs_1.truncate(count);
+    vertices.colors.truncate(count);
+    vertices
 }
 
 /// Where a section and its entry in the directory are.
@@ -73,7 +86,7 @@ fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>>
     } else {
         0
     };
-    let counts = precision + 1 + grids;
+    let counts = precision + 2 + grids;
     let count = number(bytes, counts + 20, 4)?;
     let first = counts + 24;
     *place = first.checked_add(count.checked_mul(16)?)?;

@@ -1,0 +1,79 @@
+//! Hierarchies without the vertices of their source, which are somewhere else.
+
+use glam::Vec3;
+
+use crate::hierarchy::{Hierarchy, Vertices};
+use crate::validate::InvalidHierarchy;
+
+impl Hierarchy {
+    /// Whether the source's vertices are missing: it was read from a file that leaves them out.
+    ///
+    /// The positions of all source vertices are then NaN, and such a hierarchy is
+    /// [not valid](Self::validate), until [`with_source_vertices`](Self::with_source_vertices) puts
+    /// them in.
+    #[must_use]
+    pub fn lacks_source_vertices(&self) -> bool {
+        let first = self.vertices.positions.first();
+        self.source_vertex_count > 0 && first.is_some_and(|position| position.is_nan())
+    }
+
+    /// Takes the source's vertices from the mesh that this was baked from, whose hash
+    /// [`source`](Self::source) is: `source` holds them and no others. A hierarchy that has them
+    /// stays as it is.
+    ///
+    /// # Errors
+    /// If `source` has more or fewer vertices, or other attributes than the moved vertices, or if
+    /// some invariant does not hold with them: then it is not the mesh that this was baked from.
+    pub fn with_source_vertices(mut self, source: &Vertices) -> Result<Self, InvalidHierarchy> {
+        if !self.lacks_source_vertices() {
+            return Ok(self);
+        }
+        let (vertices, expected) = (source.positions.len(), self.source_vertex_count as usize);
+        if vertices != expected {
+            return Err(InvalidHierarchy::OtherSource { vertices, expected });
+        }
+        self.vertices.replace_first(expected, source)?;
+        self.validate()?;
+        Ok(self)
+    }
+
+    /// Takes the source's vertices away.
+    pub(crate) fn without_source_vertices(mut self) -> Self {
+        let count = self.source_vertex_count as usize;
+        for position in self.vertices.positions.iter_mut().take(count) {
+            *position = Vec3::NAN;
+        }
+        self
+    }
+}
+
+impl Vertices {
+    /// Puts the first `count` vertices of `source` in place of the first here.
+    pub(crate) fn replace_first(
+        &mut self,
+        count: usize,
+        source: &Self,
+    ) -> Result<(), InvalidHierarchy> {
+        replace(&mut self.positions, &source.positions, count, "positions")?;
+        replace(&mut self.normals, &source.normals, count, "normals")?;
+        replace(&mut self.uvs, &source.uvs, count, "uvs")?;
+        replace(&mut self.tangents, &source.tangents, count, "tangents")?;
+        replace(&mut self.uvs_1, &source.uvs_1, count, "second uvs")?;
+        replace(&mut self.colors, &source.colors, count, "colors")
+    }
+}
+
+/// Replaces the first `count` of an attribute that both have, or neither.
+fn replace<V: Copy>(
+    values: &mut [V],
+    source: &[V],
+    count: usize,
+    attribute: &'static str,
+) -> Result<(), InvalidHierarchy> {
+    match (values.get_mut(..count), source.get(..count)) {
+        (Some(values), Some(source)) => values.copy_from_slice(source),
+        (None, None) if source.is_empty() => {}
+        _ => return Err(InvalidHierarchy::OtherAttributes { attribute }),
+    }
+    Ok(())
+}

@@ -1,0 +1,166 @@
+//! Files that leave out the vertices of their source.
+
+mod common;
+
+use common::{Directory, source_vertices, strip_file};
+use fieldlod_hierarchy::{
+    BakedFile, BakedPrimitive, FileError, FileOptions, Hierarchy, InvalidHierarchy, Precision,
+    fixtures,
+};
+use glam::{Vec2, Vec3};
+
+const LOSSLESS: FileOptions = FileOptions {
+    precision: Precision::Lossless,
+    beside_source: true,
+};
+const QUANTIZED: FileOptions = FileOptions {
+    precision: Precision::Quantized16,
+    beside_source: true,
+};
+
+fn bytes_of(hierarchy: &Hierarchy, options: FileOptions) -> Vec<u8> {
+    let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy.clone())];
+    BakedFile { primitives }.to_bytes_with(options)
+}
+
+fn read(bytes: &[u8]) -> BakedPrimitive {
+    let file = BakedFile::from_bytes_beside_source(bytes);
+    file.unwrap().primitives.remove(0)
+}
+
+/// What reading and completing a pyramid gives with a source that is changed.
+fn fault_with(change: impl FnOnce(&mut fieldlod_hierarchy::Vertices)) -> InvalidHierarchy {
+    let hierarchy = fixtures::grid_pyramid(1);
+    let mut source = source_vertices(&hierarchy);
+    change(&mut source);
+    let lacking = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
+    lacking.with_source_vertices(&source).unwrap_err()
+}
+
+#[test]
+fn lossless_ones_come_back_bit_for_bit() {
+    for hierarchy in [
+        Hierarchy::default(),
+        fixtures::two_level_strip(),
+        fixtures::grid_pyramid(3),
+    ] {
+        let found = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
+        let has_source = hierarchy.source_vertex_count > 0;
+        assert_eq!(found.lacks_source_vertices(), has_source);
+        let source = source_vertices(&hierarchy);
+        assert!(found.with_source_vertices(&source) == Ok(hierarchy));
+    }
+}
+
+/// The source's vertices are exact, and bounds hold them as well as those that were rounded.
+#[test]
+fn quantized_ones_have_exact_source_vertices() {
+    let hierarchy = fixtures::grid_pyramid(3);
+    let source = source_vertices(&hierarchy);
+    let found = read(&bytes_of(&hierarchy, QUANTIZED));
+    let error_in_local = found.position_error_in_local;
+    let whole = found.hierarchy.with_source_vertices(&source).unwrap();
+    assert!(source_vertices(&whole) == source);
+    assert_eq!(whole.moved_from, hierarchy.moved_from);
+    assert_eq!(whole.indices, hierarchy.indices);
+    assert_eq!(whole.unit_vertices, hierarchy.unit_vertices);
+    let positions = whole.vertices.positions.iter();
+    let pairs = positions.zip(&hierarchy.vertices.positions);
+    let distances = pairs.map(|(found, exact)| found.distance(*exact));
+    let largest = distances.fold(0.0, f32::max);
+    assert!(largest > 0.0 && largest <= error_in_local);
+}
+
+/// Numbers of the source's vertices are stored nowhere.
+#[test]
+fn the_bytes_do_not_depend_on_the_vertices_left_out() {
+    let hierarchy = fixtures::grid_pyramid(2);
+    let mut other = hierarchy.clone();
+    let count = other.source_vertex_count as usize;
+    other.vertices.uvs[..count].fill(Vec2::ONE);
+    assert!(bytes_of(&other, LOSSLESS) == bytes_of(&hierarchy, LOSSLESS));
+    let small = bytes_of(&hierarchy, LOSSLESS).len();
+    let whole = bytes_of(&hierarchy, FileOptions::default()).len();
+    assert!(small * 3 < whole * 2, "{small} of {whole}");
+}
+
+#[test]
+fn those_with_all_vertices_can_be_read_beside_their_source_too() {
+    let file = strip_file();
+    let read = BakedFile::from_bytes_beside_source(&file.to_bytes()).unwrap();
+    assert!(read == file);
+    let strip = fixtures::two_level_strip();
+    let nothing = fieldlod_hierarchy::Vertices::default();
+    assert!(strip.clone().with_source_vertices(&nothing) == Ok(strip));
+}
+
+#[test]
+fn refused_by_readers_that_need_all_vertices() {
+    let bytes = strip_file().to_bytes_with(LOSSLESS);
+    let fault = FileError::SourceVerticesLeftOut { primitive: 0 };
+    assert_eq!(BakedFile::from_bytes(&bytes), Err(fault.clone()));
+    assert_eq!(BakedFile::from_bytes_coarse(&bytes, 1), Err(fault));
+}
+
+#[test]
+fn not_valid_without_the_source() {
+    let hierarchy = read(&bytes_of(&fixtures::grid_pyramid(1), LOSSLESS)).hierarchy;
+    let fault = InvalidHierarchy::LacksSourceVertices;
+    assert_eq!(hierarchy.validate(), Err(fault));
+    let used = hierarchy.source_units().next();
+    let unit = &hierarchy.units[used.unwrap()];
+    assert!(hierarchy.area_of_unit(unit).is_nan());
+}
+
+#[test]
+fn rejects_a_source_of_another_size() {
+    let fault = fault_with(|source| source.positions.push(Vec3::ZERO));
+    let (vertices, expected) = (33 * 33 + 1, 33 * 33);
+    assert_eq!(fault, InvalidHierarchy::OtherSource { vertices, expected });
+}
+
+#[test]
+fn rejects_a_source_with_other_attributes() {
+    for (fault, attribute) in [
+        (fault_with(|source| source.normals.clear()), "normals"),
+        (fault_with(|source| source.uvs.clear()), "uvs"),
+        (fault_with(|source| source.tangents.clear()), "tangents"),
+        (fault_with(|source| source.uvs_1.clear()), "second uvs"),
+        (fault_with(|source| source.colors.clear()), "colors"),
+    ] {
+        assert_eq!(fault, InvalidHierarchy::OtherAttributes { attribute });
+    }
+    // And with attributes that the moved ones lack.
+    let mut hierarchy = fixtures::two_level_strip();
+    let source = source_vertices(&hierarchy);
+    hierarchy.vertices.normals.clear();
+    let lacking = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
+    let attribute = "normals";
+    let fault = InvalidHierarchy::OtherAttributes { attribute };
+    assert_eq!(lacking.with_source_vertices(&source), Err(fault));
+}
+
+#[test]
+fn rejects_a_source_elsewhere() {
+    let fault = fault_with(|source| source.positions[40].y += 0.5);
+    let expected = matches!(fault, InvalidHierarchy::TrianglesOutsideBounds { .. });
+    assert!(expected, "{fault}");
+    let fault = fault_with(|source| source.positions[40].y = f32::INFINITY);
+    assert_eq!(fault, InvalidHierarchy::PositionNotFinite { vertex: 40 });
+}
+
+/// What does not need the source's vertices is checked when the file is read.
+#[test]
+fn rejects_broken_graphs_before_there_is_a_source() {
+    let mut bytes = strip_file().to_bytes_with(LOSSLESS);
+    let section = Directory::of(&bytes).sections[0].bytes.clone();
+    // The error of the only group there, which is terminal.
+    let infinite = f32::INFINITY.to_le_bytes();
+    let place = bytes[section.clone()]
+        .windows(4)
+        .position(|w| w == infinite);
+    let place = section.start + place.unwrap();
+    bytes[place..place + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let fault = BakedFile::from_bytes_beside_source(&common::sealed(bytes)).unwrap_err();
+    assert!(matches!(fault, FileError::Invalid { .. }), "{fault}");
+}

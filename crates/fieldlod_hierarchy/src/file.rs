@@ -14,8 +14,9 @@
 //!
 //! A vertex is stored once, in the first section that uses it, as the difference to what its
 //! neighbours suggest (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh
-//! Compression, 1998); a triangle by the edge that it shares with one before it. What remains is
-//! entropy-coded by the pco library.
+//! Compression, 1998), its normal as the difference to that of its triangles; a triangle by the edge
+//! that it shares with one before it. What remains is entropy-coded by the pco library. A file may
+//! leave out the attributes of the source's vertices, but not which of them its triangles use.
 //!
 //! Deviation: meshoptimizer's vertex and index codecs are not used. Their only kept implementation
 //! is C++, which whoever loads a file would have to link; they keep neither the order of vertices
@@ -31,14 +32,18 @@ mod layout;
 mod numbers;
 mod octahedron;
 mod planes;
+mod predict;
 mod predictor;
 mod quantize;
 mod reader;
 mod records;
 mod references;
+mod rows;
 mod section_reader;
 mod section_writer;
 mod triangles;
+mod vertex_normals;
+mod vertex_order;
 
 pub use contents::{BakedFile, BakedPrimitive, FileOptions};
 pub use error::{FORMAT_VERSION, FileError};

@@ -4,9 +4,11 @@ mod common;
 
 use std::collections::HashSet;
 
-use common::{Directory, strip_file};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Precision, fixtures};
-use glam::{Vec3, Vec4};
+use common::{Directory, source_vertices, strip_file};
+use fieldlod_hierarchy::fixtures::{self, Random};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, Precision, Vertices};
+use glam::{Vec2, Vec3, Vec4};
+use proptest::prelude::*;
 
 fn file_of(hierarchy: Hierarchy) -> BakedFile {
     BakedFile {
@@ -58,6 +60,73 @@ fn the_same_contents_give_the_same_bytes() {
     for precision in [Precision::Lossless, Precision::Quantized16] {
         let bytes = || file_of(fixtures::grid_pyramid(2)).to_bytes_with(precision.into());
         assert_eq!(bytes(), bytes());
+    }
+}
+
+/// The same hills with attributes that mean nothing, and places at random within bounds that hold
+/// them all.
+fn scrambled(seed: u64) -> Hierarchy {
+    let mut random = Random::new(seed);
+    let mut hierarchy = fixtures::grid_pyramid(1);
+    let vertices = &mut hierarchy.vertices;
+    for position in &mut vertices.positions {
+        *position = random.vector() * 1000.0;
+    }
+    let mut numbers = || f32::from_bits(random.next_u64() as u32);
+    vertices
+        .normals
+        .fill_with(|| Vec3::from_array([(); 3].map(|()| numbers())));
+    vertices
+        .uvs
+        .fill_with(|| Vec2::from_array([(); 2].map(|()| numbers())));
+    vertices
+        .tangents
+        .fill_with(|| Vec4::from_array([(); 4].map(|()| numbers())));
+    for group in &mut hierarchy.groups {
+        group.bounds.radius = 1e4;
+    }
+    for unit in &mut hierarchy.units {
+        (unit.aabb.min, unit.aabb.max) = (Vec3::splat(-1e3), Vec3::splat(1e3));
+    }
+    hierarchy
+}
+
+/// All numbers of the vertices, bit for bit: NaN equals itself.
+fn bits(vertices: &Vertices) -> Vec<u32> {
+    let positions = vertices.positions.iter().flat_map(Vec3::to_array);
+    let normals = vertices.normals.iter().flat_map(Vec3::to_array);
+    let uvs = vertices.uvs.iter().flat_map(Vec2::to_array);
+    let tangents = vertices.tangents.iter().flat_map(Vec4::to_array);
+    let all = positions.chain(normals).chain(uvs).chain(tangents);
+    all.map(f32::to_bits).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn any_numbers_come_back_bit_for_bit(seed: u64, turned in 0usize..3) {
+        let mut hierarchy = scrambled(seed);
+        // Triangles keep the corner at which they begin.
+        for triangle in hierarchy.indices.as_chunks_mut::<3>().0.iter_mut().step_by(2) {
+            triangle.rotate_left(turned);
+        }
+        let file = file_of(hierarchy);
+        let source = source_vertices(&file.primitives[0].hierarchy);
+        for beside_source in [false, true] {
+            let options = FileOptions { beside_source, ..FileOptions::default() };
+            let bytes = file.to_bytes_with(options);
+            let mut read = BakedFile::from_bytes_beside_source(&bytes).unwrap();
+            let read = read.primitives.remove(0).hierarchy;
+            let read = read.with_source_vertices(&source).unwrap();
+            let expected = &file.primitives[0].hierarchy;
+            prop_assert_eq!(bits(&read.vertices), bits(&expected.vertices));
+            prop_assert_eq!(&read.indices, &expected.indices);
+            prop_assert_eq!(&read.unit_vertices, &expected.unit_vertices);
+            prop_assert_eq!(&read.moved_from, &expected.moved_from);
+            prop_assert_eq!(&read.groups, &expected.groups);
+            prop_assert_eq!(&read.units, &expected.units);
+        }
     }
 }
 

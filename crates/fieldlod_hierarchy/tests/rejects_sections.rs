@@ -8,10 +8,10 @@ use fieldlod_hierarchy::{BakedFile, FileError, Precision};
 /// Places in the first section of the strip: a group, its unit of 4 vertices and 2 triangles.
 const GROUP_INDEX: usize = 4;
 const VERTEX_LIST: usize = GROUP_INDEX + 5 + (14 + 1 + 12) * 5;
-const VERTEX_ORDER: usize = VERTEX_LIST + 5;
-const EDGES: usize = VERTEX_ORDER + 5;
+const EDGES: usize = VERTEX_LIST + 5;
 const CORNERS: usize = EDGES + 3 + 4;
 const DISTANCES: usize = CORNERS + 5 + 4;
+const VERTEX_ORDER: usize = DISTANCES + 5 + 5;
 
 /// What the reader says if the bytes `before`, which must be there, become `after`.
 fn fault_with(section: usize, place: usize, before: &[u8], after: &[u8]) -> FileError {
@@ -56,13 +56,13 @@ fn rejects_vertices_that_were_not_coded_yet() {
 
 #[test]
 fn rejects_two_vertices_at_one_place() {
-    let fault = fault_with(0, VERTEX_ORDER, &[1, 0, 0, 4, 0], &[1, 0, 1, 4, 0]);
+    let fault = fault_with(0, VERTEX_ORDER, &[1, 0, 8, 2, 8], &[1, 0, 8, 8, 8]);
     assert_corrupt(&fault, "the vertex order");
 }
 
 #[test]
 fn rejects_vertices_outside_of_the_source() {
-    let fault = fault_with(0, VERTEX_ORDER, &[1, 0, 0, 4, 0], &[1, 0, 0, 40, 0]);
+    let fault = fault_with(0, VERTEX_ORDER, &[1, 0, 8, 2, 8], &[1, 0, 8, 2, 80]);
     assert_corrupt(&fault, "the vertex order");
 }
 

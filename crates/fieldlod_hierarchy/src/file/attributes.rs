@@ -2,9 +2,12 @@
 
 use glam::Vec3;
 
+use super::coded::{Coded, Ends};
 use super::octahedron;
-use super::planes::{Predict, Rows};
+use super::predict::Predict;
 use super::quantize::{Grid, Grids};
+use super::rows::{Prediction, Rows};
+use super::vertex_normals::vertex_normals;
 use crate::hierarchy::Vertices;
 
 /// Which attributes there are besides positions.
@@ -48,16 +51,21 @@ impl Attributes {
             (Predict::FloatParallelogram, Predict::FloatMean)
         };
         // Columns of a direction: on an octahedron, or its coordinates.
-        let direction = if quantized { 2 } else { 3 };
-        let of = |attribute, predict, columns| {
+        let (direction, normal, columns) = if quantized {
+            (Predict::IntMean, Predict::IntNormal, 2)
+        } else {
+            (Predict::FloatDirection, Predict::FloatNormal, 3)
+        };
+        let of = |attribute, predict, columns: usize| {
             let columns = if self.has(attribute) { columns } else { 0 };
             std::iter::repeat_n(predict, columns)
         };
         let positions = std::iter::repeat_n(line, 3);
         let all = positions
-            .chain(of(NORMALS, mean, direction))
+            .chain(of(NORMALS, normal, columns))
             .chain(of(UVS, line, 2))
-            .chain(of(TANGENTS, mean, direction + 1))
+            .chain(of(TANGENTS, direction, columns))
+            .chain(of(TANGENTS, mean, 1))
             .chain(of(UVS_1, line, 2))
             .chain(of(COLORS, mean, 4));
         all.collect()
@@ -207,4 +215,31 @@ impl<'a> Taker<'a> {
             numbers.map(|[side]| f32::from_bits(side)).collect()
         }
     }
+}
+
+/// The numbers of the normals that the triangles since `from` suggest for the targets of
+/// `predictions`, whose positions are in `rows`.
+pub(super) fn suggested_normals(
+    coded: &Coded,
+    from: Ends,
+    rows: &Rows,
+    grids: Option<&Grids>,
+    predictions: &[Prediction],
+) -> Vec<[u32; 3]> {
+    let position = |vertex: u32| {
+        let numbers = rows.some::<3>(vertex + 1, 0);
+        Vec3::from_array(match grids {
+            Some(grids) => std::array::from_fn(|k| grids.position[k].value(numbers[k])),
+            None => numbers.map(f32::from_bits),
+        })
+    };
+    let normals = vertex_normals(coded, from, position);
+    let numbers_of = |p: &Prediction| {
+        let normal = normals[p.target as usize - 1 - from.vertices];
+        match octahedron::numbers(normal) {
+            [x, y] if grids.is_some() => [x, y, 0],
+            _ => normal.to_array().map(f32::to_bits),
+        }
+    };
+    predictions.iter().map(numbers_of).collect()
 }

@@ -1,7 +1,7 @@
 //! A hierarchy in the order in which it is coded: coarsest level first, vertices in the order of
 //! their first use.
 
-use super::planes::{Prediction, Rows};
+use super::rows::{Prediction, Rows};
 use crate::hierarchy::{Group, Unit};
 
 /// Bytes of memory that one byte of a section may stand for, so that a small file claims little.
@@ -23,11 +23,13 @@ pub(super) struct Coded {
     /// By the order in which vertices are coded.
     pub(super) unit_vertices: Vec<u32>,
     pub(super) indices: Vec<u16>,
-    /// Vertices before this one in the hierarchy have no numbers of their own: they are as
-    /// predicted, which is enough to predict others from.
-    pub(super) first_stored: u32,
+    /// Vertices before this one in the hierarchy are the source's.
+    pub(super) source_vertex_count: u32,
+    /// Whether these have no numbers of their own. They are then as predicted, which is enough to
+    /// predict others from.
+    pub(super) beside_source: bool,
     /// Where each vertex stands in the hierarchy.
-    pub(super) source_vertices: Vec<u32>,
+    pub(super) vertex_indices: Vec<u32>,
     /// The source vertices that moved ones came from, in the order of the hierarchy.
     pub(super) moved_from: Vec<u32>,
     /// Of the vertices in the order in which they are coded, after one of zeros.
@@ -35,10 +37,11 @@ pub(super) struct Coded {
 }
 
 impl Coded {
-    /// Nothing yet, with so many numbers for each vertex to come, from the `first_stored` on.
-    pub(super) fn new(planes: usize, first_stored: u32) -> Self {
+    /// Nothing yet, with so many numbers for each vertex to come.
+    pub(super) fn new(planes: usize, source_vertex_count: u32, beside_source: bool) -> Self {
         Self {
-            first_stored,
+            source_vertex_count,
+            beside_source,
             rows: Rows::zeros(planes, 1),
             ..Self::default()
         }
@@ -52,10 +55,11 @@ impl Coded {
 
     /// Which of the targets of `predictions` have numbers.
     pub(super) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
-        let places = predictions.iter().map(|p| p.target as usize - 1);
-        places
-            .map(|place| self.source_vertices[place] >= self.first_stored)
-            .collect()
+        let indices = predictions
+            .iter()
+            .map(|p| self.vertex_indices[p.target as usize - 1]);
+        let is_stored = |index| !self.beside_source || index >= self.source_vertex_count;
+        indices.map(is_stored).collect()
     }
 
     /// How much there is so far.
@@ -66,7 +70,7 @@ impl Coded {
             units: self.units.len(),
             unit_vertices: self.unit_vertices.len(),
             indices: self.indices.len(),
-            vertices: self.source_vertices.len(),
+            vertices: self.vertex_indices.len(),
             moved_from: self.moved_from.len(),
         }
     }

@@ -5,7 +5,7 @@ use super::coded::Coded;
 use super::contents::BakedPrimitive;
 use super::error::FileError;
 use super::layout::Entry;
-use super::planes::Predict;
+use super::predict::Predict;
 use super::reader::Reader;
 use super::section_reader;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
@@ -21,11 +21,11 @@ pub(super) struct Decoder {
 impl Decoder {
     pub(super) fn new(entry: Entry) -> Self {
         let predictors = entry.attributes.predictors(entry.grids().is_some());
-        let first_stored = match entry.options.beside_source {
-            true => entry.source_vertex_count,
-            false => 0,
-        };
-        let coded = Coded::new(predictors.len(), first_stored);
+        let coded = Coded::new(
+            predictors.len(),
+            entry.source_vertex_count,
+            entry.options.beside_source,
+        );
         Self {
             entry,
             predictors,
@@ -51,6 +51,7 @@ impl Decoder {
             bytes,
             &mut self.coded,
             &self.predictors,
+            self.entry.grids(),
             unused_vertices as usize,
             origins as usize,
         )
@@ -83,14 +84,14 @@ impl Decoder {
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
         // In which order vertices come, and where the rows are that hold them.
         let (entry, coded) = (&self.entry, &self.coded);
-        let vertex_count = coded.source_vertices.len();
+        let vertex_count = coded.vertex_indices.len();
         let in_order: Vec<u32>;
         let mut source_vertex_count = vertex_count as u32;
         let (rows_of_vertices, source_vertices) = if self.is_whole() {
             source_vertex_count = entry.source_vertex_count;
             check_count(entry.group_count, coded.groups.len(), "the groups")?;
             check_count(entry.vertex_count, vertex_count, "the vertex order")?;
-            (inverse(&coded.source_vertices)?, &coded.source_vertices)
+            (inverse(&coded.vertex_indices)?, &coded.vertex_indices)
         } else {
             // Vertices stay in the order of coding.
             in_order = (0..vertex_count as u32).collect();

@@ -4,8 +4,8 @@ use super::attributes::{self, Attributes};
 use super::coded::Coded;
 use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
-use super::planes::Rows;
 use super::quantize::{self, Grids, Precision};
+use super::rows::Rows;
 use super::section_writer;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
@@ -40,7 +40,8 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
         Some((hierarchy, moved_by)) => (hierarchy, *moved_by),
         None => (source, 0.0),
     };
-    let (sections, unused_vertices) = encode_sections(hierarchy, &rows, attributes, options);
+    let (sections, unused_vertices) =
+        encode_sections(hierarchy, &rows, attributes, quantized, options);
     let entry = Entry {
         mesh_index: primitive.mesh_index,
         primitive_index: primitive.primitive_index,
@@ -66,17 +67,15 @@ fn encode_sections(
     hierarchy: &Hierarchy,
     source_rows: &Rows,
     attributes: Attributes,
+    grids: Option<&Grids>,
     options: FileOptions,
 ) -> (Vec<Vec<u8>>, usize) {
-    let predictors = attributes.predictors(options.precision == Precision::Quantized16);
-    let first_stored = match options.beside_source {
-        true => hierarchy.source_vertex_count,
-        false => 0,
-    };
+    let predictors = attributes.predictors(grids.is_some());
+    let source_count = hierarchy.source_vertex_count;
     let mut coder = Coder {
         hierarchy,
         source_rows,
-        coded: Coded::new(source_rows.width, first_stored),
+        coded: Coded::new(source_rows.width, source_count, options.beside_source),
         codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
     };
     let groups_of_sections = groups_by_section(hierarchy);
@@ -92,7 +91,8 @@ fn encode_sections(
             unused_vertices = coder.add_unused();
             coder.coded.moved_from.clone_from(&hierarchy.moved_from);
         }
-        let section = section_writer::write(&mut coder.coded, from, &predictors, unused_vertices);
+        let section =
+            section_writer::write(&mut coder.coded, from, &predictors, grids, unused_vertices);
         sections.push(section);
     }
     (sections, unused_vertices)
@@ -156,8 +156,8 @@ impl Coder<'_> {
     fn code_of(&mut self, vertex: u32) -> u32 {
         let code = &mut self.codes[vertex as usize];
         if *code == u32::MAX {
-            *code = self.coded.source_vertices.len() as u32;
-            self.coded.source_vertices.push(vertex);
+            *code = self.coded.vertex_indices.len() as u32;
+            self.coded.vertex_indices.push(vertex);
             self.coded.rows.push(self.source_rows.row(vertex));
         }
         *code
@@ -165,10 +165,10 @@ impl Coder<'_> {
 
     /// Adds the vertices that no unit uses; returns how many there are.
     fn add_unused(&mut self) -> usize {
-        let before = self.coded.source_vertices.len();
+        let before = self.coded.vertex_indices.len();
         for vertex in 0..self.codes.len() as u32 {
             self.code_of(vertex);
         }
-        self.coded.source_vertices.len() - before
+        self.coded.vertex_indices.len() - before
     }
 }

@@ -1,136 +1,106 @@
 //! The numbers of every vertex, each predicted from those of the vertices that came before.
 
 use super::error::FileError;
-use super::numbers::{self, Kind, unzigzag, zigzag};
+use super::numbers::{self, Kind};
+use super::predict::{Predict, remainders_of, restored};
 use super::reader::Reader;
+use super::rows::{Prediction, Rows};
 
-/// How a number is predicted from those of its neighbours `a`, `b` (on one edge) and `d` (beyond
-/// that edge).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Predict {
-    /// Floating-point, a + b - d: positions and texture coordinates, which vary linearly.
-    FloatParallelogram,
-    /// Floating-point, (a + b) / 2: directions and colours.
-    FloatMean,
-    /// Integer, a + b - d.
-    IntParallelogram,
-    /// Integer, (a + b) / 2.
-    IntMean,
-}
-
-/// Which vertices a vertex is predicted from. Vertices are counted from 1 in the order in which
-/// they are coded; 0 stands for a number that is 0.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prediction {
-    pub(super) target: u32,
-    pub(super) a: u32,
-    pub(super) b: u32,
-    pub(super) d: u32,
-}
-
-impl Prediction {
-    /// That the vertex is like another.
-    pub(super) fn like(target: u32, a: u32) -> Self {
-        let (b, d) = (a, a);
-        Self { target, a, b, d }
-    }
-}
-
-/// The numbers of vertices: a row of so many for each. A plane is a column.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
-    pub(super) width: usize,
-    numbers: Vec<u32>,
-}
-
-impl Rows {
-    /// `count` rows of zeros.
-    pub(super) fn zeros(width: usize, count: usize) -> Self {
-        let numbers = vec![0; width * count];
-        Self { width, numbers }
-    }
-
-    pub(super) fn row(&self, place: u32) -> &[u32] {
-        &self.numbers[place as usize * self.width..][..self.width]
-    }
-
-    /// Some of the numbers of a row, from column `first` on.
-    #[inline(always)]
-    pub(super) fn some<const N: usize>(&self, place: u32, first: usize) -> [u32; N] {
-        let row = &self.numbers[place as usize * self.width + first..];
-        *row.first_chunk().expect("there are so many columns")
-    }
-
-    #[inline(always)]
-    fn set<const N: usize>(&mut self, place: u32, first: usize, numbers: [u32; N]) {
-        let row = &mut self.numbers[place as usize * self.width + first..];
-        *row.first_chunk_mut().expect("there are so many columns") = numbers;
-    }
-
-    pub(super) fn push(&mut self, row: &[u32]) {
-        self.numbers.extend_from_slice(row);
-    }
-
-    /// Makes room for rows to be read.
-    pub(super) fn add_zeros(&mut self, count: usize) {
-        let length = self.numbers.len() + count * self.width;
-        self.numbers.resize(length, 0);
-    }
-}
-
-/// Codes a column of the targets of `predictions`. Those that are not stored get the numbers that
-/// the reader will take for theirs.
-pub(super) fn write(
-    bytes: &mut Vec<u8>,
-    rows: &mut Rows,
-    column: usize,
-    predict: Predict,
-    predictions: &[Prediction],
-    are_stored: &[bool],
-) {
-    let mut remainders = Vec::with_capacity(predictions.len());
-    for (p, &is_stored) in predictions.iter().zip(are_stored) {
-        let [a, b, d, target] = [p.a, p.b, p.d, p.target].map(|place| rows.row(place)[column]);
-        let guess = guess(predict, a, b, d);
-        match is_stored {
-            true => remainders.push(remainder(predict, target, guess)),
-            false => rows.set(p.target, column, [restore(predict, a, b, d, 0)]),
-        }
-    }
-    numbers::write(bytes, &remainders, Kind::Remainders);
-}
-
-/// Columns that are restored together.
+/// Columns that are coded together at most.
 const TOGETHER: usize = 4;
 
-/// Reads the targets of `predictions` into rows that have room for them. Those that are not stored
-/// are as predicted.
+/// Columns that are coded together, and the first of them.
+fn columns_together(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict])> {
+    let alike = predictors.chunk_by(|a, b| a == b);
+    let together = alike.flat_map(|alike| match alike[0] {
+        Predict::FloatDirection | Predict::FloatNormal => alike.chunks(3),
+        _ => alike.chunks(TOGETHER),
+    });
+    together.scan(0, |next, columns| {
+        let first = *next;
+        *next += columns.len();
+        Some((first, columns))
+    })
+}
+
+/// What is known of the vertices of a section besides their numbers.
+pub(super) struct Targets<'a> {
+    pub(super) predictors: &'a [Predict],
+    pub(super) predictions: &'a [Prediction],
+    /// Which of the targets have numbers of their own.
+    pub(super) are_stored: &'a [bool],
+    /// The normal of each as its triangles lie, from rows that have positions.
+    pub(super) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
+}
+
+impl Targets<'_> {
+    fn normals_for(&self, predict: Predict, rows: &Rows) -> Vec<[u32; 3]> {
+        match predict {
+            Predict::FloatNormal | Predict::IntNormal => (self.normals)(rows),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// Codes the targets. Those that are not stored get the numbers that the reader will take for
+/// theirs.
+pub(super) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
+    let predictions = targets.predictions;
+    for (first, columns) in columns_together(targets.predictors) {
+        let (predict, count) = (columns[0], columns.len());
+        let normals = targets.normals_for(predict, rows);
+        let mut remainders = vec![Vec::with_capacity(predictions.len()); count];
+        for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {
+            let numbers = match normals.get(index) {
+                Some(&[x, y, z]) => [[x, y, z, 0]; 3],
+                None => [p.a, p.b, p.d].map(|place| rows.up_to(place, first, count)),
+            };
+            if is_stored {
+                let target: [u32; TOGETHER] = rows.up_to(p.target, first, count);
+                let found = remainders_of(predict, numbers, target);
+                for (remainders, number) in remainders.iter_mut().zip(found) {
+                    remainders.push(number);
+                }
+            } else {
+                let numbers = restored(predict, numbers, [0; TOGETHER]);
+                rows.replace(p.target, first, &numbers[..count]);
+            }
+        }
+        for remainders in &remainders {
+            numbers::write(bytes, remainders, Kind::Remainders);
+        }
+    }
+}
+
+/// Reads the targets into rows that have room for them. Those that are not stored are as predicted.
 pub(super) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
-    predictors: &[Predict],
-    predictions: &[Prediction],
-    are_stored: &[bool],
+    targets: &Targets<'_>,
 ) -> Result<(), FileError> {
+    let are_stored = targets.are_stored;
     let stored = are_stored.iter().filter(|&&is_stored| is_stored).count();
     let mut remainders: [Vec<u32>; TOGETHER] = Default::default();
-    let mut first = 0;
-    let alike = predictors.chunk_by(|a, b| a == b);
-    for columns in alike.flat_map(|alike| alike.chunks(TOGETHER)) {
+    for (first, columns) in columns_together(targets.predictors) {
         // The remainders of these columns.
         for remainders in &mut remainders[..columns.len()] {
             numbers::read_into(reader, stored, "the vertices", remainders)?;
             spread(remainders, are_stored);
         }
         // Together: each column waits for its own numbers only.
+        let filler = Filler {
+            first,
+            predict: columns[0],
+            predictions: targets.predictions,
+            normals: targets.normals_for(columns[0], rows),
+        };
         let [x, y, z, w] = &remainders;
         match columns.len() {
-            1 => fill(rows, first, columns[0], predictions, [x]),
-            2 => fill(rows, first, columns[0], predictions, [x, y]),
-            3 => fill(rows, first, columns[0], predictions, [x, y, z]),
-            _ => fill(rows, first, columns[0], predictions, [x, y, z, w]),
+            1 => filler.fill(rows, [x]),
+            2 => filler.fill(rows, [x, y]),
+            3 => filler.fill(rows, [x, y, z]),
+            _ => filler.fill(rows, [x, y, z, w]),
         }
-        first += columns.len();
     }
     Ok(())
 }
@@ -155,102 +125,64 @@ fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
 }
 
 /// Restores the columns from `first` on.
-fn fill<const N: usize>(
-    rows: &mut Rows,
+struct Filler<'a> {
     first: usize,
     predict: Predict,
-    predictions: &[Prediction],
-    remainders: [&Vec<u32>; N],
-) {
-    use Predict::{FloatMean, FloatParallelogram, IntMean, IntParallelogram};
-    // As long as the predictions, which spares a check for each.
-    let remainders = remainders.map(|remainders| &remainders[..predictions.len()]);
-    // A loop for each kind, so that nothing is decided within.
-    match predict {
-        FloatParallelogram => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
-            restore(FloatParallelogram, a, b, d, r)
-        }),
-        FloatMean => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
-            restore(FloatMean, a, b, d, r)
-        }),
-        IntParallelogram => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
-            restore(IntParallelogram, a, b, d, r)
-        }),
-        IntMean => fill_with(rows, first, predictions, remainders, |a, b, d, r| {
-            restore(IntMean, a, b, d, r)
-        }),
-    }
+    predictions: &'a [Prediction],
+    normals: Vec<[u32; 3]>,
 }
 
-#[inline(always)]
-fn fill_with<const N: usize>(
-    rows: &mut Rows,
-    first: usize,
-    predictions: &[Prediction],
-    remainders: [&[u32]; N],
-    restore: impl Fn(u32, u32, u32, u32) -> u32,
-) {
-    for (index, p) in predictions.iter().enumerate() {
-        let (a, b, d) = (
-            rows.some::<N>(p.a, first),
-            rows.some::<N>(p.b, first),
-            rows.some::<N>(p.d, first),
-        );
-        let number = |k: usize| restore(a[k], b[k], d[k], remainders[k][index]);
-        rows.set::<N>(p.target, first, std::array::from_fn(number));
-    }
-}
-
-#[inline(always)]
-fn guess(predict: Predict, a: u32, b: u32, d: u32) -> u32 {
-    let float = f32::from_bits;
-    match predict {
-        Predict::FloatParallelogram => (float(a) + float(b) - float(d)).to_bits(),
-        Predict::FloatMean => ((float(a) + float(b)) * 0.5).to_bits(),
-        Predict::IntParallelogram => a.wrapping_add(b).wrapping_sub(d),
-        Predict::IntMean => (a.wrapping_add(b)) >> 1,
-    }
-}
-
-#[inline(always)]
-fn remainder(predict: Predict, value: u32, guess: u32) -> u32 {
-    match predict {
-        Predict::FloatParallelogram | Predict::FloatMean => {
-            zigzag(ordered(value).wrapping_sub(ordered(canonical(guess))))
+impl Filler<'_> {
+    fn fill<const N: usize>(&self, rows: &mut Rows, remainders: [&Vec<u32>; N]) {
+        use Predict::{FloatDirection, FloatMean, FloatParallelogram, IntMean, IntParallelogram};
+        // As long as the predictions, which spares a check for each.
+        let remainders = remainders.map(|remainders| &remainders[..self.predictions.len()]);
+        // A loop for each kind, so that nothing is decided within.
+        match self.predict {
+            FloatParallelogram => self.fill_with(rows, remainders, |numbers, remainders| {
+                restored(FloatParallelogram, numbers, remainders)
+            }),
+            FloatMean => self.fill_with(rows, remainders, |numbers, remainders| {
+                restored(FloatMean, numbers, remainders)
+            }),
+            FloatDirection => self.fill_with(rows, remainders, |numbers, remainders| {
+                restored(FloatDirection, numbers, remainders)
+            }),
+            IntParallelogram => self.fill_with(rows, remainders, |numbers, remainders| {
+                restored(IntParallelogram, numbers, remainders)
+            }),
+            IntMean => self.fill_with(rows, remainders, |numbers, remainders| {
+                restored(IntMean, numbers, remainders)
+            }),
+            Predict::FloatNormal => self.fill_normals(rows, remainders, FloatDirection),
+            Predict::IntNormal => self.fill_normals(rows, remainders, IntMean),
         }
-        Predict::IntParallelogram | Predict::IntMean => zigzag(value.wrapping_sub(guess)),
     }
-}
 
-#[inline(always)]
-fn restore(predict: Predict, a: u32, b: u32, d: u32, remainder: u32) -> u32 {
-    let guess = guess(predict, a, b, d);
-    match predict {
-        Predict::FloatParallelogram | Predict::FloatMean => {
-            unordered(ordered(canonical(guess)).wrapping_add(unzigzag(remainder)))
+    #[inline(always)]
+    fn fill_with<const N: usize>(
+        &self,
+        rows: &mut Rows,
+        remainders: [&[u32]; N],
+        restored: impl Fn([[u32; N]; 3], [u32; N]) -> [u32; N],
+    ) {
+        for (index, p) in self.predictions.iter().enumerate() {
+            let numbers = [p.a, p.b, p.d].map(|place| rows.some::<N>(place, self.first));
+            let remainders = std::array::from_fn(|k| remainders[k][index]);
+            rows.set::<N>(p.target, self.first, restored(numbers, remainders));
         }
-        Predict::IntParallelogram | Predict::IntMean => guess.wrapping_add(unzigzag(remainder)),
     }
-}
 
-/// Machines differ in the bits of a NaN that they compute.
-#[inline(always)]
-fn canonical(bits: u32) -> u32 {
-    if f32::from_bits(bits).is_nan() {
-        0
-    } else {
-        bits
+    fn fill_normals<const N: usize>(
+        &self,
+        rows: &mut Rows,
+        remainders: [&[u32]; N],
+        like: Predict,
+    ) {
+        for (index, (p, normal)) in self.predictions.iter().zip(&self.normals).enumerate() {
+            let guess = std::array::from_fn(|k| normal[k]);
+            let remainders = std::array::from_fn(|k| remainders[k][index]);
+            rows.set::<N>(p.target, self.first, restored(like, [guess; 3], remainders));
+        }
     }
-}
-
-/// Numbers in the order of the floating-point numbers that the bits stand for.
-#[inline(always)]
-fn ordered(bits: u32) -> u32 {
-    bits ^ (((bits as i32) >> 31) as u32 >> 1)
-}
-
-/// Undoes [`ordered`]: it is its own inverse.
-#[inline(always)]
-fn unordered(number: u32) -> u32 {
-    ordered(number)
 }

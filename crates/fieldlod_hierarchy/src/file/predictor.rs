@@ -1,6 +1,6 @@
 //! From triangles to predictions: a new vertex is like those of the triangles around it.
 
-use super::planes::Prediction;
+use super::rows::Prediction;
 use super::triangles::Step;
 
 /// Finds for each new vertex those that it is predicted from.

@@ -1,14 +1,19 @@
 //! Reads one section, as `section_writer` describes it.
 
+use super::attributes::suggested_normals;
 use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
 use super::error::FileError;
 use super::numbers::{self, unzigzag};
-use super::planes::{self, Predict, Prediction};
+use super::planes::{self, Targets};
+use super::predict::Predict;
 use super::predictor::Predictor;
+use super::quantize::Grids;
 use super::reader::Reader;
 use super::records;
 use super::references::References;
+use super::rows::{Prediction, Rows};
 use super::triangles::SymbolReader;
+use super::vertex_order;
 use crate::hierarchy::{Group, NO_GROUP, Unit};
 
 /// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
@@ -17,6 +22,7 @@ pub(super) fn read(
     bytes: &[u8],
     coded: &mut Coded,
     predictors: &[Predict],
+    grids: Option<&Grids>,
     unused_vertices: usize,
     origins: usize,
 ) -> Result<(), FileError> {
@@ -31,13 +37,23 @@ pub(super) fn read(
     let counts = section.read_units()?;
     // Which vertices the units use, and which of them are new.
     let used = section.read_references(counts.references)?;
-    let added = section.read_source_vertices(used as u64 + unused_vertices as u64)?;
+    let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
     // Triangles, which tell what new vertices are like, and how far they are not.
-    let predictions = section.read_triangles(counts.triangles, unused_vertices)?;
+    let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
+    section.read_vertex_order(added, &predictions)?;
     section.coded.rows.add_zeros(added);
     let are_stored = section.coded.are_stored(&predictions);
-    let (reader, rows) = (&mut section.reader, &mut section.coded.rows);
-    planes::read(reader, rows, predictors, &predictions, &are_stored)?;
+    let mut rows = std::mem::take(&mut section.coded.rows);
+    let (coded, from) = (&*section.coded, section.from);
+    let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
+    let targets = Targets {
+        predictors,
+        predictions: &predictions,
+        are_stored: &are_stored,
+        normals: &normals,
+    };
+    planes::read(&mut section.reader, &mut rows, &targets)?;
+    section.coded.rows = rows;
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);
@@ -142,19 +158,29 @@ impl SectionReader<'_> {
         Ok(references.next as usize - self.from.vertices)
     }
 
-    /// Reads where `count` new vertices stand in the source.
-    fn read_source_vertices(&mut self, count: u64) -> Result<usize, FileError> {
+    /// Room for `count` new vertices.
+    fn claim_vertices(&mut self, count: u64) -> Result<usize, FileError> {
         let bytes = (self.coded.rows.width + 1) * 4;
-        let count = self.budget.claim(count, bytes)?;
-        let vertices = &mut self.coded.source_vertices;
-        read_indices(&mut self.reader, count, "the vertex order", vertices)?;
-        Ok(count)
+        self.budget.claim(count, bytes)
+    }
+
+    /// Reads where `count` new vertices stand in the hierarchy.
+    fn read_vertex_order(
+        &mut self,
+        count: usize,
+        predictions: &[Prediction],
+    ) -> Result<(), FileError> {
+        let source_count = self.coded.source_vertex_count;
+        let indices = &mut self.coded.vertex_indices;
+        indices.resize(indices.len() + count, 0);
+        vertex_order::read(&mut self.reader, indices, predictions, source_count)
     }
 
     /// Returns what each new vertex is predicted from.
     fn read_triangles(
         &mut self,
         triangles: usize,
+        added: usize,
         unused_vertices: usize,
     ) -> Result<Vec<Prediction>, FileError> {
         const WHAT: &str = "the triangles";
@@ -169,7 +195,6 @@ impl SectionReader<'_> {
         };
         // The triangles of one unit after the other, each seen by the predictor.
         let (coded, from) = (&mut *self.coded, self.from);
-        let added = coded.source_vertices.len() - from.vertices;
         let mut predictor = Predictor::new(from.vertices, added);
         coded.indices.reserve(triangles * 3);
         let mut vertex = from.unit_vertices;

@@ -6,21 +6,26 @@
 //! group indices, groups, finer groups, units               (see `numbers`, `records`)
 //! per entry of the units' vertex lists: 0 for the next new vertex, or 1 more than the difference
 //!     to the vertex named before
-//! source indices of the new vertices
 //! triangles                                                (see `triangles`)
+//! indices of the new vertices in the hierarchy             (see `vertex_order`)
 //! attributes of the new vertices that are stored           (see `planes`)
 //! in the last section: source vertices that moved ones came from
 //! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
 //! ```
 //! What follows from other fields (where ranges start, who consumes a unit) is left out.
 
+use super::attributes::suggested_normals;
 use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
 use super::numbers::{self, Kind, zigzag};
-use super::planes::{self, Predict, Prediction};
+use super::planes::{self, Targets};
+use super::predict::Predict;
 use super::predictor::Predictor;
+use super::quantize::Grids;
 use super::records;
 use super::references::References;
+use super::rows::{Prediction, Rows};
 use super::triangles::Symbols;
+use super::vertex_order;
 use crate::hierarchy::Unit;
 
 /// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
@@ -29,6 +34,7 @@ pub(super) fn write(
     coded: &mut Coded,
     from: Ends,
     predictors: &[Predict],
+    grids: Option<&Grids>,
     unused_vertices: usize,
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -41,15 +47,26 @@ pub(super) fn write(
     records::write(&mut bytes, &coded.units[from.units..]);
     // Which vertices the units use, and which of them are new.
     write_references(&mut bytes, coded, from);
-    write_indices(&mut bytes, &coded.source_vertices[from.vertices..]);
     // Triangles, which tell what new vertices are like, and how far they are not.
     let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
     write_symbols(&mut bytes, &symbols);
+    vertex_order::write(
+        &mut bytes,
+        &coded.vertex_indices,
+        &predictions,
+        coded.source_vertex_count,
+    );
     let are_stored = coded.are_stored(&predictions);
-    let rows = &mut coded.rows;
-    for (column, &predict) in predictors.iter().enumerate() {
-        planes::write(&mut bytes, rows, column, predict, &predictions, &are_stored);
-    }
+    let mut rows = std::mem::take(&mut coded.rows);
+    let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
+    let targets = Targets {
+        predictors,
+        predictions: &predictions,
+        are_stored: &are_stored,
+        normals: &normals,
+    };
+    planes::write(&mut bytes, &mut rows, &targets);
+    coded.rows = rows;
     numbers::write(
         &mut bytes,
         &coded.moved_from[from.moved_from..],
@@ -109,7 +126,7 @@ fn triangle_symbols(
     unused_vertices: usize,
 ) -> (Symbols, Vec<Prediction>) {
     let mut symbols = Symbols::default();
-    let added = coded.source_vertices.len() - from.vertices;
+    let added = coded.vertex_indices.len() - from.vertices;
     let mut predictor = Predictor::new(from.vertices, added);
     let (mut vertex, mut index) = (from.unit_vertices, from.indices);
     for unit in &coded.units[from.units..] {

@@ -3,7 +3,7 @@
 //! As in meshoptimizer's index codec (A. Kapoulkine), a triangle is told by the edge that it
 //! shares with one of the last triangles, and by its third vertex: the next one that was not used
 //! yet, or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep
-//! the corner at which they begin.
+//! the corner at which they begin; it costs least if that is the vertex that comes first in the unit.
 
 use super::error::FileError;
 
@@ -21,7 +21,8 @@ const WHAT: &str = "the triangles";
 /// The symbols of the triangles of a section.
 #[derive(Debug, Default)]
 pub(super) struct Symbols {
-    /// For each triangle: which edge times three, plus at which corner it begins.
+    /// For each triangle: which edge times three, plus how many corners after its first vertex in
+    /// the unit it begins.
     pub(super) edges: Vec<u32>,
     /// For each vertex that is not on a shared edge: which.
     pub(super) vertices: Vec<u32>,
@@ -127,7 +128,9 @@ impl Symbols {
                 // An edge and the third vertex.
                 Some((age, turn)) => {
                     let corners = std::array::from_fn(|k| triangle[(turn + k) % 3]);
-                    self.edges.push((age * 3 + turn) as u32);
+                    // Where the turned triangle begins.
+                    let begin = (6 - turn - first_corner(corners)) % 3;
+                    self.edges.push((age * 3 + begin) as u32);
                     let opposite = history.edge(age).map(|edge| edge[2]);
                     self.write_vertex(&mut history, corners[2]);
                     Step { corners, opposite }
@@ -163,8 +166,18 @@ impl Symbols {
     }
 }
 
-/// For each corner at which a triangle may begin, where its corners are among those turned.
-const TURNED_BACK: [[usize; 3]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+/// Which of a triangle's corners is the vertex that comes first in the unit.
+#[inline(always)]
+fn first_corner([a, b, c]: [u16; 3]) -> usize {
+    match () {
+        () if a <= b && a <= c => 0,
+        () if b <= c => 1,
+        () => 2,
+    }
+}
+
+/// The corners of a triangle, by the first of them.
+const TURNED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1, 2, 0]];
 
 /// Symbols on their way back to triangles.
 #[derive(Debug)]
@@ -185,10 +198,10 @@ impl SymbolReader<'_> {
     ) -> Result<(), FileError> {
         let mut history = History::new();
         for _ in 0..triangle_count {
-            let (step, turn) = self.read_step(&mut history, vertex_count)?;
+            let (step, begin) = self.read_step(&mut history, vertex_count)?;
             history.push_edges_of(step);
             // Without a branch, which could not be foreseen.
-            let [a, b, c] = TURNED_BACK[turn as usize % 3];
+            let [a, b, c] = TURNED[begin];
             let corners = step.corners;
             indices.extend_from_slice(&[corners[a], corners[b], corners[c]]);
             on_step(step);
@@ -200,7 +213,7 @@ impl SymbolReader<'_> {
         &mut self,
         history: &mut History,
         vertex_count: u32,
-    ) -> Result<(Step, u32), FileError> {
+    ) -> Result<(Step, usize), FileError> {
         let symbol = next(&mut self.edges)?;
         // All three vertices.
         if symbol >= MISS {
@@ -216,7 +229,8 @@ impl SymbolReader<'_> {
         let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
         let corners = [x, y, self.read_vertex(history, vertex_count)?];
         let opposite = Some(opposite);
-        Ok((Step { corners, opposite }, symbol % 3))
+        let begin = first_corner(corners) + symbol as usize % 3;
+        Ok((Step { corners, opposite }, begin))
     }
 
     /// What comes from the history was checked when it was read.

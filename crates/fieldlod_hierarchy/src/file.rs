@@ -23,6 +23,7 @@
 //! nor the corner at which a triangle begins; and they rely on a general compressor after them.
 
 mod attributes;
+mod border;
 mod coded;
 mod contents;
 mod decode;

@@ -11,7 +11,7 @@ const VERTEX_LIST: usize = GROUP_INDEX + 5 + (14 + 1 + 12) * 5;
 const EDGES: usize = VERTEX_LIST + 5;
 const CORNERS: usize = EDGES + 3 + 4;
 const DISTANCES: usize = CORNERS + 5 + 4;
-const VERTEX_ORDER: usize = DISTANCES + 5 + 5;
+const VERTEX_ORDER: usize = DISTANCES + 3 + 5;
 
 /// What the reader says if the bytes `before`, which must be there, become `after`.
 fn fault_with(section: usize, place: usize, before: &[u8], after: &[u8]) -> FileError {
@@ -73,31 +73,36 @@ fn rejects_edges_of_no_triangle() {
     assert_corrupt(&fault, "the triangles");
 }
 
-/// The first corner cannot be one that was used a moment ago.
+/// The first corner can be neither one that was used a moment ago nor one along a border.
 #[test]
 fn rejects_corners_that_were_not_used_before() {
-    let fault = fault_with(0, CORNERS, &[1, 0, 17, 17, 0], &[1, 1, 17, 17, 0]);
+    let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 3, 19, 19, 0]);
+    assert_corrupt(&fault, "the triangles");
+    let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 1, 19, 19, 0]);
     assert_corrupt(&fault, "the triangles");
 }
 
 #[test]
 fn rejects_corners_told_in_no_known_way() {
-    let fault = fault_with(0, CORNERS, &[1, 0, 17, 17, 0], &[1, 0, 17, 18, 0]);
+    let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 0, 19, 20, 0]);
     assert_corrupt(&fault, "the triangles");
 }
 
 #[test]
 fn rejects_more_corners_told_by_distance_than_distances() {
-    let fault = fault_with(0, CORNERS, &[1, 0, 17, 17, 0], &[1, 17, 17, 17, 0]);
+    let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 19, 19, 19, 0]);
     assert_corrupt(&fault, "the triangles");
 }
 
 #[test]
 fn rejects_corners_outside_of_the_unit() {
-    let fault = fault_with(0, DISTANCES, &[2, 0xff, 0xff], &[2, 0x00, 0xff]);
+    let fault = fault_with(0, DISTANCES, &[1, 4, 1], &[1, 8, 1]);
     assert_corrupt(&fault, "the triangles");
     // The next vertex after the unit's last, which the triangle before it took.
-    let fault = fault_with(0, DISTANCES, &[2, 0xff, 0xff], &[2, 0xfe, 0xff]);
+    let fault = fault_with(0, DISTANCES, &[1, 4, 1], &[1, 6, 1]);
+    assert_corrupt(&fault, "the triangles");
+    // Before the first.
+    let fault = fault_with(0, DISTANCES, &[1, 4, 1], &[1, 1, 1]);
     assert_corrupt(&fault, "the triangles");
 }
 

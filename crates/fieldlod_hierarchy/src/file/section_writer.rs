@@ -132,7 +132,9 @@ fn triangle_symbols(
     for unit in &coded.units[from.units..] {
         let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
         let indices = &coded.indices[index..][..unit.triangle_count as usize * 3];
-        symbols.write_unit(indices, |step| predictor.see(step, vertices));
+        symbols.write_unit(indices, unit.vertex_count, |step| {
+            predictor.see(step, vertices);
+        });
         predictor.finish_unit(vertices);
         vertex += vertices.len();
         index += indices.len();

@@ -2,10 +2,13 @@
 //!
 //! As in meshoptimizer's index codec (A. Kapoulkine), a triangle is told by the edge that it
 //! shares with one of the last triangles, and by its third vertex: the next one that was not used
-//! yet, or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep
-//! the corner at which they begin; it costs least if that is the vertex that comes first in the unit.
+//! yet, the next or the last along the border of the triangles so far (J. Rossignac: Edgebreaker,
+//! 1999), or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep the
+//! corner at which they begin; it costs least if that is the vertex that comes first in the unit.
 
+use super::border::Border;
 use super::error::FileError;
+use super::numbers::{unzigzag, zigzag};
 
 const EDGES: usize = 16;
 const RECENT: usize = 16;
@@ -13,8 +16,15 @@ const RECENT: usize = 16;
 /// No edge is shared.
 const MISS: u32 = EDGES as u32 * 3;
 const NEXT: u32 = 0;
-/// The vertex is told by how far it lies before the next one.
-const FAR: u32 = RECENT as u32 + 1;
+/// One of the two vertices along the border.
+const BORDER: u32 = 1;
+/// One used a moment ago.
+const FIRST_RECENT: u32 = 3;
+/// The vertex is told by its distance to the last one that was told so.
+const FAR: u32 = FIRST_RECENT + RECENT as u32;
+
+/// Beside a triangle that shares no edge.
+const NOTHING: [u16; 2] = [u16::MAX; 2];
 
 const WHAT: &str = "the triangles";
 
@@ -39,21 +49,25 @@ pub(super) struct Step {
 }
 
 struct History {
+    border: Border,
     edges: [[u16; 3]; EDGES],
     edge_count: usize,
     recent: [u16; RECENT],
     recent_count: usize,
     next: u16,
+    last_far: u16,
 }
 
 impl History {
-    fn new() -> Self {
+    fn new(vertices: usize) -> Self {
         Self {
+            border: Border::new(vertices),
             edges: [[0; 3]; EDGES],
             edge_count: 0,
             recent: [0; RECENT],
             recent_count: 0,
             next: 0,
+            last_far: 0,
         }
     }
 
@@ -82,17 +96,18 @@ impl History {
         }
     }
 
-    /// The vertex of a symbol below [`FAR`], remembered if it is the next one. Which of both it is
+    /// The vertex of a symbol below [`FAR`], remembered if it is the next one. Which of all it is
     /// cannot be foreseen, so that nothing branches on it.
-    fn take(&mut self, symbol: usize) -> Option<u16> {
-        if symbol > self.recent_count {
+    fn take(&mut self, symbol: u32, [after, before]: [u16; 2]) -> Option<u16> {
+        let age = symbol.saturating_sub(FIRST_RECENT) as usize + 1;
+        if symbol >= FIRST_RECENT && age > self.recent_count {
             return None;
         }
-        // Both are read, and one of them is taken.
-        let is_next = symbol == NEXT as usize;
+        // All are read, and one of them is taken.
+        let is_next = symbol == NEXT;
         let newest = self.recent_count % RECENT;
-        let recent = self.recent[(self.recent_count - symbol) % RECENT];
-        let vertex = if is_next { self.next } else { recent };
+        let recent = self.recent[self.recent_count.wrapping_sub(age) % RECENT];
+        let vertex = [self.next, after, before, recent][symbol.min(FIRST_RECENT) as usize];
         self.recent[newest] = if is_next { vertex } else { self.recent[newest] };
         self.recent_count += usize::from(is_next);
         self.next = self.next.wrapping_add(u16::from(is_next));
@@ -107,6 +122,9 @@ impl History {
         }
         self.push_edge([c, b, a]);
         self.push_edge([a, c, b]);
+        self.border.add(a, b);
+        self.border.add(b, c);
+        self.border.add(c, a);
     }
 
     fn find(&self, triangle: [u16; 3]) -> Option<(usize, usize)> {
@@ -119,9 +137,14 @@ impl History {
 }
 
 impl Symbols {
-    /// Codes the triangles of a unit.
-    pub(super) fn write_unit(&mut self, indices: &[u16], mut on_step: impl FnMut(Step)) {
-        let mut history = History::new();
+    /// Codes the triangles of a unit of so many vertices.
+    pub(super) fn write_unit(
+        &mut self,
+        indices: &[u16],
+        vertex_count: u32,
+        mut on_step: impl FnMut(Step),
+    ) {
+        let mut history = History::new(vertex_count as usize);
         let (triangles, _) = indices.as_chunks::<3>();
         for &triangle in triangles {
             let step = match history.find(triangle) {
@@ -132,14 +155,15 @@ impl Symbols {
                     let begin = (6 - turn - first_corner(corners)) % 3;
                     self.edges.push((age * 3 + begin) as u32);
                     let opposite = history.edge(age).map(|edge| edge[2]);
-                    self.write_vertex(&mut history, corners[2]);
+                    let beside = history.border.beside(corners[0], corners[1]);
+                    self.write_vertex(&mut history, corners[2], beside);
                     Step { corners, opposite }
                 }
                 // All three vertices.
                 None => {
                     self.edges.push(MISS);
                     for vertex in triangle {
-                        self.write_vertex(&mut history, vertex);
+                        self.write_vertex(&mut history, vertex, NOTHING);
                     }
                     let (corners, opposite) = (triangle, None);
                     Step { corners, opposite }
@@ -150,17 +174,22 @@ impl Symbols {
         }
     }
 
-    fn write_vertex(&mut self, history: &mut History, vertex: u16) {
+    fn write_vertex(&mut self, history: &mut History, vertex: u16, beside: [u16; 2]) {
         let recent = (0..RECENT).find(|&age| history.recent(age) == Some(vertex));
+        let side = beside.iter().position(|&beside| beside == vertex);
         if vertex == history.next {
             self.vertices.push(NEXT);
+        } else if let Some(side) = side {
+            self.vertices.push(BORDER + side as u32);
+            return;
         } else if let Some(age) = recent {
-            self.vertices.push(1 + age as u32);
+            self.vertices.push(FIRST_RECENT + age as u32);
             return;
         } else {
             self.vertices.push(FAR);
-            let distance = history.next.wrapping_sub(vertex);
-            self.distances.push(u32::from(distance));
+            let difference = u32::from(vertex).wrapping_sub(u32::from(history.last_far));
+            self.distances.push(zigzag(difference));
+            history.last_far = vertex;
         }
         history.push_vertex(vertex);
     }
@@ -194,7 +223,7 @@ impl SymbolReader<'_> {
         indices: &mut Vec<u16>,
         mut on_step: impl FnMut(Step),
     ) -> Result<(), FileError> {
-        let mut history = History::new();
+        let mut history = History::new(vertex_count as usize);
         for _ in 0..triangle_count {
             let (step, begin) = self.read_step(&mut history, vertex_count)?;
             history.push_edges_of(step);
@@ -217,7 +246,7 @@ impl SymbolReader<'_> {
         if symbol >= MISS {
             let mut corners = [0; 3];
             for corner in &mut corners {
-                *corner = self.read_vertex(history, vertex_count)?;
+                *corner = self.read_vertex(history, vertex_count, NOTHING)?;
             }
             let opposite = None;
             return Ok((Step { corners, opposite }, 0));
@@ -225,17 +254,23 @@ impl SymbolReader<'_> {
         // An edge and the third vertex.
         let edge = history.edge((symbol / 3) as usize);
         let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
-        let corners = [x, y, self.read_vertex(history, vertex_count)?];
+        let beside = history.border.beside(x, y);
+        let corners = [x, y, self.read_vertex(history, vertex_count, beside)?];
         let opposite = Some(opposite);
         let begin = first_corner(corners) + symbol as usize % 3;
         Ok((Step { corners, opposite }, begin))
     }
 
     /// What comes from the history was checked when it was read.
-    fn read_vertex(&mut self, history: &mut History, vertex_count: u32) -> Result<u16, FileError> {
+    fn read_vertex(
+        &mut self,
+        history: &mut History,
+        vertex_count: u32,
+        beside: [u16; 2],
+    ) -> Result<u16, FileError> {
         let symbol = next(&mut self.vertices)?;
         let told = if symbol < FAR {
-            history.take(symbol as usize)
+            history.take(symbol, beside)
         } else {
             self.read_far(history, symbol)
         };
@@ -245,7 +280,9 @@ impl SymbolReader<'_> {
 
     fn read_far(&mut self, history: &mut History, symbol: u32) -> Option<u16> {
         let distance = self.distances.next().filter(|_| symbol == FAR)?;
-        let vertex = history.next.wrapping_sub(*distance as u16);
+        let vertex = u32::from(history.last_far).wrapping_add(unzigzag(*distance));
+        let vertex = u16::try_from(vertex).ok()?;
+        history.last_far = vertex;
         history.push_vertex(vertex);
         Some(vertex)
     }

@@ -22,12 +22,11 @@ pub(crate) struct Arguments {
     /// The .fieldlod file to write [default: beside the input].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Keep vertex attributes to 16 bits only: a file of half the size. Renderers that take the
-    /// vertices from the glTF file are not concerned.
+    /// Keep vertex attributes to 16 bits only: a file of half the size.
     #[arg(long)]
     quantize: bool,
-    /// Leave out the source's vertices: half of the file. It can then only be used where its source
-    /// is at hand, and unchanged.
+    /// Leave out the source's vertices: a file of two thirds of the size. It can then only be used
+    /// where its source is at hand, and unchanged.
     #[arg(long)]
     beside_source: bool,
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.

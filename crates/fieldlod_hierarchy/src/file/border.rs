@@ -18,11 +18,13 @@ impl Border {
     }
 
     /// The vertices that would close a triangle on the edge from `x` to `y` with another one.
+    #[inline(always)]
     pub(super) fn beside(&self, x: u16, y: u16) -> [u16; 2] {
         [self.after[usize::from(y)], self.before[usize::from(x)]]
     }
 
     /// Adds the edge of a triangle, or takes away the border that it closes.
+    #[inline(always)]
     pub(super) fn add(&mut self, from: u16, to: u16) {
         let (begin, end) = (usize::from(from), usize::from(to));
         if self.after[begin] == to {

@@ -41,9 +41,9 @@ pub struct BakedPrimitive {
     pub name: String,
     /// Its levels of detail.
     pub hierarchy: Hierarchy,
-    /// How far the positions in `hierarchy` lie from those of the source at most, in local units:
-    /// 0 unless the file was written with [`Precision::Quantized16`](crate::Precision). Whoever
-    /// takes the vertices from the source mesh, by index, is not concerned.
+    /// How far the positions in `hierarchy` lie from where the bake had them at most, in local
+    /// units: 0 unless the file was written with [`Precision::Quantized16`]. Vertices that come from
+    /// the source mesh itself are not concerned.
     pub position_error_in_local: f32,
 }
 

@@ -167,7 +167,9 @@ impl Filler<'_> {
         restored: impl Fn([[u32; N]; 3], [u32; N]) -> [u32; N],
     ) {
         for (index, p) in self.predictions.iter().enumerate() {
-            let numbers = [p.a, p.b, p.d].map(|place| rows.some::<N>(place, self.first));
+            // Not `map` on the array: it may stay a call.
+            let (a, b) = (rows.some(p.a, self.first), rows.some(p.b, self.first));
+            let numbers = [a, b, rows.some(p.d, self.first)];
             let remainders = std::array::from_fn(|k| remainders[k][index]);
             rows.set::<N>(p.target, self.first, restored(numbers, remainders));
         }

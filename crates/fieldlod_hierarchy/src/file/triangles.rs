@@ -115,6 +115,7 @@ impl History {
     }
 
     /// Remembers the edges of a triangle as its neighbours run through them.
+    #[inline(always)]
     fn push_edges_of(&mut self, step: Step) {
         let [a, b, c] = step.corners;
         if step.opposite.is_none() {

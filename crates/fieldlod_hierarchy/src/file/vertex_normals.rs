@@ -30,11 +30,12 @@ pub(super) fn vertex_normals(
         sums_of_unit.clear();
         sums_of_unit.resize(vertices.len(), Vec3::ZERO);
         for triangle in triangles {
-            let [a, b, c] = triangle.map(usize::from);
-            let weighted = weighted_normals([positions[a], positions[b], positions[c]]);
-            for (corner, normal) in [a, b, c].into_iter().zip(weighted) {
-                sums_of_unit[corner] += normal;
-            }
+            let [a, b, c] = *triangle;
+            let (a, b, c) = (usize::from(a), usize::from(b), usize::from(c));
+            let [at_a, at_b, at_c] = weighted_normals([positions[a], positions[b], positions[c]]);
+            sums_of_unit[a] += at_a;
+            sums_of_unit[b] += at_b;
+            sums_of_unit[c] += at_c;
         }
         // Those of new vertices are asked for.
         for (&vertex, &sum) in vertices.iter().zip(&sums_of_unit) {
@@ -57,7 +58,11 @@ fn weighted_normals([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
         return [Vec3::ZERO; 3];
     }
     let normal = cross * (1.0 / area);
-    [-ca.dot(ab), -ab.dot(bc), -bc.dot(ca)].map(|cosine| normal * angle(area, cosine))
+    // Not `map` on an array: it may stay a call.
+    let at_a = angle(area, -ca.dot(ab));
+    let at_b = angle(area, -ab.dot(bc));
+    let at_c = angle(area, -bc.dot(ca));
+    [normal * at_a, normal * at_b, normal * at_c]
 }
 
 /// The angle with this sine and cosine, which may both be any multiple of them; to 1e-5, with basic

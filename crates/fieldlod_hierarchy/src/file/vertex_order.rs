@@ -38,7 +38,7 @@ impl Guesser {
             let index = indices.get((place as usize).wrapping_sub(1)).copied();
             index.filter(|&index| index < self.source_count)
         };
-        let [a, b, d] = [p.a, p.b, p.d].map(known);
+        let (a, b, d) = (known(p.a), known(p.b), known(p.d));
         let like = a.or(b).unwrap_or(self.last_source);
         match (a, b, d) {
             (Some(a), Some(b), Some(d)) => [like, a.wrapping_add(b).wrapping_sub(d)],
@@ -60,7 +60,8 @@ impl Guesser {
         }
         let [like, in_line] = self.source(indices, p);
         let index = code(if self.trust > 0 { in_line } else { like });
-        let [by_like, by_line] = [like, in_line].map(|guess| zigzag(index.wrapping_sub(guess)));
+        let by_like = zigzag(index.wrapping_sub(like));
+        let by_line = zigzag(index.wrapping_sub(in_line));
         self.trust += i32::from(by_like > by_line) - i32::from(by_like < by_line);
         self.trust = self.trust.clamp(-MOST_TRUST, MOST_TRUST);
         self.last_source = index;

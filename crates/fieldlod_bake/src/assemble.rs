@@ -60,6 +60,11 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
         let slots: Vec<u16> = own_slots.collect::<Result<_, _>>()?;
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
     }
+    // Triangles begin at their first vertex, which files tell in less.
+    for triangle in indices.as_chunks_mut::<3>().0 {
+        let first = (0..3).min_by_key(|&corner| triangle[corner]);
+        triangle.rotate_left(first.unwrap_or(0));
+    }
     // A tight box around them all, for culling.
     let vertices = list.source_vertices;
     let points = vertices.iter().map(|&v| mesh.positions[v as usize]);

@@ -62,8 +62,8 @@ struct CostChart {
 }
 
 /// How the systems differ.
-const NOTE: &str = "clusterlod has its own levels, the others ours. Godot chooses whole levels; the \
-                    oracle knows the pictures.";
+const NOTE: &str = "clusterlod has levels of its own, all others ours.\n\
+                    Godot chooses whole levels; the oracle knows the pictures.";
 
 const COST_CHARTS: [CostChart; 3] = [
     CostChart {

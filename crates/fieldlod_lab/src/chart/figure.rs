@@ -12,7 +12,7 @@ use crate::plot::{Axis, Plot};
 const PANEL_SIZE: DVec2 = dvec2(560.0, 400.0);
 /// Left for tick labels, above for titles, right for names, below for the axis.
 const LEFT: f64 = 84.0;
-const ABOVE: f64 = 124.0;
+const ABOVE: f64 = 144.0;
 const RIGHT: f64 = 216.0;
 const BELOW: f64 = 64.0;
 /// Least distance of two names.

@@ -22,7 +22,8 @@ use crate::models::Model;
 ///
 /// Needs a graphics adapter; one in software will do. A run that was stopped goes on where it was
 /// when started again with the same folder. Meshes are baked in small units, so that a small picture
-/// of a mesh stands for a large one of a finer mesh.
+/// of a mesh stands for a large one of a finer mesh; .fieldlod files are taken as they are, and only
+/// clusterlod's levels are built anew.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files [default: models that the program makes]. Of each, the

@@ -35,13 +35,15 @@ fn guaranteed_passes_every_case_within_the_threshold_itself() {
     }
 }
 
-/// Quality is RMS-like and promises no greatest displacement; all else it is held to.
+/// Quality is RMS-like: it promises no greatest displacement, and draws more than the guarantee where
+/// deviations are measured tightly. All else it is held to.
 #[test]
 fn quality_is_closed_and_calm_in_every_case() {
     for case in cases() {
         let verdict = verdict(case, Method::Quality);
         let faults = verdict.faults.iter();
-        let others: Vec<&Fault> = faults.filter(|fault| **fault != Fault::Displaced).collect();
+        let others = faults.filter(|fault| !matches!(fault, Fault::Displaced | Fault::Wastes));
+        let others: Vec<&Fault> = others.collect();
         assert!(others.is_empty(), "{}: {verdict:?}", case.case);
         assert!(
             verdict.mean_px <= f64::from(REPORT.threshold_px) * 0.5,

@@ -7,15 +7,20 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
+use fieldlod_hierarchy::{BakedFile, FileError};
 
 use crate::headless::{app, logged, origins, ready, rock, spawn_object};
 
 /// Where an app with this cache gets the levels of a rock from.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
+    run_mesh(folder, rock(4, seed))
+}
+
+fn run_mesh(folder: &Path, mesh: Mesh) -> LodOrigin {
     let mut app = app();
     let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
     config.cache_folder = Some(folder.into());
-    spawn_object(&mut app, rock(4, seed));
+    spawn_object(&mut app, mesh);
     ready(&mut app, 1);
     let origins = origins(&app);
     assert_eq!(origins.len(), 1);
@@ -33,7 +38,12 @@ fn the_second_run_reads_what_the_first_baked() {
     let cache = folder.path().join("not/there/yet");
     assert_eq!(run(&cache, 1), LodOrigin::Baked);
     assert_eq!(run(&cache, 1), LodOrigin::Cache);
-    assert_eq!(entries(&cache).len(), 1, "and nothing half-written is left");
+    let entries = entries(&cache);
+    assert_eq!(entries.len(), 1, "and nothing half-written is left");
+    // The mesh is at hand, so that its vertices need not be written.
+    let entry = BakedFile::from_bytes(&fs::read(&entries[0]).unwrap());
+    let left_out = FileError::SourceVerticesLeftOut { primitive: 0 };
+    assert_eq!(entry, Err(left_out));
 }
 
 #[test]
@@ -42,6 +52,24 @@ fn another_mesh_has_another_entry() {
     assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
     assert_eq!(run(folder.path(), 2), LodOrigin::Baked);
     assert_eq!(entries(folder.path()).len(), 2);
+}
+
+#[test]
+fn an_attribute_more_is_another_entry() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = rock(4, 1);
+    let count = mesh.count_vertices();
+    let colored = mesh
+        .clone()
+        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0f32; 4]; count]);
+    let windy = mesh
+        .clone()
+        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[1.0f32; 4]; count]);
+    for mesh in [mesh, colored, windy] {
+        assert_eq!(run_mesh(folder.path(), mesh.clone()), LodOrigin::Baked);
+        assert_eq!(run_mesh(folder.path(), mesh), LodOrigin::Cache);
+    }
+    assert_eq!(entries(folder.path()).len(), 3);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodProcessorPlugin, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
-use fieldlod_hierarchy::Precision;
+use fieldlod_hierarchy::{FileOptions, Precision};
 use fieldlod_tests::apps::finish;
 use serde_json::json;
 
@@ -75,13 +75,16 @@ fn a_processed_file_needs_no_bake() {
         bevy::tasks::block_on(processor.get_state()) == ProcessorState::Finished
     });
     let processed = std::fs::read(folder.path().join("processed/mesh.glb")).unwrap();
-    // Exactly what `fieldlod bake --quantize` gives, with every attribute.
+    // Exactly what `fieldlod bake --quantize --beside-source` gives, with every attribute.
     let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
     assert!(!vertices.colors.is_empty());
-    let expected = baked.file.to_bytes_with(Precision::Quantized16.into());
-    assert_eq!(embedded(&processed), expected);
+    let options = FileOptions {
+        precision: Precision::Quantized16,
+        beside_source: true,
+    };
+    assert_eq!(embedded(&processed), baked.file.to_bytes_with(options));
     drop(processing);
     std::fs::remove_dir_all(&sources).unwrap();
     std::fs::create_dir(&sources).unwrap();

@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_hierarchy::FileOptions;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
@@ -30,9 +31,24 @@ fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
 }
 
 fn bake(glb: &Path) -> Vec<u8> {
+    bake_with(glb, FileOptions::default())
+}
+
+fn bake_with(glb: &Path, options: FileOptions) -> Vec<u8> {
     let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
     assert!(outcome.skipped.is_empty());
-    outcome.file.to_bytes()
+    outcome.file.to_bytes_with(options)
+}
+
+/// With all vertices and without those of the source.
+fn bake_both(glb: &Path) -> [Vec<u8>; 2] {
+    [false, true].map(|beside_source| {
+        let options = FileOptions {
+            beside_source,
+            ..default()
+        };
+        bake_with(glb, options)
+    })
 }
 
 /// Spawns the scene of `mesh.glb`, with the hierarchies of `lods` if there are any.
@@ -59,22 +75,27 @@ fn a_scene_is_baked_in_the_background() {
 fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
     let mut file = two_rocks();
     let glb = file.glb();
-    file.write("good.fieldlod", &bake(&glb));
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, Some("good.fieldlod"));
-    ready(&mut app, 2);
-    assert!(!logged(Level::ERROR, &["good.fieldlod"]));
+    for bytes in bake_both(&glb) {
+        file.write("good.fieldlod", &bytes);
+        let mut app = app_in(file.folder());
+        spawn_scene(&mut app, Some("good.fieldlod"));
+        ready(&mut app, 2);
+        assert_eq!(origins(&app), [LodOrigin::File; 2]);
+        assert!(!logged(Level::ERROR, &["good.fieldlod"]));
+    }
 }
 
 #[test]
 fn a_file_beside_the_asset_is_found() {
     let mut file = two_rocks();
     let glb = file.glb();
-    file.write("mesh.fieldlod", &bake(&glb));
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
+    for bytes in bake_both(&glb) {
+        file.write("mesh.fieldlod", &bytes);
+        let mut app = app_in(file.folder());
+        spawn_scene(&mut app, None);
+        ready(&mut app, 2);
+        assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
+    }
 }
 
 #[test]

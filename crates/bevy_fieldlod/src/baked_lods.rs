@@ -10,7 +10,8 @@ use fieldlod_hierarchy::BakedFile;
 /// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct BakedLods {
-    /// The contents of the file, validated.
+    /// The contents of the file. Hierarchies may lack the vertices of their source, which are then taken
+    /// from the meshes that they are used for.
     pub file: Arc<BakedFile>,
 }
 
@@ -37,7 +38,7 @@ impl AssetLoader for BakedLodsLoader {
     ) -> Result<BakedLods, BevyError> {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
-        let file = Arc::new(BakedFile::from_bytes(&bytes)?);
+        let file = Arc::new(BakedFile::from_bytes_beside_source(&bytes)?);
         Ok(BakedLods { file })
     }
 

@@ -31,7 +31,7 @@ pub struct FieldLodConfig {
     /// Whether a file `statue.fieldlod` beside an asset `statue.glb` is looked for.
     pub look_beside_assets: bool,
     /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
-    /// none. An entry that cannot be read is baked anew. Not on the web.
+    /// none. An entry that cannot be read is baked anew. Only with the `bake` feature.
     pub cache_folder: Option<PathBuf>,
     /// How many frames the entity of a unit outlives the last frame in which a view drew it.
     pub idle_frames: u32,

@@ -78,9 +78,23 @@ pub enum LodError {
     /// There are no positions, or they are not three floats each.
     #[error("it has no positions of three 32-bit floats")]
     NoPositions,
+    /// Some vertices lack an attribute that others have.
+    #[error("its attribute {attribute} has more or fewer values than its positions")]
+    AttributeCount {
+        /// The name of the attribute.
+        attribute: &'static str,
+    },
     /// The file holds other meshes, or an older version of this one.
     #[error("{file} holds no hierarchy that fits it: the file is stale, bake it again")]
     Stale {
+        /// The `.fieldlod` file.
+        file: String,
+    },
+    /// The mesh has vertex attributes that were not there when the file was baked.
+    #[error(
+        "{file} does not tell all its vertex attributes at coarser levels: the file is stale, bake it again"
+    )]
+    MissingAttributes {
         /// The `.fieldlod` file.
         file: String,
     },
@@ -94,9 +108,9 @@ pub enum LodError {
     #[cfg(feature = "bake")]
     #[error(transparent)]
     Bake(#[from] fieldlod_bake::MeshError),
-    /// No file was found and baking is compiled out.
+    /// No file that fits was found and baking is compiled out.
     #[cfg(not(feature = "bake"))]
-    #[error("no .fieldlod file was found and the `bake` feature is off")]
+    #[error("no .fieldlod file that fits was found and the `bake` feature is off")]
     BakeDisabled,
 }
 

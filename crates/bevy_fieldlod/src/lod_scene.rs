@@ -27,6 +27,8 @@ pub(crate) struct LodScene {
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may have to change its level.
     pub(crate) whole_meshes_to_swap: Vec<u32>,
+    /// Names of meshes whose deviations were not measured, until a view asks for a guarantee.
+    pub(crate) unmeasured: Vec<String>,
     /// By the index of their [`InstanceId`].
     instances: Vec<Option<LodInstance>>,
     instance_of: EntityHashMap<InstanceId>,

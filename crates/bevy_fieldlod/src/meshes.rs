@@ -1,6 +1,9 @@
 //! Prepares the levels of detail of meshes: looks them up or bakes them in background tasks, and gives them
 //! to the mesh entities that wait.
 
+#[cfg(feature = "bake")]
+mod bake;
+#[cfg(feature = "bake")]
 mod cache;
 mod collect;
 mod lookup;
@@ -8,6 +11,8 @@ mod objects;
 mod prepare;
 mod sidecar;
 mod source_arrays;
+#[cfg(test)]
+mod tests;
 mod unit_mesh;
 
 use bevy::prelude::*;

@@ -9,7 +9,7 @@ use bevy::gltf::{GltfLoader, GltfLoaderSettings};
 use bevy::prelude::*;
 use bevy::tasks::futures_lite::AsyncWriteExt;
 use fieldlod_bake::{BakeConfig, bake_file_bytes};
-use fieldlod_hierarchy::Precision;
+use fieldlod_hierarchy::{FileOptions, Precision};
 
 use crate::glb;
 
@@ -79,7 +79,11 @@ impl Process for BakeIntoGlb {
 fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
     match bake_file_bytes(&glb, Path::new(""), &BakeConfig::default(), &|_| ()) {
         Ok(outcome) => {
-            let file = outcome.file.to_bytes_with(Precision::Quantized16.into());
+            let options = FileOptions {
+                precision: Precision::Quantized16,
+                beside_source: true,
+            };
+            let file = outcome.file.to_bytes_with(options);
             glb::with_chunk(&glb, &file).unwrap_or(glb)
         }
         Err(fault) => {

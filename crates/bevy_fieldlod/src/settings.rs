@@ -26,8 +26,9 @@ pub struct FieldLodSettings {
     /// points may be displaced by more.
     pub error_px: Option<f32>,
     /// Guarantee: the largest displacement of the surface in the image, in physical pixels, at the cost of
-    /// more triangles. It rests on deviations measured against the source. With both thresholds, neither
-    /// is exceeded; with none, everything is at its coarsest.
+    /// more triangles. It rests on deviations measured against the source: a mesh that was baked without
+    /// measuring is drawn in full, and the log says so once. With both thresholds, neither is exceeded;
+    /// with none, everything is at its coarsest.
     pub displacement_px: Option<f32>,
     /// A piece that was refined stays so until it falls below this share of the thresholds.
     pub hysteresis: f32,

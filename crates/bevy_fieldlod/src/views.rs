@@ -137,6 +137,14 @@ fn view_of(camera: &Camera, pose: &GlobalTransform) -> Option<View> {
 }
 
 fn select_cut(cut: &mut ViewCut, view: View, settings: &LodSettings, scene: &mut LodScene) {
+    if settings.displacement_px.is_some() {
+        for mesh in scene.unmeasured.drain(..) {
+            warn!(
+                "{mesh} is drawn in full where `displacement_px` is asked for: how far its levels \
+                 deviate was not measured"
+            );
+        }
+    }
     cut.view = Some(view);
     cut.selector.select(&scene.scene, &view, settings);
     for change in cut.selector.changes() {

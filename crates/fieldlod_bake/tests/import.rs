@@ -81,6 +81,19 @@ fn attributes_that_are_not_held_are_told_of() {
     }
 }
 
+/// Bevy computes tangents of its own where a normal map needs them.
+#[test]
+fn tangents_that_bevy_adds_are_told_of() {
+    let mut file = GltfFile::of(&fixtures::rock(2, 1));
+    file.json["images"] = json!([{ "uri": "bumps.png" }]);
+    file.json["textures"] = json!([{ "source": 0 }]);
+    file.json["materials"] = json!([{ "normalTexture": { "index": 0 } }, {}]);
+    for (material, expected) in [(0, true), (1, false)] {
+        file.primitive()["material"] = json!(material);
+        assert_eq!(import_one(&file.glb()).mesh.has_other_attributes, expected);
+    }
+}
+
 /// Where the vertices are taken apart for flat normals, all their attributes go with them.
 #[test]
 fn attributes_follow_vertices_that_are_taken_apart() {

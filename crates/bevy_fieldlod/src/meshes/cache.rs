@@ -1,43 +1,46 @@
 //! A folder that keeps baked hierarchies from run to run.
 
+use std::fmt::Display;
 use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bevy::log::warn;
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
 
-use super::source_arrays::find_hierarchy;
+use super::source_arrays::SourceArrays;
 
-/// Reads the entry at `path`, if it is there and whole. A broken one is logged.
-pub(super) fn read(path: &Path, hash: SourceHash) -> Option<Hierarchy> {
+/// Reads the entry of `source` at `path`, if it is there and whole. A broken one is logged.
+pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
+    let unusable = |reason: &dyn Display| {
+        let path = path.display();
+        warn!("the cache entry {path} is unusable and is baked anew: {reason}");
+    };
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
         Err(error) => {
-            warn!("the cache entry {} cannot be read: {error}", path.display());
+            unusable(&error);
             return None;
         }
     };
-    match BakedFile::from_bytes(&bytes) {
-        Ok(file) => find_hierarchy(&file, hash),
-        Err(error) => {
-            warn!(
-                "the cache entry {} is unusable and is baked anew: {error}",
-                path.display()
-            );
-            None
-        }
-    }
+    let file = BakedFile::from_bytes_beside_source(&bytes);
+    let file = file.inspect_err(|error| unusable(error)).ok()?;
+    let found = source.find_hierarchy(&file, "it");
+    found.inspect_err(|error| unusable(error)).ok()
 }
 
-/// Writes the entry at `path`, whole or not at all. A failure is logged and costs the next run a bake.
+/// Writes the entry at `path`, whole or not at all, without the vertices that the source has. A failure is logged and costs the next run a bake.
 pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
     let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
-    let bytes = BakedFile {
+    let file = BakedFile {
         primitives: vec![primitive],
-    }
-    .to_bytes();
+    };
+    let options = FileOptions {
+        beside_source: true,
+        ..FileOptions::default()
+    };
+    let bytes = file.to_bytes_with(options);
     if let Err(error) = write_atomically(path, &bytes) {
         warn!(
             "the cache entry {} cannot be written: {error}",

@@ -8,7 +8,7 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::lookup::{LodMeshEntry, LodMeshes};
 use super::prepare::PreparedMesh;
-use crate::events::{FieldLodEvent, asset_path};
+use crate::events::{FieldLodEvent, asset_name, asset_path};
 use crate::lod_mesh::{LodMesh, LodPiece};
 use crate::lod_scene::LodScene;
 use crate::upload::UploadQueue;
@@ -38,6 +38,10 @@ pub(super) fn collect_prepared_meshes(
                     kind: prepared.kind,
                     origin: prepared.origin,
                 });
+                if !prepared.is_measured {
+                    let name = asset_name(&assets, key.mesh.untyped());
+                    scene.unmeasured.push(name);
+                }
                 let lod = add_mesh(prepared, &mut scene, &mut meshes);
                 uploads.push(lod.clone());
                 *entry = LodMeshEntry::Ready(lod);

@@ -11,9 +11,10 @@ use bevy::mesh::{Mesh, MeshAccessError};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::{GroupTable, whole_mesh_levels};
 
-use super::cache;
+#[cfg(feature = "bake")]
+use super::bake::bake_unless_cached;
 use super::sidecar::SidecarFiles;
-use super::source_arrays::{SourceArrays, find_hierarchy};
+use super::source_arrays::SourceArrays;
 use super::unit_mesh::unit_mesh;
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
@@ -41,6 +42,8 @@ pub(super) struct PreparedMesh {
     /// What draws each unit, with the mesh that it is to refer to.
     pub(super) pieces: Vec<(LodPiece, Option<Mesh>)>,
     pub(super) triangles_full: u32,
+    /// Whether deviations from the source were measured, on which guarantees rest.
+    pub(super) is_measured: bool,
     pub(super) aabb: Option<Aabb>,
     pub(super) uv_per_area: f32,
 }
@@ -50,6 +53,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let source = SourceArrays::of(&job.mesh)?;
     let uv_per_area = source.uv_per_area();
     let (baked, origin) = find_or_bake(&job, source).await?;
+    let is_measured = baked.is_measured();
     let triangles_full = baked.source_triangle_count() as u32;
     // A level with more vertices than 16-bit indices reach cannot be drawn as a whole.
     let whole_meshes = match job.kind {
@@ -67,6 +71,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         table: GroupTable::new(&hierarchy),
         pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
         triangles_full,
+        is_measured,
         aabb: aabb.map(|aabb| Aabb::from_min_max(aabb.min, aabb.max)),
         uv_per_area,
     })
@@ -108,48 +113,27 @@ async fn find_or_bake(
     job: &PrepareJob,
     source: SourceArrays,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
-    let hash = source.hash();
     // A file that was named must fit.
     if let Some((file, baked)) = &job.file {
-        let found = find_hierarchy(baked, hash);
-        let stale = || LodError::Stale { file: file.clone() };
-        return Ok((found.ok_or_else(stale)?, LodOrigin::File));
+        return Ok((source.find_hierarchy(baked, file)?, LodOrigin::File));
     }
     // A file beside the asset may be out of date.
     if let Some((assets, path, sidecars)) = &job.sidecar
         && let Some((file, baked)) = sidecars.find(assets, path).await
     {
-        match find_hierarchy(&baked, hash) {
-            Some(found) => return Ok((found, LodOrigin::BesideAsset)),
-            None => warn!("{}: {}", job.name, LodError::Stale { file }),
+        match source.find_hierarchy(&baked, &file) {
+            Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
+            Err(error) => warn!("{}: {error}", job.name),
         }
     }
     // What was baked once is not baked again.
-    let folder = job.cache_folder.as_ref();
-    let entry = folder.map(|folder| folder.join(source.cache_name()));
-    if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, hash)) {
-        return Ok((found, LodOrigin::Cache));
-    }
-    let baked = bake(source)?;
-    if let Some(path) = &entry {
-        cache::write(path, &baked);
-    }
-    Ok((baked, LodOrigin::Baked))
-}
-
-#[cfg(feature = "bake")]
-fn bake(source: SourceArrays) -> Result<Hierarchy, LodError> {
-    let mesh = fieldlod_bake::SourceMesh {
-        positions: source.positions,
-        normals: source.normals,
-        uvs: source.uvs,
-        indices: source.indices,
-        ..Default::default()
-    };
-    Ok(fieldlod_bake::bake_mesh(&mesh, &Default::default())?)
+    bake_unless_cached(source, job.cache_folder.as_deref())
 }
 
 #[cfg(not(feature = "bake"))]
-fn bake(_: SourceArrays) -> Result<Hierarchy, LodError> {
+fn bake_unless_cached(
+    _: SourceArrays,
+    _: Option<&std::path::Path>,
+) -> Result<(Hierarchy, LodOrigin), LodError> {
     Err(LodError::BakeDisabled)
 }

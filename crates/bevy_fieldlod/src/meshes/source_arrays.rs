@@ -1,18 +1,18 @@
-//! The vertex attributes and indices of a Bevy mesh that baking reads.
+//! The vertex attributes and indices of a Bevy mesh that baking reads, and which hierarchies fit them.
 
-use bevy::math::{Vec2, Vec3};
-use bevy::mesh::{Mesh, PrimitiveTopology, VertexAttributeValues};
-use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, Hierarchy, SourceHash};
-use xxhash_rust::xxh3::Xxh3;
+use bevy::mesh::{Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
+use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::events::LodError;
 
 /// Vertex attributes and indices in the types of the baker.
 pub(super) struct SourceArrays {
-    pub(super) positions: Vec<Vec3>,
-    pub(super) normals: Vec<Vec3>,
-    pub(super) uvs: Vec<Vec2>,
+    pub(super) vertices: Vertices,
+    /// Whether vertices have attributes besides these, or in other formats.
+    pub(super) has_other_attributes: bool,
     pub(super) indices: Vec<u32>,
+    /// The hash that `.fieldlod` files know their source mesh by.
+    pub(super) hash: SourceHash,
 }
 
 impl SourceArrays {
@@ -25,38 +25,31 @@ impl SourceArrays {
         if mesh.try_has_morph_targets()? {
             return Err(LodError::Morphed);
         }
-        // Positions must be there; normals and texture coordinates may be.
-        let Some(VertexAttributeValues::Float32x3(positions)) =
-            mesh.try_attribute_option(Mesh::ATTRIBUTE_POSITION)?
-        else {
+        // Positions must be there; all else may be.
+        let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
+        for (attribute, values) in mesh.try_attributes()? {
+            has_other_attributes |= !read(attribute.id, values, &mut vertices);
+        }
+        let count = vertices.positions.len();
+        if count == 0 {
             return Err(LodError::NoPositions);
-        };
-        let normals = match mesh.try_attribute_option(Mesh::ATTRIBUTE_NORMAL)? {
-            Some(VertexAttributeValues::Float32x3(normals)) => to_vec3(normals),
-            _ => Vec::new(),
-        };
-        let uvs = match mesh.try_attribute_option(Mesh::ATTRIBUTE_UV_0)? {
-            Some(VertexAttributeValues::Float32x2(uvs)) => {
-                uvs.iter().map(|&uv| uv.into()).collect()
-            }
-            _ => Vec::new(),
-        };
+        }
+        let mut attributes = mesh.try_attributes()?;
+        if let Some((attribute, _)) = attributes.find(|(_, values)| values.len() != count) {
+            let attribute = attribute.name;
+            return Err(LodError::AttributeCount { attribute });
+        }
         // A mesh without indices draws its vertices in order.
-        let indices = match mesh.try_indices_option()? {
+        let indices: Vec<u32> = match mesh.try_indices_option()? {
             Some(indices) => indices.iter().map(|index| index as u32).collect(),
-            None => (0..positions.len() as u32).collect(),
+            None => (0..count as u32).collect(),
         };
         Ok(Self {
-            positions: to_vec3(positions),
-            normals,
-            uvs,
+            hash: SourceHash::of(&vertices.positions, indices.iter().copied()),
+            vertices,
+            has_other_attributes,
             indices,
         })
-    }
-
-    /// The hash that `.fieldlod` files know their source mesh by.
-    pub(super) fn hash(&self) -> SourceHash {
-        SourceHash::of(&self.positions, self.indices.iter().copied())
     }
 
     /// Area in texture coordinates for each unit of area in local space; 0 without either.
@@ -64,8 +57,8 @@ impl SourceArrays {
         let (triangles, _) = self.indices.as_chunks::<3>();
         let (mut uv_area, mut area) = (0.0f64, 0.0f64);
         for triangle in triangles {
-            let [a, b, c] = triangle.map(|vertex| self.positions.get(vertex as usize));
-            let uvs = triangle.map(|vertex| self.uvs.get(vertex as usize));
+            let [a, b, c] = triangle.map(|vertex| self.vertices.positions.get(vertex as usize));
+            let uvs = triangle.map(|vertex| self.vertices.uvs.get(vertex as usize));
             if let (Some(a), Some(b), Some(c), [Some(uv_a), Some(uv_b), Some(uv_c)]) =
                 (a, b, c, uvs)
             {
@@ -78,31 +71,108 @@ impl SourceArrays {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
-    /// The name of the cache entry: a hash of all that baking looks at.
-    pub(super) fn cache_name(&self) -> String {
-        let mut hasher = Xxh3::new();
-        // Another version may bake differently, or write another format.
-        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-        hasher.update(&FORMAT_VERSION.to_le_bytes());
-        hasher.update(&self.hash().0.to_le_bytes());
-        // A NaN, which neither holds, tells where normals end.
-        let normals = self.normals.iter().flat_map(Vec3::to_array);
-        let uvs = self.uvs.iter().flat_map(Vec2::to_array);
-        for number in normals.chain([f32::NAN]).chain(uvs) {
-            hasher.update(&number.to_bits().to_le_bytes());
+    /// The hierarchy of this mesh in `baked`, complete and valid. `file` names it in errors.
+    pub(super) fn find_hierarchy(
+        &self,
+        baked: &BakedFile,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
+        let mut fault = LodError::Stale { file: file.into() };
+        let hierarchies = baked
+            .primitives
+            .iter()
+            .map(|primitive| &primitive.hierarchy);
+        // Two primitives may have the same triangles, and one of them more attributes.
+        for hierarchy in hierarchies.filter(|hierarchy| hierarchy.source == self.hash) {
+            match self.complete(hierarchy, file) {
+                Ok(complete) => return Ok(complete),
+                Err(error) => fault = error,
+            }
         }
-        format!("{:032x}.fieldlod", hasher.digest128())
+        Err(fault)
+    }
+
+    /// `hierarchy` with the vertices of this mesh, if it lacks them. Afterwards every vertex that it
+    /// refers to exists, with all attributes of this mesh.
+    fn complete(&self, hierarchy: &Hierarchy, file: &str) -> Result<Hierarchy, LodError> {
+        if !self.tells_of_moved_vertices(hierarchy) {
+            return Err(LodError::MissingAttributes { file: file.into() });
+        }
+        let complete = match hierarchy.lacks_source_vertices() {
+            true => hierarchy
+                .clone()
+                .with_source_vertices(&self.vertices_of(hierarchy)),
+            false => hierarchy.validate().map(|()| hierarchy.clone()),
+        };
+        let fits = |h: &Hierarchy| h.source_vertex_count as usize == self.vertices.positions.len();
+        let fitting = complete.ok().filter(fits);
+        fitting.ok_or_else(|| LodError::Stale { file: file.into() })
+    }
+
+    /// Whether `hierarchy` has all attributes of moved vertices, or tells where they came from.
+    fn tells_of_moved_vertices(&self, hierarchy: &Hierarchy) -> bool {
+        let held = attributes(&hierarchy.vertices);
+        let mut pairs = attributes(&self.vertices).into_iter().zip(held);
+        let holds_all = !self.has_other_attributes && pairs.all(|(own, held)| held || !own);
+        let moves = hierarchy.vertices.positions.len() > hierarchy.source_vertex_count as usize;
+        holds_all || !moves || !hierarchy.moved_from.is_empty()
+    }
+
+    /// The vertices with the attributes that those of `hierarchy` have.
+    fn vertices_of(&self, hierarchy: &Hierarchy) -> Vertices {
+        let [normals, uvs, tangents, uvs_1, colors] = attributes(&hierarchy.vertices);
+        let own = &self.vertices;
+        Vertices {
+            positions: own.positions.clone(),
+            normals: if_held(&own.normals, normals),
+            uvs: if_held(&own.uvs, uvs),
+            tangents: if_held(&own.tangents, tangents),
+            uvs_1: if_held(&own.uvs_1, uvs_1),
+            colors: if_held(&own.colors, colors),
+        }
     }
 }
 
-fn to_vec3(values: &[[f32; 3]]) -> Vec<Vec3> {
-    values.iter().copied().map(Vec3::from).collect()
+/// Which attributes there are besides positions.
+fn attributes(vertices: &Vertices) -> [bool; 5] {
+    [
+        !vertices.normals.is_empty(),
+        !vertices.uvs.is_empty(),
+        !vertices.tangents.is_empty(),
+        !vertices.uvs_1.is_empty(),
+        !vertices.colors.is_empty(),
+    ]
 }
 
-/// The hierarchy in `file` of the mesh with this hash.
-pub(super) fn find_hierarchy(file: &BakedFile, hash: SourceHash) -> Option<Hierarchy> {
-    let mut hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
-    hierarchies
-        .find(|hierarchy| hierarchy.source == hash)
-        .cloned()
+fn if_held<V: Clone>(values: &[V], is_held: bool) -> Vec<V> {
+    if is_held { values.to_vec() } else { Vec::new() }
+}
+
+/// Puts an attribute where hierarchies hold it; false if they do not, or not in this format.
+fn read(
+    id: MeshVertexAttributeId,
+    values: &VertexAttributeValues,
+    vertices: &mut Vertices,
+) -> bool {
+    use VertexAttributeValues::{Float32x2, Float32x3, Float32x4};
+    match values {
+        Float32x3(values) if id == Mesh::ATTRIBUTE_POSITION.id => {
+            vertices.positions = converted(values);
+        }
+        Float32x3(values) if id == Mesh::ATTRIBUTE_NORMAL.id => {
+            vertices.normals = converted(values);
+        }
+        Float32x2(values) if id == Mesh::ATTRIBUTE_UV_0.id => vertices.uvs = converted(values),
+        Float32x2(values) if id == Mesh::ATTRIBUTE_UV_1.id => vertices.uvs_1 = converted(values),
+        Float32x4(values) if id == Mesh::ATTRIBUTE_TANGENT.id => {
+            vertices.tangents = converted(values);
+        }
+        Float32x4(values) if id == Mesh::ATTRIBUTE_COLOR.id => vertices.colors = converted(values),
+        _ => return false,
+    }
+    true
+}
+
+fn converted<A: Copy, V: From<A>>(values: &[A]) -> Vec<V> {
+    values.iter().copied().map(V::from).collect()
 }

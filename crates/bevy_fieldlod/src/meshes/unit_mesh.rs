@@ -1,15 +1,18 @@
 //! Cuts a Bevy mesh into the meshes of its drawable units.
 //!
-//! Simplification keeps source vertices, so a unit's mesh is a selection of the source mesh's
-//! vertices with every attribute that they have, whatever it is. Equal attributes mean an equal
-//! vertex layout, so the pipelines that draw the source mesh draw its units too: nothing is
-//! compiled when the one takes the place of the other.
+//! A unit's mesh is a selection of vertices: some of the source mesh, with every attribute that they
+//! have, and some that simplification has moved. Of these, positions, normals, tangents, two sets of
+//! texture coordinates and colours come from the hierarchy, and all else from the source vertex that
+//! each came from. Equal attributes mean an equal vertex layout, so the pipelines that draw the source
+//! mesh draw its units too: nothing is compiled when the one takes the place of the other.
 
 use bevy::asset::RenderAssetUsages;
-use bevy::mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues};
+use bevy::mesh::{
+    Indices, Mesh, MeshAccessError, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues,
+};
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
-/// The mesh of `unit`, with vertices taken from `source` and 16-bit indices.
+/// The mesh of `unit`, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
 pub(crate) fn unit_mesh(
     source: &Mesh,
     hierarchy: &Hierarchy,
@@ -18,11 +21,67 @@ pub(crate) fn unit_mesh(
 ) -> Result<Mesh, MeshAccessError> {
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     let vertices = hierarchy.vertices_of(unit);
+    let origins: Vec<u32> = vertices.iter().map(|&v| origin(hierarchy, v)).collect();
     for (attribute, values) in source.try_attributes()? {
-        mesh.insert_attribute(*attribute, gather(values, vertices));
+        let mut values = gather(values, &origins);
+        move_values(&mut values, attribute.id, hierarchy, vertices);
+        mesh.insert_attribute(*attribute, values);
     }
     mesh.insert_indices(Indices::U16(hierarchy.indices_of(unit).to_vec()));
     Ok(mesh)
+}
+
+/// The source vertex that `vertex` is or came from. Any, if that is not known: then the hierarchy holds
+/// all attributes of moved vertices.
+fn origin(hierarchy: &Hierarchy, vertex: u32) -> u32 {
+    match vertex.checked_sub(hierarchy.source_vertex_count) {
+        Some(moved) => *hierarchy.moved_from.get(moved as usize).unwrap_or(&0),
+        None => vertex,
+    }
+}
+
+/// Gives moved vertices the values that the hierarchy holds of an attribute.
+fn move_values(
+    values: &mut VertexAttributeValues,
+    id: MeshVertexAttributeId,
+    hierarchy: &Hierarchy,
+    vertices: &[u32],
+) {
+    use VertexAttributeValues::{Float32x2, Float32x3, Float32x4};
+    let held = &hierarchy.vertices;
+    let moved = Moved {
+        first: hierarchy.source_vertex_count,
+        vertices,
+    };
+    // In any other format the values stay those of the source.
+    match values {
+        Float32x3(own) if id == Mesh::ATTRIBUTE_POSITION.id => moved.set(own, &held.positions),
+        Float32x3(own) if id == Mesh::ATTRIBUTE_NORMAL.id => moved.set(own, &held.normals),
+        Float32x2(own) if id == Mesh::ATTRIBUTE_UV_0.id => moved.set(own, &held.uvs),
+        Float32x2(own) if id == Mesh::ATTRIBUTE_UV_1.id => moved.set(own, &held.uvs_1),
+        Float32x4(own) if id == Mesh::ATTRIBUTE_TANGENT.id => moved.set(own, &held.tangents),
+        Float32x4(own) if id == Mesh::ATTRIBUTE_COLOR.id => moved.set(own, &held.colors),
+        _ => {}
+    }
+}
+
+/// The vertices of a unit, of which those from `first` on are moved ones.
+struct Moved<'a> {
+    first: u32,
+    vertices: &'a [u32],
+}
+
+impl Moved<'_> {
+    /// Sets the values of moved vertices to those of `held`, which may be empty.
+    fn set<A: From<V>, V: Copy>(&self, values: &mut [A], held: &[V]) {
+        for (value, &vertex) in values.iter_mut().zip(self.vertices) {
+            if vertex >= self.first
+                && let Some(&moved) = held.get(vertex as usize)
+            {
+                *value = moved.into();
+            }
+        }
+    }
 }
 
 /// The values at `vertices`, in their order.

@@ -75,10 +75,11 @@ impl Reader<'_> {
             positions: positions.into_iter().map(Vec3::from_array).collect(),
             normals: normals.into_iter().map(Vec3::from_array).collect(),
             uvs: uvs.into_iter().map(Vec2::from_array).collect(),
-            tangents: tangents.into_iter().map(Vec4::from_array).collect(),
             uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
             colors: colors.into_iter().map(Vec4::from_array).collect(),
-            has_other_attributes: has_other_attributes(self.primitive),
+            has_other_attributes: has_other_attributes(self.primitive)
+                || (tangents.is_empty() && gets_tangents(self.primitive)),
+            tangents: tangents.into_iter().map(Vec4::from_array).collect(),
             indices: triangle_list(self.primitive.mode(), corners),
         })
     }
@@ -121,6 +122,14 @@ fn has_other_attributes(primitive: &Primitive<'_>) -> bool {
     };
     let mut semantics = primitive.attributes().map(|(semantic, _)| semantic);
     semantics.any(|semantic| !is_held(semantic))
+}
+
+/// Whether Bevy computes tangents for a primitive without.
+fn gets_tangents(primitive: &Primitive<'_>) -> bool {
+    let material = primitive.material();
+    let coat = material.extension_value("KHR_materials_clearcoat");
+    material.normal_texture().is_some()
+        || coat.is_some_and(|coat| coat.get("clearcoatNormalTexture").is_some())
 }
 
 /// Unrolls strips and fans. Of a strip, every second triangle is turned round.

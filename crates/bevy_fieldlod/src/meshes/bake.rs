@@ -1,0 +1,68 @@
+//! Bakes meshes, unless they are in the cache.
+
+use std::path::Path;
+
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
+use fieldlod_hierarchy::{FORMAT_VERSION, Hierarchy};
+use xxhash_rust::xxh3::Xxh3;
+
+use super::cache;
+use super::source_arrays::SourceArrays;
+use crate::events::{LodError, LodOrigin};
+
+/// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
+pub(super) fn bake_unless_cached(
+    source: SourceArrays,
+    cache_folder: Option<&Path>,
+) -> Result<(Hierarchy, LodOrigin), LodError> {
+    let config = BakeConfig::default();
+    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, &config)));
+    if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
+        return Ok((found, LodOrigin::Cache));
+    }
+    let baked = bake_mesh(&source_mesh(source), &config)?;
+    if let Some(path) = &entry {
+        cache::write(path, &baked);
+    }
+    Ok((baked, LodOrigin::Baked))
+}
+
+fn source_mesh(source: SourceArrays) -> SourceMesh {
+    SourceMesh {
+        positions: source.vertices.positions,
+        normals: source.vertices.normals,
+        uvs: source.vertices.uvs,
+        tangents: source.vertices.tangents,
+        uvs_1: source.vertices.uvs_1,
+        colors: source.vertices.colors,
+        has_other_attributes: source.has_other_attributes,
+        indices: source.indices,
+    }
+}
+
+/// The name of the cache entry: a hash of all that baking looks at.
+fn entry_name(source: &SourceArrays, config: &BakeConfig) -> String {
+    let mut hasher = Xxh3::new();
+    // Another version may bake differently, or write another format.
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(&FORMAT_VERSION.to_le_bytes());
+    hasher.update(format!("{config:?}").as_bytes());
+    // Positions and indices are in the hash of the source.
+    hasher.update(&source.hash.0.to_le_bytes());
+    let vertices = &source.vertices;
+    update(&mut hasher, &vertices.normals);
+    update(&mut hasher, &vertices.uvs);
+    update(&mut hasher, &vertices.tangents);
+    update(&mut hasher, &vertices.uvs_1);
+    update(&mut hasher, &vertices.colors);
+    hasher.update(&[source.has_other_attributes.into()]);
+    format!("{:032x}.fieldlod", hasher.digest128())
+}
+
+/// Hashes the length of an attribute and its values.
+fn update<const N: usize, V: Copy + Into<[f32; N]>>(hasher: &mut Xxh3, values: &[V]) {
+    hasher.update(&(values.len() as u64).to_le_bytes());
+    for number in values.iter().flat_map(|&value| value.into()) {
+        hasher.update(&number.to_bits().to_le_bytes());
+    }
+}

@@ -1,13 +1,14 @@
 //! From what the simplifier emits to what a hierarchy holds.
 
-use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
-use glam::{Vec2, Vec3, Vec4};
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere};
+use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
 use crate::groups::{RawGroup, RawUnit};
 use crate::mesh::{MeshError, SourceMesh};
+use crate::vertices::LevelVertices;
 
 /// A group with its units ordered and bounded.
 struct FinishedGroup {
@@ -19,38 +20,39 @@ struct FinishedGroup {
 struct FinishedUnit {
     produced_by: u32,
     aabb: Aabb,
-    /// Source vertices in the order of their first use.
+    /// Vertices in the order of their first use.
     vertices: Vec<u32>,
     /// Into `vertices`, three a triangle.
     indices: Vec<u16>,
 }
 
 /// Orders the triangles and vertices of a group for drawing, and bounds them.
-fn finish_group(mesh: &SourceMesh, group: &RawGroup) -> Result<FinishedGroup, MeshError> {
-    let finished = group.units.iter().map(|unit| finish_unit(mesh, unit));
+fn finish_group(positions: &[Vec3], group: &RawGroup) -> Result<FinishedGroup, MeshError> {
+    let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
     let units: Vec<FinishedUnit> = finished.collect::<Result<_, _>>()?;
-    // Around what the group consumes. What it produces uses some of the same vertices.
-    let vertices = units.iter().flat_map(|unit| &unit.vertices);
-    let points: Vec<Vec3> = vertices.map(|&v| mesh.positions[v as usize]).collect();
+    // Around what the group consumes, and what it made of that.
+    let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
+    let vertices = vertices.chain(group.made.clone());
+    let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
     Ok(FinishedGroup {
         bounds: tight_sphere(&points),
-        mean_normal: mean_normal(mesh, group),
+        mean_normal: mean_normal(positions, group),
         units,
     })
 }
 
-fn mean_normal(mesh: &SourceMesh, group: &RawGroup) -> Vec3 {
+fn mean_normal(positions: &[Vec3], group: &RawGroup) -> Vec3 {
     let mut sum = NormalSum::default();
     for cluster in group.units.iter().flat_map(|unit| &unit.clusters) {
         let (triangles, _) = cluster.as_chunks::<3>();
         for triangle in triangles {
-            sum.add(triangle.map(|v| mesh.positions[v as usize]));
+            sum.add(triangle.map(|v| positions[v as usize]));
         }
     }
     sum.mean()
 }
 
-fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
+fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
     let mut list = VertexList::default();
     let mut indices = Vec::new();
     for cluster in &unit.clusters {
@@ -66,8 +68,8 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
         triangle.rotate_left(first.unwrap_or(0));
     }
     // A tight box around them all, for culling.
-    let vertices = list.source_vertices;
-    let points = vertices.iter().map(|&v| mesh.positions[v as usize]);
+    let vertices = list.vertices;
+    let points = vertices.iter().map(|&v| positions[v as usize]);
     Ok(FinishedUnit {
         produced_by: unit.produced_by,
         aabb: Aabb::around(points).unwrap_or_default(),
@@ -79,16 +81,16 @@ fn finish_unit(mesh: &SourceMesh, unit: &RawUnit) -> Result<FinishedUnit, MeshEr
 /// The vertices of a unit, in the order of their first use: memory is then read in one direction.
 #[derive(Default)]
 struct VertexList {
-    source_vertices: Vec<u32>,
+    vertices: Vec<u32>,
     slots: FxHashMap<u32, u16>,
 }
 
 impl VertexList {
-    fn slot_of(&mut self, source_vertex: u32) -> Result<u16, MeshError> {
-        if let Some(&slot) = self.slots.get(&source_vertex) {
+    fn slot_of(&mut self, vertex: u32) -> Result<u16, MeshError> {
+        if let Some(&slot) = self.slots.get(&vertex) {
             return Ok(slot);
         }
-        let vertices = self.source_vertices.len();
+        let vertices = self.vertices.len();
         // 65535 is left out: as an index it restarts strips on some graphics interfaces.
         let slot = match u16::try_from(vertices) {
             Ok(slot) if slot != u16::MAX => slot,
@@ -97,45 +99,36 @@ impl VertexList {
                 return Err(MeshError::UnitTooLarge { vertices });
             }
         };
-        self.source_vertices.push(source_vertex);
-        self.slots.insert(source_vertex, slot);
+        self.vertices.push(vertex);
+        self.slots.insert(vertex, slot);
         Ok(slot)
     }
 }
 
 /// Orders the triangles and vertices of all groups for drawing, bounds them, and lays them out in
-/// the arrays of a hierarchy.
-pub(crate) fn assemble(mesh: &SourceMesh, groups: &[RawGroup]) -> Result<Hierarchy, MeshError> {
-    let in_parallel = groups.par_iter().map(|group| finish_group(mesh, group));
-    let finished: Vec<FinishedGroup> = in_parallel.collect::<Result<_, _>>()?;
+/// the arrays of a hierarchy of `mesh`.
+pub(crate) fn assemble(
+    mesh: &SourceMesh,
+    vertices: LevelVertices,
+    groups: &[RawGroup],
+) -> Result<Hierarchy, MeshError> {
+    let (vertices, moved_from) = vertices.in_local(mesh);
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
-        vertices: Vertices {
-            positions: mesh.positions.clone(),
-            normals: finite_or_zero(&mesh.normals, Vec3::is_finite),
-            uvs: finite_or_zero(&mesh.uvs, Vec2::is_finite),
-            tangents: finite_or_zero(&mesh.tangents, Vec4::is_finite),
-            uvs_1: finite_or_zero(&mesh.uvs_1, Vec2::is_finite),
-            colors: finite_or_zero(&mesh.colors, Vec4::is_finite),
-        },
         source_vertex_count: mesh.positions.len() as u32,
+        vertices,
+        moved_from,
         ..Hierarchy::default()
     };
+    let positions = &hierarchy.vertices.positions;
+    let in_parallel = groups
+        .par_iter()
+        .map(|group| finish_group(positions, group));
+    let finished: Vec<FinishedGroup> = in_parallel.collect::<Result<_, _>>()?;
     for (group, finished) in groups.iter().zip(&finished) {
         push_group(&mut hierarchy, group, finished);
     }
     Ok(hierarchy)
-}
-
-fn finite_or_zero<V: Copy + Default>(values: &[V], is_finite: impl Fn(V) -> bool) -> Vec<V> {
-    let usable = |&value: &V| {
-        if is_finite(value) {
-            value
-        } else {
-            V::default()
-        }
-    };
-    values.iter().map(usable).collect()
 }
 
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {

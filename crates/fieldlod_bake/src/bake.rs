@@ -4,11 +4,10 @@ use fieldlod_hierarchy::Hierarchy;
 
 use crate::assemble::assemble;
 use crate::config::BakeConfig;
-use crate::deviation::measure_deviations;
-use crate::input::SimplifierInput;
 use crate::levels::build_levels;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
+use crate::vertices::LevelVertices;
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
 ///
@@ -42,13 +41,11 @@ pub(crate) fn bake_mesh_with_progress(
     // Check: the simplifier trusts what it is given.
     config.validate()?;
     mesh.validate()?;
-    // Cluster, group and simplify, level by level.
-    let mut input = SimplifierInput::of(mesh, config);
-    let (mut groups, report) = build_levels(&mesh.indices, &mut input, config, on_triangles);
-    // Measure how far each simplified surface lies from the source.
-    measure_deviations(input, &mut groups);
+    // Cluster, group, simplify and measure, level by level.
+    let mut vertices = LevelVertices::of(mesh, config);
+    let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
-    let hierarchy = assemble(mesh, &groups)?;
+    let hierarchy = assemble(mesh, vertices, &groups.0)?;
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

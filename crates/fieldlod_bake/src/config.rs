@@ -25,13 +25,13 @@ pub struct BakeConfig {
     /// more triangles where only a few are wanted.
     pub cluster_triangles: usize,
     /// How many clusters are simplified together, 2 to 1024: a target that a group may exceed by a
-    /// third. Beyond 64, units may need more vertices than their 16-bit indices reach.
+    /// third.
     pub group_clusters: usize,
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
     /// below [`stuck_ratio`](Self::stuck_ratio).
     pub simplify_ratio: f32,
-    /// A group that keeps more than this share of its triangles is stuck, and left to the levels
-    /// of the whole mesh. At most 1.
+    /// A group that keeps more than this share of its triangles is stuck, and merged with others.
+    /// At most 1.
     pub stuck_ratio: f32,
     /// How much a change of the unit normal by 1 counts, as a share of the extent of the group
     /// that is simplified. 0 ignores normals.
@@ -40,11 +40,17 @@ pub struct BakeConfig {
     /// the surface, where a group is as large as the mesh; proportionally less where it is
     /// smaller. 0 ignores texture coordinates, apart from seams.
     pub uv_weight: f32,
+    /// How much a change of a colour by 1 counts, as [`normal_weight`](Self::normal_weight) does.
+    /// 0 ignores colours.
+    pub color_weight: f32,
+    /// From which level on simplification moves vertices to where the error is least: 0 moves them
+    /// from the first. Levels before that use vertices of the source only, which files and memory
+    /// need not hold twice.
+    pub first_moved_level: u32,
+    /// Whether deviations from the source are measured. Without, a guarantee draws full detail.
+    pub measure_deviation: bool,
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,
-    /// Whether a stuck group may be merged on a grid, without regard to its topology. It coarsens
-    /// debris further, but moves borders and opens edges away from them.
-    pub sloppy_fallback: bool,
 }
 
 impl Default for BakeConfig {
@@ -54,10 +60,12 @@ impl Default for BakeConfig {
             group_clusters: 16,
             simplify_ratio: 0.5,
             stuck_ratio: 0.85,
-            normal_weight: 0.5,
+            normal_weight: 0.45,
             uv_weight: 0.5,
+            color_weight: 0.25,
+            first_moved_level: 0,
+            measure_deviation: true,
             protect_uv_seams: true,
-            sloppy_fallback: false,
         }
     }
 }
@@ -73,13 +81,12 @@ impl BakeConfig {
         }
     }
 
-    /// For trying things out: neither normals nor texture coordinates are weighed (seams are still
-    /// kept), and units are as large as the default's.
+    /// For trying things out: units are as large as the default's, and deviations are not measured,
+    /// so that a guarantee draws full detail.
     #[must_use]
     pub fn fast() -> Self {
         Self {
-            normal_weight: 0.0,
-            uv_weight: 0.0,
+            measure_deviation: false,
             ..Self::default()
         }
     }
@@ -117,6 +124,7 @@ impl BakeConfig {
             ),
             ("normal_weight", weight.contains(&self.normal_weight)),
             ("uv_weight", weight.contains(&self.uv_weight)),
+            ("color_weight", weight.contains(&self.color_weight)),
         ];
         match checks.into_iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(MeshError::Config { field }),

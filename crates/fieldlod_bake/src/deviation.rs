@@ -1,197 +1,401 @@
-//! How far each simplified surface lies from the source surface, measured in both directions.
+//! How far each simplified surface lies from the source surface: the two-sided Hausdorff distance,
+//! measured at samples.
 //!
-//! A deviation is a maximum, and no less than those of the finer groups below. So most of the work
-//! is to show that a place is no further than the furthest so far.
+//! Source to simplified: places on the source wait on the clusters above them, at the finest level
+//! all vertices. A group measures the places of the clusters that it consumes against its simplified
+//! triangles, and of each triangle's hands on the furthest few: these are likely to be the furthest
+//! from the next level, too. The coarser the level, the more for each triangle, and the fewer in all.
 //!
-//! Source to simplified: each source vertex is walked to the simplified triangle that it stands
-//! above, from where it stood a level before. A source triangle above several simplified ones is
-//! no further than its corners from the planes of these; where that is not enough, its edges are
-//! measured where they cross from above one to above the next.
+//! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
+//! source.
 //!
-//! Simplified to source: at the same crossings, and at samples on edges and faces. Triangles that
-//! the source covers from edge to edge, and nowhere far above, are as near to it and need none;
-//! those that may span a gap in the source get the most.
-//! From a sample that is further than all before, the search climbs to where it is furthest.
-//! (Corners of simplified triangles are source vertices.) Groups with few source triangles
-//! below are sampled everywhere, and so are these if none of them lies beside: there, one fold of the
-//! source is all that counts.
-//!
-//! A source vertex under a group goes on to the group that consumes the simplified triangle below
-//! it, and source triangles go where their corners go.
+//! In both directions the triangles that may hold a place further than all are looked at more closely.
 
-mod crossings;
-mod faces;
-mod furthest;
-mod output;
-mod places;
-mod seats;
+use std::cmp::Ordering;
 
-use std::ops::Range;
+use fieldlod_hierarchy::NO_GROUP;
+use glam::Vec3;
+use rustc_hash::FxHashMap;
 
-use rayon::prelude::*;
-
-use self::crossings::furthest_crossing;
-use self::faces::{furthest_face, furthest_of_few};
-use self::output::{Output, outputs_of};
-use self::places::Places;
-use self::seats::{SeatPool, Seating};
-use crate::groups::RawGroup;
-use crate::input::SimplifierInput;
-use crate::patch::Patch;
-use crate::surface::{NONE, Surface};
+use crate::clusters::Cluster;
+use crate::mesh::SourceMesh;
+use crate::simplify::Simplified;
+use crate::triangle_tree::{NearestTriangle, TriangleTree};
+use crate::vertices::LevelVertices;
 
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;
 /// What is added for places between the samples.
-const SAMPLING_MARGIN: f32 = 1.02;
+const SAMPLING_MARGIN: f32 = 1.03;
+/// A triangle is looked at more closely if a sample of it is this share of the furthest away, squared.
+const NEAR_FURTHEST: f32 = 0.1;
+/// How many triangles of a group are looked at more closely in each direction at most, as a share.
+const LOOKED_AT: f32 = 0.5;
+/// Levels with fewer triangles than this are looked at closely all over, which costs little.
+const FEW: usize = 1 << 15;
+/// At least so many places of the whole source go on to each level, or this share of its triangles.
+const FEWEST_PLACES: usize = 1 << 16;
+const PLACES_PER_TRIANGLE: f32 = 0.1;
+/// How often these are cut in quarters at most.
+const SPLITS: u32 = 5;
+/// Parts that rise no higher than this share of the furthest, squared, are not.
+const LOW: f32 = 0.7;
+/// If their middle stands this near beside what is nearest, squared: it is not above a gap.
+const BESIDE: f32 = 0.06;
 
-/// Measures every group of `groups`, which come finer before coarser, and keeps the deviations
-/// from shrinking upwards.
-pub(crate) fn measure_deviations(input: SimplifierInput, groups: &mut [RawGroup]) {
-    let places = Places::of(input, groups);
-    let ruler = Ruler::of(&places, groups);
-    let outputs = outputs_of(groups);
-    let mut waiting: Vec<Vec<Patch>> = Vec::new();
-    waiting.resize_with(groups.len(), Vec::new);
-    let mut furthest = vec![ROUNDING * ROUNDING; groups.len()];
-    let mut first = 0;
-    while first < groups.len() {
-        // Groups of the same level do not build on each other.
-        let level = groups[first].level;
-        let same = groups[first..]
-            .iter()
-            .take_while(|group| group.level == level);
-        let run = first..first + same.count();
-        let patches: Vec<Vec<Patch>> = waiting[run.clone()]
-            .iter_mut()
-            .map(std::mem::take)
-            .collect();
-        let measured = run.clone().into_par_iter().zip(patches);
-        let measured = measured.map(|(index, patches)| {
-            let group = &groups[index];
-            let finer = group.units.iter().filter(|unit| !unit.is_source());
-            let finer = finer.map(|unit| furthest[unit.produced_by as usize]);
-            let least = group.deviation_in_local / places.local_from_scaled / SAMPLING_MARGIN;
-            // Rounded up.
-            let least = least * least * (1.0 + 4.0 * f32::EPSILON);
-            let start = finer.fold(furthest[index].max(least), f32::max);
-            if outputs[index].is_empty() {
-                return Measured::unchanged(start);
-            }
-            let patch = Patch::merge(patches, ruler.fresh[index].clone());
-            ruler.measure(patch, index, &outputs[index], groups, start)
-        });
-        let measured: Vec<Measured> = measured.collect();
-        first = run.end;
-        for (index, measured) in run.zip(measured) {
-            for (consumer, patch) in measured.onward {
-                waiting[consumer as usize].push(patch);
-            }
-            furthest[index] = measured.furthest;
-        }
-    }
-    for (group, furthest) in groups.iter_mut().zip(furthest) {
-        let in_local = furthest.sqrt() * SAMPLING_MARGIN * places.local_from_scaled;
-        group.deviation_in_local = if group.is_terminal() {
-            f32::INFINITY
-        } else {
-            in_local.min(f32::MAX)
-        };
-    }
+/// A place on the source.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    point: Vec3,
+    /// The source triangle that it lies on.
+    triangle: [u32; 3],
 }
 
-struct Measured {
-    /// The largest distance, squared, in scaled units.
-    furthest: f32,
-    /// The source below, by the group that comes next.
-    onward: Vec<(u32, Patch)>,
+/// What simplified surfaces are measured against.
+pub(crate) struct Ruler {
+    source: TriangleTree,
+    positions: Vec<Vec3>,
+    source_triangles: usize,
 }
 
-impl Measured {
-    fn unchanged(furthest: f32) -> Self {
+/// A place, and what of the simplified surface is nearest to it.
+#[derive(Clone, Copy)]
+struct Seen {
+    place: Place,
+    nearest: NearestTriangle,
+}
+
+/// A triangle that may hold a place further than all.
+struct Suspect {
+    corners: [Vec3; 3],
+    /// How far such a place may be, squared: a guess.
+    priority: f32,
+    /// What is nearest to one of its places.
+    start: Option<NearestTriangle>,
+}
+
+/// How much is done to find the furthest place.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// How many places of each simplified triangle go on to the next level.
+    places_per_triangle: usize,
+    /// Triangles are looked at more closely if a sample of them is this share of the furthest away,
+    /// squared.
+    near_furthest: f32,
+    /// How many at most, as a share of all.
+    looked_at: f32,
+    /// How often these are cut in quarters at least.
+    splits_at_least: u32,
+}
+
+/// What was measured of a group.
+pub(crate) struct Measured {
+    pub(crate) deviation_in_scaled: f32,
+    /// For each of its clusters the places that are handed on.
+    pub(crate) places: Vec<Vec<Place>>,
+}
+
+impl Ruler {
+    pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
+        let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
         Self {
-            furthest,
-            onward: Vec::new(),
-        }
-    }
-}
-
-struct Ruler<'a> {
-    places: &'a Places,
-    /// Triangles in the order of the groups that are the first to simplify them.
-    source: Surface<'a>,
-    /// For each group, the source triangles that it is the first to simplify.
-    fresh: Vec<Range<u32>>,
-    /// For each triangle of `source`, whether it has an open edge.
-    is_rim: Vec<bool>,
-    /// For each place, one of its triangles.
-    triangle_at: Vec<u32>,
-    seats: SeatPool,
-}
-
-impl<'a> Ruler<'a> {
-    fn of(places: &'a Places, groups: &[RawGroup]) -> Self {
-        let units = groups.iter().flat_map(|group| &group.units);
-        let clusters = units.filter(|unit| unit.is_source());
-        let clusters = clusters.flat_map(|unit| &unit.clusters);
-        let triangles = clusters.map(|cluster| cluster.len() / 3).sum();
-        let mut corners: Vec<[u32; 3]> = Vec::with_capacity(triangles);
-        let mut fresh = Vec::with_capacity(groups.len());
-        for group in groups {
-            let first = corners.len() as u32;
-            let source = group.units.iter().filter(|unit| unit.is_source());
-            for cluster in source.flat_map(|unit| &unit.clusters) {
-                corners.extend(places.triangles(cluster));
-            }
-            fresh.push(first..corners.len() as u32);
-        }
-        let seats = SeatPool::new(places.positions.len());
-        let mut triangle_at = vec![NONE; places.positions.len()];
-        let source = Surface::of(&places.positions, corners, &mut triangle_at);
-        for (triangle, corners) in source.corners().iter().enumerate() {
-            for &vertex in corners {
-                triangle_at[vertex as usize] = triangle as u32;
-            }
-        }
-        let neighbours = source.neighbours().iter();
-        let is_rim = neighbours.map(|across| across.contains(&NONE)).collect();
-        Self {
-            places,
-            source,
-            is_rim,
-            fresh,
-            triangle_at,
-            seats,
+            source: TriangleTree::new(corners),
+            positions,
+            source_triangles: triangles.len(),
         }
     }
 
-    fn measure(
+    /// Measures the simplification of `part` into `clusters`, at a level with so many triangles in all.
+    /// It deviates at least as much as the finer groups, by `least_in_scaled`.
+    pub(crate) fn measure(
         &self,
-        patch: Patch,
-        group: usize,
-        units: &[(u32, usize)],
-        groups: &[RawGroup],
-        start: f32,
+        part: &[Cluster],
+        triangles_of_level: usize,
+        simplified: &Simplified,
+        clusters: &[Vec<u32>],
+        least_in_scaled: f32,
     ) -> Measured {
-        let mut seats = self.seats.take();
-        let output = Output::of(self.places, units, groups, &mut seats);
-        let mut seating = Seating::new(&output, &mut seats, start);
-        let clusters = groups[group].units.iter().flat_map(|unit| &unit.clusters);
-        let inputs: Vec<[u32; 3]> = clusters.flat_map(|c| self.places.triangles(c)).collect();
-        let removed = seating.seat_corners(&inputs);
-        let furthest = seating.seat_riders(&patch.riders);
-        let furthest = furthest_crossing(self, &output, &seats, &patch, furthest);
-        let above = output.vertices_above(&seats, &removed, &patch.riders);
-        let furthest = furthest_face(self, &output, &above, furthest);
-        // All below was never simplified, or is all there is.
-        let whole = [self.fresh[group].len(), self.source.corners().len()];
-        let is_alone = whole.contains(&patch.inside.len());
-        let furthest = furthest_of_few(self, &output, &seats, &patch, is_alone, furthest);
-        let vertices = inputs.iter().flatten().copied();
-        let vertices = vertices.chain(patch.riders.iter().map(|rider| rider.vertex));
-        let vertices: Vec<u32> = vertices.collect();
-        let onward = output.pass_on(self, &seats, &removed, patch);
-        self.seats.give_back(seats, vertices, &output);
-        Measured { furthest, onward }
+        let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
+        let triangles = clusters
+            .iter()
+            .flat_map(|corners| corners.as_chunks::<3>().0);
+        let triangles: Vec<[u32; 3]> = triangles.copied().collect();
+        let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
+        let surface = TriangleTree::new(corners.iter().copied());
+        // What finer groups state has the margin already.
+        let furthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
+        let mut furthest = furthest * furthest;
+        let effort = self.effort(triangles_of_level);
+        let seen = self.from_source(part, &surface, effort, &mut furthest);
+        let mut of_triangles = vec![0.0f32; triangles.len()];
+        for seen in &seen {
+            let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
+            *of_triangle = of_triangle.max(seen.nearest.distance_squared);
+        }
+        self.from_simplified(
+            &triangles,
+            &corners,
+            simplified,
+            &of_triangles,
+            effort,
+            &mut furthest,
+        );
+        Measured {
+            deviation_in_scaled: (furthest.sqrt() * SAMPLING_MARGIN).max(least_in_scaled),
+            places: handed_on(seen, clusters, effort.places_per_triangle),
+        }
     }
+
+    /// The share of a simplified surface's area that faces away from the source: no source triangle
+    /// within `reach` of a triangle's middle faces as it does.
+    pub(crate) fn turned_share(&self, simplified: &Simplified, reach: f32) -> f32 {
+        let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+        let (mut turned, mut whole) = (0.0, 0.0);
+        let (triangles, _) = simplified.corners.as_chunks::<3>();
+        for triangle in triangles {
+            let corners = triangle.map(|own| Vec3::from(simplified.positions[own as usize]));
+            let own = area_vector(corners);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let faces_alike = |corners| area_vector(corners).dot(own) >= 0.0;
+            whole += own.length();
+            if self
+                .source
+                .none_within(middle, reach + ROUNDING, faces_alike)
+            {
+                turned += own.length();
+            }
+        }
+        if whole > 0.0 { turned / whole } else { 0.0 }
+    }
+
+    fn effort(&self, triangles_of_level: usize) -> Effort {
+        let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
+        let places = FEWEST_PLACES.max(share as usize);
+        let is_small = triangles_of_level <= FEW;
+        Effort {
+            places_per_triangle: match self.source_triangles <= FEW {
+                true => usize::MAX,
+                false => (2 * places / triangles_of_level).max(1),
+            },
+            near_furthest: if is_small { 0.0 } else { NEAR_FURTHEST },
+            looked_at: if is_small { 1.0 } else { LOOKED_AT },
+            splits_at_least: if is_small { 2 } else { 1 },
+        }
+    }
+
+    /// Measures from the source, raising the largest squared distance so far.
+    fn from_source(
+        &self,
+        part: &[Cluster],
+        surface: &TriangleTree,
+        effort: Effort,
+        furthest: &mut f32,
+    ) -> Vec<Seen> {
+        let mut seen: Vec<Seen> = Vec::new();
+        let mut suspects: Vec<Suspect> = Vec::new();
+        let mut start = None;
+        let mut look = |place: Place, seen: &mut Vec<Seen>| {
+            start = surface.near_enough(place.point, 0.0, start);
+            if let Some(nearest) = start {
+                *furthest = furthest.max(nearest.distance_squared);
+                seen.push(Seen { place, nearest });
+            }
+        };
+        for cluster in part {
+            if cluster.produced_by != NO_GROUP {
+                cluster
+                    .places
+                    .iter()
+                    .for_each(|&place| look(place, &mut seen));
+                continue;
+            }
+            // The source itself: its vertices, and triangles that reach beyond them.
+            let mut at: FxHashMap<u32, usize> = FxHashMap::default();
+            let (triangles, _) = cluster.corners.as_chunks::<3>();
+            for &triangle in triangles {
+                for vertex in triangle {
+                    let point = self.positions[vertex as usize];
+                    let next = seen.len();
+                    if *at.entry(vertex).or_insert(next) == next {
+                        look(Place { point, triangle }, &mut seen);
+                    }
+                }
+            }
+            for &triangle in triangles {
+                if self.source_triangles <= FEW {
+                    let corners = triangle.map(|v| self.positions[v as usize]);
+                    let point = (corners[0] + corners[1] + corners[2]) / 3.0;
+                    look(Place { point, triangle }, &mut seen);
+                }
+                let of_corners = triangle.map(|vertex| seen[at[&vertex]]);
+                let height = height_squared(surface, of_corners);
+                suspects.push(Suspect {
+                    corners: of_corners.map(|seen| seen.place.point),
+                    priority: height,
+                    start: Some(of_corners[0].nearest),
+                });
+            }
+        }
+        for seen in &seen {
+            suspects.push(Suspect {
+                corners: seen.place.triangle.map(|v| self.positions[v as usize]),
+                priority: seen.nearest.distance_squared,
+                start: Some(seen.nearest),
+            });
+        }
+        look_closely(surface, suspects, effort, furthest);
+        seen
+    }
+
+    /// Measures from the simplified surface, raising the largest squared distance so far.
+    fn from_simplified(
+        &self,
+        triangles: &[[u32; 3]],
+        corners: &[[Vec3; 3]],
+        simplified: &Simplified,
+        of_triangles: &[f32],
+        effort: Effort,
+        furthest: &mut f32,
+    ) {
+        let mut distances = vec![f32::NAN; simplified.is_new.len()];
+        let mut suspects = Vec::with_capacity(triangles.len());
+        let mut start = None;
+        for (index, (triangle, &corners)) in triangles.iter().zip(corners).enumerate() {
+            // Where the source is far above, the triangle is as far below.
+            let mut priority = of_triangles[index];
+            let mut look = |point: Vec3| {
+                start = self
+                    .source
+                    .near_enough(point, *furthest * NEAR_FURTHEST, start);
+                let squared = start.map_or(0.0, |near| near.distance_squared);
+                *furthest = furthest.max(squared);
+                squared
+            };
+            for (own, point) in triangle.iter().map(|&own| own as usize).zip(corners) {
+                if simplified.is_new[own] {
+                    if distances[own].is_nan() {
+                        distances[own] = look(point);
+                    }
+                    priority = priority.max(distances[own]);
+                }
+            }
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            priority = priority.max(look(middle));
+            suspects.push(Suspect {
+                corners,
+                priority,
+                start,
+            });
+        }
+        look_closely(&self.source, suspects, effort, furthest);
+    }
+}
+
+/// The largest squared height of corners of a source triangle above the planes of the triangles that
+/// are nearest to these. If it stands above those only, no place of it is further.
+fn height_squared(surface: &TriangleTree, corners: [Seen; 3]) -> f32 {
+    let points = corners.map(|corner| corner.place.point);
+    let mut height = 0.0f32;
+    for (k, corner) in corners.iter().enumerate() {
+        height = height.max(corner.nearest.distance_squared);
+        let of_one = |other: &Seen| other.nearest.triangle == corner.nearest.triangle;
+        if !corners[..k].iter().any(of_one) && !corners.iter().all(of_one) {
+            height = height.max(surface.height_squared(corner.nearest, points));
+        }
+    }
+    height
+}
+
+/// Raises the largest squared distance by samples on the triangles that may hold a further place.
+fn look_closely(
+    surface: &TriangleTree,
+    mut suspects: Vec<Suspect>,
+    effort: Effort,
+    furthest: &mut f32,
+) {
+    let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
+    suspects.retain(|suspect| suspect.priority >= *furthest * effort.near_furthest);
+    let order = |a: &Suspect, b: &Suspect| b.priority.total_cmp(&a.priority);
+    if suspects.len() > most {
+        suspects.select_nth_unstable_by(most, order);
+        suspects.truncate(most);
+    }
+    suspects.sort_by(order);
+    for suspect in &suspects {
+        let free = SPLITS - effort.splits_at_least;
+        look_at_part(
+            surface,
+            suspect.corners,
+            suspect.start,
+            [SPLITS, free],
+            furthest,
+        );
+    }
+}
+
+/// Looks at a part of a triangle, and at quarters of it up to `splits` times over: the last `free` of
+/// these only as long as its corners rise high above the plane of what is nearest to its middle.
+fn look_at_part(
+    surface: &TriangleTree,
+    corners: [Vec3; 3],
+    start: Option<NearestTriangle>,
+    [splits, free]: [u32; 2],
+    furthest: &mut f32,
+) {
+    let [a, b, c] = corners;
+    let middle = (a + b + c) / 3.0;
+    let Some(near) = surface.near_enough(middle, *furthest * BESIDE, start) else {
+        return;
+    };
+    *furthest = furthest.max(near.distance_squared);
+    // No place is further than the middle by more than its distance from that.
+    let radius = corners
+        .iter()
+        .map(|c| c.distance_squared(middle))
+        .fold(0.0, f32::max);
+    if (near.distance_squared.sqrt() + radius.sqrt()).powi(2) <= *furthest {
+        return;
+    }
+    // What is nearest to the middle may be far from a corner, so that some quarters are always looked
+    // at.
+    let is_low = || {
+        let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
+        beside <= *furthest * BESIDE && surface.height_squared(near, corners) <= *furthest * LOW
+    };
+    if splits == 0 || (splits <= free && is_low()) {
+        return;
+    }
+    let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
+    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+        look_at_part(surface, part, Some(near), [splits - 1, free], furthest);
+    }
+}
+
+/// For each cluster, the `most` furthest of the places nearest to each of its triangles.
+fn handed_on(mut seen: Vec<Seen>, clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {
+    seen.sort_by(|a, b| {
+        let by_triangle = a.nearest.triangle.cmp(&b.nearest.triangle);
+        by_triangle.then_with(|| further_first(a, b))
+    });
+    let mut of_triangles = seen.chunk_by(|a, b| a.nearest.triangle == b.nearest.triangle);
+    let mut next = of_triangles.next();
+    let mut end = 0;
+    let places = clusters.iter().map(|corners| {
+        end += corners.len() as u32 / 3;
+        let mut places = Vec::new();
+        while let Some(of_one) = next.filter(|of_one| of_one[0].nearest.triangle < end) {
+            places.extend(of_one.iter().take(most).map(|seen| seen.place));
+            next = of_triangles.next();
+        }
+        places
+    });
+    places.collect()
+}
+
+fn further_first(a: &Seen, b: &Seen) -> Ordering {
+    b.nearest
+        .distance_squared
+        .total_cmp(&a.nearest.distance_squared)
 }

@@ -1,72 +1,278 @@
-//! The levels: clusterlod's groups, then the [tail](crate::tail) above what it leaves.
+//! The levels: clusters are gathered in groups, each group is simplified, and what is left is split
+//! into clusters again, until a dozen triangles are left.
 
+use rayon::prelude::*;
+
+use crate::clusters::{
+    Cluster, clusters_of_source, partition, shared_positions, split_into_clusters, triangle_count,
+};
 use crate::config::BakeConfig;
-use crate::groups::{Cluster, Groups, RawGroup};
-use crate::input::SimplifierInput;
-use crate::report::BakeReport;
-use crate::simplify::Simplifier;
-use crate::tail::simplify_tail;
-use crate::watertight::simplify_watertight;
+use crate::deviation::{Measured, Place, Ruler};
+use crate::groups::Groups;
+use crate::mesh::SourceMesh;
+use crate::report::{BakeReport, Fallback, FallbackKind};
+use crate::simplify::{Means, Simplified, Task};
+use crate::vertices::{LevelVertices, NewVertex, Piece};
 
-/// Clusters and simplifies the mesh with these `indices` level by level. Groups come finer before
-/// coarser.
+/// Where simplification ends.
+const FEWEST_TRIANGLES: usize = 12;
+/// Most of a simplified surface that may have turned over, as a share of its area.
+const MOST_TURNED: f32 = 0.003;
+/// By how much groups grow where nothing gets on.
+const GROWTH: usize = 4;
+/// A level that keeps more than this share of the triangles hardly gets on.
+const HARDLY: f32 = 0.98;
+
+/// Clusters and simplifies `mesh` level by level, and measures how far each simplification strays from
+/// it. Groups come finer before coarser; the last one is terminal and holds what is left.
 ///
 /// `on_triangles` hears how many triangles each group consumed. The mesh must be valid: nothing is
 /// checked on the other side.
 pub(crate) fn build_levels(
-    indices: &[u32],
-    input: &mut SimplifierInput,
+    mesh: &SourceMesh,
+    vertices: &mut LevelVertices,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
-) -> (Vec<RawGroup>, BakeReport) {
-    let groups = simplify_watertight(indices, input, config, on_triangles);
-    let (mut groups, ends) = split_off_ends(groups);
-    let mut report = BakeReport {
-        stuck_groups: ends.stuck_groups,
-        ..BakeReport::default()
-    };
-    let simplifier = Simplifier::new(input, config);
-    simplify_tail(&simplifier, ends.clusters, &mut groups, &mut report);
-    (groups.0, report)
-}
-
-/// What clusterlod leaves at the coarse end.
-struct Ends {
-    clusters: Vec<Cluster>,
-    stuck_groups: usize,
-}
-
-/// Takes out the terminal groups, which produce nothing, and numbers the others anew.
-fn split_off_ends(groups: Vec<RawGroup>) -> (Groups, Ends) {
-    let mut kept = Groups::default();
-    let mut clusters = Vec::new();
-    let mut new_index = Vec::with_capacity(groups.len());
-    let mut terminal_groups = 0usize;
-    for mut group in groups {
-        for unit in &mut group.units {
-            if !unit.is_source() {
-                unit.produced_by = new_index[unit.produced_by as usize];
+) -> (Groups, BakeReport) {
+    let (mut pool, ruler) = rayon::join(
+        || clusters_of_source(&mesh.indices, vertices, config),
+        || Ruler::of(mesh, vertices),
+    );
+    let mut groups = Groups::default();
+    let mut report = BakeReport::default();
+    let mut group_clusters = config.group_clusters;
+    let mut level = 0;
+    while triangle_count(&pool) > FEWEST_TRIANGLES {
+        let before = triangle_count(&pool);
+        // Simplify neighbouring clusters together, and nothing that two groups share.
+        let parts = partition(pool, vertices, group_clusters);
+        let is_whole = parts.len() == 1;
+        let is_shared = shared_positions(&parts, vertices);
+        let builder = Builder {
+            vertices,
+            config,
+            ruler: &ruler,
+            groups: &groups,
+            is_shared: &is_shared,
+            is_whole,
+            level,
+            triangles: before,
+        };
+        let built = parts.par_iter().map(|part| builder.build(part));
+        let built: Vec<Option<Built>> = built.collect();
+        // In the order of the groups, so that the result is the same for any number of threads.
+        pool = Vec::new();
+        for (part, built) in parts.into_iter().zip(built) {
+            match built {
+                Some(built) => {
+                    on_triangles(triangle_count(&part));
+                    built.note(&part, groups.0.len() as u32, &mut report);
+                    pool.extend(built.add(part, &mut groups, vertices));
+                }
+                // What is stuck waits for other neighbours.
+                None => {
+                    report.stuck_groups += 1;
+                    pool.extend(part);
+                }
             }
         }
-        new_index.push(kept.0.len() as u32);
-        if !group.is_terminal() {
-            kept.0.push(group);
-            continue;
-        }
-        terminal_groups += 1;
-        for unit in group.units {
-            let produced_by = unit.produced_by;
-            let cluster = |corners| Cluster {
-                produced_by,
-                corners,
+        report.whole_mesh_levels += usize::from(is_whole);
+        level += 1;
+        if triangle_count(&pool) as f32 > before as f32 * config.stuck_ratio {
+            if is_whole {
+                break;
+            }
+            // Where hardly anything gets on, it is tried with all at once.
+            let gets_on = triangle_count(&pool) as f32 <= before as f32 * HARDLY;
+            group_clusters = if gets_on {
+                group_clusters * GROWTH
+            } else {
+                usize::MAX
             };
-            clusters.extend(unit.clusters.into_iter().map(cluster));
         }
     }
-    let stuck_groups = terminal_groups.saturating_sub(1);
-    let ends = Ends {
-        clusters,
-        stuck_groups,
-    };
-    (kept, ends)
+    report.coarsest_triangles = triangle_count(&pool);
+    groups.add_terminal(pool);
+    (groups, report)
+}
+
+/// Builds the groups of one level.
+struct Builder<'a> {
+    vertices: &'a LevelVertices,
+    config: &'a BakeConfig,
+    ruler: &'a Ruler,
+    groups: &'a Groups,
+    is_shared: &'a [bool],
+    is_whole: bool,
+    level: u32,
+    /// Of all groups of the level.
+    triangles: usize,
+}
+
+/// A group that was simplified.
+struct Built {
+    piece: Piece,
+    same_position: Vec<u32>,
+    simplified: Simplified,
+    /// Triangle lists of own vertices, and the places of the source near each.
+    clusters: Vec<(Vec<u32>, Vec<Place>)>,
+    error_in_local: f32,
+    deviation_in_local: f32,
+}
+
+impl Builder<'_> {
+    /// `None` for a group that is stuck.
+    fn build(&self, part: &[Cluster]) -> Option<Built> {
+        let vertices = self.vertices;
+        let corners = part.iter().flat_map(|cluster| &cluster.corners);
+        let piece = Piece::of(corners.copied(), vertices);
+        let is_locked = piece.vertices.iter().map(|&vertex| {
+            let first = vertices.same_position[vertex as usize];
+            self.is_shared[first as usize]
+        });
+        // No less than the finer groups.
+        let (mut finer_deviation, mut finer_error) = (0.0f32, 0.0f32);
+        for group in self.groups.finer_of(part) {
+            let in_scaled = group.deviation_in_local / vertices.local_from_scaled;
+            finer_deviation = finer_deviation.max(in_scaled);
+            finer_error = finer_error.max(group.error_in_local);
+        }
+        let task = Task {
+            vertices,
+            config: self.config,
+            same_position: piece.same_position(vertices),
+            is_locked: is_locked.collect(),
+            piece,
+            is_whole: self.is_whole,
+            may_move: self.level >= self.config.first_moved_level,
+        };
+        // The best that does not turn over.
+        let mut attempts = task.attempts();
+        let (simplified, clusters, measured) = attempts.find_map(|simplified| {
+            let clusters = self.split(&task, &simplified);
+            let measured = self.measure(part, &simplified, &clusters, finer_deviation);
+            let reach = match self.config.measure_deviation {
+                true => measured.deviation_in_scaled,
+                false => simplified
+                    .error_in_scaled
+                    .max(finer_error / vertices.local_from_scaled),
+            };
+            let turned = self.ruler.turned_share(&simplified, reach);
+            (turned <= MOST_TURNED).then_some((simplified, clusters, measured))
+        })?;
+        drop(attempts);
+        let own = simplified
+            .error_in_scaled
+            .max(simplified.least_deviation_in_scaled);
+        let own = (own * vertices.local_from_scaled).min(f32::MAX);
+        let deviation = measured.deviation_in_scaled * vertices.local_from_scaled;
+        Some(Built {
+            piece: task.piece,
+            same_position: task.same_position,
+            simplified,
+            clusters: clusters.into_iter().zip(measured.places).collect(),
+            error_in_local: own.max(finer_error),
+            deviation_in_local: match self.config.measure_deviation {
+                true => deviation.min(f32::MAX),
+                false => f32::INFINITY,
+            },
+        })
+    }
+
+    fn split(&self, task: &Task<'_>, simplified: &Simplified) -> Vec<Vec<u32>> {
+        split_into_clusters(
+            &simplified.positions,
+            &task.same_position,
+            &simplified.corners,
+            self.config,
+        )
+    }
+
+    /// How far a simplification strays from the source, if that is wanted.
+    fn measure(
+        &self,
+        part: &[Cluster],
+        simplified: &Simplified,
+        clusters: &[Vec<u32>],
+        finer_deviation: f32,
+    ) -> Measured {
+        if !self.config.measure_deviation {
+            return Measured {
+                deviation_in_scaled: f32::INFINITY,
+                places: vec![Vec::new(); clusters.len()],
+            };
+        }
+        let least = simplified.least_deviation_in_scaled.max(finer_deviation);
+        let ruler = self.ruler;
+        ruler.measure(part, self.triangles, simplified, clusters, least)
+    }
+}
+
+impl Built {
+    fn note(&self, part: &[Cluster], group: u32, report: &mut BakeReport) {
+        let kind = match self.simplified.means {
+            Means::Moved | Means::Kept if self.simplified.is_pruned => FallbackKind::Pruned,
+            Means::Moved | Means::Kept => return,
+            Means::PositionsOnly => FallbackKind::AttributesIgnored,
+            Means::Sloppy => FallbackKind::Sloppy,
+        };
+        report.fallbacks.push(Fallback {
+            kind,
+            group,
+            from: triangle_count(part),
+            to: self.simplified.corners.len() / 3,
+        });
+    }
+
+    /// Adds the group that consumes `part`, and the vertices that it made; returns its clusters.
+    fn add(
+        self,
+        part: Vec<Cluster>,
+        groups: &mut Groups,
+        vertices: &mut LevelVertices,
+    ) -> impl Iterator<Item = Cluster> {
+        let first_made = vertices.positions.len() as u32;
+        let width = vertices.layout.width();
+        const NONE: u32 = u32::MAX;
+        let mut to_all = vec![NONE; self.piece.vertices.len()];
+        // The first that was made at each new position, by the first own vertex there.
+        let mut first_at = vec![NONE; self.piece.vertices.len()];
+        for &own in self.clusters.iter().flat_map(|(corners, _)| corners) {
+            let own = own as usize;
+            if to_all[own] != NONE {
+                continue;
+            }
+            let before = self.piece.vertices[own];
+            if !self.simplified.is_new[own] {
+                to_all[own] = before;
+                continue;
+            }
+            let position = self.simplified.positions[own];
+            let has_moved = position != self.piece.positions[own];
+            let place = &mut first_at[self.same_position[own] as usize];
+            let new = NewVertex {
+                before,
+                position,
+                same_position: match (has_moved, *place) {
+                    (false, _) => Some(vertices.same_position[before as usize]),
+                    (true, NONE) => None,
+                    (true, first) => Some(first),
+                },
+            };
+            to_all[own] = vertices.push(&new, &self.simplified.rows[own * width..][..width]);
+            if has_moved && *place == NONE {
+                *place = to_all[own];
+            }
+        }
+        let made = first_made..vertices.positions.len() as u32;
+        let group = groups.add(part, self.error_in_local, self.deviation_in_local, made);
+        self.clusters.into_iter().map(move |(corners, places)| {
+            let corners = corners.iter().map(|&own| to_all[own as usize]);
+            Cluster {
+                produced_by: group,
+                corners: corners.collect(),
+                places,
+            }
+        })
+    }
 }

@@ -55,29 +55,30 @@
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod assemble;
+mod attributes;
 mod bake;
 mod bounds;
+mod closed;
 mod clusterlod;
+mod clusters;
 mod config;
 mod deviation;
+mod edges;
 mod file;
 pub mod fixtures;
 mod groups;
 mod import;
-mod input;
 mod levels;
 mod mesh;
 pub mod naive;
-mod patch;
 mod progress;
 mod report;
 mod simplify;
-mod surface;
-mod tail;
 mod triangle;
 mod triangle_tree;
+mod triangles_4;
 mod verify;
-mod watertight;
+mod vertices;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]

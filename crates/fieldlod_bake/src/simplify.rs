@@ -1,103 +1,284 @@
-//! The calls into meshoptimizer that build the levels of the tail.
+//! The simplification of one group, on a copy of its vertices.
 
-use glam::Vec3;
-use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter, clod_default_config};
+use meshopt::{SimplifyOptions, SimplifyVertex};
 
 use crate::config::BakeConfig;
-use crate::groups::Cluster;
-use crate::input::SimplifierInput;
+use crate::vertices::{LevelVertices, Piece, adapter};
 
-/// What a simplification leaves.
-pub(crate) struct Simplified {
-    /// A triangle list of source vertices, never empty.
-    pub(crate) corners: Vec<u32>,
-    pub(crate) error_in_scaled: f32,
-}
+/// What opens closed surfaces is the lesser evil above this only.
+const FEWEST_FOR_SLOPPY: usize = 512;
+/// A vertex that the simplifier leaves in place comes back with this much rounding, in scaled units.
+const ROUNDING: f32 = 1e-6;
 
-/// How far a simplification may go.
+/// How a group is simplified: the means, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SimplifyMode {
-    /// As in the levels below: topology is kept, seams are kept.
-    Careful,
-    /// Topology and seams are kept, other attributes count nothing.
-    ShapeOnly,
-    /// Small components vanish.
-    Prune,
-    /// Attributes and seams count nothing.
+pub(crate) enum Means {
+    /// Vertices and attributes move to where the error is least. Topology and seams are kept.
+    Moved,
+    /// Vertices stay where they are.
+    Kept,
+    /// Attributes and seams count nothing, and vertices stay.
     PositionsOnly,
     /// Vertices are merged on a grid.
     Sloppy,
 }
 
-/// A mesh as the simplifier sees it, and how it is to be simplified.
-pub(crate) struct Simplifier<'a> {
-    pub(crate) input: &'a SimplifierInput,
+/// A part of the surface that is to be simplified.
+pub(crate) struct Task<'a> {
+    pub(crate) vertices: &'a LevelVertices,
     pub(crate) config: &'a BakeConfig,
-    vertices: VertexDataAdapter<'a>,
+    pub(crate) piece: Piece,
+    /// For each own vertex, the first own vertex at the same position.
+    pub(crate) same_position: Vec<u32>,
+    /// For each own vertex, whether it must stay, since other groups use its position.
+    pub(crate) is_locked: Vec<bool>,
+    /// Whether there are no other groups.
+    pub(crate) is_whole: bool,
+    /// Whether vertices may move at all.
+    pub(crate) may_move: bool,
 }
 
-impl<'a> Simplifier<'a> {
-    pub(crate) fn new(input: &'a SimplifierInput, config: &'a BakeConfig) -> Self {
-        let vertices = input.vertices();
-        Self {
-            input,
-            config,
-            vertices,
-        }
+/// What a simplification leaves.
+pub(crate) struct Simplified {
+    /// A triangle list of own vertices, never empty.
+    pub(crate) corners: Vec<u32>,
+    pub(crate) error_in_scaled: f32,
+    /// The least that the deviation may be stated, in scaled units: see [`Task::torn_texture`].
+    pub(crate) least_deviation_in_scaled: f32,
+    pub(crate) means: Means,
+    /// Whether components were left out.
+    pub(crate) is_pruned: bool,
+    /// Positions and rows of attributes of all own vertices.
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) rows: Vec<f32>,
+    /// For each own vertex, whether it is not the one any more that it was.
+    pub(crate) is_new: Vec<bool>,
+}
+
+impl Task<'_> {
+    /// What all means that get anywhere lead to, the best first. None opens an edge.
+    pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
+        // Less may be possible where as much as is wanted is not.
+        let wanted = self.config.simplify_ratio;
+        let less = (wanted + self.config.stuck_ratio) * 0.5;
+        let careful = [wanted, less].map(|ratio| [(Means::Moved, ratio), (Means::Kept, ratio)]);
+        let reckless = [(Means::PositionsOnly, wanted), (Means::Sloppy, wanted)];
+        let attempts = careful.into_iter().flatten().chain(reckless);
+        attempts
+            .filter(|&(means, _)| match means {
+                Means::Moved => self.may_move,
+                Means::Kept => true,
+                Means::PositionsOnly | Means::Sloppy => self.is_whole,
+            })
+            .filter_map(|(means, ratio)| self.attempt(means, ratio))
+            .filter(|simplified| self.is_as_closed(simplified))
     }
 
-    /// Splits a triangle list into clusters, each ordered for the vertex cache.
-    pub(crate) fn clusterize(&self, corners: &[u32], produced_by: u32) -> Vec<Cluster> {
-        let limits = clod_default_config(self.config.cluster_triangles);
-        let meshlets = if self.input.is_crowded {
-            meshopt::build_meshlets_spatial(
-                corners,
-                &self.vertices,
-                limits.max_vertices,
-                limits.min_triangles,
-                limits.max_triangles,
-                limits.cluster_fill_weight,
-            )
-        } else {
-            meshopt::build_meshlets_flex(
-                corners,
-                &self.vertices,
-                limits.max_vertices,
-                limits.min_triangles,
-                limits.max_triangles,
-                0.0,
-                limits.cluster_split_factor,
-            )
+    /// `None` if this does not get far enough.
+    fn attempt(&self, means: Means, ratio: f32) -> Option<Simplified> {
+        let triangles = self.piece.triangle_count();
+        if means == Means::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
+            return None;
+        }
+        let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
+        let mut simplified = self.simplify_by(means, target);
+        let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
+        if simplified.corners.len() > most {
+            self.prune(&mut simplified, target);
+        }
+        // Something must stand for what had no area, and a single triangle stands for little.
+        if simplified.corners.is_empty() {
+            simplified.corners.extend(&self.piece.corners[..3]);
+        }
+        let is_token = simplified.corners.len() <= 3 && triangles <= FEWEST_FOR_SLOPPY;
+        if simplified.corners.len() > most || is_token {
+            return None;
+        }
+        if means == Means::Moved {
+            self.settle(&mut simplified);
+        }
+        simplified.least_deviation_in_scaled = self.torn_texture(&simplified);
+        Some(simplified)
+    }
+
+    fn simplify_by(&self, means: Means, target: usize) -> Simplified {
+        let mut simplified = Simplified {
+            corners: self.piece.corners.clone(),
+            error_in_scaled: 0.0,
+            least_deviation_in_scaled: 0.0,
+            means,
+            is_pruned: false,
+            positions: self.piece.positions.clone(),
+            rows: self.rows(),
+            is_new: vec![false; self.piece.vertices.len()],
         };
-        let cluster = |meshlet: meshopt::Meshlet<'_>| {
-            let corners = meshlet
-                .triangles
-                .iter()
-                .map(|&slot| meshlet.vertices[usize::from(slot)]);
-            Cluster {
-                produced_by,
-                corners: corners.collect(),
+        let mut error = 0.0f32;
+        let count = match means {
+            Means::Moved => self.simplify_moving(&mut simplified, target, &mut error),
+            _ => {
+                simplified.corners = self.simplify_keeping(means, target, &mut error);
+                simplified.corners.len()
             }
         };
-        meshlets.iter().map(cluster).collect()
+        simplified.corners.truncate(count);
+        simplified.error_in_scaled = if error.is_finite() {
+            error.max(0.0)
+        } else {
+            f32::MAX
+        };
+        simplified
     }
 
-    pub(crate) fn is_coarser(&self, simplified: &Simplified, corners_before: usize) -> bool {
-        simplified.corners.len() as f32 <= corners_before as f32 * self.config.stuck_ratio
+    fn simplify_moving(
+        &self,
+        simplified: &mut Simplified,
+        target: usize,
+        error: &mut f32,
+    ) -> usize {
+        let layout = &self.vertices.layout;
+        meshopt::simplify_with_update(
+            &mut simplified.corners,
+            &mut simplified.positions,
+            &mut simplified.rows,
+            &layout.weights,
+            layout.width() * size_of::<f32>(),
+            Some(&self.locks(Means::Moved)),
+            target,
+            f32::MAX,
+            options(),
+            Some(error),
+        )
+    }
+
+    fn simplify_keeping(&self, means: Means, target: usize, error: &mut f32) -> Vec<u32> {
+        let layout = &self.vertices.layout;
+        let corners = &self.piece.corners;
+        let vertices = adapter(&self.piece.positions);
+        let locks = self.locks(means);
+        if means == Means::Sloppy {
+            let left = meshopt::simplify_sloppy_with_locks(
+                corners,
+                &vertices,
+                &locks,
+                target,
+                f32::MAX,
+                Some(error),
+            );
+            *error *= meshopt::simplify_scale(&vertices);
+            return left;
+        }
+        if means == Means::PositionsOnly || layout.width() == 0 {
+            let (most, options) = (f32::MAX, options());
+            return meshopt::simplify_with_locks(
+                corners,
+                &vertices,
+                &locks,
+                target,
+                most,
+                options,
+                Some(error),
+            );
+        }
+        meshopt::simplify_with_attributes_and_locks(
+            corners,
+            &vertices,
+            &self.rows(),
+            &layout.weights,
+            layout.width() * size_of::<f32>(),
+            &locks,
+            target,
+            f32::MAX,
+            options(),
+            Some(error),
+        )
+    }
+
+    /// The attributes of the own vertices.
+    fn rows(&self) -> Vec<f32> {
+        let own = self.piece.vertices.iter();
+        own.flat_map(|&vertex| self.vertices.row(vertex))
+            .copied()
+            .collect()
+    }
+
+    fn locks(&self, means: Means) -> Vec<SimplifyVertex> {
+        let keeps_seams = matches!(means, Means::Moved | Means::Kept);
+        let own = self.piece.vertices.iter().zip(&self.is_locked);
+        own.map(|(&vertex, &is_locked)| {
+            let mut lock = SimplifyVertex::empty();
+            lock.set(SimplifyVertex::Lock, is_locked);
+            if keeps_seams {
+                lock |= self.vertices.protection[vertex as usize];
+            }
+            lock
+        })
+        .collect()
+    }
+
+    /// Leaves out the smallest components that no other group touches, until few enough triangles
+    /// are left. The largest component stays.
+    fn prune(&self, simplified: &mut Simplified, target: usize) {
+        let components = Components::of(self, &simplified.corners);
+        let mut left = simplified.corners.len();
+        let mut is_left_out = vec![false; components.sizes.len()];
+        for &component in &components.by_size {
+            let size = components.sizes[component as usize];
+            if left <= target {
+                break;
+            }
+            left -= size.corners;
+            is_left_out[component as usize] = true;
+            simplified.error_in_scaled = simplified.error_in_scaled.max(size.radius_in_scaled);
+            simplified.is_pruned = true;
+        }
+        let stays = |corner: &u32| !is_left_out[components.of_vertex[*corner as usize] as usize];
+        simplified.corners.retain(stays);
+    }
+
+    /// Decides which vertices are new. What did not move but for rounding is the old vertex, and what
+    /// lies on a border of the source stays there.
+    fn settle(&self, simplified: &mut Simplified) {
+        let layout = &self.vertices.layout;
+        let width = layout.width();
+        // Positions: those at one place move together or not at all.
+        let mut has_moved = vec![false; self.piece.vertices.len()];
+        for &own in &simplified.corners {
+            let own = own as usize;
+            let (before, after) = (self.piece.positions[own], simplified.positions[own]);
+            let moved = (0..3).any(|k| (before[k] - after[k]).abs() > ROUNDING);
+            let is_border = self.vertices.is_border[self.piece.vertices[own] as usize];
+            let is_finite = after.iter().all(|x| x.is_finite());
+            has_moved[self.same_position[own] as usize] |=
+                moved && is_finite && !is_border && !self.is_locked[own];
+        }
+        for &own in &simplified.corners {
+            let own = own as usize;
+            let moved = has_moved[self.same_position[own] as usize];
+            if !moved {
+                simplified.positions[own] = self.piece.positions[own];
+            }
+            let before = self.vertices.row(self.piece.vertices[own]);
+            let row = &mut simplified.rows[own * width..][..width];
+            if simplified.is_new[own] {
+                continue;
+            }
+            if !moved && layout.is_same(row, before) {
+                row.copy_from_slice(before);
+                continue;
+            }
+            layout.mend(row, before);
+            simplified.is_new[own] = true;
+        }
     }
 
     /// How far a texture may be off that was torn: by a triangle, so that torn triangles are drawn
     /// where they are no larger than what is promised. 0 if none can be torn.
-    pub(crate) fn wrong_texture_in_scaled(
-        &self,
-        simplified: &Simplified,
-        mode: SimplifyMode,
-    ) -> f32 {
-        let tears = matches!(mode, SimplifyMode::PositionsOnly | SimplifyMode::Sloppy);
-        if !tears || !self.input.has_uvs() {
+    fn torn_texture(&self, simplified: &Simplified) -> f32 {
+        let tears = matches!(simplified.means, Means::PositionsOnly | Means::Sloppy);
+        if !tears || !self.vertices.layout.has_uvs() {
             return 0.0;
         }
-        let position = |vertex: u32| Vec3::from(self.input.positions[vertex as usize]);
+        let position = |own: u32| glam::Vec3::from(simplified.positions[own as usize]);
         let (triangles, _) = simplified.corners.as_chunks::<3>();
         let edges = triangles
             .iter()
@@ -105,84 +286,76 @@ impl<'a> Simplifier<'a> {
         let lengths = edges.map(|(from, to)| position(from).distance(position(to)));
         lengths.fold(0.0, f32::max)
     }
+}
 
-    pub(crate) fn simplify(
-        &self,
-        corners: &[u32],
-        locks: &[SimplifyVertex],
-        target: usize,
-        mode: SimplifyMode,
-    ) -> Simplified {
-        let mut error = 0.0f32;
-        let mut left = match mode {
-            SimplifyMode::Sloppy => {
-                let left = meshopt::simplify_sloppy_with_locks(
-                    corners,
-                    &self.vertices,
-                    locks,
-                    target,
-                    f32::MAX,
-                    Some(&mut error),
-                );
-                error *= meshopt::simplify_scale(&self.vertices);
-                left
+fn options() -> SimplifyOptions {
+    SimplifyOptions::ErrorAbsolute | SimplifyOptions::ErrorClamped | SimplifyOptions::Permissive
+}
+
+/// The connected components of a triangle list.
+struct Components {
+    of_vertex: Vec<u32>,
+    sizes: Vec<ComponentSize>,
+    /// Those that may be left out, the smallest first.
+    by_size: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct ComponentSize {
+    corners: usize,
+    radius_in_scaled: f32,
+    touches_others: bool,
+}
+
+impl Components {
+    fn of(task: &Task<'_>, corners: &[u32]) -> Self {
+        // Every vertex leads to a smaller one of its component, or to itself.
+        let mut leads_to: Vec<u32> = task.same_position.clone();
+        fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
+            while leads_to[vertex as usize] != vertex {
+                let next = leads_to[vertex as usize];
+                leads_to[vertex as usize] = leads_to[next as usize];
+                vertex = next;
             }
-            _ => self.simplify_edges(corners, locks, target, mode, &mut error),
-        };
-        // Something must stand for every piece.
-        if left.is_empty() {
-            left.extend(&corners[..3]);
+            vertex
         }
-        let error_in_scaled = if error.is_finite() {
-            error.max(0.0)
-        } else {
-            f32::MAX
-        };
-        Simplified {
-            corners: left,
-            error_in_scaled,
+        let (triangles, _) = corners.as_chunks::<3>();
+        for &[a, b, c] in triangles {
+            for (from, to) in [(a, b), (b, c)] {
+                let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
+                leads_to[from.max(to) as usize] = from.min(to);
+            }
         }
-    }
-
-    fn simplify_edges(
-        &self,
-        corners: &[u32],
-        locks: &[SimplifyVertex],
-        target: usize,
-        mode: SimplifyMode,
-        error: &mut f32,
-    ) -> Vec<u32> {
-        let mut options = SimplifyOptions::Sparse
-            | SimplifyOptions::ErrorAbsolute
-            | SimplifyOptions::ErrorClamped
-            | SimplifyOptions::Permissive;
-        if matches!(mode, SimplifyMode::Prune | SimplifyMode::PositionsOnly) {
-            options |= SimplifyOptions::Prune;
+        let count = leads_to.len() as u32;
+        let of_vertex: Vec<u32> = (0..count).map(|v| root(&mut leads_to, v)).collect();
+        let mut sizes = vec![ComponentSize::default(); of_vertex.len()];
+        // The radius of a component: half of the diagonal of its box.
+        let mut boxes = vec![(glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY); of_vertex.len()];
+        for &own in corners {
+            let component = of_vertex[own as usize] as usize;
+            let point = glam::Vec3::from(task.piece.positions[own as usize]);
+            let (min, max) = boxes[component];
+            boxes[component] = (min.min(point), max.max(point));
+            sizes[component].corners += 1;
+            sizes[component].touches_others |= task.is_locked[own as usize];
         }
-        let input = self.input;
-        let shape_only = matches!(mode, SimplifyMode::ShapeOnly | SimplifyMode::PositionsOnly);
-        if input.weights.is_empty() || shape_only {
-            return meshopt::simplify_with_locks(
-                corners,
-                &self.vertices,
-                locks,
-                target,
-                f32::MAX,
-                options,
-                Some(error),
-            );
+        for (size, (min, max)) in sizes.iter_mut().zip(boxes) {
+            size.radius_in_scaled = 0.5 * (max - min).length();
         }
-        meshopt::simplify_with_attributes_and_locks(
-            corners,
-            &self.vertices,
-            &input.attributes,
-            &input.weights,
-            input.attribute_stride(),
-            locks,
-            target,
-            f32::MAX,
-            options,
-            Some(error),
-        )
+        let mut by_size: Vec<u32> = (0..count)
+            .filter(|&c| sizes[c as usize].corners > 0)
+            .collect();
+        by_size.sort_by(|&a, &b| {
+            let radius = |c: u32| sizes[c as usize].radius_in_scaled;
+            radius(a).total_cmp(&radius(b)).then(a.cmp(&b))
+        });
+        // The largest stands for all of them.
+        by_size.pop();
+        by_size.retain(|&component| !sizes[component as usize].touches_others);
+        Self {
+            of_vertex,
+            sizes,
+            by_size,
+        }
     }
 }

@@ -2,12 +2,14 @@
 
 use std::fmt;
 
-use glam::{Vec3, Vec3A};
+use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::triangle::Triangle;
+use crate::triangles_4::{Boxes4, Triangles4};
+use crate::vertices::adapter;
 
 /// Triangles that can be asked which of them is nearest to a point.
 ///
@@ -20,11 +22,23 @@ use crate::triangle::Triangle;
 /// assert_eq!((nearest.triangle, nearest.distance_squared), (0, 9.0));
 /// ```
 pub struct TriangleTree {
-    tree: Bvh2,
-    /// In the order of the leaves.
-    triangles: Vec<Triangle>,
-    /// For each of `triangles`, its place in the order in which it was given.
-    ids: Vec<u32>,
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+}
+
+/// Up to four boxes, and what is in each: a node, or a leaf if [`IS_LEAF`] is set.
+struct Node {
+    boxes: Boxes4,
+    inside: [u32; 4],
+}
+
+const IS_LEAF: u32 = 1 << 31;
+
+/// Four triangles; where there are fewer, the last one is repeated.
+struct Leaf {
+    triangles: Triangles4,
+    /// The place of each in the order in which the tree was given its triangles.
+    ids: [u32; 4],
 }
 
 /// A triangle near a point.
@@ -34,17 +48,12 @@ pub struct NearestTriangle {
     pub triangle: u32,
     /// Its distance from the point, squared.
     pub distance_squared: f32,
-    /// Its place in the tree.
-    slot: u32,
+    leaf: u32,
 }
 
 impl fmt::Debug for TriangleTree {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            formatter,
-            "TriangleTree({} triangles)",
-            self.triangles.len()
-        )
+        write!(formatter, "TriangleTree({} leaves)", self.leaves.len())
     }
 }
 
@@ -52,30 +61,31 @@ impl TriangleTree {
     /// Builds a tree over triangles given by their corners, which must be finite.
     #[must_use]
     pub fn new(corners: impl IntoIterator<Item = [Vec3; 3]>) -> Self {
-        let mut given: Vec<(u32, Triangle)> = Vec::new();
-        for (id, triangle) in (0..).zip(corners.into_iter().map(Triangle::new)) {
-            // A hundred thousand copies of one would take the builder the square of that.
-            if given.last().is_none_or(|(_, last)| *last != triangle) {
-                given.push((id, triangle));
-            }
+        let given: Vec<[Vec3; 3]> = corners.into_iter().collect();
+        // Along a curve through space, so that those that follow each other are neighbours.
+        let middles = given.iter().map(|[a, b, c]| (*a + *b + *c).to_array());
+        let ranks = meshopt::spatial_sort_remap(&adapter(&middles.collect::<Vec<_>>()));
+        let mut order = vec![0; given.len()];
+        for (id, rank) in (0..).zip(ranks) {
+            order[rank as usize] = id;
         }
-        let boxes: Vec<Aabb> = given
-            .iter()
-            .map(|(_, triangle)| aabb_of(triangle))
+        // A hundred thousand copies of one would take the builder the square of that.
+        order.dedup_by_key(|id: &mut u32| given[*id as usize].map(|corner| corner.to_array()));
+        let leaf_of = |ids: &[u32]| {
+            let ids = std::array::from_fn(|k| *ids.get(k).unwrap_or(&ids[ids.len() - 1]));
+            Leaf {
+                triangles: Triangles4::of(ids.map(|id: u32| given[id as usize])),
+                ids,
+            }
+        };
+        let leaves: Vec<Leaf> = order.chunks(4).map(leaf_of).collect();
+        let boxes: Vec<Aabb> = order
+            .chunks(4)
+            .map(|ids| aabb_of(ids.iter().flat_map(|&id| given[id as usize])))
             .collect();
-        let tree = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::Minimum,
-            &boxes,
-            (0..boxes.len() as u32).collect(),
-            SortPrecision::U64,
-            0,
-        );
-        let leaves = tree.primitive_indices.iter();
-        let (ids, triangles) = leaves.map(|&index| given[index as usize]).unzip();
         Self {
-            tree,
-            triangles,
-            ids,
+            nodes: nodes_over(&boxes),
+            leaves,
         }
     }
 
@@ -89,7 +99,9 @@ impl TriangleTree {
     #[must_use]
     pub fn nearest_point(&self, point: Vec3) -> Option<Vec3> {
         let nearest = self.nearest(point)?;
-        let triangle = &self.triangles[nearest.slot as usize];
+        let leaf = &self.leaves[nearest.leaf as usize];
+        let slot = leaf.ids.iter().position(|&id| id == nearest.triangle)?;
+        let triangle = Triangle::new(leaf.triangles.corners(slot));
         Some(triangle.nearest_point(point.into()).into())
     }
 
@@ -105,68 +117,216 @@ impl TriangleTree {
         enough: f32,
         start: Option<NearestTriangle>,
     ) -> Option<NearestTriangle> {
-        let point = Vec3A::from(point);
-        let last = self.triangles.len().checked_sub(1)?;
-        let slot = start.map_or(0, |start| start.slot as usize).min(last);
-        let mut best = self.at(slot, self.triangles[slot].distance_squared(point));
-        if best.distance_squared <= enough {
-            return Some(best);
-        }
-        // Nodes that are still to be looked into, the nearest last, and how far their boxes are.
-        let mut pending: Vec<(f32, u32)> = Vec::with_capacity(64);
-        let mut next = Some(0);
+        let last = (self.leaves.len() as u32).checked_sub(1)?;
+        let mut best = self.nearest_in(start.map_or(0, |start| start.leaf).min(last), point);
+        // What is still to be looked into, the nearest last, and how far its box is.
+        let mut pending = Stack::default();
+        pending.push((0.0, 0));
         while best.distance_squared > enough
-            && let Some(index) = next.take()
+            && let Some((distance, inside)) = pending.pop()
         {
-            let node = &self.tree.nodes[index as usize];
-            if node.is_leaf() {
-                for slot in node.first_index..node.first_index + node.prim_count {
-                    let distance_squared = self.triangles[slot as usize].distance_squared(point);
-                    if distance_squared < best.distance_squared {
-                        best = self.at(slot as usize, distance_squared);
-                    }
-                }
-            } else {
-                let child = |node: u32| (self.to_box(node as usize, point), node);
-                let (a, b) = (child(node.first_index), child(node.first_index + 1));
-                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-                if far.0 < best.distance_squared {
-                    pending.push(far);
-                }
-                next = (near.0 < best.distance_squared).then_some(near.1);
+            if distance >= best.distance_squared {
+                continue;
             }
-            while next.is_none()
-                && let Some((to_box, node)) = pending.pop()
-            {
-                next = (to_box < best.distance_squared).then_some(node);
+            if inside & IS_LEAF != 0 {
+                let found = self.nearest_in(inside & !IS_LEAF, point);
+                if found.distance_squared < best.distance_squared {
+                    best = found;
+                }
+                continue;
             }
+            let node = &self.nodes[inside as usize];
+            let distances = node.boxes.distances_squared(point).to_array();
+            pending.push_nearest_last(distances, node.inside, best.distance_squared);
         }
         Some(best)
     }
 
-    fn at(&self, slot: usize, distance_squared: f32) -> NearestTriangle {
-        NearestTriangle {
-            triangle: self.ids[slot],
-            distance_squared,
-            slot: slot as u32,
+    /// The largest squared height of points above the plane of a triangle that was found; infinite for
+    /// a triangle without a plane.
+    pub(crate) fn height_squared(&self, found: NearestTriangle, points: [Vec3; 3]) -> f32 {
+        let leaf = &self.leaves[found.leaf as usize];
+        let slot = leaf.ids.iter().position(|&id| id == found.triangle);
+        let [a, b, c] = leaf.triangles.corners(slot.unwrap_or(0));
+        let normal = (b - a).cross(c - a);
+        let heights = points.map(|point| normal.dot(point - a));
+        let height_squared = heights.iter().fold(0.0f32, |most, h| most.max(h * h));
+        let normal_squared = normal.length_squared();
+        if normal_squared > 0.0 {
+            height_squared / normal_squared
+        } else {
+            f32::INFINITY
         }
     }
 
-    /// The squared distance from a point to a node's box.
-    fn to_box(&self, node: usize, point: Vec3A) -> f32 {
-        // Another version of glam is in use there.
-        let aabb = self.tree.nodes[node].aabb();
-        let [min, max] = [aabb.min.to_array(), aabb.max.to_array()].map(Vec3A::from_array);
-        let outside = (min - point).max(point - max).max(Vec3A::ZERO);
-        outside.length_squared()
+    /// Whether no triangle within `distance` of `point` is such as `wanted`.
+    pub(crate) fn none_within(
+        &self,
+        point: Vec3,
+        distance: f32,
+        wanted: impl Fn([Vec3; 3]) -> bool,
+    ) -> bool {
+        let enough = distance * distance;
+        let mut pending: Vec<u32> = vec![0; usize::from(!self.leaves.is_empty())];
+        while let Some(inside) = pending.pop() {
+            if inside & IS_LEAF == 0 {
+                let node = &self.nodes[inside as usize];
+                let distances = node.boxes.distances_squared(point).to_array();
+                // What is infinitely far is not there.
+                let near = (0..4).filter(|&k| distances[k] <= enough.min(f32::MAX));
+                pending.extend(near.map(|k| node.inside[k]));
+                continue;
+            }
+            let leaf = &self.leaves[(inside & !IS_LEAF) as usize];
+            let distances = leaf.triangles.distances_squared(point).to_array();
+            if (0..4).any(|k| distances[k] <= enough && wanted(leaf.triangles.corners(k))) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn nearest_in(&self, leaf: u32, point: Vec3) -> NearestTriangle {
+        let Leaf { triangles, ids } = &self.leaves[leaf as usize];
+        let distances = triangles.distances_squared(point);
+        let nearest = distances.min_position();
+        NearestTriangle {
+            triangle: ids[nearest],
+            distance_squared: distances[nearest],
+            leaf,
+        }
     }
 }
 
-fn aabb_of(triangle: &Triangle) -> Aabb {
-    let [a, b, c] = triangle.corners();
+/// How far a box is from the point, squared, and what is in it.
+type Pending = (f32, u32);
+
+/// A stack that allocates only where a tree is uncommonly deep.
+struct Stack {
+    few: [Pending; 64],
+    count: usize,
+    more: Vec<Pending>,
+}
+
+impl Default for Stack {
+    fn default() -> Self {
+        Self {
+            few: [(0.0, 0); 64],
+            count: 0,
+            more: Vec::new(),
+        }
+    }
+}
+
+impl Stack {
+    fn push(&mut self, pending: Pending) {
+        if let Some(place) = self.few.get_mut(self.count) {
+            *place = pending;
+            self.count += 1;
+        } else {
+            self.more.push(pending);
+        }
+    }
+
+    fn pop(&mut self) -> Option<Pending> {
+        if let Some(pending) = self.more.pop() {
+            return Some(pending);
+        }
+        self.count = self.count.checked_sub(1)?;
+        Some(self.few[self.count])
+    }
+
+    /// Pushes those of four that are nearer than `limit`.
+    fn push_nearest_last(&mut self, distances: [f32; 4], inside: [u32; 4], limit: f32) {
+        let mut nearest = (f32::INFINITY, 0);
+        for pending in distances.into_iter().zip(inside) {
+            if pending.0 >= limit {
+                continue;
+            }
+            // The nearest of all is held back and comes last; the order of the others matters little.
+            if pending.0 < nearest.0 {
+                if nearest.0 < f32::INFINITY {
+                    self.push(nearest);
+                }
+                nearest = pending;
+            } else {
+                self.push(pending);
+            }
+        }
+        if nearest.0 < f32::INFINITY {
+            self.push(nearest);
+        }
+    }
+}
+
+/// A tree of four boxes a node over leaves with these boxes, made of one of two.
+fn nodes_over(boxes: &[Aabb]) -> Vec<Node> {
+    let tree = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Minimum,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        SortPrecision::U64,
+        0,
+    );
+    let mut nodes = Vec::with_capacity(boxes.len() / 2 + 1);
+    if !boxes.is_empty() {
+        let mut pending = vec![(0usize, None)];
+        while let Some((of_two, slot)) = pending.pop() {
+            let node = nodes.len();
+            let inside = inside_of(&tree, of_two);
+            let boxes = inside.iter().map(|&index| &tree.nodes[index]);
+            let mut made = Node {
+                boxes: Boxes4::of(boxes.map(|node| {
+                    // Another version of glam is in use there.
+                    let aabb = node.aabb();
+                    [aabb.min.to_array(), aabb.max.to_array()].map(Vec3::from_array)
+                })),
+                inside: [0; 4],
+            };
+            for (k, &index) in inside.iter().enumerate() {
+                let child = &tree.nodes[index];
+                if child.is_leaf() {
+                    made.inside[k] = tree.primitive_indices[child.first_index as usize] | IS_LEAF;
+                } else {
+                    pending.push((index, Some((node, k))));
+                }
+            }
+            nodes.push(made);
+            if let Some((parent, k)) = slot {
+                let parent: &mut Node = &mut nodes[parent];
+                parent.inside[k] = node as u32;
+            }
+        }
+    }
+    nodes
+}
+
+/// Up to four nodes that stand for a node of two: those inside of these, or the node itself if it is a
+/// leaf.
+fn inside_of(tree: &Bvh2, node: usize) -> Vec<usize> {
+    let both = |node: usize| {
+        let first = tree.nodes[node].first_index as usize;
+        [first, first + 1]
+    };
+    if tree.nodes[node].is_leaf() {
+        return vec![node];
+    }
+    let inside = both(node).into_iter().flat_map(|child| {
+        let is_leaf = tree.nodes[child].is_leaf();
+        if is_leaf {
+            vec![child]
+        } else {
+            both(child).to_vec()
+        }
+    });
+    inside.collect()
+}
+
+fn aabb_of(points: impl Iterator<Item = Vec3>) -> Aabb {
+    let aabb = fieldlod_hierarchy::Aabb::around(points).unwrap_or_default();
     Aabb {
-        min: a.min(b).min(c).to_array().into(),
-        max: a.max(b).max(c).to_array().into(),
+        min: aabb.min.to_array().into(),
+        max: aabb.max.to_array().into(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The bake's measuring against the plain way of measuring.
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures, naive};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bake_mesh_with_report, fixtures, naive};
 use fieldlod_hierarchy::Hierarchy;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -8,7 +8,7 @@ use proptest::test_runner::RngSeed;
 /// Rows of samples on each triangle of either surface.
 const ROWS: u32 = 5;
 /// What a bake adds for places between its samples.
-const MARGIN: f64 = 1.02;
+const MARGIN: f64 = 1.03;
 /// By how much what is found may exceed what is stated, as `verify` allows.
 const BEYOND: f64 = 1.05;
 /// By how much what is stated may exceed what is found, margin apart. Not for what lies between the
@@ -66,12 +66,12 @@ proptest! {
     /// Where a level has but one group, it is clear which place of the source is whose.
     #[test]
     fn whole_meshes_are_as_far_as_naive_finds(mesh in small_mesh()) {
-        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
         let found = naive::deviations(&hierarchy, ROWS).in_both_directions(&hierarchy);
         let pairs = stated(&hierarchy).zip(found).filter(|(_, found)| found.is_finite());
         let mut shares: Vec<f64> = pairs.map(|(stated, found)| stated / found).collect();
         shares.sort_by(f64::total_cmp);
-        prop_assert!(shares.len() >= 3);
+        prop_assert!(shares.len() >= 3, "{report:?}");
         prop_assert!(shares[0] * BEYOND >= 1.0, "{shares:?}");
         prop_assert!(shares[shares.len() - 1] <= MARGIN * ABOVE, "{shares:?}");
         // There, both find the same place.

@@ -75,18 +75,6 @@ fn rejects_attributes_for_some_vertices_only() {
 }
 
 #[test]
-fn rejects_units_too_large_for_their_indices() {
-    let config = BakeConfig {
-        group_clusters: 1024,
-        ..BakeConfig::default()
-    };
-    // Three vertices for each of 80,000 triangles, all in one group.
-    let mesh = fixtures::flat_shaded(&fixtures::plane(200));
-    let fault = bake_mesh(&mesh, &config).unwrap_err();
-    assert_eq!(fault, MeshError::UnitTooLarge { vertices: 65_536 });
-}
-
-#[test]
 fn rejects_settings_out_of_range() {
     let mesh = fixtures::plane(2);
     let fine = BakeConfig::default;

@@ -7,7 +7,11 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
-use super::subject::{CutTriangle, Subject};
+use super::subject::Subject;
+use crate::triangle_tree::TriangleTree;
+
+/// Distances below this, in scaled units, are rounding.
+const ROUNDING: f32 = 1e-6;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
     check_finest(subject)?;
@@ -24,8 +28,10 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
     // How much more often each triangle is drawn than the source has it.
     let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
-    for triangle in subject.cut(|_| true) {
-        *balance.entry(turned(triangle.corners)).or_default() += 1;
+    let hierarchy = subject.hierarchy;
+    let units = subject.cut(|_| true).into_iter();
+    for triangle in units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit])) {
+        *balance.entry(turned(triangle)).or_default() += 1;
     }
     for &triangle in subject.source_triangles() {
         *balance.entry(turned(triangle)).or_default() -= 1;
@@ -37,7 +43,7 @@ fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
 }
 
 /// A third of the cuts by error, a third by place as a camera would, a third at random.
-fn random_cut(index: u32, subject: &Subject<'_>) -> Vec<CutTriangle> {
+fn random_cut(index: u32, subject: &Subject<'_>) -> Vec<usize> {
     let mut random = Random::new(u64::from(index));
     let groups = &subject.hierarchy.groups;
     let some_group = |random: &mut Random| &groups[random.index(groups.len())];
@@ -68,18 +74,24 @@ struct Source<'a> {
     weld: Vec<u32>,
     /// Welded vertices at open edges.
     border: HashSet<u32>,
-    /// At the first vertex of each place, the direction in which the source faces there.
-    normals: Vec<DVec3>,
+    /// For each unit, which of its triangles face against the source, with their areas.
+    facings: Vec<Vec<Facing>>,
+}
+
+/// How much area a triangle has, and whether that faces against the source.
+#[derive(Clone, Copy)]
+struct Facing {
+    area: f64,
+    is_flipped: bool,
 }
 
 impl<'a> Source<'a> {
     fn of(subject: &'a Subject<'a>) -> Self {
-        let weld = weld(&subject.mesh.positions);
-        let triangles = subject.source_triangles();
-        let border = open_edges(triangles, &weld);
+        let weld = weld(&subject.positions);
+        let border = open_edges(subject.source_triangles(), &weld);
         Self {
-            normals: normals_of(triangles, &subject.positions, &weld),
             border: border.into_iter().flat_map(|(a, b)| [a, b]).collect(),
+            facings: facings(subject),
             subject,
             weld,
         }
@@ -88,9 +100,13 @@ impl<'a> Source<'a> {
     /// Returns the share of a random cut's area that is flipped.
     fn check_cut(&self, cut: u32) -> Result<f32, VerifyError> {
         let drawn = random_cut(cut, self.subject);
-        let triangles = drawn.len();
+        let hierarchy = self.subject.hierarchy;
+        let units = drawn.iter().map(|&unit| &hierarchy.units[unit]);
         // Edges may be open only where the source has a border.
-        let corners: Vec<[u32; 3]> = drawn.iter().map(|triangle| triangle.corners).collect();
+        let corners: Vec<[u32; 3]> = units
+            .flat_map(|unit| hierarchy.triangles_of(unit))
+            .collect();
+        let triangles = corners.len();
         let open = open_edges(&corners, &self.weld);
         let is_new = |(a, b): &&(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
         let edges = open.iter().filter(is_new).count();
@@ -113,22 +129,11 @@ impl<'a> Source<'a> {
         Ok(share)
     }
 
-    fn flipped_share(&self, drawn: &[CutTriangle]) -> f32 {
+    fn flipped_share(&self, drawn: &[usize]) -> f32 {
         let (mut flipped, mut whole) = (0.0, 0.0);
-        for triangle in drawn {
-            let corners = self.subject.corners(triangle.corners);
-            let [a, b, c] = corners.map(Vec3::as_dvec3);
-            // Twice as long as the triangle has area.
-            let area_vector = (b - a).cross(c - a);
-            let area = area_vector.length();
-            whole += area;
-            // Triangles thinner than twice the deviation have no facing of their own.
-            let deviation = self.subject.deviation_in_scaled(triangle.produced_by);
-            let longest_edge = a.distance(b).max(b.distance(c)).max(c.distance(a));
-            let is_thin = area <= 2.0 * f64::from(deviation) * longest_edge;
-            if !is_thin && self.faces_against(triangle.corners, area_vector) {
-                flipped += area;
-            }
+        for facing in drawn.iter().flat_map(|&unit| &self.facings[unit]) {
+            whole += facing.area;
+            flipped += if facing.is_flipped { facing.area } else { 0.0 };
         }
         if whole > 0.0 {
             (flipped / whole) as f32
@@ -136,24 +141,47 @@ impl<'a> Source<'a> {
             0.0
         }
     }
-
-    /// Whether a triangle faces away from the source surface at all its corners.
-    fn faces_against(&self, triangle: [u32; 3], area_vector: DVec3) -> bool {
-        let normals = triangle.map(|v| self.normals[self.weld[v as usize] as usize]);
-        normals.iter().all(|normal| normal.dot(area_vector) < 0.0)
-    }
 }
 
-/// Sums of the area vectors of the triangles around each place.
-fn normals_of(triangles: &[[u32; 3]], positions: &[Vec3], weld: &[u32]) -> Vec<DVec3> {
-    let mut normals = vec![DVec3::ZERO; positions.len()];
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3());
-        for &vertex in triangle {
-            normals[weld[vertex as usize] as usize] += (b - a).cross(c - a);
-        }
-    }
-    normals
+/// How the triangles of each unit face.
+fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
+    let source = subject.source_triangles();
+    let corners = source.iter().map(|&triangle| subject.corners(triangle));
+    let tree = TriangleTree::new(corners);
+    let units = subject.hierarchy.units.par_iter();
+    let facings = units.map(|unit| {
+        // The error stands in for a deviation that was not measured.
+        let stated = subject.deviation_in_scaled(unit.producer());
+        let deviation = match unit.producer() {
+            Some(group) if stated == f32::INFINITY => {
+                let group = &subject.hierarchy.groups[group as usize];
+                group.error_in_local * subject.scaled_from_local
+            }
+            _ => stated,
+        };
+        let triangles = subject.hierarchy.triangles_of(unit);
+        let facing = triangles.map(|triangle| {
+            let corners = subject.corners(triangle);
+            let area_vector = area_vector(corners);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let faces_alike = |other| self::area_vector(other).dot(area_vector) >= 0.0;
+            // Of the source as far away as the deviation says, no triangle faces this way.
+            let is_flipped = unit.producer().is_some()
+                && tree.none_within(middle, deviation + ROUNDING, faces_alike);
+            Facing {
+                area: area_vector.length(),
+                is_flipped,
+            }
+        });
+        facing.collect()
+    });
+    facings.collect()
+}
+
+/// Twice as long as the triangle has area.
+fn area_vector(corners: [Vec3; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    (b - a).cross(c - a)
 }
 
 /// The same triangle, its smallest vertex first.

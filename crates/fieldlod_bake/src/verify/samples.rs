@@ -10,7 +10,7 @@ use crate::triangle::Triangle;
 use crate::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
-const ROUNDING: f32 = 1e-6;
+const ROUNDING: f32 = 2e-6;
 /// How many triangles one task takes samples of.
 const TRIANGLES_PER_TASK: usize = 512;
 
@@ -95,6 +95,7 @@ fn check_source_to_cut(
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
     let drawn = subject.cut(|group| subject.hierarchy.groups[group].level >= level);
+    let drawn = subject.triangles_of(&drawn);
     let corners = drawn
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
@@ -210,6 +211,7 @@ mod tests {
             let settings = VerifySettings::default();
             let subject = Subject::new(&mesh, &hierarchy, &settings);
             let drawn = subject.cut(|group| hierarchy.groups[group].level >= 1);
+            let drawn = subject.triangles_of(&drawn);
             let tree = TriangleTree::new(drawn.iter().map(|t| subject.corners(t.corners)));
             let mut random = Random::new(1);
             let mut search = WorstSearch::new(&subject, &tree, &drawn);

@@ -4,15 +4,15 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
 use super::report::VerifySettings;
-use crate::input::power_of_two_above;
 use crate::mesh::SourceMesh;
+use crate::vertices::power_of_two_above;
 
 /// A hierarchy, the mesh it should come from, and how much is to be checked.
 pub(super) struct Subject<'a> {
     pub(super) mesh: &'a SourceMesh,
     pub(super) hierarchy: &'a Hierarchy,
     pub(super) settings: &'a VerifySettings,
-    /// Positions of the mesh in scaled units, in which squares do not overflow.
+    /// Positions of all vertices in scaled units, in which squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
 }
@@ -21,7 +21,7 @@ pub(super) struct Subject<'a> {
 pub(super) struct CutTriangle {
     /// The group whose simplification it is; `None` for source geometry.
     pub(super) produced_by: Option<u32>,
-    /// Its source vertices.
+    /// Its vertices.
     pub(super) corners: [u32; 3],
 }
 
@@ -32,7 +32,11 @@ impl<'a> Subject<'a> {
         settings: &'a VerifySettings,
     ) -> Self {
         let scaled_from_local = power_of_two_above(&mesh.positions).recip();
-        let positions = mesh.positions.iter().map(|p| *p * scaled_from_local);
+        let positions = hierarchy
+            .vertices
+            .positions
+            .iter()
+            .map(|p| *p * scaled_from_local);
         Self {
             mesh,
             hierarchy,
@@ -57,15 +61,19 @@ impl<'a> Subject<'a> {
         group.map_or(0.0, |group| group.deviation_in_local) * self.scaled_from_local
     }
 
-    /// The cut that refines the groups for which `criterion` holds.
-    pub(super) fn cut(&self, mut criterion: impl FnMut(usize) -> bool) -> Vec<CutTriangle> {
+    /// The units of the cut that refines the groups for which `criterion` holds.
+    pub(super) fn cut(&self, mut criterion: impl FnMut(usize) -> bool) -> Vec<usize> {
+        let mut refined = vec![false; self.hierarchy.groups.len()];
         let hierarchy = self.hierarchy;
-        let mut refined = vec![false; hierarchy.groups.len()];
         hierarchy.refine_by(&mut refined, |group, _| criterion(group));
-        let drawn = hierarchy.drawn_units(&refined);
-        let triangles = drawn.flat_map(|unit| {
-            let unit = &hierarchy.units[unit];
-            let triangles = hierarchy.triangles_of(unit);
+        hierarchy.drawn_units(&refined).collect()
+    }
+
+    /// The triangles of some units.
+    pub(super) fn triangles_of(&self, units: &[usize]) -> Vec<CutTriangle> {
+        let units = units.iter().map(|&unit| &self.hierarchy.units[unit]);
+        let triangles = units.flat_map(|unit| {
+            let triangles = self.hierarchy.triangles_of(unit);
             triangles.map(|corners| CutTriangle {
                 produced_by: unit.producer(),
                 corners,

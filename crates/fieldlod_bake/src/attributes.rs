@@ -1,0 +1,219 @@
+//! Vertex attributes as the simplifier weighs and mixes them: numbers in a row for each vertex.
+
+use fieldlod_hierarchy::Vertices;
+use glam::{DVec2, Vec2, Vec3, Vec4};
+
+use crate::config::BakeConfig;
+use crate::mesh::{MAX_COORDINATE, SourceMesh};
+
+/// An attribute of weight 0 would stay behind where its vertex moves.
+const LEAST_WEIGHT: f32 = 1e-3;
+/// Tangents follow from normals and texture coordinates, and count little beside them.
+const TANGENT_SHARE: f32 = 0.1;
+/// Attributes that differ by less are the same.
+const SAME: f32 = 1e-5;
+
+/// Which numbers of a row are what, and how much each counts.
+pub(crate) struct AttributeLayout {
+    /// One weight for each number of a row.
+    pub(crate) weights: Vec<f32>,
+    /// Where each attribute begins, if it is there.
+    normal: Option<usize>,
+    uv: Option<usize>,
+    uv_1: Option<usize>,
+    tangent: Option<usize>,
+    color: Option<usize>,
+    uv_scale: UvScale,
+    uv_1_scale: UvScale,
+    protects_seams: bool,
+}
+
+/// Texture coordinates around zero, in units in which sliding the texture across the whole mesh is
+/// a change of about 1, whether it repeats a thousand times or covers a thousandth of the image.
+///
+/// The simplifier subtracts squares of these numbers from each other, so they must not be large.
+#[derive(Clone, Copy, Default)]
+struct UvScale {
+    center: DVec2,
+    scale: f64,
+}
+
+impl AttributeLayout {
+    pub(crate) fn of(mesh: &SourceMesh, config: &BakeConfig) -> Self {
+        let mut weights = Vec::new();
+        let mut place = |count: usize, width: usize, weight: f32| {
+            let first = weights.len();
+            weights.resize(
+                first + if count > 0 { width } else { 0 },
+                weight.max(LEAST_WEIGHT),
+            );
+            (count > 0).then_some(first)
+        };
+        Self {
+            normal: place(mesh.normals.len(), 3, config.normal_weight),
+            uv: place(mesh.uvs.len(), 2, config.uv_weight),
+            uv_1: place(mesh.uvs_1.len(), 2, config.uv_weight),
+            tangent: place(mesh.tangents.len(), 3, config.normal_weight * TANGENT_SHARE),
+            color: place(mesh.colors.len(), 4, config.color_weight),
+            uv_scale: UvScale::of(mesh, &mesh.uvs),
+            uv_1_scale: UvScale::of(mesh, &mesh.uvs_1),
+            protects_seams: config.protect_uv_seams,
+            weights,
+        }
+    }
+
+    /// How many numbers a row has.
+    pub(crate) fn width(&self) -> usize {
+        self.weights.len()
+    }
+
+    pub(crate) fn has_uvs(&self) -> bool {
+        self.uv.is_some() || self.uv_1.is_some()
+    }
+
+    /// The rows of the vertices of `mesh`.
+    pub(crate) fn rows_of(&self, mesh: &SourceMesh) -> Vec<f32> {
+        let mut rows = Vec::with_capacity(mesh.positions.len() * self.width());
+        for vertex in 0..mesh.positions.len() {
+            if let Some(normal) = mesh.normals.get(vertex) {
+                rows.extend(normal.normalize_or_zero().to_array());
+            }
+            if let Some(&uv) = mesh.uvs.get(vertex) {
+                rows.extend(self.uv_scale.scaled(uv).to_array());
+            }
+            if let Some(&uv) = mesh.uvs_1.get(vertex) {
+                rows.extend(self.uv_1_scale.scaled(uv).to_array());
+            }
+            if let Some(tangent) = mesh.tangents.get(vertex) {
+                rows.extend(tangent.truncate().normalize_or_zero().to_array());
+            }
+            if let Some(color) = mesh.colors.get(vertex) {
+                let usable = if color.is_finite() {
+                    *color
+                } else {
+                    Vec4::ZERO
+                };
+                rows.extend(usable.to_array());
+            }
+        }
+        rows
+    }
+
+    /// Whether a texture is torn between two vertices at one place, and must stay as it is.
+    pub(crate) fn is_seam(&self, a: &[f32], b: &[f32]) -> bool {
+        let differs = |at: Option<usize>| at.is_some_and(|at| a[at..at + 2] != b[at..at + 2]);
+        self.protects_seams && (differs(self.uv) || differs(self.uv_1))
+    }
+
+    /// Whether two rows are the same but for rounding.
+    pub(crate) fn is_same(&self, a: &[f32], b: &[f32]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME)
+    }
+
+    /// Makes a row that the simplifier mixed an attribute of a surface again: normals and tangents of
+    /// unit length and at right angles, colours no less than black. What is beyond help is taken
+    /// from `before`.
+    pub(crate) fn mend(&self, row: &mut [f32], before: &[f32]) {
+        if row.iter().any(|number| !number.is_finite()) {
+            row.copy_from_slice(before);
+        }
+        let mut unit_normal = Vec3::ZERO;
+        if let Some(at) = self.normal {
+            let old = Vec3::from_slice(&before[at..]);
+            unit_normal = Vec3::from_slice(&row[at..]).try_normalize().unwrap_or(old);
+            unit_normal.write_to_slice(&mut row[at..]);
+        }
+        if let Some(at) = self.tangent {
+            let flat = |v: Vec3| (v - unit_normal * unit_normal.dot(v)).try_normalize();
+            let old = Vec3::from_slice(&before[at..]);
+            let tangent = flat(Vec3::from_slice(&row[at..])).or_else(|| flat(old));
+            tangent.unwrap_or(old).write_to_slice(&mut row[at..]);
+        }
+        if let Some(at) = self.color {
+            let color = Vec4::from_slice(&row[at..]).max(Vec4::ZERO);
+            color
+                .with_w(color.w.min(1.0))
+                .write_to_slice(&mut row[at..]);
+        }
+    }
+
+    /// Appends the attributes in `row` to `vertices`, which are of the same kinds, for a vertex that
+    /// came from the vertex `from` there.
+    pub(crate) fn push_to(&self, vertices: &mut Vertices, row: &[f32], from: usize) {
+        if let Some(at) = self.normal {
+            vertices.normals.push(Vec3::from_slice(&row[at..]));
+        }
+        if let Some(at) = self.uv {
+            let uv = Vec2::from_slice(&row[at..]);
+            vertices.uvs.push(self.uv_scale.unscaled(uv));
+        }
+        if let Some(at) = self.uv_1 {
+            let uv = Vec2::from_slice(&row[at..]);
+            vertices.uvs_1.push(self.uv_1_scale.unscaled(uv));
+        }
+        if let Some(at) = self.tangent {
+            let side = vertices.tangents[from].w;
+            vertices
+                .tangents
+                .push(Vec3::from_slice(&row[at..]).extend(side));
+        }
+        if let Some(at) = self.color {
+            vertices.colors.push(Vec4::from_slice(&row[at..]));
+        }
+    }
+}
+
+impl UvScale {
+    fn of(mesh: &SourceMesh, uvs: &[Vec2]) -> Self {
+        let usable = uvs.iter().map(|&uv| finite_or_zero(uv).as_dvec2());
+        let bounds = usable.map(|uv| (uv, uv));
+        let Some((low, high)) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
+            return Self::default();
+        };
+        // The scale at which sliding across the mesh is about 1, but no more than the range.
+        let range = (high - low).max_element();
+        let scale = mesh_per_uv(mesh, uvs).min(range.recip());
+        Self {
+            center: (low + high) * 0.5,
+            scale: if scale.is_finite() { scale } else { 0.0 },
+        }
+    }
+
+    fn scaled(self, uv: Vec2) -> Vec2 {
+        ((finite_or_zero(uv).as_dvec2() - self.center) * self.scale).as_vec2()
+    }
+
+    fn unscaled(self, uv: Vec2) -> Vec2 {
+        let scale = if self.scale > 0.0 {
+            self.scale.recip()
+        } else {
+            0.0
+        };
+        (uv.as_dvec2() * scale + self.center).as_vec2()
+    }
+}
+
+fn finite_or_zero(uv: Vec2) -> Vec2 {
+    let usable = uv.is_finite() && uv.abs().max_element() <= MAX_COORDINATE;
+    if usable { uv } else { Vec2::ZERO }
+}
+
+/// Which share of the mesh's extent one unit of texture covers, on average; infinite for a texture
+/// that covers nothing.
+fn mesh_per_uv(mesh: &SourceMesh, uvs: &[Vec2]) -> f64 {
+    // Twice the areas on the surface and in the texture.
+    let (mut area, mut uv_area) = (0.0, 0.0);
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize].as_dvec3());
+        area += (b - a).cross(c - a).length();
+        let [a, b, c] = triangle.map(|v| finite_or_zero(uvs[v as usize]).as_dvec2());
+        uv_area += (b - a).perp_dot(c - a).abs();
+    }
+    (area / uv_area).sqrt() / extent_of(&mesh.positions)
+}
+
+fn extent_of(positions: &[Vec3]) -> f64 {
+    let aabb = fieldlod_hierarchy::Aabb::around(positions.iter().copied()).unwrap_or_default();
+    f64::from((aabb.max - aabb.min).max_element())
+}

@@ -5,13 +5,10 @@ use bevy::mesh::MeshTag;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap};
-use fieldlod_bake::{BakeConfig, bake_mesh};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
-use fieldlod_tests::apps::bevy_mesh;
 
 use crate::headless::{
     add, app, app_with, before_a_camera, entity_count, insert, logged, move_camera, progress,
-    ready, rock, run_until, spawn_camera, spawn_object, spawn_rock, stats, visible,
+    ready, rock, run_until, spawn_camera, spawn_rock, stats, visible,
 };
 
 #[test]
@@ -147,19 +144,9 @@ fn a_guarantee_costs_triangles() {
 fn a_guarantee_that_was_not_measured_is_drawn_in_full_and_told_of_once() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 8.0);
-    // A rock without measured deviations.
-    let source = fieldlod_tests::rock(5, 77);
-    let mut hierarchy = bake_mesh(&source, &BakeConfig::default()).unwrap();
-    for group in &mut hierarchy.groups {
-        group.deviation_in_local = f32::INFINITY;
-    }
-    let file = BakedFile {
-        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
-    };
-    let lods = BakedLods { file: file.into() };
-    let lods = AutoLod::from_file(add(&mut app, lods));
-    let object = spawn_object(&mut app, bevy_mesh(&source));
-    insert(&mut app, object, lods);
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.measure_deviations = false;
+    let object = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
     let id = app.world().get::<Mesh3d>(object).unwrap().id();
     let words = [format!("{:?}", id.untyped()), "displacement_px".into()];

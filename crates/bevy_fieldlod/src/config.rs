@@ -33,6 +33,9 @@ pub struct FieldLodConfig {
     /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
     /// none. An entry that cannot be read is baked anew. Only with the `bake` feature.
     pub cache_folder: Option<PathBuf>,
+    /// Whether bakes at run time measure how far levels deviate from their source, which only
+    /// [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
+    pub measure_deviations: bool,
     /// How many frames the entity of a unit outlives the last frame in which a view drew it.
     pub idle_frames: u32,
 }
@@ -46,6 +49,7 @@ impl Default for FieldLodConfig {
             clusters_from_triangles: 20_000,
             look_beside_assets: true,
             cache_folder: None,
+            measure_deviations: true,
             idle_frames: 60,
         }
     }

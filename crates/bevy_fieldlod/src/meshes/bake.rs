@@ -14,8 +14,12 @@ use crate::events::{LodError, LodOrigin};
 pub(super) fn bake_unless_cached(
     source: SourceArrays,
     cache_folder: Option<&Path>,
+    measure_deviation: bool,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
-    let config = BakeConfig::default();
+    let config = BakeConfig {
+        measure_deviation,
+        ..BakeConfig::default()
+    };
     let entry = cache_folder.map(|folder| folder.join(entry_name(&source, &config)));
     if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
         return Ok((found, LodOrigin::Cache));

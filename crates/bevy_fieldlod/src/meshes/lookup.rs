@@ -120,6 +120,7 @@ impl LodMeshLookup<'_> {
             file,
             sidecar: self.sidecar(mesh),
             cache_folder: self.config.cache_folder.clone(),
+            measure_deviations: self.config.measure_deviations,
         };
         let task = AsyncComputeTaskPool::get().spawn(prepare(job));
         Some(LodMeshEntry::Preparing(task))

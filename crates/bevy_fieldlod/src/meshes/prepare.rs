@@ -32,6 +32,8 @@ pub(super) struct PrepareJob {
     /// Where the mesh was loaded from, to look for a file there.
     pub(super) sidecar: Option<(AssetServer, AssetPath<'static>, Arc<SidecarFiles>)>,
     pub(super) cache_folder: Option<PathBuf>,
+    /// Whether a bake measures deviations.
+    pub(super) measure_deviations: bool,
 }
 
 /// A mesh with levels of detail that is not in the scene and in the assets yet.
@@ -127,13 +129,14 @@ async fn find_or_bake(
         }
     }
     // What was baked once is not baked again.
-    bake_unless_cached(source, job.cache_folder.as_deref())
+    bake_unless_cached(source, job.cache_folder.as_deref(), job.measure_deviations)
 }
 
 #[cfg(not(feature = "bake"))]
 fn bake_unless_cached(
     _: SourceArrays,
     _: Option<&std::path::Path>,
+    _: bool,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
     Err(LodError::BakeDisabled)
 }

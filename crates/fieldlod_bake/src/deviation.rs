@@ -128,13 +128,13 @@ impl Ruler {
         let furthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
         let mut furthest = furthest * furthest;
         let effort = self.effort(triangles_of_level);
-        let seen = self.from_source(part, &surface, effort, &mut furthest);
+        let seen = self.measure_source(part, &surface, effort, &mut furthest);
         let mut of_triangles = vec![0.0f32; triangles.len()];
         for seen in &seen {
             let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
             *of_triangle = of_triangle.max(seen.nearest.distance_squared);
         }
-        self.from_simplified(
+        self.measure_simplified(
             &triangles,
             &corners,
             simplified,
@@ -186,7 +186,7 @@ impl Ruler {
     }
 
     /// Measures from the source, raising the largest squared distance so far.
-    fn from_source(
+    fn measure_source(
         &self,
         part: &[Cluster],
         surface: &TriangleTree,
@@ -250,7 +250,7 @@ impl Ruler {
     }
 
     /// Measures from the simplified surface, raising the largest squared distance so far.
-    fn from_simplified(
+    fn measure_simplified(
         &self,
         triangles: &[[u32; 3]],
         corners: &[[Vec3; 3]],

@@ -13,12 +13,12 @@ impl Links {
 
     /// Adds the triangles of a list.
     pub(crate) fn add(&mut self, corners: impl Iterator<Item = u32>) {
-        self.pass(corners, |sum, link| sum.wrapping_add(link));
+        self.pass(corners, u64::wrapping_add);
     }
 
     /// Takes the triangles of a list away.
     pub(crate) fn remove(&mut self, corners: impl Iterator<Item = u32>) {
-        self.pass(corners, |sum, link| sum.wrapping_sub(link));
+        self.pass(corners, u64::wrapping_sub);
     }
 
     fn pass(&mut self, mut corners: impl Iterator<Item = u32>, change: impl Fn(u64, u64) -> u64) {

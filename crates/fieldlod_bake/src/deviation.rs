@@ -30,9 +30,11 @@ const SAMPLING_MARGIN: f32 = 1.03;
 /// A triangle is looked at more closely if a sample of it is this share of the furthest away, squared.
 const NEAR_FURTHEST: f32 = 0.1;
 /// How many triangles of a group are looked at more closely in each direction at most, as a share.
-const LOOKED_AT: f32 = 0.5;
-/// Levels with fewer triangles than this are looked at closely all over, which costs little.
+const LOOKED_AT: f32 = 0.3;
+/// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
+/// that: it costs little.
 const FEW: usize = 1 << 15;
+const FEW_LEFT: usize = 1 << 12;
 /// At least so many places of the whole source go on to each level, or this share of its triangles.
 const FEWEST_PLACES: usize = 1 << 16;
 const PLACES_PER_TRIANGLE: f32 = 0.1;
@@ -173,7 +175,7 @@ impl Ruler {
     fn effort(&self, triangles_of_level: usize) -> Effort {
         let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
         let places = FEWEST_PLACES.max(share as usize);
-        let is_small = triangles_of_level <= FEW;
+        let is_small = self.source_triangles <= FEW || triangles_of_level <= FEW_LEFT;
         Effort {
             places_per_triangle: match self.source_triangles <= FEW {
                 true => usize::MAX,

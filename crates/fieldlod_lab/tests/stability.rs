@@ -104,7 +104,6 @@ fn what_a_rule_leaves_out_shows() {
         ("scaled mesh", Method::Meshlets, Fault::Displaced),
         ("scaled mesh", Method::Nanite, Fault::Displaced),
         ("scales", Method::VisibilityRange, Fault::Displaced),
-        ("rotate only", Method::Clusterlod, Fault::Displaced),
         ("rotate only", Method::ProjectedSize, Fault::Displaced),
     ];
     for (case, method, fault) in left_out {

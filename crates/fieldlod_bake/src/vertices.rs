@@ -3,7 +3,7 @@
 //! that simplification makes.
 
 use fieldlod_hierarchy::Vertices;
-use glam::{Vec2, Vec3, Vec4};
+use glam::Vec3;
 use meshopt::{SimplifyVertex, VertexDataAdapter};
 use rustc_hash::FxHashMap;
 
@@ -102,14 +102,7 @@ impl LevelVertices {
     /// All vertices in local units: those of `mesh` as they are, and after them the others; and where
     /// these came from, if the mesh has attributes that are not among these.
     pub(crate) fn in_local(self, mesh: &SourceMesh) -> (Vertices, Vec<u32>) {
-        let mut vertices = Vertices {
-            positions: mesh.positions.clone(),
-            normals: finite_or_zero(&mesh.normals, Vec3::is_finite),
-            uvs: finite_or_zero(&mesh.uvs, Vec2::is_finite),
-            tangents: finite_or_zero(&mesh.tangents, Vec4::is_finite),
-            uvs_1: finite_or_zero(&mesh.uvs_1, Vec2::is_finite),
-            colors: finite_or_zero(&mesh.colors, Vec4::is_finite),
-        };
+        let mut vertices = mesh.vertices();
         for vertex in self.source_count as u32..self.positions.len() as u32 {
             let position = self.position(vertex) * self.local_from_scaled;
             vertices.positions.push(position);
@@ -194,15 +187,4 @@ fn border_of(indices: &[u32], same_position: &[u32]) -> Vec<bool> {
     links.add(indices.iter().map(|&v| same_position[v as usize]));
     let firsts = same_position.iter();
     firsts.map(|&first| links.is_open(first)).collect()
-}
-
-fn finite_or_zero<V: Copy + Default>(values: &[V], is_finite: impl Fn(V) -> bool) -> Vec<V> {
-    let usable = |&value: &V| {
-        if is_finite(value) {
-            value
-        } else {
-            V::default()
-        }
-    };
-    values.iter().map(usable).collect()
 }

@@ -1,11 +1,11 @@
 //! Clusters: how the surface is split into them, and how they are gathered in groups.
 
 use fieldlod_hierarchy::NO_GROUP;
+use glam::Vec3;
 use meshopt::clod_default_config;
 use rayon::prelude::*;
 
 use crate::config::BakeConfig;
-use crate::deviation::Place;
 use crate::vertices::{LevelVertices, Piece, adapter};
 
 /// Triangles that are split into clusters at once; a larger mesh is cut in halves first. A part is
@@ -15,6 +15,15 @@ const TRIANGLES_AT_ONCE: usize = 1 << 16;
 /// Triangles around the place of a corner, on average, from which on growing clusters from neighbour
 /// to neighbour would take too long. There are 6 as a rule; it takes about 8 ns a triangle for each.
 const CROWD: u64 = 200;
+
+/// A place on the source.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    /// In scaled units.
+    pub(crate) point: Vec3,
+    /// The corners of the source triangle that it lies on.
+    pub(crate) triangle: [u32; 3],
+}
 
 /// A patch of triangles that waits for a group to consume it.
 pub(crate) struct Cluster {

@@ -17,7 +17,7 @@ use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use crate::clusters::Cluster;
+use crate::clusters::{Cluster, Place};
 use crate::mesh::SourceMesh;
 use crate::simplify::Simplified;
 use crate::triangle_tree::{NearestTriangle, TriangleTree};
@@ -44,14 +44,6 @@ const SPLITS: u32 = 5;
 const LOW: f32 = 0.7;
 /// If their middle stands this near beside what is nearest, squared: it is not above a gap.
 const BESIDE: f32 = 0.06;
-
-/// A place on the source.
-#[derive(Clone, Copy)]
-pub(crate) struct Place {
-    point: Vec3,
-    /// The source triangle that it lies on.
-    triangle: [u32; 3],
-}
 
 /// What simplified surfaces are measured against.
 pub(crate) struct Ruler {

@@ -4,10 +4,11 @@
 use rayon::prelude::*;
 
 use crate::clusters::{
-    Cluster, clusters_of_source, partition, shared_positions, split_into_clusters, triangle_count,
+    Cluster, Place, clusters_of_source, partition, shared_positions, split_into_clusters,
+    triangle_count,
 };
 use crate::config::BakeConfig;
-use crate::deviation::{Measured, Place, Ruler};
+use crate::deviation::{Measured, Ruler};
 use crate::groups::Groups;
 use crate::mesh::SourceMesh;
 use crate::report::{BakeReport, Fallback, FallbackKind};

@@ -25,11 +25,6 @@ impl Triangle {
         [self.a, self.a + self.ab, self.a + self.ac]
     }
 
-    /// Squared distance from `point` to the nearest point of the triangle.
-    pub(crate) fn distance_squared(&self, point: Vec3A) -> f32 {
-        self.nearest_point(point).distance_squared(point)
-    }
-
     /// The point of the triangle that is nearest to `point`.
     pub(crate) fn nearest_point(&self, point: Vec3A) -> Vec3A {
         let [a, b, c] = self.corners();

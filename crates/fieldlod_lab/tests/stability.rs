@@ -110,6 +110,9 @@ fn what_a_rule_leaves_out_shows() {
         let verdict = verdict_in(case, method);
         assert!(verdict.faults.contains(&fault), "{case}: {verdict:?}");
     }
+    // Towards the corner clusterlod exceeds its pixel, if not by enough to count as a fault.
+    let clusterlod = verdict_in("rotate only", Method::Clusterlod);
+    assert!(clusterlod.max_px > 1.2, "{clusterlod:?}");
 }
 
 /// The comparison is one of criteria: baselines that close or nest their cuts have no holes, and those

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
-use crate::triangle::Triangle;
+use crate::naive;
 use crate::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
-const ROUNDING: f32 = 2e-6;
+const ROUNDING: f32 = 1e-6;
 /// How many triangles one task takes samples of.
 const TRIANGLES_PER_TASK: usize = 512;
 
@@ -177,11 +177,13 @@ impl<'a> WorstSearch<'a> {
 
     /// The least share over all triangles of the cut.
     fn least_share(&self, point: Vec3) -> f32 {
+        let point = point.as_dvec3();
         let shares = self.drawn.iter().map(|triangle| {
-            let corners = Triangle::new(self.subject.corners(triangle.corners));
-            let distance = corners.distance_squared(point.into()).sqrt();
+            // In double precision: the rounding of a needle is larger than that of a point.
+            let corners = self.subject.corners(triangle.corners);
+            let distance = naive::distance(point, corners.map(Vec3::as_dvec3));
             share_of_stated(
-                distance,
+                distance as f32,
                 self.subject.deviation_in_scaled(triangle.produced_by),
             )
         });

@@ -223,8 +223,9 @@ mod tests {
             points.iter().for_each(|&point| search.visit(point));
             let shares = points.iter().map(|&point| search.least_share(point));
             let worst = shares.fold(0.0, f32::max);
+            // The exact distances are in double precision, those of the search are not.
             assert!(
-                worst > 0.1 && worst <= search.worst,
+                worst > 0.1 && worst <= search.worst * 1.0001,
                 "{worst} {}",
                 search.worst
             );

@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::bounds::{NormalSum, tight_sphere};
 use crate::groups::{RawGroup, RawUnit};
-use crate::mesh::{MeshError, SourceMesh};
+use crate::mesh::SourceMesh;
 use crate::vertices::LevelVertices;
 
 /// A group with its units ordered and bounded.
@@ -27,18 +27,18 @@ struct FinishedUnit {
 }
 
 /// Orders the triangles and vertices of a group for drawing, and bounds them.
-fn finish_group(positions: &[Vec3], group: &RawGroup) -> Result<FinishedGroup, MeshError> {
+fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
     let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
-    let units: Vec<FinishedUnit> = finished.collect::<Result<_, _>>()?;
+    let units: Vec<FinishedUnit> = finished.collect();
     // Around what the group consumes, and what it made of that.
     let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
     let vertices = vertices.chain(group.made.clone());
     let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
-    Ok(FinishedGroup {
+    FinishedGroup {
         bounds: tight_sphere(&points),
         mean_normal: mean_normal(positions, group),
         units,
-    })
+    }
 }
 
 fn mean_normal(positions: &[Vec3], group: &RawGroup) -> Vec3 {
@@ -52,14 +52,14 @@ fn mean_normal(positions: &[Vec3], group: &RawGroup) -> Vec3 {
     sum.mean()
 }
 
-fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> Result<FinishedUnit, MeshError> {
+fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
     let mut list = VertexList::default();
     let mut indices = Vec::new();
     for cluster in &unit.clusters {
         // In order of their first use, as are the unit's.
         let (own, corners) = meshopt::clod_local_indices(cluster);
         let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
-        let slots: Vec<u16> = own_slots.collect::<Result<_, _>>()?;
+        let slots: Vec<u16> = own_slots.collect();
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
     }
     // Triangles begin at their first vertex, which files tell in less.
@@ -70,12 +70,12 @@ fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> Result<FinishedUnit, MeshE
     // A tight box around them all, for culling.
     let vertices = list.vertices;
     let points = vertices.iter().map(|&v| positions[v as usize]);
-    Ok(FinishedUnit {
+    FinishedUnit {
         produced_by: unit.produced_by,
         aabb: Aabb::around(points).unwrap_or_default(),
         vertices,
         indices,
-    })
+    }
 }
 
 /// The vertices of a unit, in the order of their first use: memory is then read in one direction.
@@ -86,22 +86,14 @@ struct VertexList {
 }
 
 impl VertexList {
-    fn slot_of(&mut self, vertex: u32) -> Result<u16, MeshError> {
-        if let Some(&slot) = self.slots.get(&vertex) {
-            return Ok(slot);
+    /// Units have far fewer vertices than 16 bits count.
+    fn slot_of(&mut self, vertex: u32) -> u16 {
+        let next = self.vertices.len() as u16;
+        let slot = *self.slots.entry(vertex).or_insert(next);
+        if slot == next {
+            self.vertices.push(vertex);
         }
-        let vertices = self.vertices.len();
-        // 65535 is left out: as an index it restarts strips on some graphics interfaces.
-        let slot = match u16::try_from(vertices) {
-            Ok(slot) if slot != u16::MAX => slot,
-            _ => {
-                let vertices = vertices + 1;
-                return Err(MeshError::UnitTooLarge { vertices });
-            }
-        };
-        self.vertices.push(vertex);
-        self.slots.insert(vertex, slot);
-        Ok(slot)
+        slot
     }
 }
 
@@ -111,7 +103,7 @@ pub(crate) fn assemble(
     mesh: &SourceMesh,
     vertices: LevelVertices,
     groups: &[RawGroup],
-) -> Result<Hierarchy, MeshError> {
+) -> Hierarchy {
     let (vertices, moved_from) = vertices.in_local(mesh);
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
@@ -124,11 +116,11 @@ pub(crate) fn assemble(
     let in_parallel = groups
         .par_iter()
         .map(|group| finish_group(positions, group));
-    let finished: Vec<FinishedGroup> = in_parallel.collect::<Result<_, _>>()?;
+    let finished: Vec<FinishedGroup> = in_parallel.collect();
     for (group, finished) in groups.iter().zip(&finished) {
         push_group(&mut hierarchy, group, finished);
     }
-    Ok(hierarchy)
+    hierarchy
 }
 
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {

@@ -14,8 +14,7 @@ use crate::vertices::LevelVertices;
 /// A mesh that fits one cluster gives a single terminal group: valid, with nothing to choose from.
 ///
 /// # Errors
-/// A [`MeshError`] for a mesh that [`SourceMesh::validate`] refuses, a configuration out of range,
-/// or units too large for 16-bit indices.
+/// A [`MeshError`] for a mesh that [`SourceMesh::validate`] refuses or a configuration out of range.
 pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, MeshError> {
     Ok(bake_mesh_with_report(mesh, config)?.0)
 }
@@ -45,7 +44,7 @@ pub(crate) fn bake_mesh_with_progress(
     let mut vertices = LevelVertices::of(mesh, config);
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
-    let hierarchy = assemble(mesh, vertices, &groups.0)?;
+    let hierarchy = assemble(mesh, vertices, &groups.0);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

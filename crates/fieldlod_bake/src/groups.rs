@@ -7,7 +7,7 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::clusters::Cluster;
 
-/// Keeps a unit's vertices within the reach of 16-bit indices: 256 at most in a cluster.
+/// Keeps a unit's vertices within the reach of 16-bit indices: a cluster has 256 at most.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
 
 /// A group: what it consumes and how far its simplification strays.

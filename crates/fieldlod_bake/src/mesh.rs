@@ -67,9 +67,6 @@ pub enum MeshError {
     /// More vertices or triangles than 32-bit counts allow.
     #[error("it is too large: at most {limit} vertices and {limit} triangles can be baked", limit = MAX_COUNT)]
     TooLarge,
-    /// A unit's triangles have 16-bit indices.
-    #[error("a drawable unit would have {vertices} vertices, over 65535: lower group_clusters")]
-    UnitTooLarge { vertices: usize },
     /// A field of the configuration is out of its documented range.
     #[error("the bake setting {field} is out of range")]
     Config { field: &'static str },

@@ -13,9 +13,17 @@ use serde_json::json;
 use crate::gltf_file::GltfFile;
 use crate::headless::{app_in, logged, origins, progress, ready, run_until, spawn_camera, stats};
 
-/// A file with one scene of two rocks.
+/// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
+/// without normals.
 fn two_rocks() -> GltfFile {
-    let mut file = GltfFile::of(&fieldlod_tests::rock(4, 1));
+    let rock = fieldlod_tests::rock(4, 1);
+    let mut file = GltfFile::of(&rock);
+    let bytes: Vec<u8> = (0..rock.positions.len() * 4).map(|i| i as u8).collect();
+    for (name, component, kind) in [("COLOR_0", 5121, "VEC4"), ("TEXCOORD_0", 5123, "VEC2")] {
+        let accessor = file.add_accessor(&bytes, component, kind, rock.positions.len());
+        file.list("accessors")[accessor]["normalized"] = json!(true);
+        file.primitive()["attributes"][name] = json!(accessor);
+    }
     file.add_mesh(&fieldlod_tests::flat_shaded(&fieldlod_tests::rock(3, 2)));
     file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1, "scale": [1.0, -2.0, 1.0] }]);
     file.json["scenes"] = json!([{ "nodes": [0, 1] }]);

@@ -85,7 +85,13 @@ impl SourceMesh {
     /// The identity of this mesh, as a hierarchy records it.
     #[must_use]
     pub fn source_hash(&self) -> SourceHash {
-        SourceHash::of(&self.positions, self.indices.iter().copied())
+        SourceHash::of(&self.indices)
+            .and(&self.positions)
+            .and(&self.normals)
+            .and(&self.uvs)
+            .and(&self.tangents)
+            .and(&self.uvs_1)
+            .and(&self.colors)
     }
 
     /// The vertices as a hierarchy holds them: attributes that are not finite are zero.

@@ -55,7 +55,8 @@ fn every_attribute_that_bevy_draws_comes_in_and_is_kept() {
     assert_eq!(plain, mesh);
     assert_eq!(imported.mesh.tangents[8], Vec4::new(32.0, 33.0, 34.0, 35.0));
     assert_eq!(imported.mesh.uvs_1[8], Vec2::new(16.0, 17.0));
-    assert_eq!(imported.mesh.colors[3], Vec4::new(0.2, 0.0, 1.0, 1.0));
+    let red = 51.0 * 255f32.recip();
+    assert_eq!(imported.mesh.colors[3], Vec4::new(red, 0.0, 1.0, 1.0));
     let outcome = bake_file(&path, &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &outcome.file.primitives[0].hierarchy.vertices;
     assert_eq!(vertices.tangents, imported.mesh.tangents);
@@ -106,7 +107,8 @@ fn attributes_follow_vertices_that_are_taken_apart() {
         let first = vertex as f32;
         assert_eq!(imported.mesh.tangents[corner].x, first * 4.0);
         assert_eq!(imported.mesh.uvs_1[corner].x, first * 2.0);
-        assert_eq!(imported.mesh.colors[corner].x, (first * 17.0) / 255.0);
+        let red = first * 17.0 * 255f32.recip();
+        assert_eq!(imported.mesh.colors[corner].x, red);
     }
 }
 

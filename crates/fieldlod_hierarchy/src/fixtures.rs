@@ -10,7 +10,6 @@ pub use random::Random;
 
 use crate::bounds::{Aabb, Sphere};
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Vertices};
-use crate::source::SourceHash;
 
 /// A flat strip of four triangles in the plane z = 0 that simplifies to two.
 ///
@@ -32,13 +31,14 @@ pub fn two_level_strip() -> Hierarchy {
         mean_normal: Vec3::Z,
         ..Group::default()
     };
+    let vertices = Vertices {
+        normals: vec![Vec3::Z; positions.len()],
+        positions,
+        ..Vertices::default()
+    };
     let mut strip = Hierarchy {
-        source: SourceHash::of(&positions, fine.iter().map(|&i| u32::from(i))),
-        vertices: Vertices {
-            normals: vec![Vec3::Z; positions.len()],
-            positions,
-            ..Vertices::default()
-        },
+        source: vertices.source_hash(&fine.map(u32::from)),
+        vertices,
         source_vertex_count: 6,
         ..Hierarchy::default()
     };

@@ -1,8 +1,11 @@
 //! The cut rule, word for word, against the methods that apply it.
 
+use fieldlod_hierarchy::Hierarchy;
 use fieldlod_hierarchy::fixtures::{self, Random};
-use fieldlod_hierarchy::{Hierarchy, SourceHash};
 use proptest::prelude::*;
+
+mod common;
+use common::source_vertices;
 
 /// Whether a group is refined: marked, terminal, or with a refined finer group.
 fn is_refined(hierarchy: &Hierarchy, marked: &[bool], group: usize) -> bool {
@@ -43,8 +46,7 @@ fn hierarchies_put_together_by_methods_are_valid_and_know_their_source() {
         let triangles = triangles.flat_map(|unit| hierarchy.triangles_of(unit));
         let indices: Vec<u32> = triangles.flatten().collect();
         assert_eq!(indices.len() as u64, hierarchy.source_triangle_count() * 3);
-        let positions = &hierarchy.vertices.positions[..hierarchy.source_vertex_count as usize];
-        let hash = SourceHash::of(positions, indices.into_iter());
+        let hash = source_vertices(&hierarchy).source_hash(&indices);
         assert_eq!(hash, hierarchy.source);
     }
 }

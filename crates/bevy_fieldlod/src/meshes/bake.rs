@@ -51,22 +51,8 @@ fn entry_name(source: &SourceArrays, config: &BakeConfig) -> String {
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&FORMAT_VERSION.to_le_bytes());
     hasher.update(format!("{config:?}").as_bytes());
-    // Positions and indices are in the hash of the source.
-    hasher.update(&source.hash.0.to_le_bytes());
-    let vertices = &source.vertices;
-    update(&mut hasher, &vertices.normals);
-    update(&mut hasher, &vertices.uvs);
-    update(&mut hasher, &vertices.tangents);
-    update(&mut hasher, &vertices.uvs_1);
-    update(&mut hasher, &vertices.colors);
+    let mesh = source.vertices.source_hash(&source.indices);
+    hasher.update(&mesh.0.to_le_bytes());
     hasher.update(&[source.has_other_attributes.into()]);
     format!("{:032x}.fieldlod", hasher.digest128())
-}
-
-/// Hashes the length of an attribute and its values.
-fn update<const N: usize, V: Copy + Into<[f32; N]>>(hasher: &mut Xxh3, values: &[V]) {
-    hasher.update(&(values.len() as u64).to_le_bytes());
-    for number in values.iter().flat_map(|&value| value.into()) {
-        hasher.update(&number.to_bits().to_le_bytes());
-    }
 }

@@ -1,6 +1,7 @@
 //! The vertex attributes and indices of a Bevy mesh that baking reads, and which hierarchies fit them.
 
 use bevy::mesh::{Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
+use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::events::LodError;
@@ -11,8 +12,6 @@ pub(super) struct SourceArrays {
     /// Whether vertices have attributes besides these, or in other formats.
     pub(super) has_other_attributes: bool,
     pub(super) indices: Vec<u32>,
-    /// The hash that `.fieldlod` files know their source mesh by.
-    pub(super) hash: SourceHash,
 }
 
 impl SourceArrays {
@@ -45,7 +44,6 @@ impl SourceArrays {
             None => (0..count as u32).collect(),
         };
         Ok(Self {
-            hash: SourceHash::of(&vertices.positions, indices.iter().copied()),
             vertices,
             has_other_attributes,
             indices,
@@ -78,30 +76,43 @@ impl SourceArrays {
         file: &str,
     ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
+        // By the attributes that hierarchies hold: this mesh with no others, and the hash of it.
+        let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();
         let hierarchies = baked
             .primitives
             .iter()
             .map(|primitive| &primitive.hierarchy);
-        // Two primitives may have the same triangles, and one of them more attributes.
-        for hierarchy in hierarchies.filter(|hierarchy| hierarchy.source == self.hash) {
-            match self.complete(hierarchy, file) {
-                Ok(complete) => return Ok(complete),
-                Err(error) => fault = error,
+        for hierarchy in hierarchies {
+            let held = attributes(&hierarchy.vertices);
+            let (vertices, hash) = known.entry(held).or_insert_with(|| {
+                let vertices = self.vertices_with(held);
+                let hash = vertices.source_hash(&self.indices);
+                (vertices, hash)
+            });
+            // Two primitives may differ in attributes that only one of them holds.
+            if hierarchy.source == *hash {
+                match self.complete(hierarchy, vertices, file) {
+                    Ok(complete) => return Ok(complete),
+                    Err(error) => fault = error,
+                }
             }
         }
         Err(fault)
     }
 
-    /// `hierarchy` with the vertices of this mesh, if it lacks them. Afterwards every vertex that it
-    /// refers to exists, with all attributes of this mesh.
-    fn complete(&self, hierarchy: &Hierarchy, file: &str) -> Result<Hierarchy, LodError> {
+    /// `hierarchy` with `vertices` for those of its source, if it lacks them. Afterwards every vertex
+    /// that it refers to exists, with all attributes of this mesh.
+    fn complete(
+        &self,
+        hierarchy: &Hierarchy,
+        vertices: &Vertices,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
         if !self.tells_of_moved_vertices(hierarchy) {
             return Err(LodError::MissingAttributes { file: file.into() });
         }
         let complete = match hierarchy.lacks_source_vertices() {
-            true => hierarchy
-                .clone()
-                .with_source_vertices(&self.vertices_of(hierarchy)),
+            true => hierarchy.clone().with_source_vertices(vertices),
             false => hierarchy.validate().map(|()| hierarchy.clone()),
         };
         let fits = |h: &Hierarchy| h.source_vertex_count as usize == self.vertices.positions.len();
@@ -118,9 +129,9 @@ impl SourceArrays {
         holds_all || !moves || !hierarchy.moved_from.is_empty()
     }
 
-    /// The vertices with the attributes that those of `hierarchy` have.
-    fn vertices_of(&self, hierarchy: &Hierarchy) -> Vertices {
-        let [normals, uvs, tangents, uvs_1, colors] = attributes(&hierarchy.vertices);
+    /// The vertices with those of their [attributes] that are `held`.
+    fn vertices_with(&self, held: [bool; 5]) -> Vertices {
+        let [normals, uvs, tangents, uvs_1, colors] = held;
         let own = &self.vertices;
         Vertices {
             positions: own.positions.clone(),

@@ -5,7 +5,7 @@ use bevy::mesh::{
     Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
 };
 use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FileOptions, Hierarchy, Unit, Vertices, fixtures,
+    BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, Vertices, fixtures,
 };
 use fieldlod_select::whole_mesh_levels;
 
@@ -54,6 +54,19 @@ fn with_wind(mesh: Mesh) -> Mesh {
     let count = mesh.count_vertices();
     let wind: Vec<f32> = (0..count).map(|vertex| vertex as f32).collect();
     mesh.with_inserted_attribute(WIND, wind)
+}
+
+fn source_hash(mesh: &Mesh) -> SourceHash {
+    let source = SourceArrays::of(mesh).unwrap();
+    source.vertices.source_hash(&source.indices)
+}
+
+/// Makes it the hierarchy of a mesh without tangents.
+fn lose_tangents(hierarchy: &mut Hierarchy) {
+    let mut mesh = source_of(hierarchy);
+    mesh.remove_attribute(Mesh::ATTRIBUTE_TANGENT);
+    hierarchy.source = source_hash(&mesh);
+    hierarchy.vertices.tangents.clear();
 }
 
 fn file_of(hierarchy: &Hierarchy, beside_source: bool) -> BakedFile {
@@ -178,7 +191,7 @@ fn every_attribute_that_a_bake_carries_is_read() {
         colors: held.colors[..count].to_vec(),
     };
     assert!(source.vertices == expected && !source.has_other_attributes);
-    assert_eq!(source.hash, hierarchy.source);
+    assert_eq!(source_hash(&source_of(&hierarchy)), hierarchy.source);
     let windy = SourceArrays::of(&with_wind(source_of(&hierarchy))).unwrap();
     assert!(windy.has_other_attributes);
 }
@@ -199,8 +212,8 @@ fn a_file_of_either_kind_is_completed() {
 #[test]
 fn attributes_that_a_file_lacks_are_those_of_where_a_vertex_came_from() {
     let mut hierarchy = pyramid();
-    hierarchy.vertices.tangents.clear();
-    let mesh = source_of(&pyramid());
+    let mesh = source_of(&hierarchy);
+    lose_tangents(&mut hierarchy);
     let found = find(&mesh, &file_of(&hierarchy, true)).unwrap();
     let tangents = &pyramid().vertices.tangents;
     for unit in &found.units {
@@ -225,7 +238,7 @@ fn rejects_a_file_that_does_not_tell_an_attribute_of_moved_vertices() {
         assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
         assert!(find(&with_wind(mesh.clone()), &file) == missing);
     }
-    hierarchy.vertices.tangents.clear();
+    lose_tangents(&mut hierarchy);
     assert!(find(&mesh, &file_of(&hierarchy, false)) == missing);
 }
 
@@ -251,6 +264,20 @@ fn rejects_a_file_of_another_mesh() {
     let mut bare = mesh.clone();
     bare.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
     assert!(find(&bare, &file_of(&pyramid(), true)) == stale());
+}
+
+#[test]
+fn finds_its_own_levels_among_those_of_equal_triangles() {
+    let mut other = pyramid();
+    for uv in &mut other.vertices.uvs {
+        *uv += 0.5;
+    }
+    other.source = source_hash(&source_of(&other));
+    let mut file = file_of(&pyramid(), true);
+    file.primitives.extend(file_of(&other, true).primitives);
+    for hierarchy in [pyramid(), other] {
+        assert!(find(&source_of(&hierarchy), &file) == Ok(hierarchy));
+    }
 }
 
 #[test]

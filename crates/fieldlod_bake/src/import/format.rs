@@ -82,7 +82,8 @@ impl Component {
         }
     }
 
-    /// The number in `bytes`. Normalized signed integers count from -1, which two of them mean.
+    /// The number in `bytes`, to the last bit as Bevy reads it. Normalized signed integers count from
+    /// -1, which two of them mean.
     pub(super) fn number(self, bytes: &[u8]) -> f32 {
         let bits = little_endian(bytes);
         let (value, largest) = match self.kind {
@@ -94,7 +95,7 @@ impl Component {
             DataType::U32 => (bits as f32, u32::MAX as f32),
         };
         if self.normalized {
-            (value / largest).max(-1.0)
+            (value * largest.recip()).max(-1.0)
         } else {
             value
         }

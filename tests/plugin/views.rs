@@ -311,3 +311,64 @@ fn a_spot_light_uses_the_cut_of_the_camera_that_is_marked() {
         without_doubles(lamps.single(app.world()).unwrap().entities.clone())
     });
 }
+
+#[test]
+fn a_camera_without_pixels_wants_nothing() {
+    for subdivisions in [4, 5] {
+        let (mut app, far, rock) = before_a_camera(subdivisions, 300.0);
+        let drawn_far = drawn(&app, far);
+        let mesh = |app: &App| app.world().get::<Mesh3d>(rock).unwrap().id();
+        let (level, count) = (mesh(&app), units(&mut app).len());
+        let pose = Transform::from_xyz(0.0, 0.0, 2.0);
+        // A window that is minimised, one that is not there, and a viewport of nothing.
+        let minimized = RenderTarget::None { size: UVec2::ZERO };
+        let missing = RenderTarget::default();
+        let whole = RenderTarget::None {
+            size: UVec2::new(640, 360),
+        };
+        let nothing = Camera {
+            viewport: Some(Viewport {
+                physical_size: UVec2::ZERO,
+                ..default()
+            }),
+            ..default()
+        };
+        let near = [
+            (minimized, Camera::default()),
+            (missing.clone(), Camera::default()),
+            (
+                missing,
+                Camera {
+                    viewport: Some(Viewport::default()),
+                    ..default()
+                },
+            ),
+            (whole.clone(), nothing),
+        ];
+        let near = near.map(|near| {
+            app.world_mut()
+                .spawn((Camera3d::default(), near, pose))
+                .id()
+        });
+        app.update();
+        app.update();
+        assert_eq!((mesh(&app), units(&mut app).len()), (level, count));
+        assert_eq!(drawn(&app, far), drawn_far);
+        // It is there again.
+        insert(&mut app, near[0], (whole, Projection::default()));
+        app.update();
+        app.update();
+        assert!(drawn(&app, near[0]) > 2 * drawn_far);
+        insert(
+            &mut app,
+            near[0],
+            (
+                RenderTarget::None { size: UVec2::ZERO },
+                Projection::default(),
+            ),
+        );
+        app.update();
+        app.update();
+        assert_eq!(mesh(&app), level);
+    }
+}

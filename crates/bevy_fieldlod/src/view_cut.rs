@@ -16,7 +16,7 @@ pub(crate) struct ViewCut {
 /// What a view draws of meshes with levels of detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ViewState {
-    /// Nothing: the camera is not active.
+    /// Nothing: the camera is not active, or has no pixel to draw.
     #[default]
     Inactive,
     /// The source meshes.

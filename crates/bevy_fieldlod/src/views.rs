@@ -42,7 +42,7 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     for camera in &cameras {
         commands
             .entity(camera)
-            .insert((ViewCut::default(), FieldLodViewStats::default()));
+            .try_insert((ViewCut::default(), FieldLodViewStats::default()));
     }
 }
 
@@ -113,20 +113,29 @@ fn desired_view(
     pose: &GlobalTransform,
     settings: &FieldLodSettings,
 ) -> (ViewState, Option<View>) {
-    if !camera.is_active {
+    let Some(viewport_px) = drawn_px(camera) else {
         return (ViewState::Inactive, None);
-    }
+    };
     let wants_cut = !settings.full_detail;
-    match wants_cut.then(|| view_of(camera, pose)).flatten() {
+    let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
+    match view.flatten() {
         Some(view) => (ViewState::Cut, Some(view)),
         None => (ViewState::FullDetail, None),
     }
 }
 
-/// The view of a camera; `None` while it has no viewport, and for projections that the field has no
-/// formula for.
-fn view_of(camera: &Camera, pose: &GlobalTransform) -> Option<View> {
-    let viewport_px = camera.physical_viewport_size()?.as_vec2();
+/// The size of the image that a camera draws; `None` if it draws none, as while its window is minimised
+/// or its target is not loaded.
+fn drawn_px(camera: &Camera) -> Option<UVec2> {
+    let target_px = camera.physical_target_size()?;
+    let viewport_px = camera.physical_viewport_size()?;
+    let is_drawn = camera.is_active && target_px.min(viewport_px).min_element() > 0;
+    is_drawn.then_some(viewport_px)
+}
+
+/// The view of a camera; `None` for projections that the field has no formula for.
+fn view_of(camera: &Camera, viewport_px: UVec2, pose: &GlobalTransform) -> Option<View> {
+    let viewport_px = viewport_px.as_vec2();
     match camera_field::Camera::from_projection(&camera.clip_from_view(), viewport_px) {
         Ok(intrinsics) => Some(View::new(intrinsics, &pose.affine())),
         Err(error) => {

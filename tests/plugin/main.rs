@@ -1,6 +1,8 @@
 //! The plugin in an app without a renderer: what it takes in, what it leaves alone, what it says.
 
 mod cache;
+mod copies;
+mod despawns;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
 #[expect(
     dead_code,

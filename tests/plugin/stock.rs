@@ -289,6 +289,7 @@ fn every_public_component_and_resource_can_be_inspected() {
         "FieldLodSettings",
         "FieldLodViewStats",
         "LodUnit",
+        "LodSource",
         "FieldLodConfig",
         "FieldLodProgress",
         "FieldLodDebug",

@@ -86,7 +86,9 @@ impl DrawRecords {
     /// The record of an entity, with its number.
     pub(crate) fn find(&self, entity: Entity) -> Option<(u32, &DrawRecord)> {
         let index = *self.record_of_entity.get(entity.index_u32() as usize)?;
-        (index != NO_RECORD).then(|| (index, &self.records[index as usize]))
+        let record = self.records.get(index as usize)?;
+        // The index of an entity may have been that of another one.
+        (record.entity == Some(entity)).then_some((index, record))
     }
 
     /// Lets `entity` draw what `record` describes.
@@ -121,9 +123,9 @@ impl DrawRecords {
 
     /// Forgets the entity of a unit, which is gone though its record is not, and returns the record.
     pub(crate) fn forget_entity(&mut self, entity: Entity) -> Option<u32> {
-        let (index, record) = self.find(entity)?;
+        let (index, _) = self.find(entity)?;
         // The entity of a mesh does not come back, and a despawned unit has no record any more.
-        self.unit(index).filter(|_| record.entity == Some(entity))?;
+        self.unit(index)?;
         self.records[index as usize].entity = None;
         self.record_of_entity[entity.index_u32() as usize] = NO_RECORD;
         Some(index)

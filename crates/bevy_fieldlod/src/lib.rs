@@ -60,8 +60,8 @@
 //!
 //! # Limits
 //! Skinned and morphed meshes are left as they are. Entities with `NoCpuCulling` bypass the lists of
-//! visible entities and must not be marked. Whoever reads the [`Mesh3d`] of a prop gets that of a level;
-//! removing [`AutoLod`] puts the source back.
+//! visible entities and must not be marked. Whoever reads the [`Mesh3d`] of a prop gets that of a level,
+//! and the source from [`LodSource`]; removing [`AutoLod`] puts it back.
 //!
 //! # Features
 //! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets
@@ -110,6 +110,7 @@ pub use fieldlod_bake::MeshError;
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
+pub use lod_mesh::LodSource;
 #[cfg(feature = "bake")]
 pub use processor::FieldLodProcessorPlugin;
 pub use settings::FieldLodSettings;

@@ -49,14 +49,26 @@ pub(crate) struct LodPiece {
 }
 
 impl LodMesh {
+    /// The mesh of a level, if it is drawn as a whole mesh.
+    pub(crate) fn mesh_at<'a>(&'a self, level: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
+        let piece = self.pieces.get(level as usize);
+        let mesh = piece.and_then(|piece| piece.mesh.as_ref());
+        mesh.unwrap_or(&source.mesh)
+    }
+
     pub(crate) fn is_uploaded(&self) -> bool {
         self.uploaded.load(Ordering::Acquire)
     }
 
+    /// The meshes of its pieces, but for that which is the source.
+    pub(crate) fn piece_meshes(&self) -> impl Iterator<Item = AssetId<Mesh>> {
+        let meshes = self.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
+        meshes.map(Handle::id)
+    }
+
     /// Whether `mesh` is one of its pieces.
     pub(crate) fn has_piece(&self, mesh: AssetId<Mesh>) -> bool {
-        let mut meshes = self.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
-        meshes.any(|piece| piece.id() == mesh)
+        self.piece_meshes().any(|piece| piece == mesh)
     }
 }
 
@@ -76,23 +88,19 @@ pub(crate) struct LodPlain;
 #[derive(Component)]
 pub(crate) struct LodObject {
     pub(crate) mesh: Arc<LodMesh>,
-    /// The mesh that it had before; a whole mesh may be drawn at another level now.
-    pub(crate) source: Handle<Mesh>,
     pub(crate) bias: f32,
-    /// Whether the plugin has put [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) on the entity.
-    pub(crate) keeps_aabb: bool,
 }
 
-impl LodObject {
-    /// The mesh of a level, if it is drawn as a whole mesh.
-    pub(crate) fn mesh_at(&self, level: u32) -> &Handle<Mesh> {
-        let piece = self.mesh.pieces.get(level as usize);
-        let mesh = piece.and_then(|piece| piece.mesh.as_ref());
-        mesh.unwrap_or(&self.source)
-    }
-
-    /// Whether `mesh` is the source or one of its levels.
-    pub(crate) fn is_lod_mesh(&self, mesh: AssetId<Mesh>) -> bool {
-        mesh == self.source.id() || self.mesh.has_piece(mesh)
-    }
+/// The mesh that an entity with levels of detail had before it got them, for whoever needs all of it:
+/// physics, for one. The [`Mesh3d`] of a prop is that of the level that is drawn.
+///
+/// The plugin puts it on and takes it off. Clones and saved scenes have it too, and so get back their
+/// source.
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(Component, Clone)]
+pub struct LodSource {
+    /// The source mesh.
+    pub mesh: Handle<Mesh>,
+    /// Whether the plugin has put [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) on the entity.
+    pub(crate) keeps_aabb: bool,
 }

@@ -96,17 +96,17 @@ fn measure_objects(
                 detail.set_if_neq(measured);
             }
             (Some(measured), None) => {
-                commands.entity(entity).insert(measured);
+                commands.entity(entity).try_insert(measured);
             }
             (None, Some(_)) => {
-                commands.entity(entity).remove::<TextureDetail>();
+                commands.entity(entity).try_remove::<TextureDetail>();
             }
             (None, None) => {}
         }
     }
     // It goes with the levels of detail, too.
     for entity in &former_objects {
-        commands.entity(entity).remove::<TextureDetail>();
+        commands.entity(entity).try_remove::<TextureDetail>();
     }
 }
 

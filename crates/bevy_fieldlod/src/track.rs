@@ -7,7 +7,7 @@ use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
 use crate::config::{FieldLodConfig, LodKind};
-use crate::lod_mesh::{LodObject, LodPlain, LodWaiting};
+use crate::lod_mesh::{LodObject, LodPlain, LodSource, LodWaiting};
 use crate::lod_scene::LodScene;
 use crate::meshes::LodMeshes;
 use crate::systems::FieldLodSystems;
@@ -34,7 +34,7 @@ fn follow_changed_meshes(
     mut events: MessageReader<AssetEvent<Mesh>>,
     mut known: ResMut<LodMeshes>,
     mut scene: ResMut<LodScene>,
-    objects: Query<(Entity, &LodObject)>,
+    objects: Query<(Entity, &LodSource), With<LodObject>>,
     mut plain: Query<(Entity, &mut Mesh3d), With<LodPlain>>,
 ) {
     for event in events.read() {
@@ -51,15 +51,13 @@ fn follow_changed_meshes(
             continue;
         }
         // A mesh that was put on an entity is looked at by `track_objects`.
-        for (entity, object) in objects
-            .iter()
-            .filter(|(_, object)| object.source.id() == id)
-        {
-            let source = Mesh3d(object.source.clone());
-            commands.entity(entity).remove::<LodObject>().insert(source);
+        for (entity, source) in objects.iter().filter(|(_, source)| source.mesh.id() == id) {
+            let source = Mesh3d(source.mesh.clone());
+            let mut commands = commands.entity(entity);
+            commands.try_remove::<LodObject>().try_insert(source);
         }
         for (entity, mut mesh) in plain.iter_mut().filter(|(_, mesh)| mesh.id() == id) {
-            commands.entity(entity).remove::<LodPlain>();
+            commands.entity(entity).try_remove::<LodPlain>();
             mesh.set_changed();
         }
     }
@@ -132,45 +130,44 @@ fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,
     mut changed: ChangedEntities,
-    mut meshes: Query<(&Mesh3d, Option<&mut LodObject>), Without<LodUnit>>,
+    mut objects: Query<(&Mesh3d, Option<&mut LodObject>, Option<&LodSource>), Without<LodUnit>>,
     auto_lods: AutoLodLookup,
+    known: Res<LodMeshes>,
+    mut meshes: ResMut<Assets<Mesh>>,
 ) {
     for entity in changed.take(auto_lods.config.is_changed()) {
-        let Ok((mesh, object)) = meshes.get_mut(entity) else {
+        let Ok((mesh, object, source)) = objects.get_mut(entity) else {
             continue;
         };
         let auto_lod = auto_lods.find(entity);
         // An object whose mesh and kind are still the right ones stays what it is.
-        if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
-            && object.is_lod_mesh(mesh.id())
+        if let (Some(mut object), Some(source), Some(auto_lod)) = (object, source, &auto_lod)
+            && (mesh.0 == source.mesh || object.mesh.has_piece(mesh.id()))
             && [LodKind::Auto, object.mesh.kind].contains(&auto_lod.kind)
         {
-            update_object(&mut scene, entity, mesh, &mut object, auto_lod);
+            if object.bias != auto_lod.bias {
+                object.bias = auto_lod.bias;
+                scene.set_bias(entity, auto_lod.bias);
+            }
+            if object.mesh.kind == LodKind::WholeMesh && mesh.0 == source.mesh {
+                // Perhaps someone else put it back.
+                scene.reset_level(entity);
+            }
             continue;
         }
         // Any other starts anew.
         let mut commands = commands.entity(entity);
-        commands.remove::<(LodObject, LodPlain, LodWaiting)>();
-        if let Some(AutoLod { baked, kind, bias }) = auto_lod {
-            commands.insert(LodWaiting { baked, kind, bias });
+        commands.try_remove::<(LodObject, LodPlain, LodWaiting)>();
+        if let Some(source) = source {
+            remove_source(&mut commands, source);
         }
-    }
-}
-
-/// Takes over a new bias, and notes where someone else put the source mesh back.
-fn update_object(
-    scene: &mut LodScene,
-    entity: Entity,
-    mesh: &Mesh3d,
-    object: &mut LodObject,
-    auto_lod: &AutoLod,
-) {
-    if object.bias != auto_lod.bias {
-        object.bias = auto_lod.bias;
-        scene.set_bias(entity, auto_lod.bias);
-    }
-    if object.mesh.kind == LodKind::WholeMesh && mesh.id() == object.source.id() {
-        scene.reset_level(entity);
+        // What was copied from a prop gets the source of the level that it came with.
+        if let Some(source) = known.source_of_level(mesh.id(), &mut meshes) {
+            commands.try_insert(Mesh3d(source));
+        }
+        if let Some(AutoLod { baked, kind, bias }) = auto_lod {
+            commands.try_insert(LodWaiting { baked, kind, bias });
+        }
     }
 }
 
@@ -182,7 +179,7 @@ fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
 /// Gives an entity that is an object no longer its source mesh back.
 fn restore_source(
     removal: On<Remove, LodObject>,
-    objects: Query<(&LodObject, &Mesh3d)>,
+    objects: Query<(&LodObject, &LodSource, &Mesh3d)>,
     mut scene: ResMut<LodScene>,
     mut commands: Commands,
 ) {
@@ -190,14 +187,20 @@ fn restore_source(
     for unit in scene.remove(removal.entity) {
         commands.entity(unit).try_despawn();
     }
-    let Ok((object, mesh)) = objects.get(removal.entity) else {
+    let Ok((object, source, mesh)) = objects.get(removal.entity) else {
         return;
     };
     let mut commands = commands.entity(removal.entity);
     if object.mesh.has_piece(mesh.id()) {
-        commands.try_insert(Mesh3d(object.source.clone()));
+        commands.try_insert(Mesh3d(source.mesh.clone()));
     }
-    if object.keeps_aabb {
+    remove_source(&mut commands, source);
+}
+
+/// Takes off what came with levels of detail, or with the clone of an entity that has them.
+fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
+    commands.try_remove::<LodSource>();
+    if source.keeps_aabb {
         commands.try_remove::<NoAutoAabb>();
     }
 }

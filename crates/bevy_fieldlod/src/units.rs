@@ -29,8 +29,13 @@ pub(crate) fn plugin(app: &mut App) {
         spawn_units.run_if(any_to_spawn),
         despawn_idle_units.run_if(any_idle),
     );
-    app.add_observer(respawn_lost_unit)
-        .add_systems(PostUpdate, systems.chain().in_set(FieldLodSystems::Spawn));
+    app.add_observer(respawn_lost_unit).add_systems(
+        PostUpdate,
+        (
+            despawn_copied_units.in_set(FieldLodSystems::Track),
+            systems.chain().in_set(FieldLodSystems::Spawn),
+        ),
+    );
 }
 
 /// A unit that is about to be spawned.
@@ -48,6 +53,16 @@ pub(crate) fn spawn_units(world: &mut World) {
         inherited.update(world);
         for spawn in spawns {
             let (record, object) = (spawn.record, spawn.unit.object);
+            // A record may be listed twice: for a unit that was despawned, and for that which it was
+            // given to when the object went too.
+            if world
+                .resource::<LodScene>()
+                .records
+                .entity(record)
+                .is_some()
+            {
+                continue;
+            }
             let Some(unit) = spawn_unit(world, spawn) else {
                 continue;
             };
@@ -103,6 +118,19 @@ fn despawn_idle_units(
     mut commands: Commands,
 ) {
     for unit in scene.take_idle_units(config.idle_frames, MOST_DESPAWNED) {
+        commands.entity(unit).try_despawn();
+    }
+}
+
+/// Despawns the copies of units that come with a clone of their object or with a saved scene: the copy of
+/// the object gets units of its own.
+fn despawn_copied_units(
+    mut commands: Commands,
+    added: Query<Entity, Added<LodUnit>>,
+    scene: Res<LodScene>,
+) {
+    let is_copied = |unit: &Entity| scene.records.find(*unit).is_none();
+    for unit in added.iter().filter(is_copied) {
         commands.entity(unit).try_despawn();
     }
 }

@@ -4,7 +4,7 @@ use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 use fieldlod_select::{InstanceId, Scene};
 
-use crate::lod_mesh::LodObject;
+use crate::lod_mesh::{LodObject, LodSource};
 use crate::lod_scene::{DrawnAs, LodScene};
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState};
@@ -20,7 +20,7 @@ pub(crate) fn plugin(app: &mut App) {
 fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
     views: Query<(&ViewCut, Option<&RenderLayers>)>,
-    mut meshes: Query<(&mut Mesh3d, &LodObject, Option<&RenderLayers>)>,
+    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource, Option<&RenderLayers>)>,
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
@@ -31,7 +31,7 @@ fn swap_whole_meshes(
         let DrawnAs::WholeMesh { level: current } = instance.drawn_as else {
             continue;
         };
-        let Ok((mut mesh, object, layers)) = meshes.get_mut(instance.entity) else {
+        let Ok((mut mesh, object, source, layers)) = meshes.get_mut(instance.entity) else {
             continue;
         };
         // Views that do not see its layers have no say.
@@ -44,7 +44,7 @@ fn swap_whole_meshes(
             .min();
         // A mesh that no view sees stays as it is.
         if let Some(level) = finest.filter(|&level| level != current) {
-            mesh.0 = object.mesh_at(level).clone();
+            mesh.0 = object.mesh.mesh_at(level, source).clone();
             scene.set_level(index, level);
         }
     }

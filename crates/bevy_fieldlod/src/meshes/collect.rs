@@ -8,6 +8,7 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::lookup::{LodMeshEntry, LodMeshes};
 use super::prepare::PreparedMesh;
+use crate::config::LodKind;
 use crate::events::{FieldLodEvent, asset_name, asset_path};
 use crate::lod_mesh::{LodMesh, LodPiece};
 use crate::lod_scene::LodScene;
@@ -15,13 +16,14 @@ use crate::upload::UploadQueue;
 
 /// Collects the meshes whose tasks have ended.
 pub(super) fn collect_prepared_meshes(
-    mut known: ResMut<LodMeshes>,
+    known: ResMut<LodMeshes>,
     mut scene: ResMut<LodScene>,
     mut meshes: ResMut<Assets<Mesh>>,
     uploads: Res<UploadQueue>,
     assets: Res<AssetServer>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
+    let known = known.into_inner();
     for (key, entry) in &mut known.entries {
         let LodMeshEntry::Preparing(task) = entry else {
             continue;
@@ -43,6 +45,10 @@ pub(super) fn collect_prepared_meshes(
                     scene.unmeasured.push(name);
                 }
                 let lod = add_mesh(prepared, &mut scene, &mut meshes);
+                if lod.kind == LodKind::WholeMesh {
+                    let levels = lod.piece_meshes().map(|level| (level, key.mesh));
+                    known.source_of_level.extend(levels);
+                }
                 uploads.push(lod.clone());
                 *entry = LodMeshEntry::Ready(lod);
             }

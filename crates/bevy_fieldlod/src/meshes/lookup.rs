@@ -21,6 +21,8 @@ use crate::lod_mesh::LodMesh;
 #[derive(Resource, Default)]
 pub(crate) struct LodMeshes {
     pub(super) entries: HashMap<LookupKey, LodMeshEntry>,
+    /// By the mesh of a level of a whole mesh, as long as that is there, its source.
+    pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
     pub(super) sidecars: Arc<SidecarFiles>,
 }
 
@@ -41,8 +43,21 @@ pub(super) enum LodMeshEntry {
 }
 
 impl LodMeshes {
+    /// The source of a mesh that is a level of a whole mesh, if it is there still.
+    pub(crate) fn source_of_level(
+        &self,
+        level: AssetId<Mesh>,
+        meshes: &mut ResMut<Assets<Mesh>>,
+    ) -> Option<Handle<Mesh>> {
+        match *self.source_of_level.get(&level)? {
+            AssetId::Uuid { uuid } => Some(Handle::Uuid(uuid, default())),
+            source => meshes.get_strong_handle(source),
+        }
+    }
+
     /// Forgets a mesh that changed or is gone, and returns the levels that it had.
     pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
+        self.source_of_level.remove(&mesh);
         let forgotten = self.entries.extract_if(|key, _| key.mesh == mesh);
         let levels = forgotten.filter_map(|(_, entry)| match entry {
             LodMeshEntry::Ready(mesh) => Some(mesh),

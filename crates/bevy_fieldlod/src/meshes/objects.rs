@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::config::LodKind;
 use crate::events::asset_name;
-use crate::lod_mesh::{LodObject, LodPlain, LodWaiting};
+use crate::lod_mesh::{LodObject, LodPlain, LodSource, LodWaiting};
 use crate::stats::FieldLodProgress;
 
 /// Leaves skinned and morphed meshes as they are.
@@ -32,7 +32,7 @@ pub(super) fn skip_unsupported_objects(
             info!("{name} is drawn as it is: {reason}");
         }
         let mut commands = commands.entity(entity);
-        commands.remove::<LodWaiting>().insert(LodPlain);
+        commands.try_remove::<LodWaiting>().try_insert(LodPlain);
     }
 }
 
@@ -47,25 +47,29 @@ pub(super) fn give_levels_to_objects(
         let mut commands = commands.entity(entity);
         match lookup.find(mesh.id(), wanted.baked.as_ref(), wanted.kind) {
             Some(LodMeshEntry::Plain) => {
-                commands.insert(LodPlain).remove::<LodWaiting>();
+                commands.try_insert(LodPlain).try_remove::<LodWaiting>();
             }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
                 // Bevy would shrink the box with each coarser level, and read meshes that only the
                 // GPU has.
                 let keeps_aabb = lod.kind == LodKind::WholeMesh && !has_no_auto_aabb;
                 if keeps_aabb {
-                    commands.insert(NoAutoAabb);
+                    commands.try_insert(NoAutoAabb);
                 }
                 if keeps_aabb && !has_aabb {
-                    commands.insert(lod.pieces[0].aabb);
+                    commands.try_insert(lod.pieces[0].aabb);
                 }
                 let object = LodObject {
                     mesh: lod.clone(),
-                    source: mesh.0.clone(),
                     bias: wanted.bias,
+                };
+                let source = LodSource {
+                    mesh: mesh.0.clone(),
                     keeps_aabb,
                 };
-                commands.insert(object).remove::<LodWaiting>();
+                commands
+                    .try_insert((source, object))
+                    .try_remove::<LodWaiting>();
             }
             _ => {}
         }

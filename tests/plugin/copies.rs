@@ -1,0 +1,129 @@
+//! Copies of objects: clones, copied components, saved scenes.
+
+use std::collections::HashSet;
+
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::prelude::*;
+use bevy::world_serialization::DynamicWorldBuilder;
+use bevy_fieldlod::LodUnit;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{
+    app, before_a_camera, insert, move_camera, progress, ready, spawn_camera, spawn_rock, stats,
+    units, visible,
+};
+
+fn mesh_of(app: &App, object: Entity) -> Handle<Mesh> {
+    app.world().get::<Mesh3d>(object).unwrap().0.clone()
+}
+
+/// A prop that is drawn at its coarsest level, with its source.
+fn far_prop() -> (App, Entity, Entity, Handle<Mesh>) {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 1000.0);
+    let prop = spawn_rock(&mut app, 4);
+    let source = mesh_of(&app, prop);
+    ready(&mut app, 1);
+    assert_ne!(mesh_of(&app, prop), source);
+    (app, camera, prop, source)
+}
+
+#[test]
+fn a_cloned_prop_has_the_levels_of_its_source() {
+    let (mut app, camera, prop, source) = far_prop();
+    let clone = app.world_mut().entity_mut(prop).clone_and_spawn();
+    app.update();
+    ready(&mut app, 2);
+    assert_eq!(mesh_of(&app, clone), mesh_of(&app, prop));
+    move_camera(&mut app, camera, 2.0);
+    assert_eq!(mesh_of(&app, clone), source);
+    move_camera(&mut app, camera, 1000.0);
+    // Without its mark, it is what its source was.
+    app.world_mut().entity_mut(clone).remove::<AutoLod>();
+    app.update();
+    app.update();
+    assert_eq!(mesh_of(&app, clone), source);
+    assert!(!app.world().entity(clone).contains::<NoAutoAabb>());
+}
+
+#[test]
+fn a_clone_outlives_its_original() {
+    let (mut app, camera, prop, source) = far_prop();
+    let id = source.id();
+    drop(source);
+    let clone = app.world_mut().entity_mut(prop).clone_and_spawn();
+    app.world_mut().entity_mut(prop).despawn();
+    app.update();
+    ready(&mut app, 1);
+    move_camera(&mut app, camera, 2.0);
+    assert_eq!(mesh_of(&app, clone).id(), id);
+}
+
+#[test]
+fn a_copied_mesh_is_that_of_the_source() {
+    let (mut app, _, prop, source) = far_prop();
+    let level = Mesh3d(mesh_of(&app, prop));
+    let unmarked = app.world_mut().spawn(level.clone()).id();
+    let marked = app.world_mut().spawn((level, AutoLod::default())).id();
+    app.update();
+    assert_eq!(mesh_of(&app, unmarked), source);
+    ready(&mut app, 2);
+    assert_eq!(mesh_of(&app, unmarked), source);
+    assert_eq!(mesh_of(&app, marked), mesh_of(&app, prop));
+}
+
+#[test]
+fn a_saved_scene_has_the_sources() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, object) = before_a_camera(subdivisions, 300.0);
+        let world = app.world();
+        let registry = world.resource::<AppTypeRegistry>().clone();
+        let children = world.get::<Children>(object).into_iter().flatten().copied();
+        let saved = DynamicWorldBuilder::from_world(world, &registry.read())
+            .extract_entities(std::iter::once(object).chain(children))
+            .build();
+        app.world_mut().entity_mut(object).despawn();
+        saved
+            .write_to_world(app.world_mut(), &mut default())
+            .unwrap();
+        app.update();
+        ready(&mut app, 1);
+        let far = stats(&app, camera);
+        assert_eq!(far.units_drawn as usize, visible(&app, camera).len());
+        move_camera(&mut app, camera, 2.0);
+        let near = stats(&app, camera);
+        assert_eq!(near.triangles_full, 20 * 4u64.pow(subdivisions));
+        assert!(near.triangles_drawn * 2 > near.triangles_full, "{near:?}");
+        assert_eq!(near.units_drawn as usize, visible(&app, camera).len());
+    }
+}
+
+#[test]
+fn a_clone_with_its_children_has_units_of_its_own() {
+    let (mut app, camera, object) = before_a_camera(5, 4.0);
+    let before = visible(&app, camera).len();
+    let mut original = app.world_mut().entity_mut(object);
+    let clone = original.clone_and_spawn_with_opt_out(|cloner| {
+        cloner.linked_cloning(true);
+    });
+    let beside = Transform::from_xyz(0.5, 0.0, 0.0);
+    insert(&mut app, clone, beside);
+    app.update();
+    ready(&mut app, 2);
+    assert_eq!(
+        visible(&app, camera).len(),
+        stats(&app, camera).units_drawn as usize
+    );
+    assert!(visible(&app, camera).len() > before);
+    let mut seen = HashSet::new();
+    for unit in units(&mut app) {
+        let entity = app.world().entity(unit);
+        let object = entity.get::<LodUnit>().unwrap().object;
+        assert_eq!(entity.get::<ChildOf>().unwrap().parent(), object);
+        assert!(seen.insert((object, entity.get::<Mesh3d>().unwrap().id())));
+    }
+    app.world_mut().entity_mut(clone).despawn();
+    app.update();
+    assert_eq!(visible(&app, camera).len(), before);
+    assert_eq!(progress(&app).ready, 1);
+}

@@ -1,0 +1,83 @@
+//! Entities that are despawned at any time.
+
+use std::collections::HashSet;
+
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
+use fieldlod_tests::apps::finish;
+
+use crate::headless::{
+    add, before_a_camera, ready, rock, run_until, spawn_camera, unfinished, units, visible,
+};
+
+/// Whether all objects and units are to be despawned.
+#[derive(Resource, Default)]
+struct Doomed(bool);
+
+fn despawn_all(
+    mut commands: Commands,
+    doomed: Res<Doomed>,
+    all: Query<Entity, Or<(With<AutoLod>, With<LodUnit>)>>,
+) {
+    if doomed.0 {
+        all.iter()
+            .for_each(|entity| commands.entity(entity).try_despawn());
+    }
+}
+
+#[test]
+fn what_is_despawned_in_the_middle_of_a_frame_is_no_panic() {
+    use FieldLodSystems::{Filter, Inherit, Prepare, Select, Spawn, Swap, Track};
+    for phase in [Track, Prepare, Inherit, Select, Swap, Spawn, Filter] {
+        for frames in 0..4 {
+            let mut app = unfinished(AssetPlugin::default());
+            // The commands of both are applied at once, the despawns first.
+            let despawn_all = despawn_all.before_ignore_deferred(phase);
+            app.init_resource::<Doomed>()
+                .add_plugins(FieldLodTexturePlugin)
+                .add_systems(PostUpdate, despawn_all);
+            finish(&mut app);
+            let mesh = add(&mut app, Sphere::new(1.0).mesh().uv(64, 32));
+            let known = Mesh3d(mesh);
+            app.world_mut().spawn((known.clone(), AutoLod::default()));
+            ready(&mut app, 1);
+            // What is new, after so many frames.
+            spawn_camera(&mut app, 3.0);
+            app.world_mut().spawn((known, AutoLod::default()));
+            let clusters = Mesh3d(add(&mut app, rock(5, 1)));
+            app.world_mut()
+                .spawn((clusters, AutoLod::of_kind(LodKind::Clusters)));
+            (0..frames).for_each(|_| app.update());
+            app.world_mut().resource_mut::<Doomed>().0 = true;
+            app.update();
+            app.update();
+            assert!(units(&mut app).is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_slot_is_given_to_one_entity() {
+    let (mut app, camera, first) = before_a_camera(6, 3.0);
+    let mesh = app.world().get::<Mesh3d>(first).unwrap().clone();
+    for _ in 0..3 {
+        let mut objects = app.world_mut().query_filtered::<Entity, With<AutoLod>>();
+        let object = objects.single(app.world()).unwrap();
+        // The units go first, then the object, and another comes in the same frame.
+        app.world_mut().entity_mut(object).despawn_children();
+        app.world_mut().entity_mut(object).despawn();
+        app.world_mut().spawn((mesh.clone(), AutoLod::default()));
+        run_until(&mut app, "the other is drawn", |app| {
+            !visible(app, camera).is_empty()
+        });
+        app.update();
+        let mut seen = HashSet::new();
+        for unit in units(&mut app) {
+            let entity = app.world().entity(unit);
+            let object = entity.get::<LodUnit>().unwrap().object;
+            let mesh = entity.get::<Mesh3d>().unwrap().id();
+            assert!(seen.insert((object, mesh)), "two entities for one unit");
+        }
+    }
+}

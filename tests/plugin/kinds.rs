@@ -1,7 +1,8 @@
 //! No more than a mesh needs: nothing for small ones, whole meshes for props, units for large ones.
 
-use bevy::camera::primitives::Aabb;
+use bevy::camera::primitives::{Aabb, MeshAabb};
 use bevy::camera::visibility::RenderLayers;
+use bevy::math::Vec3A;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
@@ -32,15 +33,12 @@ fn a_prop_is_one_entity_whose_mesh_is_swapped() {
     let source = level_of(&app, object);
     app.update();
     let before = entity_count(&mut app);
-    let aabb = *app.world().get::<Aabb>(object).unwrap();
     ready(&mut app, 1);
     assert_eq!(entity_count(&mut app), before);
     assert_ne!(level_of(&app, object), source);
     let far = stats(&app, camera);
     assert!(far.triangles_drawn * 50 < far.triangles_full, "{far:?}");
     assert_eq!(far.triangles_full, 5120);
-    // The box stays that of the finest level.
-    assert_eq!(*app.world().get::<Aabb>(object).unwrap(), aabb);
 
     move_camera(&mut app, camera, 2.0);
     assert_eq!(level_of(&app, object), source);
@@ -59,6 +57,35 @@ fn the_levels_between_are_drawn_in_order() {
     assert!(counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
     counts.dedup();
     assert!(counts.len() > 4, "{counts:?}");
+}
+
+/// Simplification moves vertices, and some of them outwards.
+#[test]
+fn the_box_of_a_prop_holds_all_its_levels() {
+    let (mut app, camera, object) = before_a_camera(4, 2.0);
+    let box_of_mesh = |app: &App| {
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        let mesh = meshes.get(level_of(app, object)).unwrap();
+        mesh.compute_aabb().unwrap()
+    };
+    let finest = box_of_mesh(&app);
+    let mut beyond_finest = 0;
+    for step in 0..40u8 {
+        move_camera(&mut app, camera, 2.0 * 1.2f32.powi(step.into()));
+        let (culled_by, drawn) = (app.world().get::<Aabb>(object), box_of_mesh(&app));
+        assert!(holds(culled_by.unwrap(), &drawn), "step {step}");
+        beyond_finest += u32::from(!holds(&finest, &drawn));
+    }
+    assert!(beyond_finest > 0);
+    // Without levels, the box is that of the source again.
+    app.world_mut().entity_mut(object).remove::<AutoLod>();
+    (0..3).for_each(|_| app.update());
+    assert_eq!(app.world().get::<Aabb>(object), Some(&finest));
+}
+
+fn holds(outer: &Aabb, inner: &Aabb) -> bool {
+    let below = |a: Vec3A, b: Vec3A| a.cmple(b + 1e-6).all();
+    below(outer.min(), inner.min()) && below(inner.max(), outer.max())
 }
 
 #[test]

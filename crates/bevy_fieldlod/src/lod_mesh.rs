@@ -22,7 +22,7 @@ pub(crate) struct LodMesh {
     pub(crate) pieces: Vec<LodPiece>,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
-    /// The box around all of it in local space; `None` for a mesh without triangles.
+    /// The box around all levels of it in local space; `None` for a mesh without triangles.
     pub(crate) aabb: Option<Aabb>,
     /// Area in texture coordinates for each unit of area in local space; 0 without texture coordinates.
     pub(crate) uv_per_area: f32,
@@ -101,6 +101,7 @@ pub(crate) struct LodObject {
 pub struct LodSource {
     /// The source mesh.
     pub mesh: Handle<Mesh>,
-    /// Whether the plugin has put [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) on the entity.
+    /// Whether the plugin has put [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) on the entity,
+    /// and a box around all levels.
     pub(crate) keeps_aabb: bool,
 }

@@ -1,5 +1,6 @@
 //! Tracks mesh entities: which come under an [`AutoLod`], which leave it, and which change their mesh.
 
+use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::ecs::system::SystemParam;
@@ -201,6 +202,7 @@ fn restore_source(
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
     commands.try_remove::<LodSource>();
     if source.keeps_aabb {
-        commands.try_remove::<NoAutoAabb>();
+        // Bevy puts a box around the source again.
+        commands.try_remove::<(NoAutoAabb, Aabb)>();
     }
 }

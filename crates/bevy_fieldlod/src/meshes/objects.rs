@@ -1,6 +1,5 @@
 //! Gives levels of detail to the mesh entities that wait for them.
 
-use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
@@ -40,24 +39,21 @@ pub(super) fn skip_unsupported_objects(
 /// has.
 pub(super) fn give_levels_to_objects(
     mut commands: Commands,
-    waiting: Query<(Entity, &Mesh3d, &LodWaiting, Has<Aabb>, Has<NoAutoAabb>)>,
+    waiting: Query<(Entity, &Mesh3d, &LodWaiting, Has<NoAutoAabb>)>,
     mut lookup: LodMeshLookup,
 ) {
-    for (entity, mesh, wanted, has_aabb, has_no_auto_aabb) in &waiting {
+    for (entity, mesh, wanted, has_no_auto_aabb) in &waiting {
         let mut commands = commands.entity(entity);
         match lookup.find(mesh.id(), wanted.baked.as_ref(), wanted.kind) {
             Some(LodMeshEntry::Plain) => {
                 commands.try_insert(LodPlain).try_remove::<LodWaiting>();
             }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
-                // Bevy would shrink the box with each coarser level, and read meshes that only the
-                // GPU has.
+                // A box around all levels. Bevy would change it with each, and read meshes that only
+                // the GPU has.
                 let keeps_aabb = lod.kind == LodKind::WholeMesh && !has_no_auto_aabb;
-                if keeps_aabb {
-                    commands.try_insert(NoAutoAabb);
-                }
-                if keeps_aabb && !has_aabb {
-                    commands.try_insert(lod.pieces[0].aabb);
+                if let Some(aabb) = lod.aabb.filter(|_| keeps_aabb) {
+                    commands.try_insert((NoAutoAabb, aabb));
                 }
                 let object = LodObject {
                     mesh: lod.clone(),

@@ -1,6 +1,7 @@
 //! Hierarchies with moved vertices on the Bevy meshes that they were baked from.
 
 use bevy::asset::RenderAssetUsages;
+use bevy::math::{Vec2, Vec3, Vec4};
 use bevy::mesh::{
     Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
 };
@@ -111,31 +112,16 @@ fn assert_cut(mesh: &Mesh, hierarchy: &Hierarchy) {
         let cut = cut(mesh, hierarchy, unit);
         let origins = origins(hierarchy, unit);
         use VertexAttributeValues::{Float32, Float32x2, Float32x3, Float32x4};
+        let of_2 = |values: &[Vec2]| Float32x2(of_unit(hierarchy, unit, values));
+        let of_3 = |values: &[Vec3]| Float32x3(of_unit(hierarchy, unit, values));
+        let of_4 = |values: &[Vec4]| Float32x4(of_unit(hierarchy, unit, values));
         let expected = [
-            (
-                Mesh::ATTRIBUTE_POSITION,
-                Float32x3(of_unit(hierarchy, unit, &held.positions)),
-            ),
-            (
-                Mesh::ATTRIBUTE_NORMAL,
-                Float32x3(of_unit(hierarchy, unit, &held.normals)),
-            ),
-            (
-                Mesh::ATTRIBUTE_UV_0,
-                Float32x2(of_unit(hierarchy, unit, &held.uvs)),
-            ),
-            (
-                Mesh::ATTRIBUTE_UV_1,
-                Float32x2(of_unit(hierarchy, unit, &held.uvs_1)),
-            ),
-            (
-                Mesh::ATTRIBUTE_TANGENT,
-                Float32x4(of_unit(hierarchy, unit, &held.tangents)),
-            ),
-            (
-                Mesh::ATTRIBUTE_COLOR,
-                Float32x4(of_unit(hierarchy, unit, &held.colors)),
-            ),
+            (Mesh::ATTRIBUTE_POSITION, of_3(&held.positions)),
+            (Mesh::ATTRIBUTE_NORMAL, of_3(&held.normals)),
+            (Mesh::ATTRIBUTE_UV_0, of_2(&held.uvs)),
+            (Mesh::ATTRIBUTE_UV_1, of_2(&held.uvs_1)),
+            (Mesh::ATTRIBUTE_TANGENT, of_4(&held.tangents)),
+            (Mesh::ATTRIBUTE_COLOR, of_4(&held.colors)),
             (WIND, Float32(origins.iter().map(|&v| v as f32).collect())),
         ];
         assert_eq!(cut.attributes().count(), expected.len());

@@ -2,13 +2,15 @@
 
 use std::collections::HashSet;
 
+use bevy::camera::visibility::NoAutoAabb;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
+use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodSource, LodUnit};
 use fieldlod_tests::apps::finish;
 
 use crate::headless::{
-    add, before_a_camera, ready, rock, run_until, spawn_camera, unfinished, units, visible,
+    add, app, before_a_camera, entity_count, ready, rock, run_until, spawn_camera, spawn_rock,
+    unfinished, units, visible,
 };
 
 /// Whether all objects and units are to be despawned.
@@ -79,5 +81,21 @@ fn a_slot_is_given_to_one_entity() {
             let mesh = entity.get::<Mesh3d>().unwrap().id();
             assert!(seen.insert((object, mesh)), "two entities for one unit");
         }
+    }
+}
+
+#[test]
+fn what_despawns_itself_as_it_changes_is_no_panic() {
+    for subdivisions in [4, 5] {
+        let mut app = app();
+        app.add_observer(|added: On<Add, NoAutoAabb>, mut commands: Commands| {
+            commands.entity(added.entity).try_despawn();
+        });
+        app.add_observer(|added: On<Add, LodSource>, mut commands: Commands| {
+            commands.entity(added.entity).try_despawn();
+        });
+        spawn_rock(&mut app, subdivisions);
+        run_until(&mut app, "it is gone", |app| entity_count(app) == 0);
+        app.update();
     }
 }

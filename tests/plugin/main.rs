@@ -1,5 +1,6 @@
 //! The plugin in an app without a renderer: what it takes in, what it leaves alone, what it says.
 
+mod background;
 mod cache;
 mod copies;
 mod despawns;

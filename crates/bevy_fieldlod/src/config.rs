@@ -33,6 +33,12 @@ pub struct FieldLodConfig {
     /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
     /// none. An entry that cannot be read is baked anew. Only with the `bake` feature.
     pub cache_folder: Option<PathBuf>,
+    /// How many threads bake, and prepare meshes in other ways; `None` takes half of the cores. They are
+    /// made when the first mesh is prepared.
+    pub bake_threads: Option<usize>,
+    /// Meshes are prepared at the same time as long as they have no more triangles than this together; a
+    /// larger one is prepared alone. A bake takes some hundred bytes for each triangle.
+    pub triangles_at_once: u32,
     /// Whether bakes at run time measure how far levels deviate from their source, which only
     /// [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
     pub measure_deviations: bool,
@@ -41,7 +47,7 @@ pub struct FieldLodConfig {
 }
 
 impl Default for FieldLodConfig {
-    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache.
+    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache; half of the cores.
     fn default() -> Self {
         Self {
             whole_world: false,
@@ -49,6 +55,8 @@ impl Default for FieldLodConfig {
             clusters_from_triangles: 20_000,
             look_beside_assets: true,
             cache_folder: None,
+            bake_threads: None,
+            triangles_at_once: 4_000_000,
             measure_deviations: true,
             idle_frames: 60,
         }

@@ -5,6 +5,7 @@
 mod bake;
 #[cfg(feature = "bake")]
 mod cache;
+mod changing;
 mod collect;
 mod lookup;
 mod objects;
@@ -13,6 +14,7 @@ mod sidecar;
 mod source_arrays;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod unit_mesh;
 
 use bevy::prelude::*;
@@ -25,9 +27,11 @@ pub(crate) use lookup::LodMeshes;
 
 /// Prepares meshes while entities wait for them.
 pub(crate) fn plugin(app: &mut App) {
-    let any_preparing = |meshes: Res<LodMeshes>| meshes.preparing() > 0;
+    let any_preparing = |known: Res<LodMeshes>| known.in_preparation.meshes > 0;
+    let any_changing = |known: Res<LodMeshes>| known.changing.any();
     let any_waiting = any_with_component::<LodWaiting>;
     let systems = (
+        changing::look_again_at_rest.run_if(any_changing),
         objects::skip_unsupported_objects.run_if(any_waiting),
         collect::collect_prepared_meshes.run_if(any_preparing),
         objects::give_levels_to_objects.run_if(any_waiting),

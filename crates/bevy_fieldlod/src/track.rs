@@ -4,6 +4,7 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::ecs::system::SystemParam;
+use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
@@ -36,30 +37,35 @@ fn follow_changed_meshes(
     mut known: ResMut<LodMeshes>,
     mut scene: ResMut<LodScene>,
     objects: Query<(Entity, &LodSource), With<LodObject>>,
-    mut plain: Query<(Entity, &mut Mesh3d), With<LodPlain>>,
+    assets: Res<AssetServer>,
 ) {
+    let mut changed = HashSet::new();
     for event in events.read() {
-        let (id, changed) = match event {
-            AssetEvent::Modified { id } => (*id, true),
-            AssetEvent::Removed { id } => (*id, false),
+        let id = match event {
+            AssetEvent::Modified { id } if known.note_change(*id, &assets) => {
+                changed.insert(*id);
+                *id
+            }
+            AssetEvent::Removed { id } => {
+                known.changing.forget(*id);
+                *id
+            }
             _ => continue,
         };
         // What was prepared of it goes with the last instance.
         for mesh in known.forget(id) {
             scene.retire(mesh);
         }
-        if !changed {
-            continue;
-        }
-        // A mesh that was put on an entity is looked at by `track_objects`.
-        for (entity, source) in objects.iter().filter(|(_, source)| source.mesh.id() == id) {
+    }
+    if changed.is_empty() {
+        return;
+    }
+    // The source that is put back is looked at by `track_objects`.
+    for (entity, source) in &objects {
+        if changed.contains(&source.mesh.id()) {
             let source = Mesh3d(source.mesh.clone());
             let mut commands = commands.entity(entity);
             commands.try_remove::<LodObject>().try_insert(source);
-        }
-        for (entity, mut mesh) in plain.iter_mut().filter(|(_, mesh)| mesh.id() == id) {
-            commands.entity(entity).try_remove::<LodPlain>();
-            mesh.set_changed();
         }
     }
 }

@@ -8,6 +8,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
 use super::source_arrays::SourceArrays;
+use super::threads::BakeThreads;
 use crate::events::{LodError, LodOrigin};
 
 /// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
@@ -15,6 +16,7 @@ pub(super) fn bake_unless_cached(
     source: SourceArrays,
     cache_folder: Option<&Path>,
     measure_deviation: bool,
+    threads: &BakeThreads,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
     let config = BakeConfig {
         measure_deviation,
@@ -24,7 +26,7 @@ pub(super) fn bake_unless_cached(
     if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
         return Ok((found, LodOrigin::Cache));
     }
-    let baked = bake_mesh(&source_mesh(source), &config)?;
+    let baked = threads.run(|| bake_mesh(&source_mesh(source), &config))?;
     if let Some(path) = &entry {
         cache::write(path, &baked);
     }

@@ -25,7 +25,7 @@ pub(super) fn collect_prepared_meshes(
 ) {
     let known = known.into_inner();
     for (key, entry) in &mut known.entries {
-        let LodMeshEntry::Preparing(task) = entry else {
+        let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
         };
         // Asked without waiting: a task that is not done yet is asked again in the next frame.
@@ -58,8 +58,9 @@ pub(super) fn collect_prepared_meshes(
             }
         }
     }
+    known.count_in_preparation();
     // Files may change until the next mesh asks for them.
-    if known.preparing() == 0 {
+    if known.in_preparation.meshes == 0 {
         known.sidecars.clear();
     }
 }

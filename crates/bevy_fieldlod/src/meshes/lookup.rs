@@ -7,11 +7,13 @@ use bevy::ecs::system::SystemParam;
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use bevy::tasks::{AsyncComputeTaskPool, Task};
+use bevy::tasks::Task;
 use fieldlod_hierarchy::BakedFile;
 
+use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
+use super::threads::PrepareThreads;
 use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
@@ -24,6 +26,35 @@ pub(crate) struct LodMeshes {
     /// By the mesh of a level of a whole mesh, as long as that is there, its source.
     pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
     pub(super) sidecars: Arc<SidecarFiles>,
+    pub(super) in_preparation: InPreparation,
+    pub(crate) changing: ChangingMeshes,
+    threads: Option<PrepareThreads>,
+}
+
+/// How much is being prepared.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct InPreparation {
+    pub(super) meshes: u32,
+    triangles: u32,
+}
+
+/// Meshes that wait for a thread beside those that have one: each is a copy of its source.
+const MOST_IN_PREPARATION: u32 = 64;
+
+impl InPreparation {
+    fn with(self, triangles: u32) -> Self {
+        Self {
+            meshes: self.meshes + 1,
+            triangles: self.triangles.saturating_add(triangles),
+        }
+    }
+
+    /// Whether there is room for a mesh of so many triangles more.
+    fn has_room(self, triangles: u32, config: &FieldLodConfig) -> bool {
+        let with = self.with(triangles);
+        self.meshes == 0
+            || with.meshes <= MOST_IN_PREPARATION && with.triangles <= config.triangles_at_once
+    }
 }
 
 /// A mesh and the kind of levels that was asked for.
@@ -33,10 +64,17 @@ pub(super) struct LookupKey {
     pub(super) kind: LodKind,
 }
 
+impl LookupKey {
+    fn all(mesh: AssetId<Mesh>) -> [Self; 4] {
+        use LodKind::{Auto, Clusters, Plain, WholeMesh};
+        [Auto, Plain, WholeMesh, Clusters].map(|kind| Self { mesh, kind })
+    }
+}
+
 /// What is known of a mesh.
 pub(super) enum LodMeshEntry {
-    /// A task is at work.
-    Preparing(Task<Result<PreparedMesh, LodError>>),
+    /// A task is at work on a mesh of so many triangles.
+    Preparing(Task<Result<PreparedMesh, LodError>>, u32),
     Ready(Arc<LodMesh>),
     /// The mesh is too small, or its levels failed, as was logged.
     Plain,
@@ -58,18 +96,35 @@ impl LodMeshes {
     /// Forgets a mesh that changed or is gone, and returns the levels that it had.
     pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
         self.source_of_level.remove(&mesh);
-        let forgotten = self.entries.extract_if(|key, _| key.mesh == mesh);
-        let levels = forgotten.filter_map(|(_, entry)| match entry {
+        let keys = LookupKey::all(mesh).into_iter();
+        let forgotten: Vec<LodMeshEntry> =
+            keys.filter_map(|key| self.entries.remove(&key)).collect();
+        if !forgotten.is_empty() {
+            self.count_in_preparation();
+        }
+        let levels = forgotten.into_iter().filter_map(|entry| match entry {
             LodMeshEntry::Ready(mesh) => Some(mesh),
             _ => None,
         });
         levels.collect()
     }
 
-    /// How many meshes are being prepared.
-    pub(super) fn preparing(&self) -> usize {
-        let is_preparing = |entry: &&LodMeshEntry| matches!(entry, LodMeshEntry::Preparing(_));
-        self.entries.values().filter(is_preparing).count()
+    /// Notes that a program has changed a mesh, and returns whether levels of it were known until now.
+    pub(crate) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
+        let mut keys = LookupKey::all(mesh).into_iter();
+        let is_known = keys.any(|key| self.entries.contains_key(&key));
+        self.changing.note(mesh, is_known, assets);
+        is_known
+    }
+
+    /// Counts what is being prepared.
+    pub(super) fn count_in_preparation(&mut self) {
+        let entries = self.entries.values();
+        let triangles = entries.filter_map(|entry| match entry {
+            LodMeshEntry::Preparing(_, triangles) => Some(*triangles),
+            _ => None,
+        });
+        self.in_preparation = triangles.fold(InPreparation::default(), InPreparation::with);
     }
 }
 
@@ -93,6 +148,10 @@ impl LodMeshLookup<'_> {
         baked: Option<&Handle<BakedLods>>,
         kind: LodKind,
     ) -> Option<&LodMeshEntry> {
+        // A mesh that changes is drawn as it is until it rests.
+        if self.known.changing.contains(mesh) {
+            return Some(&LodMeshEntry::Plain);
+        }
         // The first entity that asks starts the task; all others share its result.
         let key = LookupKey { mesh, kind };
         if !self.known.entries.contains_key(&key)
@@ -111,9 +170,15 @@ impl LodMeshLookup<'_> {
     ) -> Option<LodMeshEntry> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
-        let kind = self.config.kind_for(asked, triangle_count(source));
+        let triangles = triangle_count(source);
+        let kind = self.config.kind_for(asked, triangles);
         if kind == LodKind::Plain {
             return Some(LodMeshEntry::Plain);
+        }
+        // Only a few sources are copied at a time.
+        let triangles = triangles.min(u32::MAX as usize) as u32;
+        if !self.known.in_preparation.has_room(triangles, &self.config) {
+            return None;
         }
         // A file that was named must be there first.
         let file = match baked {
@@ -128,17 +193,23 @@ impl LodMeshLookup<'_> {
             None => None,
         };
         // All else is the task's.
+        let sidecar = self.sidecar(mesh);
+        let new_threads = || PrepareThreads::new(&self.config);
+        let threads = self.known.threads.get_or_insert_with(new_threads);
         let job = PrepareJob {
             mesh: source.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
             kind,
             file,
-            sidecar: self.sidecar(mesh),
+            sidecar,
             cache_folder: self.config.cache_folder.clone(),
             measure_deviations: self.config.measure_deviations,
+            #[cfg(feature = "bake")]
+            threads: threads.bakes.clone(),
         };
-        let task = AsyncComputeTaskPool::get().spawn(prepare(job));
-        Some(LodMeshEntry::Preparing(task))
+        let task = threads.tasks.spawn(prepare(job));
+        self.known.in_preparation = self.known.in_preparation.with(triangles);
+        Some(LodMeshEntry::Preparing(task, triangles))
     }
 
     /// A `.fieldlod` file, with its name; `None` while it is being loaded.

@@ -82,7 +82,7 @@ pub(super) fn update_progress(
 ) {
     progress.set_if_neq(FieldLodProgress {
         waiting: waiting.iter().len() as u32,
-        baking: known.preparing() as u32,
+        baking: known.in_preparation.meshes,
         ready: objects.iter().len() as u32,
         plain: plain.iter().len() as u32,
     });

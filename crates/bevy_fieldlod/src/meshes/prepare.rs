@@ -15,6 +15,8 @@ use fieldlod_select::{GroupTable, whole_mesh_levels};
 use super::bake::bake_unless_cached;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
+#[cfg(feature = "bake")]
+use super::threads::BakeThreads;
 use super::unit_mesh::unit_mesh;
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
@@ -34,6 +36,8 @@ pub(super) struct PrepareJob {
     pub(super) cache_folder: Option<PathBuf>,
     /// Whether a bake measures deviations.
     pub(super) measure_deviations: bool,
+    #[cfg(feature = "bake")]
+    pub(super) threads: BakeThreads,
 }
 
 /// A mesh with levels of detail that is not in the scene and in the assets yet.
@@ -128,15 +132,14 @@ async fn find_or_bake(
             Err(error) => warn!("{}: {error}", job.name),
         }
     }
+    #[cfg(not(feature = "bake"))]
+    return Err(LodError::BakeDisabled);
     // What was baked once is not baked again.
-    bake_unless_cached(source, job.cache_folder.as_deref(), job.measure_deviations)
-}
-
-#[cfg(not(feature = "bake"))]
-fn bake_unless_cached(
-    _: SourceArrays,
-    _: Option<&std::path::Path>,
-    _: bool,
-) -> Result<(Hierarchy, LodOrigin), LodError> {
-    Err(LodError::BakeDisabled)
+    #[cfg(feature = "bake")]
+    bake_unless_cached(
+        source,
+        job.cache_folder.as_deref(),
+        job.measure_deviations,
+        &job.threads,
+    )
 }

@@ -1,0 +1,101 @@
+//! Bakes in the background keep out of a game's way.
+
+use std::sync::mpsc::channel;
+
+use bevy::log::tracing::Level;
+use bevy::prelude::*;
+use bevy::tasks::AsyncComputeTaskPool;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{
+    add, app, logged, origins, progress, ready, rock, run_until, spawn_camera, spawn_object,
+    spawn_rock, visible,
+};
+
+#[test]
+fn tasks_of_a_game_do_not_wait_for_bakes() {
+    let mut app = app();
+    for seed in 0..30 {
+        spawn_object(&mut app, rock(5, seed));
+    }
+    app.update();
+    app.update();
+    assert!(progress(&app).baking > 0);
+    let task = AsyncComputeTaskPool::get().spawn(async {});
+    run_until(&mut app, "the task is done", |_| task.is_finished());
+    assert!(progress(&app).ready < 15, "{:?}", progress(&app));
+}
+
+#[test]
+fn bakes_do_not_wait_for_what_a_game_does_with_rayon() {
+    let (sender, receiver) = channel::<()>();
+    let receiver = std::sync::Mutex::new(receiver);
+    std::thread::scope(|scope| {
+        // Every thread of the pool that all share waits until the bake is done.
+        scope.spawn(|| {
+            rayon::broadcast(|_| {
+                let _ = receiver.lock().unwrap().recv();
+            });
+        });
+        let mut app = app();
+        spawn_rock(&mut app, 4);
+        ready(&mut app, 1);
+        drop(sender);
+    });
+}
+
+#[test]
+fn few_meshes_are_copied_at_a_time() {
+    let mut app = app();
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.triangles_at_once = 2 * 5120;
+    config.bake_threads = Some(1);
+    for seed in 0..6 {
+        spawn_object(&mut app, rock(4, seed));
+    }
+    let mut most = 0;
+    run_until(&mut app, "all are ready", |app| {
+        most = most.max(progress(app).baking);
+        progress(app).ready == 6
+    });
+    assert_eq!(most, 2);
+    // One that is larger than that is prepared nevertheless.
+    spawn_object(&mut app, rock(5, 1));
+    ready(&mut app, 7);
+}
+
+#[test]
+fn a_mesh_that_changes_in_every_frame_is_drawn_as_it_is() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 300.0);
+    let source = add(&mut app, rock(4, 1));
+    let bundle = (Mesh3d(source.clone()), AutoLod::default());
+    let water = app.world_mut().spawn(bundle.clone()).id();
+    app.world_mut().spawn(bundle);
+    ready(&mut app, 2);
+    let mesh = |app: &App| app.world().get::<Mesh3d>(water).unwrap().id();
+    assert_ne!(mesh(&app), source.id());
+    let wave = |app: &mut App| {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        meshes.get_mut(&source).unwrap().into_inner();
+        app.update();
+    };
+    wave(&mut app);
+    for _ in 0..100 {
+        wave(&mut app);
+        assert_eq!(mesh(&app), source.id());
+        assert_eq!(visible(&app, camera).len(), 2);
+        let expected = FieldLodProgress {
+            plain: 2,
+            ..default()
+        };
+        assert_eq!(progress(&app), expected);
+    }
+    let id = format!("{:?}", source.id().untyped());
+    assert!(logged(Level::INFO, &[&id, "changes again and again"]));
+    assert_eq!(origins(&app).len(), 1);
+    // It rests.
+    ready(&mut app, 2);
+    assert_ne!(mesh(&app), source.id());
+    assert_eq!(origins(&app).len(), 2);
+}

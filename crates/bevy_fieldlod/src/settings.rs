@@ -39,7 +39,8 @@ pub struct FieldLodSettings {
     /// 0 always bounds it over the piece. A larger one draws fewer triangles at the same `error_px`, and
     /// lets single displacements grow; it is not faster.
     pub max_curl: f32,
-    /// Triangles that this view may draw, before frustum culling; the thresholds are scaled to meet it.
+    /// Triangles that this view may draw, before frustum culling. Where the thresholds ask for more, they
+    /// are scaled up; nothing is drawn finer than they ask for.
     pub triangle_budget: Option<u64>,
     /// Rendered pixels for each pixel of the view's target along one axis: 0.5 where an upscaler
     /// doubles both.
@@ -88,7 +89,7 @@ impl FieldLodSettings {
         }
     }
 
-    /// As many triangles as `triangle_budget`, at the best quality that it buys.
+    /// The default with no more triangles than `triangle_budget`.
     #[must_use]
     pub fn with_triangle_budget(triangle_budget: u64) -> Self {
         Self {

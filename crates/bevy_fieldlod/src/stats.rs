@@ -15,7 +15,8 @@ pub struct FieldLodViewStats {
     pub triangles_full: u64,
     /// Units and whole meshes drawn by this camera.
     pub units_drawn: u32,
-    /// The error that was selected for, in pixels: the one that meets the budget, if there is one.
+    /// The error that was selected for, in pixels: the one that keeps to the budget, if
+    /// there is one.
     pub error_px: f32,
     /// Time that selecting this camera's cut took on the CPU.
     pub selection_time: Duration,

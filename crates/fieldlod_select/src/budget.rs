@@ -1,4 +1,4 @@
-//! The threshold that meets a triangle budget, found in one pass.
+//! The least threshold that keeps to a triangle budget, found in one pass.
 //!
 //! With M the error of a group, closed over its finer groups and divided by its share of the
 //! threshold (bias, hysteresis), a unit is drawn where `M(consumer) > τ ≥ M(producer)`. So the
@@ -18,34 +18,58 @@ use crate::view::{InstanceView, View};
 /// Low bits of an error that do not matter: thresholds differ by 0.2 %.
 const DROPPED_BITS: u32 = 14;
 const BUCKETS: usize = (f32::INFINITY.to_bits() >> DROPPED_BITS) as usize + 1;
-/// Share of the budget by which the triangles may differ before a new threshold is sought.
-const DEAD_BAND: f64 = 0.02;
-
-/// Whether a count is so near its budget that the threshold stays.
-pub(crate) fn is_met(budget: u64, triangle_count: u64) -> bool {
-    (triangle_count as f64 - budget as f64).abs() <= budget as f64 * DEAD_BAND
-}
+/// Share of the budget that a search aims at, and that below which a finer threshold is sought. Between
+/// it and the whole budget the threshold stays.
+const AIM: f64 = 0.98;
+const DEAD_BAND_FROM: f64 = 0.95;
+/// In a view that changes, what a search could not get nearer to its budget is not sought again for so many
+/// frames.
+const PATIENCE: u32 = 16;
 
 /// The search for that threshold, with what it has found so far.
 #[derive(Debug, Default)]
 pub(crate) struct BudgetSearch {
+    /// The threshold in use, if it is not that of the settings.
     threshold_px: Option<f32>,
+    /// The budget of the last search, and the triangles that it came to.
+    budget: u64,
+    found: u64,
+    /// Frames since.
+    age: u32,
     /// Triangles that are drawn at thresholds below a bucket, less those above.
     histogram: Vec<i64>,
     errors: Vec<f32>,
 }
 
 impl BudgetSearch {
-    /// The settings at the threshold in use.
+    /// The settings at the threshold in use, which is never finer than theirs.
     pub(crate) fn settings(&self, settings: &LodSettings) -> LodSettings {
         let plain = LodSettings {
             triangle_budget: None,
             ..*settings
         };
-        match self.threshold_px {
+        let coarser = |threshold_px: &f32| *threshold_px > settings.threshold_px();
+        match self.threshold_px.filter(coarser) {
             Some(threshold_px) => plain.at_threshold(threshold_px),
             None => plain,
         }
+    }
+
+    /// Whether another threshold should be sought, now that this one draws `triangle_count`.
+    pub(crate) fn is_due(&mut self, budget: u64, triangle_count: u64) -> bool {
+        self.age = self.age.saturating_add(1);
+        let Some(threshold_px) = self.threshold_px else {
+            return triangle_count > budget;
+        };
+        // Groups come and go as a whole, so that the budget may be out of reach for a while.
+        let is_known = budget == self.budget && self.age < PATIENCE;
+        let reachable = if is_known {
+            self.found.min(budget)
+        } else {
+            budget
+        };
+        let is_too_fine = triangle_count > budget && threshold_px < f32::INFINITY;
+        is_too_fine || (triangle_count as f64) < reachable as f64 * DEAD_BAND_FROM
     }
 
     /// Begins the count of triangles by threshold.
@@ -129,22 +153,30 @@ impl BudgetSearch {
         }
     }
 
-    /// The settings at the least threshold that draws no more than `budget`.
+    /// The settings at the least threshold that keeps to `budget`.
     pub(crate) fn finish(&mut self, budget: u64, settings: &LodSettings) -> LodSettings {
+        let aim = (budget as f64 * AIM) as i64;
         let mut above = 0;
         let mut least = BUCKETS - 1;
         // At the threshold where a bucket begins, that bucket and all above it are refined.
         while least > 0 {
             above += self.histogram[least];
-            if above > budget as i64 {
+            if above > aim {
                 least += 1;
                 break;
             }
             least -= 1;
         }
         let threshold_px = f32::from_bits((least.min(BUCKETS - 1) as u32) << DROPPED_BITS);
-        self.threshold_px = Some(threshold_px);
-        settings.at_threshold(threshold_px)
+        self.threshold_px = (threshold_px > settings.threshold_px()).then_some(threshold_px);
+        self.settings(settings)
+    }
+
+    /// Notes what the threshold that was found draws.
+    pub(crate) fn note_found(&mut self, budget: u64, triangle_count: u64) {
+        self.budget = budget;
+        self.found = triangle_count;
+        self.age = 0;
     }
 }
 

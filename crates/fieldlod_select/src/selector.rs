@@ -11,7 +11,7 @@ mod scene_cuts;
 mod tests;
 mod traversal;
 
-use crate::budget::{self, BudgetSearch};
+use crate::budget::BudgetSearch;
 use crate::object_test::ObjectTest;
 use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
@@ -61,7 +61,13 @@ pub struct Selector {
     last: Option<Frame>,
     cuts: SceneCuts,
     budget: BudgetSearch,
+    /// The frame that a threshold was last sought for, and how often.
+    sought: Option<(Frame, u32)>,
 }
+
+/// Searches for the threshold of a budget in one and the same frame: each changes what the hysteresis
+/// remembers, and so what the next one finds.
+const MOST_SEARCHES: u32 = 3;
 
 /// All that a cut depends on, but for its memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +76,17 @@ struct Frame {
     settings: LodSettings,
     revision: u64,
     tree_revision: u64,
+}
+
+impl Frame {
+    fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
+        Self {
+            view: *view,
+            settings: *settings,
+            revision: scene.revision,
+            tree_revision: scene.tree_revision,
+        }
+    }
 }
 
 impl Selector {
@@ -84,29 +101,37 @@ impl Selector {
         let Some(budget) = settings.triangle_budget else {
             return self.select_with_thresholds(scene, &wide_view, settings);
         };
-        // The threshold that met the budget last; if it does not any more, another.
+        // The threshold that kept to the budget last; if it does not any more, another.
         let last_settings = self.budget.settings(settings);
         self.select_with_thresholds(scene, &wide_view, &last_settings);
-        if !budget::is_met(budget, self.cuts.triangle_count) {
-            self.budget.begin();
-            for index in 0..scene.instances.len() {
-                let refined = self.cuts.refined(index);
-                self.budget
-                    .add(scene, index, refined, &wide_view, &last_settings);
-            }
-            let settings = self.budget.finish(budget, &last_settings);
-            self.select_with_thresholds(scene, &wide_view, &settings);
+        let frame = Frame::new(scene, view, settings);
+        let searches = match self.sought {
+            Some((sought, searches)) if sought == frame => searches,
+            _ => 0,
+        };
+        let is_due = self.budget.is_due(budget, self.cuts.triangle_count);
+        if is_due && searches < MOST_SEARCHES {
+            self.sought = Some((frame, searches + 1));
+            self.search(scene, &wide_view, settings, budget);
         }
+    }
+
+    /// Seeks the threshold that keeps to a budget, and selects with it.
+    fn search(&mut self, scene: &Scene, view: &View, settings: &LodSettings, budget: u64) {
+        self.cuts.statistics.budget_searches += 1;
+        self.budget.begin();
+        for index in 0..scene.instances.len() {
+            let refined = self.cuts.refined(index);
+            self.budget.add(scene, index, refined, view, settings);
+        }
+        let settings = self.budget.finish(budget, settings);
+        self.select_with_thresholds(scene, view, &settings);
+        self.budget.note_found(budget, self.cuts.triangle_count);
     }
 
     /// One selection without a budget; changes add up.
     fn select_with_thresholds(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
-        let frame = Frame {
-            view: *view,
-            settings: *settings,
-            revision: scene.revision,
-            tree_revision: scene.tree_revision,
-        };
+        let frame = Frame::new(scene, view, settings);
         // A view of NaN equals none.
         if self.last == Some(frame) {
             return;
@@ -187,7 +212,7 @@ impl Selector {
         self.cuts.statistics
     }
 
-    /// The [threshold](LodSettings::threshold_px) in use: that which meets the triangle budget, if
+    /// The [threshold](LodSettings::threshold_px) in use: that which keeps to the triangle budget, if
     /// there is one. `None` before the first selection.
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
@@ -200,5 +225,6 @@ impl Selector {
         self.travel.reset();
         self.cuts.clear();
         self.budget = BudgetSearch::default();
+        self.sought = None;
     }
 }

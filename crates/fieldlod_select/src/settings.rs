@@ -63,8 +63,8 @@ pub struct LodSettings {
     /// counts as seen still: it leaves the view later than it entered. Keeps an eye that nods from
     /// swapping levels along the image's edge. Negative counts as 0.
     pub edge_hysteresis: f32,
-    /// Triangles that a view may draw. The [`Selector`](crate::Selector) scales the thresholds to
-    /// what meets it; [`select`](crate::select), which sees one instance only, does not read it.
+    /// Triangles that a view may draw. Where the thresholds ask for more, the [`Selector`](crate::Selector)
+    /// scales them up; where everything is at its coarsest, it may be more. [`select`](crate::select), which sees one instance only, does not read it.
     pub triangle_budget: Option<u64>,
 }
 
@@ -116,7 +116,7 @@ impl LodSettings {
         }
     }
 
-    /// As many triangles as `triangle_budget` in a view, at the best quality it buys.
+    /// The default with no more triangles than `triangle_budget` in a view.
     #[must_use]
     pub fn with_triangle_budget(triangle_budget: u64) -> Self {
         Self {

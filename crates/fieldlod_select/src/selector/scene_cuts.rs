@@ -18,6 +18,8 @@ pub struct Statistics {
     pub instances_decided: usize,
     /// Groups of those whose answers were not valid any more.
     pub groups_decided: usize,
+    /// Searches for the threshold that keeps to the triangle budget, each of which goes through all groups.
+    pub budget_searches: usize,
 }
 
 #[derive(Debug, Default)]

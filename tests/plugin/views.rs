@@ -372,3 +372,121 @@ fn a_camera_without_pixels_wants_nothing() {
         assert_eq!(mesh(&app), level);
     }
 }
+
+/// Runs frames until units that no view draws are gone, and counts the others.
+fn units_in_use(app: &mut App) -> usize {
+    app.world_mut().resource_mut::<FieldLodConfig>().idle_frames = 1;
+    (0..6).for_each(|_| app.update());
+    units(app).len()
+}
+
+#[test]
+fn what_is_hidden_has_no_units_and_uses_no_budget() {
+    let (mut app, camera, shown) = before_a_camera(6, 4.0);
+    let alone = stats(&app, camera);
+    let budget = FieldLodSettings::with_triangle_budget(alone.triangles_drawn * 2 / 3);
+    insert(&mut app, camera, budget);
+    app.update();
+    app.update();
+    let alone = stats(&app, camera);
+    assert!(alone.error_px > 1.0);
+    let in_use = units_in_use(&mut app);
+    let hidden = spawn_rock(&mut app, 6);
+    insert(&mut app, hidden, Visibility::Hidden);
+    ready(&mut app, 2);
+    assert_eq!(units_in_use(&mut app), in_use);
+    assert!(stats(&app, camera).error_px <= alone.error_px);
+    // It comes and goes.
+    insert(&mut app, hidden, Visibility::Inherited);
+    app.update();
+    assert!(stats(&app, camera).error_px > alone.error_px);
+    insert(&mut app, shown, Visibility::Hidden);
+    insert(&mut app, hidden, Visibility::Hidden);
+    app.update();
+    assert_eq!(visible(&app, camera), []);
+    assert_eq!(units_in_use(&mut app), 0);
+}
+
+#[test]
+fn a_map_of_other_layers_selects_nothing_of_the_world() {
+    let (mut app, camera, rock) = before_a_camera(6, 300.0);
+    let in_use = units_in_use(&mut app);
+    let map = spawn_camera(&mut app, 2.0);
+    insert(&mut app, map, RenderLayers::layer(2));
+    assert_eq!(units_in_use(&mut app), in_use);
+    // Far in the world, near on the map.
+    insert(&mut app, rock, RenderLayers::from_layers(&[0, 2]));
+    assert!(units_in_use(&mut app) > in_use);
+    insert(&mut app, rock, RenderLayers::none().with(70));
+    assert_eq!(units_in_use(&mut app), 0);
+    insert(&mut app, camera, RenderLayers::none().with(70));
+    assert_eq!(units_in_use(&mut app), in_use);
+}
+
+#[test]
+fn what_only_a_light_sees_casts_its_shadow() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 10.0);
+    spawn_sun(&mut app);
+    let rock = spawn_rock(&mut app, 6);
+    insert(&mut app, rock, RenderLayers::layer(1));
+    ready(&mut app, 1);
+    app.update();
+    assert_eq!(
+        (visible(&app, camera), cast(&mut app, camera)),
+        (vec![], vec![])
+    );
+    let mut suns = app
+        .world_mut()
+        .query_filtered::<Entity, With<DirectionalLight>>();
+    let sun = suns.single(app.world()).unwrap();
+    insert(&mut app, sun, RenderLayers::from_layers(&[0, 1]));
+    app.update();
+    app.update();
+    assert_eq!(visible(&app, camera), []);
+    let casting = cast(&mut app, camera);
+    let is_unit = |&entity: &Entity| app.world().get::<LodUnit>(entity).is_some();
+    assert!(!casting.is_empty() && casting.iter().all(is_unit));
+}
+
+#[test]
+fn casters_keep_their_shape_where_a_lamps_shadows_are_seen() {
+    let mut app = app();
+    spawn_camera(&mut app, 10.0);
+    let rock = spawn_rock(&mut app, 6);
+    // Behind the camera.
+    insert(&mut app, rock, Transform::from_xyz(0.0, 0.0, 16.0));
+    ready(&mut app, 1);
+    let dark = units_in_use(&mut app);
+    let point = PointLight {
+        shadow_maps_enabled: true,
+        range: 30.0,
+        ..default()
+    };
+    let spot = SpotLight {
+        shadow_maps_enabled: true,
+        range: 30.0,
+        ..default()
+    };
+    let near = Transform::from_xyz(0.0, 0.0, 20.0);
+    let far = Transform::from_xyz(0.0, 0.0, 100.0);
+    let point = app.world_mut().spawn((point, near)).id();
+    let spot = app.world_mut().spawn((spot, far)).id();
+    for [lit, unlit] in [[point, spot], [spot, point]] {
+        insert(&mut app, lit, near);
+        insert(&mut app, unlit, far);
+        assert!(units_in_use(&mut app) > dark);
+        insert(&mut app, lit, Visibility::Hidden);
+        assert_eq!(units_in_use(&mut app), dark);
+        insert(
+            &mut app,
+            lit,
+            (Visibility::Inherited, RenderLayers::layer(3)),
+        );
+        assert_eq!(units_in_use(&mut app), dark);
+        app.world_mut().entity_mut(lit).remove::<RenderLayers>();
+        assert!(units_in_use(&mut app) > dark);
+        insert(&mut app, lit, far);
+        assert_eq!(units_in_use(&mut app), dark);
+    }
+}

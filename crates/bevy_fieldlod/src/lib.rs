@@ -86,6 +86,7 @@ mod meshes;
 #[cfg(feature = "bake")]
 mod processor;
 mod settings;
+mod shadow_lights;
 mod stats;
 mod systems;
 mod textures;

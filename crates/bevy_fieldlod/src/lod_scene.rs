@@ -44,6 +44,8 @@ pub(crate) struct LodInstance {
     pub(crate) id: InstanceId,
     pub(crate) entity: Entity,
     pub(crate) mesh: Arc<LodMesh>,
+    /// The layers that it is drawn on; none while it is hidden.
+    pub(crate) layers: u64,
     pub(crate) drawn_as: DrawnAs,
 }
 
@@ -68,6 +70,7 @@ impl LodScene {
         transform: &GlobalTransform,
         mesh: &Arc<LodMesh>,
         bias: f32,
+        layers: u64,
     ) {
         // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
@@ -84,6 +87,7 @@ impl LodScene {
         self.records.add_entity(entity, kind, mesh.triangles_full);
         // Ids are of the scene; what we know of an instance lies at their index.
         let id = self.scene.add_instance(mesh.id, transform.affine(), bias);
+        self.scene.set_layers(id, layers);
         if self.instances.len() <= id.index() {
             self.instances.resize_with(id.index() + 1, || None);
         }
@@ -91,6 +95,7 @@ impl LodScene {
             id,
             entity,
             mesh: mesh.clone(),
+            layers,
             drawn_as,
         });
         self.instance_of.insert(entity, id);
@@ -100,6 +105,19 @@ impl LodScene {
     pub(crate) fn set_bias(&mut self, entity: Entity, bias: f32) {
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_bias(id, bias);
+        }
+    }
+
+    /// Sets the layers that an entity is drawn on.
+    pub(crate) fn set_layers(&mut self, entity: Entity, layers: u64) {
+        let Some(&id) = self.instance_of.get(&entity) else {
+            return;
+        };
+        self.scene.set_layers(id, layers);
+        if let Some(instance) = &mut self.instances[id.index()] {
+            instance.layers = layers;
+            // Views without a cut hear of it here.
+            self.whole_meshes_to_swap.push(id.index() as u32);
         }
     }
 

@@ -50,7 +50,7 @@ pub struct FieldLodSettings {
     /// fast turn.
     pub offscreen_margin: f32,
     /// Whether casters outside the margin keep the level that their distance asks for, while some light
-    /// casts shadows: for shadows that reach far into the image. Otherwise they are at their coarsest.
+    /// that reaches the view casts shadows: for shadows that reach far into the image. Otherwise they are at their coarsest.
     pub offscreen_casters: bool,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
     /// leaves the view later than it entered.
@@ -98,7 +98,8 @@ impl FieldLodSettings {
         }
     }
 
-    /// The settings that selection reads; `has_shadows` says whether some light casts shadows.
+    /// The settings that selection reads; `has_shadows` says whether some light casts
+    /// shadows into the view.
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
         LodSettings {

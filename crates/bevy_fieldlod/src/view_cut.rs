@@ -1,5 +1,6 @@
 //! What one view draws.
 
+use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 use fieldlod_select::{Selector, View};
 
@@ -11,6 +12,14 @@ pub(crate) struct ViewCut {
     /// The view that was last selected for.
     pub(crate) view: Option<View>,
     pub(crate) state: ViewState,
+    /// The layers that it draws or whose shadows it shows, as [`layer_bits`].
+    pub(crate) layers: u64,
+}
+
+/// One bit for each layer; layers that are 64 apart share one.
+pub(crate) fn layer_bits(layers: Option<&RenderLayers>) -> u64 {
+    let words = layers.unwrap_or_default().bits().iter();
+    words.fold(0, |bits, word| bits | word)
 }
 
 /// What a view draws of meshes with levels of detail.

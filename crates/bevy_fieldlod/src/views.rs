@@ -1,5 +1,6 @@
 //! Selects a cut for each camera.
 
+use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 // That of the standard library panics on the web.
 use bevy::platform::time::Instant;
@@ -10,9 +11,10 @@ use crate::debug_options::FieldLodDebug;
 use crate::lod_mesh::LodObject;
 use crate::lod_scene::LodScene;
 use crate::settings::FieldLodSettings;
+use crate::shadow_lights::ShadowLights;
 use crate::stats::FieldLodViewStats;
 use crate::systems::FieldLodSystems;
-use crate::view_cut::{ViewCut, ViewState};
+use crate::view_cut::{ViewCut, ViewState, layer_bits};
 
 /// Adds a cut to every camera and selects it in each frame.
 pub(crate) fn plugin(app: &mut App) {
@@ -46,15 +48,42 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     }
 }
 
+/// Where an object is drawn.
+type Placement = (
+    Entity,
+    &'static GlobalTransform,
+    &'static LodObject,
+    &'static InheritedVisibility,
+    Option<&'static RenderLayers>,
+);
+
 /// Places objects that are new or have moved in the scene that cuts are selected from.
 fn place_instances(
     mut scene: ResMut<LodScene>,
-    moved: Query<(Entity, &GlobalTransform, &LodObject), Changed<GlobalTransform>>,
-    objects: Query<(Entity, &GlobalTransform, &LodObject)>,
+    moved: Query<Placement, Changed<GlobalTransform>>,
+    objects: Query<Placement>,
+    // One by one: a filter of both would be asked for every object.
+    shown: Query<Entity, (With<LodObject>, Changed<InheritedVisibility>)>,
+    on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
+    mut removed_layers: RemovedComponents<RenderLayers>,
 ) {
+    let drawn_layers = |is_shown: &InheritedVisibility, layers: Option<&RenderLayers>| {
+        if is_shown.get() {
+            layer_bits(layers)
+        } else {
+            0
+        }
+    };
     let new = std::mem::take(&mut scene.new_objects);
-    for (entity, transform, object) in moved.iter().chain(objects.iter_many(new)) {
-        scene.place(entity, transform, &object.mesh, object.bias);
+    for (entity, transform, object, is_shown, layers) in moved.iter().chain(objects.iter_many(new))
+    {
+        let layers = drawn_layers(is_shown, layers);
+        scene.place(entity, transform, &object.mesh, object.bias, layers);
+    }
+    // What is hidden, or on layers that no view sees, is not selected.
+    let changed = shown.iter().chain(&on_layers).chain(removed_layers.read());
+    for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
+        scene.set_layers(entity, drawn_layers(is_shown, layers));
     }
 }
 
@@ -64,26 +93,20 @@ fn select_views(
     mut cameras: Query<(
         &Camera,
         &GlobalTransform,
+        &Frustum,
+        Option<&RenderLayers>,
         Option<&FieldLodSettings>,
         &mut ViewCut,
         &mut FieldLodViewStats,
     )>,
-    changed_layers: Query<(), (Changed<RenderLayers>, Or<(With<ViewCut>, With<LodObject>)>)>,
-    mut removed_layers: RemovedComponents<RenderLayers>,
-    lights: Query<AnyOf<(&DirectionalLight, &PointLight, &SpotLight)>>,
+    lights: ShadowLights,
     debug: Res<FieldLodDebug>,
 ) {
     let scene = scene.bypass_change_detection();
-    // What casts shadows into the image counts, seen or not.
-    let has_shadows = lights.iter().any(|(directional, point, spot)| {
-        directional.is_some_and(|light| light.shadow_maps_enabled)
-            || point.is_some_and(|light| light.shadow_maps_enabled)
-            || spot.is_some_and(|light| light.shadow_maps_enabled)
-    });
-    let cuts = cameras.iter_mut().map(|(_, _, _, cut, _)| cut.into_inner());
+    let cuts = cameras.iter_mut().map(|(.., cut, _)| cut.into_inner());
     scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
     // Each view goes from its last cut to the next; only what changed reaches the scene.
-    for (camera, pose, settings, mut cut, mut stats) in &mut cameras {
+    for (camera, pose, frustum, layers, settings, mut cut, mut stats) in &mut cameras {
         let start = Instant::now();
         let settings = settings.copied().unwrap_or_default();
         let (state, view) = desired_view(camera, pose, &settings);
@@ -92,18 +115,22 @@ fn select_views(
             cut.state = state;
             clear_cut(&mut cut, scene);
         }
+        // What casts shadows into the image counts, seen or not.
+        let layers = layer_bits(layers);
+        let shadow_layers = lights.layers_lit(frustum, layers);
+        if cut.layers != layers | shadow_layers {
+            cut.layers = layers | shadow_layers;
+            scene.swap_all_whole_meshes();
+        }
         if let Some(view) = view {
             // A frozen view selects from where it was.
-            let frozen = cut.view.filter(|_| debug.freeze);
-            let settings = settings.to_lod_settings(has_shadows);
-            select_cut(&mut cut, frozen.unwrap_or(view), &settings, scene);
+            let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
+            let view = view.with_layers(cut.layers);
+            let settings = settings.to_lod_settings(shadow_layers != 0);
+            select_cut(&mut cut, view, &settings, scene);
         }
         stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
         stats.selection_time = start.elapsed();
-    }
-    // Which views see a whole mesh decides its level.
-    if !changed_layers.is_empty() || removed_layers.read().count() > 0 {
-        scene.swap_all_whole_meshes();
     }
 }
 

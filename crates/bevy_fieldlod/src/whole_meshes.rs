@@ -1,11 +1,10 @@
 //! Props are drawn as whole meshes: the entity's [`Mesh3d`] becomes that of a level.
 
-use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
-use fieldlod_select::{InstanceId, Scene};
+use fieldlod_select::Scene;
 
 use crate::lod_mesh::{LodObject, LodSource};
-use crate::lod_scene::{DrawnAs, LodScene};
+use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState};
 
@@ -19,8 +18,8 @@ pub(crate) fn plugin(app: &mut App) {
 /// Gives whole meshes the finest level that a view which sees them asks for.
 fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
-    views: Query<(&ViewCut, Option<&RenderLayers>)>,
-    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource, Option<&RenderLayers>)>,
+    views: Query<&ViewCut>,
+    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource)>,
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
@@ -31,16 +30,12 @@ fn swap_whole_meshes(
         let DrawnAs::WholeMesh { level: current } = instance.drawn_as else {
             continue;
         };
-        let Ok((mut mesh, object, source, layers)) = meshes.get_mut(instance.entity) else {
+        let Ok((mut mesh, object, source)) = meshes.get_mut(instance.entity) else {
             continue;
         };
-        // Views that do not see its layers have no say.
-        let layers = layers.unwrap_or_default();
-        let views_that_see = views
-            .iter()
-            .filter(|(_, view)| view.unwrap_or_default().intersects(layers));
-        let finest = views_that_see
-            .filter_map(|(cut, _)| level_for(cut, &scene.scene, instance.id))
+        let levels = views.iter();
+        let finest = levels
+            .filter_map(|cut| level_for(cut, &scene.scene, instance))
             .min();
         // A mesh that no view sees stays as it is.
         if let Some(level) = finest.filter(|&level| level != current) {
@@ -53,11 +48,11 @@ fn swap_whole_meshes(
     scene.whole_meshes_to_swap = to_swap;
 }
 
-/// The level of a whole mesh that a view asks for; `None` if it has no say.
-fn level_for(cut: &ViewCut, scene: &Scene, instance: InstanceId) -> Option<u32> {
+/// The level of a whole mesh that a view asks for; `None` if it has no say, as it does not see it.
+fn level_for(cut: &ViewCut, scene: &Scene, instance: &LodInstance) -> Option<u32> {
     match cut.state {
         ViewState::Inactive => None,
-        ViewState::FullDetail => Some(0),
-        ViewState::Cut => cut.selector.units(scene, instance).first().copied(),
+        ViewState::FullDetail => (cut.layers & instance.layers != 0).then_some(0),
+        ViewState::Cut => cut.selector.units(scene, instance.id).first().copied(),
     }
 }

@@ -87,7 +87,7 @@ impl BudgetSearch {
         view: &View,
         settings: &LodSettings,
     ) {
-        let Some(mesh) = scene.entries[instance].mesh else {
+        let Some(mesh) = scene.entries[instance].seen_mesh(view.layers) else {
             return;
         };
         // The error of each group as a share of its threshold, closed over finer groups.

@@ -45,6 +45,15 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
+    /// The layers that it is on.
+    pub(crate) layers: u64,
+}
+
+impl InstanceEntry {
+    /// The mesh that a view of `layers` sees; `None` also once removed.
+    pub(crate) fn seen_mesh(&self, layers: u64) -> Option<MeshId> {
+        self.mesh.filter(|_| self.layers & layers != 0)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -119,6 +128,7 @@ impl Scene {
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
+            layers: u64::MAX,
         };
         let index = if let Some(index) = self.free.pop() {
             entry.generation = self.entries[index as usize].generation + 1;
@@ -147,6 +157,15 @@ impl Scene {
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
         let world_from_local = self.instances[instance.index()].world_from_local;
         self.set(instance, world_from_local, bias);
+    }
+
+    /// Puts an instance on layers, each a bit: views that share none of them draw nothing of it and do not
+    /// count it. It is on all of them to begin with; on none, it is hidden. Nothing if it was removed.
+    pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
+        if self.mesh_of(instance).is_some() && self.entries[instance.index()].layers != layers {
+            self.entries[instance.index()].layers = layers;
+            self.set_placement(instance, self.instances[instance.index()].world_from_local);
+        }
     }
 
     fn set(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {

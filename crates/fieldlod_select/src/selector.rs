@@ -146,9 +146,13 @@ impl Selector {
         let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);
         let context = TraversalContext {
             scene,
+            layers: view.layers,
             test: ObjectTest::new(view, &parts, self.travel),
             now: self.travel,
-            seen_revision: last.map_or(0, |last| last.revision),
+            // On other layers, every answer may be another one.
+            seen_revision: last
+                .filter(|last| last.view.layers == view.layers)
+                .map_or(0, |last| last.revision),
             is_first,
         };
         self.cuts.traverse(&context);
@@ -162,7 +166,7 @@ impl Selector {
         };
         self.cuts.decide_pending(scene, &context);
         if is_first {
-            self.cuts.emit_coarsest(scene);
+            self.cuts.emit_coarsest(scene, view.layers);
         }
     }
 

@@ -17,6 +17,8 @@ pub struct View {
     /// the origin.
     pub(crate) camera_from_world: Mat3,
     pub(crate) eye_in_world: Vec3,
+    /// The layers that it sees.
+    pub(crate) layers: u64,
 }
 
 impl View {
@@ -29,7 +31,15 @@ impl View {
             kept_camera: camera,
             camera_from_world: CAMERA_FROM_VIEW * view_from_world,
             eye_in_world: Vec3::from(world_from_view.translation),
+            layers: u64::MAX,
         }
+    }
+
+    /// The same view, which sees only what is on one of `layers`
+    /// ([`Scene::set_layers`](crate::Scene::set_layers)). To begin with it sees all.
+    #[must_use]
+    pub fn with_layers(&self, layers: u64) -> Self {
+        Self { layers, ..*self }
     }
 
     /// The camera's intrinsics.

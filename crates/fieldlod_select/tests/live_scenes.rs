@@ -20,6 +20,7 @@ struct Placed {
     mesh: usize,
     placement: Affine3A,
     bias: f32,
+    layers: u64,
 }
 
 fn any_placed() -> impl Strategy<Value = Placed> {
@@ -30,6 +31,7 @@ fn any_placed() -> impl Strategy<Value = Placed> {
             mesh,
             placement: shift * placement,
             bias,
+            layers: u64::MAX,
         }
     })
 }
@@ -43,6 +45,7 @@ enum Event {
     Replace(usize, Vec<Placed>),
     Move(usize, Vec3),
     Bias(usize, f32),
+    Layers(usize, u64),
     Nothing,
 }
 
@@ -55,6 +58,7 @@ fn any_event() -> impl Strategy<Value = Event> {
         2 => (1usize..10, some()).prop_map(|(n, placed)| Event::Replace(n, placed)),
         2 => (1usize..10, vector()).prop_map(|(n, by)| Event::Move(n, by)),
         1 => (1usize..10, 0.2f32..4.0).prop_map(|(n, bias)| Event::Bias(n, bias)),
+        2 => (1usize..4, 0u64..4).prop_map(|(n, layers)| Event::Layers(n, layers)),
         1 => Just(Event::Nothing),
     ]
 }
@@ -110,6 +114,12 @@ impl World {
                     self.scene.set_bias(id, *bias);
                 }
             }
+            Event::Layers(n, layers) => {
+                for id in self.every(*n) {
+                    self.placed.get_mut(&id).unwrap().layers = *layers;
+                    self.scene.set_layers(id, *layers);
+                }
+            }
             Event::Nothing => {}
         }
         self.scene.update();
@@ -127,6 +137,7 @@ impl World {
 /// A view with a camera and settings of its own, selected by a selector and one instance at a time.
 struct Watcher {
     view: View,
+    layers: u64,
     settings: LodSettings,
     selector: Selector,
     cuts: HashMap<InstanceId, Cut>,
@@ -138,6 +149,7 @@ impl Watcher {
     fn new(view: View, settings: LodSettings) -> Self {
         Self {
             view,
+            layers: u64::MAX,
             settings,
             selector: Selector::default(),
             cuts: HashMap::new(),
@@ -146,8 +158,11 @@ impl Watcher {
     }
 
     fn check(&mut self, world: &World) {
-        self.selector
-            .select(&world.scene, &self.view, &self.settings);
+        self.selector.select(
+            &world.scene,
+            &self.view.with_layers(self.layers),
+            &self.settings,
+        );
         for change in self.selector.changes() {
             assert!(change.entered.is_sorted() && change.left.is_sorted());
             let cut = self.followed.entry(change.instance).or_default();
@@ -158,14 +173,23 @@ impl Watcher {
         self.followed.retain(|_, units| !units.is_empty());
         self.cuts.retain(|id, _| world.placed.contains_key(id));
         let mut triangle_count = 0;
+        // What it does not see is as if it were not there.
+        let layers = self.layers;
+        let is_seen = |placed: &&Placed| placed.layers & layers != 0;
+        self.cuts.retain(|id, _| is_seen(&&world.placed[id]));
         for (id, placed) in &world.placed {
+            if !is_seen(&placed) {
+                assert!(self.selector.units(&world.scene, *id).is_empty());
+                continue;
+            }
             let cut = self.cuts.entry(*id).or_default();
             select_one(placed, &self.view, &self.settings, cut);
             assert_eq!(self.selector.units(&world.scene, *id), cut.units());
             assert_eq!(self.followed.get(id).unwrap(), cut.units());
             triangle_count += cut.triangle_count();
         }
-        assert_eq!(self.followed.len(), world.placed.len());
+        let seen = world.placed.values().filter(is_seen);
+        assert_eq!(self.followed.len(), seen.count());
         assert_eq!(self.selector.triangle_count(), triangle_count);
     }
 }
@@ -204,6 +228,7 @@ proptest! {
             // The third looks at every other scene only.
             let watching = if step % 2 == 0 { 3 } else { 2 };
             watchers[1].view = look(cameras[1].0, cameras[1].1 * 30.0 + walk * f32::from(step), Vec3::X);
+            watchers[1].layers = [u64::MAX, 1, 1, 2][usize::from(step % 4)];
             watchers[..watching].par_iter_mut().for_each(|watcher| watcher.check(&world));
         }
     }

@@ -127,13 +127,13 @@ impl SceneCuts {
     }
 
     /// After a first traversal: what has no cut of its own enters at its coarsest.
-    pub(super) fn emit_coarsest(&mut self, scene: &Scene) {
+    pub(super) fn emit_coarsest(&mut self, scene: &Scene, layers: u64) {
         let mut run: Option<Run> = None;
         for (index, entry) in (0..).zip(&scene.entries) {
             let generation = entry.generation;
             let memory = &mut self.memories[index as usize];
             memory.generation = generation;
-            let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.mesh) else {
+            let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.seen_mesh(layers)) else {
                 continue;
             };
             memory.state = InstanceState::Coarsest(mesh);

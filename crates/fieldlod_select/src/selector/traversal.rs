@@ -12,6 +12,8 @@ use crate::validity::{CameraTravel, Validity};
 /// What a frame traverses with.
 pub(super) struct TraversalContext<'a> {
     pub(super) scene: &'a Scene,
+    /// The layers that the view sees.
+    pub(super) layers: u64,
     pub(super) test: ObjectTest<'a>,
     pub(super) now: CameraTravel,
     /// Changes of the scene up to here were taken into account before.
@@ -92,7 +94,7 @@ impl SceneCuts {
         }
         // An answer for the instance as a whole.
         self.statistics.instances_tested += 1;
-        let mesh = context.scene.entries[index].mesh;
+        let mesh = context.scene.entries[index].seen_mesh(context.layers);
         let coarsest = match mesh {
             Some(_) => context.test.coarsest(&node.bounds, is_coarsest),
             None => Some(Validity::forever(&context.now)),
@@ -162,7 +164,8 @@ impl SceneCuts {
     ) -> NodeMemory {
         if !context.is_first {
             self.drop_previous_instance(context.scene, instance);
-            let state = match context.scene.entries[instance as usize].mesh {
+            let entry = &context.scene.entries[instance as usize];
+            let state = match entry.seen_mesh(context.layers) {
                 Some(mesh) => InstanceState::Coarsest(mesh),
                 None => InstanceState::Empty,
             };

@@ -39,7 +39,8 @@
 //! with attribute differences, neither a bound nor tight. Its deviation, the two-sided Hausdorff
 //! distance of the simplified surface to the source, is measured at samples: as a rule ten times as
 //! many elsewhere find no more than 5 % beyond it. Texture seams and borders keep the source's
-//! positions: only their attributes are mixed anew. Every cut of a closed mesh is closed.
+//! positions: only their attributes are mixed anew, and not taken from the nearest point of the source,
+//! where textures would slip more (measured in `benches/RECORD.md`). Every cut of a closed mesh is closed.
 //!
 //! # Out of scope
 //! Skinned and morphed meshes, points and lines: they are reported as [`Skipped`]. Geometry

@@ -12,6 +12,7 @@ use crate::criterion::Criterion;
 use crate::lane::mask_of;
 use crate::scene::Scene;
 use crate::settings::LodSettings;
+use crate::shares::Shares;
 use crate::table::GroupTable;
 use crate::view::{InstanceView, View};
 
@@ -78,12 +79,13 @@ impl BudgetSearch {
         self.histogram.resize(BUCKETS, 0);
     }
 
-    /// Adds an instance, with the bits of its last cut.
+    /// Adds an instance, with the bits of its last cut and what is visible of it.
     pub(crate) fn add(
         &mut self,
         scene: &Scene,
         instance: usize,
         refined: Option<&[u64]>,
+        shares: Shares,
         view: &View,
         settings: &LodSettings,
     ) {
@@ -94,7 +96,7 @@ impl BudgetSearch {
         let (table, instance) = (scene.table(mesh), &scene.instances[instance]);
         let refined = refined.unwrap_or(&table.coarsest_refined);
         let instance_view = InstanceView::new(view, &instance.world_from_local);
-        self.measure(table, &instance_view, settings, refined);
+        self.measure(table, &instance_view, settings, refined, shares);
         let share = settings.resolution_scale * instance.bias;
         self.close(table, refined, share, settings.hysteresis.min(1.0));
         // A unit is drawn between the error of its producer and that of its consumer.
@@ -116,13 +118,15 @@ impl BudgetSearch {
         instance: &InstanceView,
         settings: &LodSettings,
         refined: &[u64],
+        shares: Shares,
     ) {
         let criterion = Criterion::<f32x8>::new(instance, settings);
         let blocks = 0..table.group_count().div_ceil(LANES);
         self.errors.clear();
         self.errors.extend(blocks.flat_map(|block| {
             let was_refined = block_bits(refined[block / LANES], block % LANES);
-            let error_px = criterion.error_px(&table.criterion_input(block), mask_of(was_refined));
+            let error_px =
+                criterion.error_px(&table.criterion_input(block, shares), mask_of(was_refined));
             error_px.to_array()
         }));
     }

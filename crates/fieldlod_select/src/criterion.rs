@@ -5,12 +5,13 @@
 //! projection factor c·n (eq. 16), the samples per unit area of surface.
 //!
 //! ```text
-//! screen error = e √( c (4 V + 0.4 p) )        pixels
+//! screen error = e √( c (4 V + 0.4 p) o )      pixels
 //!
 //! e   error of the simplification, a length, times the most that the instance stretches lengths
 //! c   upper bound of the field's strength over the group's sphere (eq. 5), samples per unit area
 //! V   mean of max(n·s, 0) over the group's surface: the visible share of its projection factor
 //! p   likelihood of a silhouette in the group, where c·n is 0 but an error is seen edge-on
+//! o   share of it that nothing else hides, 1 unless that is asked for ([`VisibleFlux`](crate::VisibleFlux))
 //!
 //! V = (μ + √(μ² + v)) / 2,   μ = m·s,   v = (1 − |m|²) / 4
 //! p = 1 / (1 + u + u²/2),    u = μ² / (2v + 0.005)
@@ -87,11 +88,28 @@ pub fn group_error_px(
     settings: &LodSettings,
     was_refined: bool,
 ) -> f32 {
+    visible_error_px(group, instance, settings, was_refined, 1.0)
+}
+
+/// The same of a group of which the share `visible_share` is not hidden: what a
+/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`].
+#[must_use]
+pub fn visible_error_px(
+    group: &Group,
+    instance: &InstanceView,
+    settings: &LodSettings,
+    was_refined: bool,
+    visible_share: f32,
+) -> f32 {
     if group.is_terminal() {
         return f32::INFINITY;
     }
     let criterion = Criterion::<f32>::new(instance, settings);
-    criterion.error_px(&CriterionInput::of_group(group), was_refined)
+    let input = CriterionInput {
+        share: visible_share,
+        ..CriterionInput::of_group(group)
+    };
+    criterion.error_px(&input, was_refined)
 }
 
 /// Stands for a deviation that was not measured: more than any threshold allows, but not infinite,
@@ -113,6 +131,8 @@ pub(crate) struct CriterionInput<L> {
     /// `|m|` and `v` of the module's formula.
     pub(crate) normal_length: L,
     pub(crate) normal_variance: L,
+    /// The share of the group that is not hidden.
+    pub(crate) share: L,
 }
 
 impl CriterionInput<f32> {
@@ -125,6 +145,7 @@ impl CriterionInput<f32> {
             mean_normal: V3::splat(group.mean_normal),
             normal_length: group.mean_normal.length(),
             normal_variance: normal_variance(group.mean_normal),
+            share: 1.0,
         }
     }
 }
@@ -167,11 +188,11 @@ impl<'a, L: Lane> Criterion<'a, L> {
         // What scales both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
-        // e √(c (4 V + 0.4 p)); where the strength has no bound, no factor may hide that.
+        // e √(c (4 V + 0.4 p) o); where the strength has no bound, no factor may hide that.
         let screen_error = || {
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(group, &seen);
-            let weight = picture_weight(facing, group.normal_variance);
+            let weight = picture_weight(facing, group.normal_variance) * group.share;
             let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
             L::choose(L::infinity().is_at_most(strength), L::infinity(), error_px)
         };

@@ -19,6 +19,7 @@ use crate::bits::{LANES, block_bits, set_bits_of};
 use crate::criterion::Criterion;
 use crate::lane::{Lane, bits_of, mask_of};
 use crate::settings::{LodSettings, Thresholds};
+use crate::shares::Shares;
 use crate::table::GroupTable;
 use crate::view::InstanceView;
 use crate::view_parts::ViewParts;
@@ -38,7 +39,7 @@ pub fn refine(
     refined: &mut Vec<u64>,
 ) {
     let parts = ViewParts::new(&instance.camera, &instance.kept_camera, settings);
-    let decision = Decision::new(table, instance, &parts, 1.0, 0.0);
+    let decision = Decision::new(table, instance, &parts, 1.0, 0.0, Shares::FULL);
     decision.decide(table, was_refined, refined);
 }
 
@@ -46,6 +47,7 @@ pub fn refine(
 pub(crate) struct Decision<'a> {
     local: LocalView<'a>,
     thresholds: Thresholds,
+    shares: Shares<'a>,
     /// Made when first asked, as are the tests.
     criterion: OnceCell<Criterion<'a, f32x8>>,
     entering: OnceCell<BoundsTest>,
@@ -73,6 +75,7 @@ impl<'a> Decision<'a> {
         parts: &'a ViewParts<'a>,
         bias: f32,
         tolerance: f32,
+        shares: Shares<'a>,
     ) -> Self {
         let thresholds = parts.settings.thresholds(bias);
         let local = LocalView::new(instance, parts, &table.bounds.sphere, tolerance);
@@ -80,6 +83,7 @@ impl<'a> Decision<'a> {
             interval: IntervalTest::new(&local, &table.bounds, thresholds),
             local,
             thresholds,
+            shares,
             criterion: OnceCell::new(),
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
@@ -186,7 +190,7 @@ impl<'a> Decision<'a> {
         }
         // Both ways, by an interval of the criterion.
         if let Some(interval) = &self.interval {
-            let certain = interval.certain(table, block, was_refined);
+            let certain = interval.certain(table, block, was_refined, self.shares.of_block(block));
             let told = bits_of(certain.below | certain.above | below);
             if told | table.terminal_or_missing_in(block) == 0xff {
                 return Answer {
@@ -205,7 +209,7 @@ impl<'a> Decision<'a> {
             .criterion
             .get_or_init(|| Criterion::new(self.local.instance, self.local.parts.settings));
         let was = mask_of(was_refined);
-        let error_px = criterion.error_px(&table.criterion_input(block), was);
+        let error_px = criterion.error_px(&table.criterion_input(block, self.shares), was);
         let exceeds = |threshold_px: f32| {
             bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
         };

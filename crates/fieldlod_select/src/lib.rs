@@ -34,6 +34,12 @@
 //! and single points may be off by more. [`LodSettings::displacement_px`] bounds every displacement on
 //! screen; `tests/guarantee.rs` measures it, beside clusterlod's test. Either may be given, or both.
 //!
+//! # What hides what
+//! [`LodSettings::visible_flux`] counts errors by the share of each instance, and of each piece of a large
+//! one, that nothing hides. An [`OcclusionBuffer`] knows it, which a [`Selector`] draws when the view or the
+//! scene has changed. What comes out of hiding is refined in the same frame, what goes into it is
+//! coarsened some frames later.
+//!
 //! # Speed
 //! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these
 //! steps answers only where it is certain that the criterion would answer the same:
@@ -59,7 +65,7 @@
 //! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
 //!
 //! # Out of scope
-//! Occlusion; morphing between levels; skinned meshes.
+//! Morphing between levels; skinned meshes; culling, by occlusion or otherwise.
 
 mod bits;
 mod budget;
@@ -71,9 +77,11 @@ mod error_scale;
 mod lane;
 pub mod naive;
 mod object_test;
+mod occlusion;
 mod scene;
 mod selector;
 mod settings;
+mod shares;
 mod sides;
 mod stretch;
 #[cfg(test)]
@@ -86,12 +94,13 @@ mod view;
 mod view_parts;
 mod whole_mesh_levels;
 
-pub use criterion::{group_error_px, screen_displacement_px, screen_error_px};
+pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
 pub use cut::{Cut, select, select_with};
 pub use decide::refine;
+pub use occlusion::OcclusionBuffer;
 pub use scene::{InstanceId, MeshId, Scene};
 pub use selector::{Change, Selector, Statistics};
-pub use settings::{LodSettings, Offscreen};
+pub use settings::{LodSettings, Offscreen, VisibleFlux};
 pub use table::GroupTable;
 pub use view::{InstanceView, View};
 pub use whole_mesh_levels::whole_mesh_levels;

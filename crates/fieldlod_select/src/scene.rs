@@ -47,9 +47,16 @@ pub(crate) struct InstanceEntry {
     pub(crate) generation: u32,
     /// The layers that it is on.
     pub(crate) layers: u64,
+    /// Whether it may hide others.
+    pub(crate) is_occluder: bool,
 }
 
 impl InstanceEntry {
+    /// The mesh that hides others in a view of `layers`.
+    pub(crate) fn occluder_mesh(&self, layers: u64) -> Option<MeshId> {
+        self.seen_mesh(layers).filter(|_| self.is_occluder)
+    }
+
     /// The mesh that a view of `layers` sees; `None` also once removed.
     pub(crate) fn seen_mesh(&self, layers: u64) -> Option<MeshId> {
         self.mesh.filter(|_| self.layers & layers != 0)
@@ -119,16 +126,13 @@ impl Scene {
     ) -> InstanceId {
         self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count += 1;
-        let instance = Instance {
-            world_from_local,
-            bias,
-            node: self.node(mesh, &world_from_local, bias),
-        };
+        let instance = self.instance(mesh, world_from_local, bias);
         // The index of an instance that was removed is used again, under a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
             layers: u64::MAX,
+            is_occluder: true,
         };
         let index = if let Some(index) = self.free.pop() {
             entry.generation = self.entries[index as usize].generation + 1;
@@ -168,16 +172,26 @@ impl Scene {
         }
     }
 
+    /// Sets whether an instance may hide others ([`LodSettings::visible_flux`]), as it does unless told
+    /// otherwise: not what one sees through. Nothing if it was removed.
+    ///
+    /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
+    pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
+        let entry = self
+            .mesh_of(instance)
+            .map(|_| &mut self.entries[instance.index()]);
+        if let Some(entry) = entry.filter(|entry| entry.is_occluder != is_occluder) {
+            entry.is_occluder = is_occluder;
+            self.revision += 1;
+        }
+    }
+
     fn set(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
         self.revision += 1;
-        self.instances[instance.index()] = Instance {
-            world_from_local,
-            bias,
-            node: self.node(mesh, &world_from_local, bias),
-        };
+        self.instances[instance.index()] = self.instance(mesh, world_from_local, bias);
         self.changed.push(instance.index);
     }
 
@@ -248,10 +262,22 @@ impl Scene {
         &self.meshes[mesh.0 as usize].table
     }
 
-    fn node(&self, mesh: MeshId, world_from_local: &Affine3A, bias: f32) -> Node {
-        Node {
-            bounds: self.table(mesh).bounds.placed(world_from_local, bias),
-            changed_at: self.revision,
+    fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
+        let table = self.table(mesh);
+        let bounds = table.bounds.placed(&world_from_local, bias);
+        let radius = bounds.sphere.radius;
+        Instance {
+            world_from_local,
+            bias,
+            node: Node {
+                bounds,
+                occluder_radius: if table.occluders.is_empty() {
+                    0.0
+                } else {
+                    radius
+                },
+                changed_at: self.revision,
+            },
         }
     }
 }

@@ -7,19 +7,23 @@ mod instance_cut;
 mod memory;
 mod pool;
 mod scene_cuts;
+mod share_memory;
 #[cfg(test)]
 mod tests;
 mod traversal;
+mod visible_shares;
 
 use crate::budget::BudgetSearch;
 use crate::object_test::ObjectTest;
 use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
+use crate::shares::Shares;
 use crate::validity::CameraTravel;
 use crate::view::View;
 use crate::view_parts::ViewParts;
 pub use changes::Change;
 use decide_context::DecideContext;
+use instance_cut::InstanceCut;
 use scene_cuts::SceneCuts;
 pub use scene_cuts::Statistics;
 use traversal::TraversalContext;
@@ -32,7 +36,11 @@ use traversal::TraversalContext;
 /// node that is wholly outside the view or far enough is answered at once; what remains is decided
 /// group by group. In perspective views of instances whose placement is a similarity, groups are
 /// decided again only when the camera has moved as far as their decisions tolerate. The cuts are those
-/// that deciding every group anew would give. With nothing changed a frame costs nothing; once its
+/// that deciding every group anew would give. Where hidden things count less
+/// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
+/// the scene, and whatever is decided group by group is asked for anew: instances of which more or less is
+/// visible than counted are decided again, and of their groups those in chunks where that has changed.
+/// With nothing changed a frame costs nothing; once its
 /// storage has grown to the scene, none allocates.
 ///
 /// ```
@@ -63,6 +71,8 @@ pub struct Selector {
     budget: BudgetSearch,
     /// The frame that a threshold was last sought for, and how often.
     sought: Option<(Frame, u32)>,
+    /// Whether this selection has taken notice of what is visible.
+    has_seen: bool,
 }
 
 /// Searches for the threshold of a budget in one and the same frame: each changes what the hysteresis
@@ -97,6 +107,7 @@ impl Selector {
     pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.cuts.begin();
+        self.has_seen = false;
         let wide_view = view.with_margins(settings);
         let Some(budget) = settings.triangle_budget else {
             return self.select_with_thresholds(scene, &wide_view, settings);
@@ -121,8 +132,11 @@ impl Selector {
         self.cuts.statistics.budget_searches += 1;
         self.budget.begin();
         for index in 0..scene.instances.len() {
-            let refined = self.cuts.refined(index);
-            self.budget.add(scene, index, refined, view, settings);
+            let cut = self.cuts.cut(index);
+            let refined = cut.map(InstanceCut::refined);
+            let shares = cut.map_or(Shares::FULL, |cut| cut.shares().shares(settings));
+            self.budget
+                .add(scene, index, refined, shares, view, settings);
         }
         let settings = self.budget.finish(budget, settings);
         self.select_with_thresholds(scene, view, &settings);
@@ -133,7 +147,8 @@ impl Selector {
     fn select_with_thresholds(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let frame = Frame::new(scene, view, settings);
         // A view of NaN equals none.
-        if self.last == Some(frame) {
+        let is_awake = !self.has_seen && self.cuts.has_unsettled_shares;
+        if self.last == Some(frame) && !is_awake {
             return;
         }
         // What stays valid of the last frame.
@@ -142,6 +157,9 @@ impl Selector {
         let last_step = self.travel(last.as_ref(), &frame);
         let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
         self.cuts.resize(scene, is_first, is_new_tree);
+        if !std::mem::replace(&mut self.has_seen, true) {
+            self.cuts.update_shares(scene, view, settings.visible_flux);
+        }
         // Whole nodes and instances, as far as those can be told.
         let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);
         let context = TraversalContext {

@@ -11,6 +11,35 @@ pub enum Offscreen {
     OnAxis,
 }
 
+/// How much what is hidden counts.
+///
+/// Instances are drawn into a small depth image on the CPU, the largest by triangles of a coarse level and
+/// the others by points. The screen-space error of what they leave the share `o` of visible counts `√o`
+/// times: the paper's flux is over the visible surface. `o` is an estimate from few triangles and points,
+/// so displacements ([`LodSettings::displacement_px`]) count in full. Nothing is culled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisibleFlux {
+    /// The most triangles that are drawn into the depth image; sixteen points count as one.
+    pub occluder_triangles: u32,
+    /// How many selections in a row must see less of something before it is coarsened; at most 254. It is
+    /// refined in the selection that sees more of it.
+    pub hold_frames: u8,
+    /// The share that anything counts at least, from 0 to 1: what seems hidden may be seen a little, or
+    /// throw a shadow into the view.
+    pub least_share: f32,
+}
+
+impl Default for VisibleFlux {
+    /// 12,000 triangles; ten frames; what seems hidden counts a twentieth.
+    fn default() -> Self {
+        Self {
+            occluder_triangles: 12_000,
+            hold_frames: 10,
+            least_share: 0.05,
+        }
+    }
+}
+
 /// What decides how fine a cut is.
 ///
 /// A group is refined where either threshold is exceeded: [`error_px`](Self::error_px) by its
@@ -63,6 +92,9 @@ pub struct LodSettings {
     /// counts as seen still: it leaves the view later than it entered. Keeps an eye that nods from
     /// swapping levels along the image's edge. Negative counts as 0.
     pub edge_hysteresis: f32,
+    /// Counts screen-space errors by how much of the instance or group nothing hides; `None` counts as if
+    /// all were seen. [`select`](crate::select), which sees one instance only, does not read it.
+    pub visible_flux: Option<VisibleFlux>,
     /// Triangles that a view may draw. Where the thresholds ask for more, the [`Selector`](crate::Selector)
     /// scales them up; where everything is at its coarsest, it may be more. [`select`](crate::select), which sees one instance only, does not read it.
     pub triangle_budget: Option<u64>,
@@ -82,6 +114,7 @@ impl Default for LodSettings {
             offscreen_margin: 0.0,
             offscreen: Offscreen::Coarsest,
             edge_hysteresis: 0.1,
+            visible_flux: None,
             triangle_budget: None,
         }
     }

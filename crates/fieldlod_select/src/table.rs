@@ -10,6 +10,8 @@ use wide::f32x8;
 use crate::bits::{CHUNK, LANES, block_bits, is_set, set_bits};
 use crate::criterion::{CriterionInput, normal_variance};
 use crate::error_bounds::ErrorBounds;
+use crate::occlusion::{OccluderMesh, SurfaceSamples, occluder_levels};
+use crate::shares::Shares;
 use lanes::lanes_of;
 pub(crate) use lanes::{BoundsLanes, FacingLanes};
 
@@ -33,6 +35,10 @@ pub struct GroupTable {
     pub(crate) terminal: Vec<u64>,
     /// The bounds of all groups.
     pub(crate) bounds: ErrorBounds,
+    /// Where visibility is asked for.
+    pub(crate) samples: SurfaceSamples,
+    /// What the mesh hides others with, finest first.
+    pub(crate) occluders: Vec<OccluderMesh>,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -76,6 +82,8 @@ impl GroupTable {
             blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
             chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
             bounds: around(groups),
+            samples: SurfaceSamples::new(hierarchy),
+            occluders: occluder_levels(hierarchy),
             facings: FacingLanes::new(groups, 1, words * LANES),
             block_facings: FacingLanes::new(groups, LANES, words),
             normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
@@ -117,6 +125,11 @@ impl GroupTable {
         self.group_count
     }
 
+    /// Whether all groups stand for the whole mesh: levels of the mesh as a whole do.
+    pub(crate) fn has_one_place(&self) -> bool {
+        self.units.len() == self.group_count
+    }
+
     /// How many groups the bits of a word stand for.
     pub(crate) fn groups_in_word(&self, word: usize) -> usize {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
@@ -131,7 +144,7 @@ impl GroupTable {
 
     /// What the criterion reads of the groups of a block.
     #[inline(always)]
-    pub(crate) fn criterion_input(&self, block: usize) -> CriterionInput<f32x8> {
+    pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
         CriterionInput {
             center: self.groups.center(block),
             radius: self.groups.radius[block],
@@ -140,6 +153,7 @@ impl GroupTable {
             mean_normal: self.facings.normal(block),
             normal_length: self.normal_length[block],
             normal_variance: self.normal_variance[block],
+            share: shares.of_block(block),
         }
     }
 

@@ -21,6 +21,8 @@ const FEW: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub(crate) bounds: ErrorBounds,
+    /// The largest radius of an instance below whose mesh can hide others; 0 if none can.
+    pub(crate) occluder_radius: f32,
     /// When an instance below last changed.
     pub(crate) changed_at: u64,
 }
@@ -104,6 +106,12 @@ impl Tree {
         self.position[index] as usize
     }
 
+    /// The position of an instance along the curve, if it was put there.
+    pub(crate) fn position(&self, instance: u32) -> Option<usize> {
+        let position = *self.position.get(instance as usize)?;
+        (position != NOWHERE).then_some(position as usize)
+    }
+
     /// Whether so much is out of bounds that the tree should be built anew.
     pub(crate) fn needs_rebuild(&self) -> bool {
         self.out_of_bounds_count > self.order.len() / 4 + FEW
@@ -160,6 +168,7 @@ impl Node {
     /// The node of no instance at all.
     pub(crate) const EMPTY: Self = Self {
         bounds: ErrorBounds::EMPTY,
+        occluder_radius: 0.0,
         changed_at: 0,
     };
 
@@ -167,6 +176,9 @@ impl Node {
         let bounds = nodes.iter().map(|node| node.bounds);
         Self {
             bounds: ErrorBounds::around(bounds).unwrap_or(ErrorBounds::EMPTY),
+            occluder_radius: nodes
+                .iter()
+                .fold(0.0, |most, node| most.max(node.occluder_radius)),
             changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
         }
     }

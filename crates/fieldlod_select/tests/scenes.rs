@@ -8,7 +8,8 @@ use common::{
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, group_error_px, naive,
+    InstanceId, InstanceView, LodSettings, MeshId, OcclusionBuffer, Scene, Selector, View,
+    VisibleFlux, naive, visible_error_px,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -17,23 +18,76 @@ use proptest::prelude::*;
 #[derive(Default)]
 struct Naive {
     refined: Vec<Vec<bool>>,
+    shares: Vec<Vec<HeldShare>>,
+}
+
+/// What counts as visible of a group.
+#[derive(Clone, Copy, Default)]
+struct HeldShare {
+    share: f32,
+    peak: f32,
+    waited: u8,
+}
+
+impl HeldShare {
+    /// More counts at once, and less after some frames, if the group was refined.
+    fn update(&mut self, seen: f32, was_refined: bool, hold_frames: u8) {
+        if seen >= self.share || !was_refined {
+            (self.share, self.waited) = (seen, 0);
+            return;
+        }
+        self.peak = if self.waited == 0 {
+            seen
+        } else {
+            seen.max(self.peak)
+        };
+        if self.waited >= hold_frames {
+            (self.share, self.waited) = (self.peak, 0);
+        } else {
+            self.waited += 1;
+        }
+    }
 }
 
 impl Naive {
-    fn select(&mut self, placed: &[Placed], view: &View, settings: &LodSettings) -> Vec<Vec<u32>> {
+    fn select(
+        &mut self,
+        scene: &Scene,
+        ids: &[InstanceId],
+        placed: &[Placed],
+        view: &View,
+        settings: &LodSettings,
+    ) -> Vec<Vec<u32>> {
         self.refined.resize(placed.len(), Vec::new());
+        self.shares.resize(placed.len(), Vec::new());
         let view = view.with_margins(settings);
-        let one = |(refined, placed): (&mut Vec<bool>, &Placed)| {
+        let flux = settings.visible_flux;
+        let buffer = flux.map(|flux| OcclusionBuffer::new(scene, &view, flux.occluder_triangles));
+        let one = |(index, refined): (usize, &mut Vec<bool>)| {
+            let (placed, held) = (&placed[index], &mut self.shares[index]);
             let hierarchy = &hierarchies()[placed.mesh];
             refined.resize(hierarchy.groups.len(), false);
             let before = refined.clone();
             let instance = InstanceView::new(&view, &placed.placement);
+            // What is visible of each group.
+            held.resize(hierarchy.groups.len(), HeldShare::default());
+            if let (Some(flux), Some(buffer)) = (&flux, &buffer) {
+                let seen = buffer.visible_shares(scene, ids[index]);
+                for (group, held) in held.iter_mut().enumerate() {
+                    held.update(seen[group], before[group], flux.hold_frames);
+                }
+            }
+            let share = |group: usize| match &flux {
+                Some(flux) => held[group].share.max(flux.least_share).min(1.0),
+                None => 1.0,
+            };
             let errors: Vec<f32> = hierarchy
                 .groups
                 .iter()
-                .zip(&before)
-                .map(|(group, was_refined)| {
-                    group_error_px(group, &instance, settings, *was_refined)
+                .enumerate()
+                .map(|(index, group)| {
+                    let was_refined = before[index];
+                    visible_error_px(group, &instance, settings, was_refined, share(index))
                 })
                 .collect();
             // A bias is a threshold of one's own.
@@ -48,7 +102,7 @@ impl Naive {
             }
             naive::select(hierarchy, &settings, &was_refined, &error_px)
         };
-        self.refined.iter_mut().zip(placed).map(one).collect()
+        self.refined.iter_mut().enumerate().map(one).collect()
     }
 }
 
@@ -72,6 +126,16 @@ fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
             }
         });
     prop::collection::vec(one, 1..60)
+}
+
+fn any_flux() -> impl Strategy<Value = Option<VisibleFlux>> {
+    let flux =
+        (0u32..4000, 0u8..4, 0.0f32..0.5).prop_map(|(triangles, hold_frames, least)| VisibleFlux {
+            occluder_triangles: triangles,
+            hold_frames,
+            least_share: (least - 0.2).max(0.0),
+        });
+    prop_oneof![1 => Just(None), 2 => flux.prop_map(Some)]
 }
 
 fn scene_of(placed: &[Placed]) -> (Scene, Vec<InstanceId>) {
@@ -112,9 +176,11 @@ proptest! {
         placed in any_instances(),
         camera in any_camera(),
         settings in any_settings(),
+        flux in any_flux(),
         start in vector(),
         steps in prop::collection::vec((vector(), vector(), 0u8..10), 8..20),
     ) {
+        let settings = LodSettings { visible_flux: flux, ..settings };
         let mut placed = placed;
         let (mut scene, ids) = scene_of(&placed);
         let mut naive = Naive::default();
@@ -136,7 +202,7 @@ proptest! {
                 _ => { eye += go * 0.1; target += turn * 0.1; }
             }
             let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
-            let expected = naive.select(&placed, &view, &settings);
+            let expected = naive.select(&scene, &ids, &placed, &view, &settings);
             selector.select(&scene, &view, &settings);
             prop_assert_eq!(&cuts(&selector, &scene, &ids), &expected);
             apply(&selector, &mut followed);

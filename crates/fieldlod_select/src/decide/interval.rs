@@ -9,7 +9,7 @@
 //! depth = max(z − r, (ρ − r) κ),  |∇ depth| < 1.15   so  depth ± 1.15 D
 //! μ = m·s,  |∇ s| = 1/ρ                              so  μ ± y
 //!
-//! e² C W < τ² κ depth²      below, with the least of the right and the most of the left; else above
+//! e² C W o < τ² κ depth²     below, with the least of the right and the most of the left; else above
 //! d f    < τ  κ depth
 //! ```
 //! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. Above counts only where the sphere
@@ -115,9 +115,16 @@ impl<'a> IntervalTest<'a> {
         })
     }
 
-    /// What is certain of the groups of one block, of which `was_refined` has the bits.
+    /// What is certain of the groups of one block, of which `was_refined` has the bits and `share` the
+    /// visible shares.
     #[inline]
-    pub(super) fn certain(&self, table: &GroupTable, block: usize, was_refined: u32) -> Certain {
+    pub(super) fn certain(
+        &self,
+        table: &GroupTable,
+        block: usize,
+        was_refined: u32,
+        share: f32x8,
+    ) -> Certain {
         let was = mask_of(was_refined);
         let either = |entering: f32, leaving: f32| {
             f32x8::choose(was, f32x8::splat(leaving), f32x8::splat(entering))
@@ -138,7 +145,7 @@ impl<'a> IntervalTest<'a> {
         // In the view.
         let allowed = |side: usize| threshold_px * seen.cosine[side] * seen.depth[side];
         let allowed_squared = |side: usize| allowed(side) * threshold_px * seen.depth[side];
-        let sides = self.compare(&seen, table, block, allowed_squared, allowed);
+        let sides = self.compare(&seen, table, block, share, allowed_squared, allowed);
         let holds_eye = seen.holds_eye & threshold_px.is_below(f32x8::infinity());
         let mut certain = Certain {
             below: seen.is_apart & sides.below,
@@ -148,7 +155,7 @@ impl<'a> IntervalTest<'a> {
         match self.parts.settings.offscreen {
             Offscreen::Coarsest => certain.below |= placement.outside,
             Offscreen::OnAxis => {
-                let on_axis = self.compare_on_axis(&seen, table, block, threshold_px);
+                let on_axis = self.compare_on_axis(&seen, table, block, share, threshold_px);
                 certain.below |= seen.is_apart & placement.outside & on_axis.below;
                 // No place in the view shows less than one on its axis.
                 certain.above |= seen.is_apart & on_axis.above;
@@ -203,12 +210,13 @@ impl<'a> IntervalTest<'a> {
         seen: &SeenInterval,
         table: &GroupTable,
         block: usize,
+        share: f32x8,
         threshold_px: f32x8,
     ) -> Certain {
         let distance = [seen.distance - self.max_move, seen.distance + self.max_move];
         let allowed = |side: usize| threshold_px * distance[side];
         let allowed_squared = |side: usize| allowed(side) * allowed(side);
-        self.compare(seen, table, block, allowed_squared, allowed)
+        self.compare(seen, table, block, share, allowed_squared, allowed)
     }
 
     /// Whether the error keeps below `allowed(0)`, or above `allowed(1)`.
@@ -218,6 +226,7 @@ impl<'a> IntervalTest<'a> {
         seen: &SeenInterval,
         table: &GroupTable,
         block: usize,
+        share: f32x8,
         allowed_squared: impl Fn(usize) -> f32x8,
         allowed: impl Fn(usize) -> f32x8,
     ) -> Certain {
@@ -226,7 +235,7 @@ impl<'a> IntervalTest<'a> {
         let mut above = ZERO;
         if let Some(constant) = self.parts.entering.constant_px2 {
             let error = table.facings.error[block];
-            let shows = error * error * f32x8::splat(constant);
+            let shows = error * error * f32x8::splat(constant) * share;
             let [least, most] = weights(seen, table.normal_variance[block]);
             below = (shows * most * more).is_below(allowed_squared(0));
             above = allowed_squared(1).is_below(shows * least * less);

@@ -98,9 +98,11 @@ impl ChunkValidity {
         }
     }
 
-    /// Ends the validity of a word.
+    /// Ends the validity of a word, if it has begun.
     pub(super) fn end(&mut self, word: usize) {
-        self.until[word] = f64::NEG_INFINITY;
+        if let Some(until) = self.until.get_mut(word) {
+            *until = f64::NEG_INFINITY;
+        }
     }
 
     /// For how long all words are valid. Chooses the next tolerance by how many of the answers were.

@@ -2,6 +2,7 @@
 
 use super::chunk_validity::ChunkValidity;
 use super::decide_context::DecideContext;
+use super::share_memory::{SeenShares, ShareMemory};
 use crate::bits::{CHUNK, LANES, set_bits_of};
 use crate::decide::Decision;
 use crate::scene::Instance;
@@ -24,6 +25,9 @@ pub(super) struct InstanceCut {
     has_changed: bool,
     chunk_validity: ChunkValidity,
     validity: Validity,
+    shares: ShareMemory,
+    /// The instance that the cut is of, while there is one.
+    instance: Option<u32>,
     class: u32,
 }
 
@@ -40,6 +44,7 @@ impl InstanceCut {
             units: units(),
             units_before: units(),
             chunk_validity: ChunkValidity::with_capacity(word_count),
+            shares: ShareMemory::with_capacity(word_count),
             class,
             ..Self::default()
         }
@@ -58,7 +63,9 @@ impl InstanceCut {
         self.validity = Validity::NONE;
         // All words, for this pose alone.
         let instance_view = InstanceView::new(context.view, &instance.world_from_local);
-        let decision = Decision::new(table, &instance_view, context.parts, instance.bias, 0.0);
+        let shares = self.shares.shares(context.parts.settings);
+        let (parts, bias) = (context.parts, instance.bias);
+        let decision = Decision::new(table, &instance_view, parts, bias, 0.0, shares);
         decision.decide(table, &self.refined, &mut self.own);
         self.groups_decided = table.group_count();
         self.close(table);
@@ -90,8 +97,12 @@ impl InstanceCut {
         };
         // The words that are to be decided.
         let view = InstanceView::new(context.view, &instance.world_from_local);
-        let decision = Decision::new(table, &view, context.parts, instance.bias, tolerance);
+        let memory = std::mem::take(&mut self.shares);
+        let shares = memory.shares(context.parts.settings);
+        let (parts, bias) = (context.parts, instance.bias);
+        let decision = Decision::new(table, &view, parts, bias, tolerance, shares);
         let own_changed = self.decide_ended(table, &decision, now, tolerance > 0.0);
+        self.shares = memory;
         // The cut, if it can have changed.
         self.has_changed = own_changed && self.close(table);
         if self.has_changed {
@@ -153,6 +164,49 @@ impl InstanceCut {
         }
     }
 
+    /// Begins with what is visible of an instance; `None` where nothing counts as hidden.
+    pub(super) fn begin_shares(&mut self, instance: u32, words: usize, seen: Option<SeenShares>) {
+        self.instance = Some(instance);
+        match seen {
+            Some(seen) => self.shares.begin(words, &seen),
+            None => self.shares.clear(),
+        }
+    }
+
+    /// Takes notice of what is visible now. Whether the cut has to be decided again.
+    pub(super) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) -> bool {
+        let was_empty = self.shares.is_empty();
+        let Some(seen) = seen else {
+            self.shares.clear();
+            return !was_empty;
+        };
+        if was_empty {
+            self.shares.begin(self.refined.len(), &seen);
+            return true;
+        }
+        let mut has_changed = false;
+        let (validity, refined) = (&mut self.chunk_validity, &self.refined);
+        self.shares.update(&seen, refined, hold_frames, |word| {
+            validity.end(word);
+            has_changed = true;
+        });
+        has_changed
+    }
+
+    /// What is remembered of what is visible.
+    pub(super) fn shares(&self) -> &ShareMemory {
+        &self.shares
+    }
+
+    pub(super) fn instance(&self) -> Option<u32> {
+        self.instance
+    }
+
+    /// Nothing has this cut any more.
+    pub(super) fn release(&mut self) {
+        self.instance = None;
+    }
+
     fn gather(&mut self, table: &GroupTable) {
         std::mem::swap(&mut self.units, &mut self.units_before);
         self.triangles_before = self.triangle_count;
@@ -165,6 +219,7 @@ impl InstanceCut {
     pub(super) fn capacity(&self) -> usize {
         self.own.capacity()
             + self.chunk_validity.capacity()
+            + self.shares.capacity()
             + self.refined.capacity()
             + self.refined_before.capacity()
             + self.units.capacity()

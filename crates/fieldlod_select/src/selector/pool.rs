@@ -31,8 +31,14 @@ impl Pool {
         &mut self.cuts[key as usize]
     }
 
+    /// The keys of all cuts, those that no instance has included.
+    pub(super) fn keys(&self) -> std::ops::Range<u32> {
+        0..self.cuts.len() as u32
+    }
+
     /// Frees a key; its cut is used again.
     pub(super) fn free(&mut self, key: u32) {
+        self.at_mut(key).release();
         let class = self.at(key).class() as usize;
         if self.free.len() <= class {
             self.free.resize_with(class + 1, Vec::new);

@@ -2,10 +2,15 @@
 
 use super::changes::Changes;
 use super::decide_context::DecideContext;
+use super::instance_cut::InstanceCut;
 use super::memory::{InstanceMemory, InstanceState, NodeMemory, Pending};
 use super::pool::Pool;
+use super::visible_shares::VisibleShares;
 use crate::scene::{InstanceId, MeshId, Scene};
+use crate::settings::VisibleFlux;
+use crate::tree::FAN;
 use crate::validity::Validity;
+use crate::view::View;
 
 /// What the last selection did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +36,9 @@ pub(super) struct SceneCuts {
     pub(super) nodes: Vec<Vec<NodeMemory>>,
     pub(super) pending: Vec<Pending>,
     pub(super) pool: Pool,
+    pub(super) visible: VisibleShares,
+    /// Whether the next frame may see less of something than it counts for now.
+    pub(super) has_unsettled_shares: bool,
     pub(super) changes: Changes,
     pub(super) triangle_count: u64,
     pub(super) statistics: Statistics,
@@ -85,6 +93,50 @@ impl SceneCuts {
         }
     }
 
+    /// Takes notice of what is visible in a frame, and wakes the instances that count for more or less
+    /// than they did.
+    pub(super) fn update_shares(&mut self, scene: &Scene, view: &View, flux: Option<VisibleFlux>) {
+        let is_redrawn = match &flux {
+            Some(flux) => self.visible.draw(scene, view, flux),
+            None => self.visible.clear(),
+        };
+        if !(is_redrawn || self.has_unsettled_shares) {
+            return;
+        }
+        self.has_unsettled_shares = false;
+        for key in self.pool.keys() {
+            let cut = self.pool.at_mut(key);
+            let Some(index) = cut.instance() else {
+                continue;
+            };
+            let Some(mesh) = scene.entries[index as usize].mesh else {
+                continue;
+            };
+            let (table, instance) = (scene.table(mesh), &scene.instances[index as usize]);
+            let seen = flux.map(|_| self.visible.seen(table, index, instance));
+            let hold_frames = flux.map_or(0, |flux| flux.hold_frames);
+            let has_changed = cut.update_shares(seen, hold_frames);
+            self.has_unsettled_shares |= flux.is_some() && !cut.shares().is_settled();
+            if has_changed {
+                self.wake(scene, index);
+            }
+        }
+    }
+
+    /// Ends what is known of an instance and of the nodes above it.
+    fn wake(&mut self, scene: &Scene, instance: u32) {
+        self.validities[instance as usize] = Validity::NONE;
+        let Some(mut node) = scene.tree.position(instance) else {
+            return;
+        };
+        for level in &mut self.nodes {
+            node /= FAN;
+            if let Some(memory) = level.get_mut(node) {
+                memory.validity = Validity::NONE;
+            }
+        }
+    }
+
     /// Decides what is pending, group by group.
     pub(super) fn decide_pending(&mut self, scene: &Scene, context: &DecideContext) {
         let mut pending = std::mem::take(&mut self.pending);
@@ -106,6 +158,9 @@ impl SceneCuts {
         if is_mixed {
             cut.decide_again(table, instance, context, pending.has_moved);
         } else {
+            let flux = context.parts.settings.visible_flux;
+            let seen = flux.map(|_| self.visible.seen(table, pending.instance, instance));
+            cut.begin_shares(pending.instance, table.terminal.len(), seen);
             cut.decide_first(table, instance, context);
             self.memories[index].state = InstanceState::Mixed(pending.cut);
         }
@@ -204,10 +259,10 @@ impl SceneCuts {
         }
     }
 
-    /// The bits of an instance's cut, if it has one of its own.
-    pub(super) fn refined(&self, index: usize) -> Option<&[u64]> {
+    /// The cut of an instance, if it has one of its own.
+    pub(super) fn cut(&self, index: usize) -> Option<&InstanceCut> {
         match self.memories.get(index)?.state {
-            InstanceState::Mixed(key) => Some(self.pool.at(key).refined()),
+            InstanceState::Mixed(key) => Some(self.pool.at(key)),
             _ => None,
         }
     }
@@ -218,6 +273,8 @@ impl SceneCuts {
         self.nodes.iter_mut().for_each(Vec::clear);
         self.pool.clear();
         self.changes.clear();
+        self.visible.clear();
+        self.has_unsettled_shares = false;
         self.triangle_count = 0;
     }
 

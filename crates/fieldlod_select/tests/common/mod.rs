@@ -145,6 +145,7 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                         Offscreen::Coarsest
                     },
                     edge_hysteresis,
+                    visible_flux: None,
                     triangle_budget: None,
                 }
             },

@@ -1,0 +1,336 @@
+//! What stands before what: a small depth image of a view, drawn on the CPU from coarse levels of
+//! large, near instances, and the share of a box that it leaves visible.
+//!
+//! The camera-sampling field's flux is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8);
+//! what others hide shows nothing, whichever way it faces. Hasselgren, Andersson and Akenine-Möller,
+//! "Masked Software Occlusion Culling" (2016), draw such an image to cull. Here nothing is culled by it:
+//! it weighs errors, and what is hidden stays drawn at its coarsest.
+//!
+//! # Conventions
+//! A texel holds the *nearness* of what it shows: `1/z` in a perspective view, which is linear over a
+//! triangle in the image, `−z` in an orthographic one; `−∞` where nothing is. Occluders cover the texels
+//! whose centres they cover, with their front faces, pushed back by how much their level errs.
+//!
+//! Only operations that IEEE 754 rounds exactly are used, on eight texels at once or on one in the same
+//! order; `occlusion/tests.rs` draws the same bits texel by texel.
+
+mod choice;
+mod image_plane;
+mod occluder;
+mod screen_triangle;
+mod surface_samples;
+#[cfg(test)]
+mod tests;
+
+use glam::{Affine3A, Mat3, Vec3};
+use wide::f32x8;
+
+use crate::bits::{LANES, set_bits_of};
+use crate::lane::{Lane, M3, V3, bits_of};
+use crate::scene::{InstanceId, Scene};
+use crate::shares::{FULL_SHARE, share_of_step};
+use crate::table::GroupTable;
+use crate::view::View;
+use choice::{DrawnBy, OccluderChoice, camera_from_local};
+use image_plane::ImagePlane;
+pub(crate) use occluder::{OccluderMesh, occluder_levels};
+use screen_triangle::{ScreenTriangle, front_triangles};
+pub(crate) use surface_samples::SurfaceSamples;
+
+/// Texels along the radius of an instance from which on its groups are asked for one by one.
+const LARGE_RADIUS: f32 = 24.0;
+/// Points by which an instance is asked for as a whole.
+const INSTANCE_SAMPLES: usize = 64;
+/// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
+const SAME_DEPTH: f32 = 1.001;
+/// Who owns a texel that shows nothing.
+const NOBODY: u32 = u32::MAX;
+
+/// The depth image of one view.
+#[derive(Clone, Debug)]
+pub struct OcclusionBuffer {
+    view: View,
+    plane: ImagePlane,
+    choice: OccluderChoice,
+    /// By row.
+    nearness: Vec<f32>,
+    /// The instance that each texel shows.
+    owners: Vec<u32>,
+    /// The least nearness of each texel and its eight neighbours.
+    shrunk: Vec<f32>,
+    row: Vec<f32>,
+    /// Corners of the occluder that is being drawn.
+    corners: Vec<Vec3>,
+}
+
+impl OcclusionBuffer {
+    /// Draws the occluders of a scene in a view, `triangles` at most.
+    #[must_use]
+    pub fn new(scene: &Scene, view: &View, triangles: u32) -> Self {
+        let mut buffer = Self::empty(view);
+        buffer.redraw(scene, view, triangles);
+        buffer
+    }
+
+    /// With nothing in it.
+    pub(crate) fn empty(view: &View) -> Self {
+        Self {
+            view: *view,
+            plane: ImagePlane::new(&view.camera),
+            choice: OccluderChoice::default(),
+            nearness: Vec::new(),
+            owners: Vec::new(),
+            shrunk: Vec::new(),
+            row: Vec::new(),
+            corners: Vec::new(),
+        }
+    }
+
+    /// Draws another view, or another state of a scene.
+    pub(crate) fn redraw(&mut self, scene: &Scene, view: &View, triangles: u32) {
+        self.clear(view);
+        let mut choice = std::mem::take(&mut self.choice);
+        choice.choose(scene, view, &self.plane, triangles);
+        for occluder in &choice.chosen {
+            let (table, owner) = (scene.table(occluder.mesh), occluder.instance);
+            let placement = &scene.instances[owner as usize].world_from_local;
+            let (linear, origin) = camera_from_local(view, placement);
+            match occluder.drawn_by {
+                DrawnBy::Level(level) => {
+                    self.draw_mesh(&table.occluders[level], &linear, origin, owner);
+                }
+                DrawnBy::Points(count) => {
+                    self.draw_points(table.samples.of_mesh(count), &linear, origin, owner);
+                }
+            }
+        }
+        self.choice = choice;
+        self.shrink();
+    }
+
+    fn clear(&mut self, view: &View) {
+        self.view = *view;
+        self.plane = ImagePlane::new(&view.camera);
+        let texels = self.plane.width * self.plane.height;
+        for image in [&mut self.nearness, &mut self.shrunk] {
+            image.clear();
+            image.resize(texels, f32::NEG_INFINITY);
+        }
+        self.owners.clear();
+        self.owners.resize(texels, NOBODY);
+        self.row.resize(self.plane.width, f32::NEG_INFINITY);
+    }
+
+    /// Width and height in texels.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
+        [self.plane.width, self.plane.height]
+    }
+
+    /// How near what each texel shows is, row by row from the upper left: `1/z` in a perspective view, `−z`
+    /// in an orthographic one, `−∞` where nothing is.
+    #[must_use]
+    pub fn nearness(&self) -> &[f32] {
+        &self.nearness
+    }
+
+    /// Triangles, and points, that were drawn.
+    #[must_use]
+    pub fn drawn(&self) -> [u32; 2] {
+        [self.choice.triangle_count, self.choice.point_count]
+    }
+
+    /// The share of each group of an instance that nothing hides, from 0 to 1; none if it was removed.
+    #[must_use]
+    pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
+        let Some(mesh) = scene.mesh_of(instance) else {
+            return Vec::new();
+        };
+        let (table, mut groups) = (scene.table(mesh), Vec::new());
+        let index = instance.index();
+        let placement = &scene.instances[index].world_from_local;
+        if let Some(of_all) = self.shares(table, index as u32, placement, &mut groups) {
+            groups.clear();
+            groups.resize(table.group_count(), of_all);
+        }
+        groups
+            .iter()
+            .map(|&step| share_of_step(step, 0.0))
+            .collect()
+    }
+
+    /// The shares of an instance's groups, in steps of [`FULL_SHARE`], rounded up: that of all, or of each
+    /// in `groups` where the instance is large in the image.
+    pub(crate) fn shares(
+        &self,
+        table: &GroupTable,
+        instance: u32,
+        placement: &Affine3A,
+        groups: &mut Vec<u8>,
+    ) -> Option<u8> {
+        let (linear, origin) = camera_from_local(&self.view, placement);
+        let stretch = crate::stretch::largest_stretch(&linear);
+        let sphere = &table.bounds.sphere;
+        let radius = sphere.radius * stretch;
+        // Nothing of the mesh hides the mesh.
+        let distance = (linear * sphere.center + origin).length();
+        let is_small = radius * self.plane.scale.x < LARGE_RADIUS * (distance - radius);
+        let query = Query {
+            linear: M3::splat(&linear),
+            origin: V3::splat(origin),
+            instance,
+        };
+        if is_small || table.has_one_place() {
+            let samples = table.samples.of_mesh(INSTANCE_SAMPLES);
+            return Some(self.share(samples, &query, f32::INFINITY));
+        }
+        groups.clear();
+        groups.extend((0..table.group_count()).map(|group| {
+            let radius = table.groups.radius[group / LANES].to_array()[group % LANES];
+            self.share(table.samples.of_group(group), &query, radius * stretch)
+        }));
+        None
+    }
+
+    /// The share of points that are visible. Those of the same instance hide only what is farther by more
+    /// than `thickness`. Full if no point has a place in the image.
+    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: f32) -> u8 {
+        let (mut count, mut visible) = (0, 0);
+        for sample in samples {
+            let point = query.linear.of(*sample).plus(query.origin);
+            let at = self.plane.project(point);
+            let with_place = bits_of(self.plane.has_place(at, point.z));
+            let front = self
+                .plane
+                .nearness(point.z - f32x8::splat(thickness))
+                .to_array();
+            let is_before = bits_of((point.z - f32x8::splat(thickness)).is_below(f32x8::zero()));
+            let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
+            for lane in set_bits_of(with_place) {
+                let texel = self.plane.texel(x[lane], y[lane]);
+                count += 1;
+                let is_visible = if self.owners[texel] == query.instance {
+                    is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
+                } else {
+                    self.nearness[texel] <= nearness[lane] * SAME_DEPTH
+                };
+                visible += u32::from(is_visible);
+            }
+        }
+        match count {
+            0 => FULL_SHARE,
+            _ => (visible * u32::from(FULL_SHARE)).div_ceil(count) as u8,
+        }
+    }
+
+    /// Draws one level of an instance.
+    fn draw_mesh(&mut self, mesh: &OccluderMesh, linear: &Mat3, origin: Vec3, owner: u32) {
+        let mut corners = std::mem::take(&mut self.corners);
+        let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
+        let pushed_back = mesh.pushed_back(linear, origin);
+        for part in mesh.parts_in_view(&plane, linear, origin) {
+            for triangle in part.triangles_in_camera(linear, pushed_back, &mut corners) {
+                for triangle in front_triangles(&plane, triangle, is_mirrored) {
+                    self.fill(&triangle, owner);
+                }
+            }
+        }
+        self.corners = corners;
+    }
+
+    /// Draws an instance by points, each one texel large.
+    fn draw_points(&mut self, points: &[V3<f32x8>], linear: &Mat3, origin: Vec3, owner: u32) {
+        let (linear, origin) = (M3::splat(linear), V3::splat(origin));
+        for point in points {
+            let point = linear.of(*point).plus(origin);
+            let at = self.plane.project(point);
+            let with_place = bits_of(self.plane.has_place(at, point.z));
+            let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
+            for lane in set_bits_of(with_place) {
+                let texel = self.plane.texel(x[lane], y[lane]);
+                if self.nearness[texel] < nearness[lane] {
+                    (self.nearness[texel], self.owners[texel]) = (nearness[lane], owner);
+                }
+            }
+        }
+    }
+
+    /// Keeps the nearer of a triangle and what was drawn before.
+    fn fill(&mut self, triangle: &ScreenTriangle, owner: u32) {
+        let width = self.plane.width;
+        let columns = triangle.columns(width);
+        let chunks = columns.start / LANES..columns.end.div_ceil(LANES);
+        for row in triangle.rows(self.plane.height) {
+            let y = f32x8::splat(row as f32 + 0.5);
+            for chunk in chunks.clone() {
+                let x = f32x8::splat((chunk * LANES) as f32) + CENTRES;
+                let covered = triangle.covers(x, y);
+                if bits_of(covered) == 0 {
+                    continue;
+                }
+                let first = row * width + chunk * LANES;
+                let texels = &mut self.nearness[first..first + LANES];
+                let nearness = triangle.nearness(x, y).to_array();
+                for lane in set_bits_of(bits_of(covered)) {
+                    if texels[lane] < nearness[lane] {
+                        texels[lane] = nearness[lane];
+                        self.owners[first + lane] = owner;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Ends the drawing: finds the least of each texel and its neighbours.
+    fn shrink(&mut self) {
+        let (width, height) = (self.plane.width, self.plane.height);
+        // The least of three in each row, then of three rows.
+        for row in 0..height {
+            let texels = &self.nearness[row * width..][..width];
+            least_of_three(texels, &mut self.shrunk[row * width..][..width]);
+        }
+        let mut above = std::mem::take(&mut self.row);
+        above.copy_from_slice(&self.shrunk[..width]);
+        for row in 0..height {
+            let (now, below) = self.shrunk[row * width..].split_at_mut(width);
+            let below = if row + 1 < height {
+                &below[..width]
+            } else {
+                &[]
+            };
+            for column in 0..width {
+                let own = now[column];
+                let least = smaller(above[column], own);
+                now[column] = below
+                    .get(column)
+                    .map_or(least, |&below| smaller(least, below));
+                above[column] = own;
+            }
+        }
+        self.row = above;
+    }
+}
+
+/// What is asked of the points of one instance.
+struct Query {
+    linear: M3<f32x8>,
+    origin: V3<f32x8>,
+    instance: u32,
+}
+
+/// The centres of the first eight texels of a row.
+const CENTRES: f32x8 = f32x8::new([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5]);
+
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The least of each number and its two neighbours.
+fn least_of_three(from: &[f32], to: &mut [f32]) {
+    let last = from.len() - 1;
+    to[0] = smaller(from[0], from[last.min(1)]);
+    to[last] = smaller(from[last], from[last.saturating_sub(1)]);
+    for (to, from) in to[1..].iter_mut().zip(from.windows(3)) {
+        *to = smaller(smaller(from[0], from[1]), from[2]);
+    }
+}

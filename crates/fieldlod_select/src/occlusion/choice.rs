@@ -1,0 +1,186 @@
+//! Which instances are drawn into the depth image, and how: large ones by the triangles of one of their
+//! levels, small ones by points.
+
+use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
+use glam::{Affine3A, Mat3, Vec3};
+
+use super::ImagePlane;
+use super::occluder::OccluderPart;
+use crate::lane::V3;
+use crate::scene::{MeshId, Scene};
+use crate::sides::Sides;
+use crate::tree::FAN;
+use crate::view::View;
+
+/// The least radius in the image of an instance that hides others, in texels.
+const LEAST_RADIUS: f32 = 1.5;
+/// Texels that a sphere covers up to which its instance is drawn by points.
+const LARGEST_POINT_AREA: f32 = 2000.0;
+/// Points, and triangles, for each texel that a sphere covers.
+const POINTS_PER_TEXEL: f32 = 1.5;
+const TRIANGLES_PER_TEXEL: f32 = 0.15;
+/// Points that cost as much as a triangle.
+const POINTS_PER_TRIANGLE: u32 = 16;
+
+/// The choice of one view, in storage that is used again.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OccluderChoice {
+    candidates: Vec<Candidate>,
+    pub(crate) chosen: Vec<ChosenOccluder>,
+    pub(crate) triangle_count: u32,
+    pub(crate) point_count: u32,
+}
+
+/// One instance as it is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChosenOccluder {
+    pub(crate) instance: u32,
+    pub(crate) mesh: MeshId,
+    pub(crate) drawn_by: DrawnBy,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum DrawnBy {
+    /// The triangles of a level.
+    Level(usize),
+    /// So many points.
+    Points(usize),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    instance: u32,
+    /// Texels that its sphere covers, about.
+    area: f32,
+}
+
+struct Search<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    sides: Sides<f32>,
+    /// Texels per unit of length at unit distance, squared.
+    scale_squared: f32,
+    image_area: f32,
+}
+
+/// Where an instance is in camera space: its linear part and its origin.
+pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Mat3, Vec3) {
+    let from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
+    let linear = view.camera_from_world * Mat3::from(world_from_local.matrix3);
+    (linear, view.camera_from_world * from_eye)
+}
+
+impl OccluderChoice {
+    /// Chooses those that cover most, as long as the triangles of the `budget` last.
+    pub(crate) fn choose(&mut self, scene: &Scene, view: &View, plane: &ImagePlane, budget: u32) {
+        self.find(scene, view, plane);
+        self.chosen.clear();
+        (self.triangle_count, self.point_count) = (0, 0);
+        for candidate in &self.candidates {
+            let instance = candidate.instance;
+            let Some(mesh) = scene.entries[instance as usize].occluder_mesh(view.layers) else {
+                continue;
+            };
+            let spent = self.triangle_count + self.point_count / POINTS_PER_TRIANGLE;
+            let rest = budget.saturating_sub(spent);
+            let drawn_by = if candidate.area <= LARGEST_POINT_AREA {
+                let points = (candidate.area * POINTS_PER_TEXEL) as u32;
+                if points / POINTS_PER_TRIANGLE > rest {
+                    continue;
+                }
+                self.point_count += points;
+                DrawnBy::Points(points as usize)
+            } else {
+                let placement = &scene.instances[instance as usize].world_from_local;
+                let (linear, origin) = camera_from_local(view, placement);
+                let worth = (candidate.area * TRIANGLES_PER_TEXEL) as u32;
+                // The finest level that is worth its texels.
+                let levels = scene.table(mesh).occluders.iter().enumerate();
+                let counted = levels.map(|(level, mesh)| {
+                    let parts = mesh.parts_in_view(plane, &linear, origin);
+                    (level, parts.map(OccluderPart::triangle_count).sum::<u32>())
+                });
+                let mut fitting = counted.filter(|&(_, count)| count <= worth.min(rest));
+                let Some((level, count)) = fitting.next() else {
+                    continue;
+                };
+                self.triangle_count += count;
+                DrawnBy::Level(level)
+            };
+            self.chosen.push(ChosenOccluder {
+                instance,
+                mesh,
+                drawn_by,
+            });
+        }
+    }
+
+    /// Lists what may hide others, the largest first.
+    fn find(&mut self, scene: &Scene, view: &View, plane: &ImagePlane) {
+        self.candidates.clear();
+        let search = Search {
+            scene,
+            view,
+            sides: Sides::of(&view.camera),
+            scale_squared: plane.scale.x * plane.scale.y,
+            image_area: (plane.width * plane.height) as f32,
+        };
+        if let Some(level) = scene.tree.levels.len().checked_sub(1) {
+            search.visit(level, 0, &mut self.candidates);
+        }
+        self.candidates.sort_unstable_by(|a, b| {
+            let by_area = b.area.total_cmp(&a.area);
+            by_area.then(a.instance.cmp(&b.instance))
+        });
+    }
+}
+
+impl Search<'_> {
+    fn visit(&self, level: usize, index: usize, candidates: &mut Vec<Candidate>) {
+        let tree = &self.scene.tree;
+        let Some(node) = tree.levels[level].get(index) else {
+            return;
+        };
+        let sphere = &node.bounds.sphere;
+        if self.area(sphere, node.occluder_radius) <= 0.0 {
+            return;
+        }
+        if level > 0 {
+            let end = tree.levels[level - 1].len().min((index + 1) * FAN);
+            for child in index * FAN..end {
+                self.visit(level - 1, child, candidates);
+            }
+            return;
+        }
+        let end = tree.order.len().min((index + 1) * FAN);
+        for &instance in &tree.order[index * FAN..end] {
+            let node = &self.scene.instances[instance as usize].node;
+            let area = self.area(&node.bounds.sphere, node.occluder_radius);
+            if area > 0.0 {
+                candidates.push(Candidate { instance, area });
+            }
+        }
+    }
+
+    /// About how many texels something of a radius within a sphere covers at most; 0 if it is outside the
+    /// view or too small.
+    fn area(&self, sphere: &Sphere, radius: f32) -> f32 {
+        let from_eye = sphere.center - self.view.eye_in_world;
+        let center = V3::splat(self.view.camera_from_world * from_eye);
+        if self.sides.exclude(center, sphere.radius) || radius <= 0.0 {
+            return 0.0;
+        }
+        let texels_squared = match self.view.camera {
+            Camera::Perspective(_) => {
+                let nearest = (from_eye.length() - sphere.radius).max(0.0) + radius;
+                radius * radius * self.scale_squared / (nearest * nearest)
+            }
+            Camera::Orthographic(_) => radius * radius * self.scale_squared,
+        };
+        if texels_squared < LEAST_RADIUS * LEAST_RADIUS {
+            return 0.0;
+        }
+        (texels_squared * std::f32::consts::PI).min(self.image_area)
+    }
+}

@@ -1,0 +1,215 @@
+//! The depth image against a naive one, and what shares tell.
+
+use std::sync::OnceLock;
+
+use camera_field::{Camera, Intrinsics};
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Quat, Vec2};
+use proptest::prelude::*;
+
+use super::choice::ChosenOccluder;
+use super::*;
+use crate::scene::MeshId;
+
+/// Every texel of every triangle and point, one by one.
+fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> (Vec<f32>, Vec<u32>) {
+    let plane = &buffer.plane;
+    let texels = plane.width * plane.height;
+    let (mut image, mut owners) = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
+    let mut keep = |texel: usize, nearness: f32, owner: u32| {
+        if image[texel] < nearness {
+            (image[texel], owners[texel]) = (nearness, owner);
+        }
+    };
+    for &ChosenOccluder {
+        instance,
+        mesh,
+        drawn_by,
+    } in &buffer.choice.chosen
+    {
+        let table = scene.table(mesh);
+        let placement = &scene.instances[instance as usize].world_from_local;
+        let (linear, origin) = camera_from_local(&buffer.view, placement);
+        match drawn_by {
+            DrawnBy::Level(level) => {
+                let level = &table.occluders[level];
+                let pushed_back = level.pushed_back(&linear, origin);
+                let mut corners = Vec::new();
+                for part in level.parts() {
+                    for corners in part.triangles_in_camera(&linear, pushed_back, &mut corners) {
+                        let is_mirrored = linear.determinant() < 0.0;
+                        for triangle in front_triangles(plane, corners, is_mirrored) {
+                            for texel in 0..texels {
+                                let x = (texel % plane.width) as f32 + 0.5;
+                                let y = (texel / plane.width) as f32 + 0.5;
+                                if triangle.covers(x, y) {
+                                    keep(texel, triangle.nearness(x, y), instance);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            DrawnBy::Points(count) => {
+                let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
+                for point in points_of(table.samples.of_mesh(count)) {
+                    let point: V3<f32> = linear.of(point).plus(origin);
+                    let at = plane.project(point);
+                    if plane.has_place(at, point.z) {
+                        keep(plane.texel(at.x, at.y), at.z, instance);
+                    }
+                }
+            }
+        }
+    }
+    (image, owners)
+}
+
+fn points_of(lanes: &[V3<f32x8>]) -> impl Iterator<Item = V3<f32>> + '_ {
+    lanes.iter().flat_map(|point| {
+        let [x, y, z] = [point.x, point.y, point.z].map(f32x8::to_array);
+        (0..LANES).map(move |lane| V3 {
+            x: x[lane],
+            y: y[lane],
+            z: z[lane],
+        })
+    })
+}
+
+/// The least of a texel and its neighbours.
+fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
+    let [width, height] = buffer.size();
+    let (x, y) = (texel % width, texel / width);
+    let mut least = f32::INFINITY;
+    for y in y.saturating_sub(1)..(y + 2).min(height) {
+        for x in x.saturating_sub(1)..(x + 2).min(width) {
+            least = least.min(buffer.nearness[y * width + x]);
+        }
+    }
+    least
+}
+
+fn camera() -> Camera {
+    Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)))
+}
+
+fn view(eye: Vec3, turn: Quat) -> View {
+    View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
+}
+
+/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
+fn meshes(scene: &mut Scene) -> [MeshId; 3] {
+    static BAKED: OnceLock<[Hierarchy; 3]> = OnceLock::new();
+    let baked = BAKED.get_or_init(bake_meshes);
+    std::array::from_fn(|index| scene.add_mesh(&baked[index]))
+}
+
+fn bake_meshes() -> [Hierarchy; 3] {
+    let bake = |mesh| bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let ball = bake(fixtures::rock(5, 1));
+    let mut broken = bake(fixtures::rock(4, 1));
+    for (index, position) in broken.vertices.positions.iter_mut().enumerate() {
+        match index % 5 {
+            0 => *position = Vec3::NAN,
+            1 => *position = Vec3::ZERO,
+            2 => *position *= f32::INFINITY,
+            _ => {}
+        }
+    }
+    let whole = crate::whole_mesh_levels(&ball).unwrap();
+    [ball, whole, broken]
+}
+
+fn place(at: Vec3, scale: Vec3) -> Affine3A {
+    Affine3A::from_scale_rotation_translation(scale, Quat::from_rotation_y(0.3), at)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_image_is_the_naive_one(
+        placed in prop::collection::vec((0usize..3, prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.5f32..1.5)), 1..8),
+        turn in -0.5f32..0.5,
+        budget in 0u32..6000,
+    ) {
+        let mut scene = Scene::default();
+        let meshes = meshes(&mut scene);
+        // Around the eye, behind it and about it; mirrored and flat.
+        for (mesh, at, scale) in placed {
+            let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 9.0) - Vec3::Z * 4.0;
+            scene.add_instance(meshes[mesh], place(at, Vec3::from(scale)), 1.0);
+        }
+        scene.update();
+        let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::from_rotation_z(turn)), budget);
+        let (image, owners) = naive_image(&scene, &buffer);
+        let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
+        prop_assert_eq!(bits(&buffer.nearness), bits(&image));
+        prop_assert_eq!(&buffer.owners, &owners);
+        prop_assert!((0..image.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
+        prop_assert!(buffer.choice.triangle_count <= budget);
+    }
+}
+
+/// A small ball behind a large one, or beside it.
+fn hidden_and_beside() -> (Scene, [InstanceId; 3]) {
+    let mut scene = Scene::default();
+    let [large, small, _] = meshes(&mut scene);
+    let mut add = |mesh, at, size| scene.add_instance(mesh, place(at, Vec3::splat(size)), 1.0);
+    let ids = [
+        add(large, Vec3::new(0.0, 0.0, -6.0), 2.0),
+        add(small, Vec3::new(0.3, 0.2, -12.0), 0.5),
+        add(small, Vec3::new(7.0, 0.2, -12.0), 0.5),
+    ];
+    scene.update();
+    (scene, ids)
+}
+
+#[test]
+fn what_stands_behind_is_hidden_and_what_stands_beside_is_seen() {
+    let (scene, [large, behind, beside]) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
+    let least = |id| {
+        let shares = buffer.visible_shares(&scene, id);
+        shares.into_iter().fold(1.0, f32::min)
+    };
+    let most = |id| {
+        buffer
+            .visible_shares(&scene, id)
+            .into_iter()
+            .fold(0.0, f32::max)
+    };
+    assert_eq!(most(behind), 0.0);
+    assert_eq!(least(beside), 1.0);
+    // The far side of the large one is hidden by its near side.
+    assert_eq!((most(large), least(large)), (1.0, 0.0));
+}
+
+#[test]
+fn what_may_not_hide_does_not() {
+    let (mut scene, [large, behind, _]) = hidden_and_beside();
+    scene.set_occluder(large, false);
+    scene.update();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
+    assert!(
+        buffer
+            .visible_shares(&scene, behind)
+            .iter()
+            .all(|&share| share == 1.0)
+    );
+}
+
+#[test]
+fn an_eye_of_nan_sees_all() {
+    let (scene, ids) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::NAN, Quat::IDENTITY), 8000);
+    for id in ids {
+        assert!(
+            buffer
+                .visible_shares(&scene, id)
+                .iter()
+                .all(|&share| share == 1.0)
+        );
+    }
+}

@@ -1,0 +1,44 @@
+//! What is visible of the groups of one instance, as decisions read it.
+
+use wide::f32x8;
+
+use crate::bits::LANES;
+use crate::lane::Lane;
+
+/// Steps from hidden to fully visible.
+pub(crate) const FULL_SHARE: u8 = 16;
+
+/// Visible shares of groups, eight to an element, in steps of [`FULL_SHARE`].
+#[derive(Clone, Copy)]
+pub(crate) struct Shares<'a> {
+    steps: &'a [[u8; LANES]],
+    /// What hidden groups count at least.
+    least: f32,
+}
+
+impl<'a> Shares<'a> {
+    /// Every group counts in full.
+    pub(crate) const FULL: Self = Self {
+        steps: &[],
+        least: 1.0,
+    };
+
+    pub(crate) fn new(steps: &'a [[u8; LANES]], least: f32) -> Self {
+        Self { steps, least }
+    }
+
+    /// The shares of one block.
+    #[inline]
+    pub(crate) fn of_block(&self, block: usize) -> f32x8 {
+        match self.steps.get(block) {
+            Some(steps) => f32x8::from(steps.map(|step| share_of_step(step, self.least))),
+            None => f32x8::one(),
+        }
+    }
+}
+
+/// What a step counts, where hidden things count `least` at least.
+pub(crate) fn share_of_step(step: u8, least: f32) -> f32 {
+    let share = f32::from(step) / f32::from(FULL_SHARE);
+    share.max(least).min(1.0)
+}

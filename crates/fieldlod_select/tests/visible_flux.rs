@@ -1,0 +1,155 @@
+//! What is hidden counts less: at once when it comes into view, late when it goes out of it.
+
+mod common;
+
+use common::{hierarchies, look, perspective};
+use fieldlod_select::{InstanceId, LodSettings, Scene, Selector, Statistics, View, VisibleFlux};
+use glam::{Affine3A, Vec3};
+
+const HOLD_FRAMES: u8 = 6;
+
+fn settings() -> LodSettings {
+    LodSettings {
+        visible_flux: Some(VisibleFlux {
+            hold_frames: HOLD_FRAMES,
+            least_share: 0.0,
+            ..VisibleFlux::default()
+        }),
+        ..LodSettings::with_error_px(0.5)
+    }
+}
+
+/// A rock behind a wall, which is a flattened rock.
+fn scene() -> (Scene, [InstanceId; 2]) {
+    let mut scene = Scene::default();
+    let rock = scene.add_mesh(&hierarchies()[0]);
+    let mut add = |at: Vec3, scale: Vec3| {
+        let placement = Affine3A::from_translation(at) * Affine3A::from_scale(scale);
+        scene.add_instance(rock, placement, 1.0)
+    };
+    let ids = [
+        add(Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.5, 2.5, 0.3)),
+        add(Vec3::new(0.0, 0.0, -12.0), Vec3::ONE),
+    ];
+    scene.update();
+    (scene, ids)
+}
+
+/// From before the wall, and from beside it.
+fn view(is_beside: bool) -> View {
+    let eye = Vec3::new(if is_beside { 9.0 } else { 0.0 }, 0.0, 0.0);
+    look(perspective(1.0), eye, Vec3::new(0.0, 0.0, -12.0))
+}
+
+/// The units of an instance that is seen as a whole, from beside the wall, without any memory.
+fn seen_units(scene: &Scene, id: InstanceId, view: &View) -> Vec<u32> {
+    let mut selector = Selector::default();
+    let plain = LodSettings {
+        visible_flux: None,
+        ..settings()
+    };
+    selector.select(scene, view, &plain);
+    selector.units(scene, id).to_vec()
+}
+
+#[test]
+fn what_is_hidden_is_drawn_at_its_coarsest() {
+    let (scene, [_, rock]) = scene();
+    let mut selector = Selector::default();
+    selector.select(&scene, &view(false), &settings());
+    let hidden = selector.units(&scene, rock).len();
+    let seen = seen_units(&scene, rock, &view(false)).len();
+    assert!(hidden > 0 && hidden * 4 < seen, "{hidden} of {seen} units");
+}
+
+#[test]
+fn what_comes_out_of_hiding_is_refined_in_the_same_frame() {
+    let (mut scene, [wall, rock]) = scene();
+    let mut selector = Selector::default();
+    for _ in 0..20 {
+        selector.select(&scene, &view(false), &settings());
+    }
+    // By a step to the side.
+    selector.select(&scene, &view(true), &settings());
+    let expected = seen_units(&scene, rock, &view(true));
+    assert_eq!(selector.units(&scene, rock), expected);
+    // By what hid it being removed.
+    let mut selector = Selector::default();
+    selector.select(&scene, &view(false), &settings());
+    scene.remove(wall);
+    scene.update();
+    selector.select(&scene, &view(false), &settings());
+    let expected = seen_units(&scene, rock, &view(false));
+    assert_eq!(selector.units(&scene, rock), expected);
+}
+
+#[test]
+fn what_goes_into_hiding_is_coarsened_after_some_frames() {
+    let (scene, [_, rock]) = scene();
+    let mut selector = Selector::default();
+    selector.select(&scene, &view(true), &settings());
+    let seen = selector.units(&scene, rock).len();
+    let frames: Vec<bool> = (0..20)
+        .map(|_| {
+            selector.select(&scene, &view(false), &settings());
+            selector.units(&scene, rock).len() * 4 > seen
+        })
+        .collect();
+    let first = frames.iter().position(|is_fine| !is_fine);
+    assert_eq!(first, Some(usize::from(HOLD_FRAMES)));
+    // Nothing is done any more once that has happened.
+    assert_eq!(selector.statistics(), Statistics::default());
+    assert_eq!(selector.changes().count(), 0);
+}
+
+#[test]
+fn an_eye_that_sways_at_a_corner_swaps_no_level_back_within_five_frames() {
+    let (scene, ids) = scene();
+    let mut selector = Selector::default();
+    let mut last_change = vec![(0usize, Vec::new()); ids.len()];
+    for frame in 1..200usize {
+        let x = 2.2 + 1.5 * ((frame % 8) as f32 - 4.0).abs() / 4.0;
+        let target = Vec3::new(0.0, 0.0, -12.0);
+        let view = look(perspective(1.0), Vec3::new(x, 0.0, 0.0), target);
+        selector.select(&scene, &view, &settings());
+        for change in selector.changes() {
+            let (then, left) = &mut last_change[change.instance.index()];
+            let is_back = change.entered.iter().any(|unit| left.contains(unit));
+            assert!(!is_back || frame - *then > 5, "frame {frame} after {then}");
+            (*then, *left) = (frame, change.left.to_vec());
+        }
+    }
+}
+
+#[test]
+fn two_views_do_not_share_what_they_hide() {
+    let (scene, [_, rock]) = scene();
+    let mut selectors = [Selector::default(), Selector::default()];
+    for _ in 0..20 {
+        for (selector, is_beside) in selectors.iter_mut().zip([false, true]) {
+            selector.select(&scene, &view(is_beside), &settings());
+        }
+    }
+    let [hidden, seen] = &selectors;
+    assert!(hidden.units(&scene, rock).len() * 4 < seen.units(&scene, rock).len());
+    assert_eq!(
+        seen.units(&scene, rock),
+        seen_units(&scene, rock, &view(true))
+    );
+}
+
+#[test]
+fn a_guarantee_counts_what_is_hidden_in_full() {
+    let (scene, ids) = scene();
+    let guaranteed = LodSettings {
+        visible_flux: settings().visible_flux,
+        ..LodSettings::guaranteed(1.0)
+    };
+    let mut selectors = [Selector::default(), Selector::default()];
+    selectors[0].select(&scene, &view(false), &guaranteed);
+    selectors[1].select(&scene, &view(false), &LodSettings::guaranteed(1.0));
+    for id in ids {
+        let [a, b] = [0, 1].map(|index| selectors[index].units(&scene, id));
+        assert_eq!(a, b);
+    }
+}

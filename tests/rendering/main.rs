@@ -6,6 +6,7 @@
 mod cameras;
 mod debug;
 mod holes;
+mod motion;
 mod picture;
 mod stock;
 mod swap;

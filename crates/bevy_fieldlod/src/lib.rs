@@ -83,6 +83,7 @@ mod inherit;
 mod lod_mesh;
 mod lod_scene;
 mod meshes;
+mod motion;
 #[cfg(feature = "bake")]
 mod processor;
 mod settings;
@@ -158,6 +159,7 @@ impl Plugin for FieldLodPlugin {
                 units::plugin,
                 filter::plugin,
                 diagnostics::plugin,
-            ));
+            ))
+            .add_plugins(motion::plugin);
     }
 }

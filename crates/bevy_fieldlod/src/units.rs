@@ -3,6 +3,7 @@
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
+use bevy::pbr::PreviousGlobalTransform;
 use bevy::prelude::*;
 
 use crate::config::FieldLodConfig;
@@ -97,6 +98,7 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     let object = world.get_entity(spawn.unit.object).ok()?;
     let transform = object.get::<GlobalTransform>().copied();
     let visibility = object.get::<InheritedVisibility>().copied();
+    let last_transform = object.get::<PreviousGlobalTransform>().cloned();
     let unit = world.spawn((
         spawn.unit,
         Mesh3d(spawn.mesh),
@@ -105,7 +107,12 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
         visibility.unwrap_or_default(),
         ChildOf(spawn.unit.object),
     ));
-    Some(unit.id())
+    let unit = unit.id();
+    // It moves with its object from its first frame on.
+    if let Some(last_transform) = last_transform {
+        world.entity_mut(unit).insert(last_transform);
+    }
+    Some(unit)
 }
 
 /// Despawns at most this many units in a frame: after a fast turn, thousands may fall idle together.

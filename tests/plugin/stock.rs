@@ -7,11 +7,14 @@ use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
+use bevy::ecs::component::Mutable;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
+use bevy::pbr::wireframe::Wireframe;
 use bevy::pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin};
 use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
+use bevy::render::batching::NoAutomaticBatching;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::diagnostics;
@@ -86,6 +89,55 @@ fn a_custom_material_is_inherited() {
 #[test]
 fn an_extended_material_is_inherited() {
     inherits::<Mossy>();
+}
+
+/// What a renderer extension of a game's reads on every entity that it draws.
+#[derive(Component, Clone, PartialEq, Debug)]
+struct Outline(u8);
+
+/// Whether all units have a component that the object has.
+fn have_units<C: Component + Clone + PartialEq>(app: &mut App, expected: Option<&C>) -> bool {
+    app.update();
+    let units = units(app);
+    !units.is_empty()
+        && units
+            .iter()
+            .all(|unit| app.world().get::<C>(*unit) == expected)
+}
+
+fn follows<C: Component<Mutability = Mutable> + Clone + PartialEq>(
+    app: &mut App,
+    object: Entity,
+    values: [C; 2],
+) {
+    let [first, second] = values;
+    insert(app, object, first.clone());
+    assert!(have_units(app, Some(&first)));
+    *app.world_mut().get_mut::<C>(object).unwrap() = second.clone();
+    assert!(have_units(app, Some(&second)));
+    app.world_mut().entity_mut(object).remove::<C>();
+    assert!(have_units::<C>(app, None));
+}
+
+#[test]
+fn what_says_how_a_mesh_is_drawn_is_inherited() {
+    let mut app = app();
+    app.inherit_in_lod_units::<Outline>();
+    spawn_camera(&mut app, 4.0);
+    let rock = spawn_rock(&mut app, 5);
+    ready(&mut app, 1);
+    follows(&mut app, rock, [1, 2].map(Outline));
+    follows(
+        &mut app,
+        rock,
+        [50.0, 60.0].map(|end| VisibilityRange::abrupt(0.0, end)),
+    );
+    follows(&mut app, rock, [Wireframe, Wireframe]);
+    insert(&mut app, rock, NoAutomaticBatching);
+    app.update();
+    let has = |unit: Entity| app.world().entity(unit).contains::<NoAutomaticBatching>();
+    let children = app.world().get::<Children>(rock).unwrap();
+    assert!(children.iter().all(has));
 }
 
 #[test]

@@ -13,11 +13,14 @@ pub(crate) use components::InheritedComponents;
 
 /// Copies what changed on an entity to its units.
 pub(crate) fn plugin(app: &mut App) {
-    let has_clusters = |scene: Res<LodScene>| scene.has_clusters();
     let systems = renew_units.run_if(has_clusters);
     app.init_resource::<InheritedComponents>()
         .register_type::<MeshMaterial3d<StandardMaterial>>()
         .add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit));
+}
+
+fn has_clusters(scene: Option<Res<LodScene>>) -> bool {
+    scene.is_some_and(|scene| scene.has_clusters())
 }
 
 /// Adds to what units inherit from the entity whose surface they draw.
@@ -33,9 +36,9 @@ pub(crate) fn plugin(app: &mut App) {
 /// app.inherit_in_lod_units::<Outlined>();
 /// ```
 pub trait FieldLodAppExt {
-    /// Units inherit `C` when they are spawned: for components that a renderer extension reads on
-    /// every entity that it draws. Materials, render layers, lightmaps, mesh tags, and how shadows
-    /// are cast and received are inherited anyway.
+    /// Units inherit `C`, and follow its changes: for components that a renderer extension reads on
+    /// every entity that it draws. Materials, render layers, visibility ranges, lightmaps, mesh tags,
+    /// wireframes, and how shadows are cast and received are inherited anyway.
     fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self;
 }
 
@@ -45,6 +48,7 @@ impl FieldLodAppExt for App {
         let component = world.register_component::<C>();
         world.init_resource::<InheritedComponents>();
         world.resource_mut::<InheritedComponents>().add(component);
-        self
+        let systems = changes::renew_units_for::<C>.run_if(has_clusters);
+        self.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit))
     }
 }

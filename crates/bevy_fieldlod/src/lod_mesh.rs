@@ -91,6 +91,10 @@ pub(crate) struct LodObject {
     pub(crate) bias: f32,
 }
 
+/// An object that is cut into units.
+#[derive(Component)]
+pub(crate) struct LodClusters;
+
 /// The mesh that an entity with levels of detail had before it got them, for whoever needs all of it:
 /// physics, for one. The [`Mesh3d`] of a prop is that of the level that is drawn.
 ///

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
 use crate::config::{FieldLodConfig, LodKind};
-use crate::lod_mesh::{LodObject, LodPlain, LodSource, LodWaiting};
+use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodWaiting};
 use crate::lod_scene::LodScene;
 use crate::meshes::LodMeshes;
 use crate::systems::FieldLodSystems;
@@ -206,7 +206,7 @@ fn restore_source(
 
 /// Takes off what came with levels of detail, or with the clone of an entity that has them.
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<LodSource>();
+    commands.try_remove::<(LodSource, LodClusters)>();
     if source.keeps_aabb {
         // Bevy puts a box around the source again.
         commands.try_remove::<(NoAutoAabb, Aabb)>();

@@ -1,6 +1,6 @@
 //! Finds entities that changed in what their units inherit, and renews those units.
 
-use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::component::ComponentId;
 use bevy::ecs::lifecycle::RemovedComponents;
@@ -9,16 +9,20 @@ use bevy::ecs::system::{SystemChangeTick, SystemParam};
 use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
 use bevy::mesh::MeshTag;
 use bevy::pbr::Lightmap;
+use bevy::pbr::wireframe::{
+    NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
+};
 use bevy::prelude::*;
+use bevy::render::batching::NoAutomaticBatching;
 
 use super::components::InheritedComponents;
-use crate::lod_mesh::LodObject;
+use crate::lod_mesh::LodClusters;
 use crate::lod_scene::{DrawnAs, LodScene};
 
 /// Entities on which a component changed that units inherit.
 #[derive(SystemParam)]
 pub(crate) struct Changes<'w, 's, C: Component> {
-    changed: Query<'w, 's, Entity, (With<LodObject>, Changed<C>)>,
+    changed: Query<'w, 's, Entity, (With<LodClusters>, Changed<C>)>,
     removed: RemovedComponents<'w, 's, C>,
 }
 
@@ -30,7 +34,7 @@ impl<C: Component> Changes<'_, '_, C> {
 
 /// Objects without a [`StandardMaterial`].
 type OtherMaterials = (
-    With<LodObject>,
+    With<LodClusters>,
     Without<MeshMaterial3d<StandardMaterial>>,
     Without<IsResource>,
 );
@@ -52,6 +56,13 @@ pub(crate) fn renew_units(
         Changes<NoFrustumCulling>,
         Changes<Lightmap>,
         Changes<MeshTag>,
+        Changes<VisibilityRange>,
+        Changes<NoAutomaticBatching>,
+        Changes<Wireframe>,
+        Changes<NoWireframe>,
+        Changes<WireframeColor>,
+        Changes<WireframeLineWidth>,
+        Changes<WireframeTopology>,
     ),
     others: Query<EntityRef, OtherMaterials>,
     ticks: SystemChangeTick,
@@ -66,6 +77,13 @@ pub(crate) fn renew_units(
     changes.5.add_to(&mut objects);
     changes.6.add_to(&mut objects);
     changes.7.add_to(&mut objects);
+    changes.8.add_to(&mut objects);
+    changes.9.add_to(&mut objects);
+    changes.10.add_to(&mut objects);
+    changes.11.add_to(&mut objects);
+    changes.12.add_to(&mut objects);
+    changes.13.add_to(&mut objects);
+    changes.14.add_to(&mut objects);
     // Materials of unknown types.
     let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
     for entity in &others {
@@ -78,6 +96,15 @@ pub(crate) fn renew_units(
         }
     }
     // Copying needs the whole world, so that it is left to a command.
+    if !objects.is_empty() {
+        commands.queue(move |world: &mut World| renew_units_of(world, &objects));
+    }
+}
+
+/// Renews the units of objects on which a component of a game's own has changed.
+pub(super) fn renew_units_for<C: Component>(mut commands: Commands, mut changes: Changes<C>) {
+    let mut objects = Vec::new();
+    changes.add_to(&mut objects);
     if !objects.is_empty() {
         commands.queue(move |world: &mut World| renew_units_of(world, &objects));
     }

@@ -1,13 +1,17 @@
 //! The components that units inherit, and how they are copied.
 
-use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
 use bevy::ecs::component::ComponentId;
 use bevy::ecs::entity::EntityCloner;
 use bevy::ecs::reflect::AppTypeRegistry;
 use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
 use bevy::mesh::MeshTag;
 use bevy::pbr::Lightmap;
+use bevy::pbr::wireframe::{
+    NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
+};
 use bevy::prelude::*;
+use bevy::render::batching::NoAutomaticBatching;
 
 /// Materials of every type are components of one generic type; its name begins with this.
 const MATERIAL: &str = "bevy_pbr::mesh_material::MeshMaterial3d<";
@@ -50,6 +54,13 @@ impl InheritedComponents {
             world.register_component::<NoFrustumCulling>(),
             world.register_component::<Lightmap>(),
             world.register_component::<MeshTag>(),
+            world.register_component::<VisibilityRange>(),
+            world.register_component::<NoAutomaticBatching>(),
+            world.register_component::<Wireframe>(),
+            world.register_component::<NoWireframe>(),
+            world.register_component::<WireframeColor>(),
+            world.register_component::<WireframeLineWidth>(),
+            world.register_component::<WireframeTopology>(),
         ];
         self.all.extend(&self.added);
         self.all.extend(&self.materials);

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::config::LodKind;
 use crate::events::asset_name;
-use crate::lod_mesh::{LodObject, LodPlain, LodSource, LodWaiting};
+use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodWaiting};
 use crate::stats::FieldLodProgress;
 
 /// Leaves skinned and morphed meshes as they are.
@@ -63,6 +63,9 @@ pub(super) fn give_levels_to_objects(
                     mesh: mesh.0.clone(),
                     keeps_aabb,
                 };
+                if lod.kind == LodKind::Clusters {
+                    commands.try_insert(LodClusters);
+                }
                 commands
                     .try_insert((source, object))
                     .try_remove::<LodWaiting>();

@@ -117,6 +117,7 @@ impl FieldLodSettings {
             },
             edge_hysteresis: self.edge_hysteresis,
             triangle_budget: self.triangle_budget,
+            visible_flux: None,
         }
     }
 }

@@ -5,20 +5,20 @@ use crate::mesh::MeshError;
 /// How a mesh is baked. [`Default`] is meant for real-time rendering with one draw per unit.
 ///
 /// # Size of units
-/// Drawn with a quality threshold of 1 px, 1080 px high, 60° of view, from 1.5
-/// and 3 radii away, means of 24 directions: units, and thousand triangles.
+/// In view with a quality threshold of 1 px, 1080 px high, 60° of view, from 1.5 and 3 radii of the
+/// bounding sphere away from its centre, means of 24 directions: units, and thousand triangles.
 ///
 /// | clusters | a unit | dragon, 203k | cloth, 115k | head, 269k |
 /// |---|---|---|---|---|
-/// | 128 by 8 | 350 | 249 51k, 117 23k | 85 18k, 41 8k | 146 26k, 72 12k |
-/// | 128 by 16 | 660 | 135 51k, 54 22k | 48 19k, 19 8k | 78 28k, 31 12k |
-/// | 128 by 32 | 1,300 | 73 56k, 27 24k | 22 21k, 7 8k | 47 32k, 13 13k |
-/// | 256 by 8 | 700 | 122 52k, 57 23k | 44 19k, 17 8k | 79 28k, 31 12k |
-/// | **256 by 16** | 1,380 | 68 54k, 28 24k | 28 23k, 8 8k | 40 31k, 14 12k |
-/// | 256 by 32 | 2,700 | 33 60k, 12 25k | 13 25k, 3 9k | 24 37k, 7 13k |
+/// | 128 by 8 | 340 | 340 105k, 254 53k | 164 37k, 82 17k | 267 63k, 168 32k |
+/// | 128 by 16 | 640 | 195 109k, 136 53k | 90 39k, 38 16k | 166 72k, 92 33k |
+/// | 128 by 32 | 1,290 | 108 116k, 71 54k | 47 41k, 19 16k | 101 86k, 50 35k |
+/// | 256 by 8 | 660 | 184 110k, 133 53k | 84 38k, 39 17k | 162 72k, 97 34k |
+/// | **256 by 16** | 1,300 | 105 115k, 72 54k | 48 42k, 16 16k | 94 84k, 51 36k |
+/// | 256 by 32 | 2,620 | 57 123k, 38 57k | 22 45k, 7 17k | 58 106k, 29 42k |
 ///
-/// The default draws 7 to 28 % more triangles near by than the smallest units, with 27 % to 32 % of
-/// the draws, and up to 6 % more from 3 radii. Files are of the same size within 3 %.
+/// The default draws 10 to 32 % more triangles near by than the smallest units, with 29 to 35 % of
+/// the draws, and up to 12 % more from 3 radii. Its files are larger by 3 to 6 %.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeConfig {
     /// Most triangles in a cluster, 4 to 256. Larger clusters make larger units: fewer draws, but

@@ -171,6 +171,38 @@ fn a_reloaded_file_is_baked_anew() {
 }
 
 #[test]
+fn a_reloaded_fieldlod_file_is_followed() {
+    let mut file = two_rocks();
+    let good = bake(&file.glb());
+    let stale = bake(&one_rock(4, 10).glb());
+    // It is broken, then stale, then good, then good again.
+    file.write("lods.fieldlod", &good[..100]);
+    let mut app = app_in(file.folder());
+    spawn_scene(&mut app, Some("lods.fieldlod"));
+    run_until(&mut app, "both are given up", |app| {
+        progress(app).plain == 2
+    });
+    let reload = |app: &mut App, bytes: &[u8]| {
+        file.write("lods.fieldlod", bytes);
+        app.world()
+            .resource::<AssetServer>()
+            .reload("lods.fieldlod");
+    };
+    reload(&mut app, &stale);
+    (0..20).for_each(|_| app.update());
+    run_until(&mut app, "both are given up again", |app| {
+        progress(app).plain == 2
+    });
+    assert_eq!(origins(&app), []);
+    reload(&mut app, &good);
+    ready(&mut app, 2);
+    assert_eq!(origins(&app), [LodOrigin::File; 2]);
+    reload(&mut app, &good);
+    run_until(&mut app, "both start anew", |app| origins(app).len() == 4);
+    ready(&mut app, 2);
+}
+
+#[test]
 fn scenes_that_come_and_go_leave_nothing_behind() {
     let mut file = two_rocks();
     file.glb();

@@ -5,6 +5,7 @@
 
 mod cameras;
 mod debug;
+mod device;
 mod holes;
 mod motion;
 mod picture;

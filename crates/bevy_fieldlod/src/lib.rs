@@ -86,6 +86,7 @@ mod meshes;
 mod motion;
 #[cfg(feature = "bake")]
 mod processor;
+mod restart;
 mod settings;
 mod shadow_lights;
 mod stats;
@@ -151,6 +152,7 @@ impl Plugin for FieldLodPlugin {
             .add_plugins((systems::plugin, baked_lods::plugin, upload::plugin))
             // What happens in a frame, in the order of `FieldLodSystems`.
             .add_plugins((
+                restart::plugin,
                 track::plugin,
                 meshes::plugin,
                 inherit::plugin,

@@ -34,8 +34,10 @@ pub(crate) struct LodScene {
     instance_of: EntityHashMap<InstanceId>,
     /// How many instances are cut into units.
     clustered_count: usize,
-    /// Meshes out of use, to be freed with their last instance.
+    /// Meshes out of use, to be freed in the frame after that in which their last instance went: until then
+    /// views tell what left by them.
     retired: Vec<Arc<LodMesh>>,
+    unused: Vec<Arc<LodMesh>>,
     frame: u32,
 }
 
@@ -188,15 +190,12 @@ impl LodScene {
     /// Frees meshes and records that are out of use, before the cuts of a frame are selected.
     pub(crate) fn begin_frame<'a>(&mut self, views: impl Iterator<Item = &'a mut CutVisibility>) {
         self.frame = self.frame.wrapping_add(1);
-        // A mesh goes with its last instance.
-        let scene = &mut self.scene;
-        self.retired.retain(|mesh| {
-            let is_used = Arc::strong_count(mesh) > 1;
-            if !is_used {
-                scene.remove_mesh(mesh.id);
-            }
-            is_used
-        });
+        // A mesh goes with its last instance, once all views know.
+        for mesh in self.unused.drain(..) {
+            self.scene.remove_mesh(mesh.id);
+        }
+        let is_unused = |mesh: &mut Arc<LodMesh>| Arc::strong_count(mesh) == 1;
+        self.unused.extend(self.retired.extract_if(.., is_unused));
         // A record goes once no view counts it as visible.
         if !self.records.freed().is_empty() {
             views.for_each(|view| view.remove(self.records.freed()));

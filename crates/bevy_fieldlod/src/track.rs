@@ -4,7 +4,6 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::ecs::system::SystemParam;
-use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
@@ -21,53 +20,10 @@ pub(crate) fn plugin(app: &mut App) {
         .add_observer(restore_source)
         .add_systems(
             PostUpdate,
-            (
-                follow_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
-                track_objects,
-            )
-                .chain()
+            track_objects
+                .after(crate::restart::restart_objects)
                 .in_set(FieldLodSystems::Track),
         );
-}
-
-/// Lets the entities of changed meshes start anew, and forgets meshes that are gone.
-fn follow_changed_meshes(
-    mut commands: Commands,
-    mut events: MessageReader<AssetEvent<Mesh>>,
-    mut known: ResMut<LodMeshes>,
-    mut scene: ResMut<LodScene>,
-    objects: Query<(Entity, &LodSource), With<LodObject>>,
-    assets: Res<AssetServer>,
-) {
-    let mut changed = HashSet::new();
-    for event in events.read() {
-        let id = match event {
-            AssetEvent::Modified { id } if known.note_change(*id, &assets) => {
-                changed.insert(*id);
-                *id
-            }
-            AssetEvent::Removed { id } => {
-                known.changing.forget(*id);
-                *id
-            }
-            _ => continue,
-        };
-        // What was prepared of it goes with the last instance.
-        for mesh in known.forget(id) {
-            scene.retire(mesh);
-        }
-    }
-    if changed.is_empty() {
-        return;
-    }
-    // The source that is put back is looked at by `track_objects`.
-    for (entity, source) in &objects {
-        if changed.contains(&source.mesh.id()) {
-            let source = Mesh3d(source.mesh.clone());
-            let mut commands = commands.entity(entity);
-            commands.try_remove::<LodObject>().try_insert(source);
-        }
-    }
 }
 
 /// Finds the [`AutoLod`] that an entity stands under.

@@ -1,13 +1,13 @@
 //! Notes when the GPU has the pieces of meshes, so that a cut is never drawn with pieces missing.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bevy::asset::AssetId;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
-use bevy::render::{Render, RenderApp, RenderSystems};
+use bevy::render::{Render, RenderApp, RenderStartup, RenderSystems};
 
 use crate::lod_mesh::LodMesh;
 
@@ -16,6 +16,8 @@ use crate::lod_mesh::LodMesh;
 pub(crate) struct UploadQueue {
     /// `None` without a renderer, where there is nothing to wait for.
     waiting: Option<Arc<Mutex<Vec<Arc<LodMesh>>>>>,
+    /// Whether there is another device than that which the pieces were sent to.
+    is_lost: Arc<AtomicBool>,
 }
 
 impl UploadQueue {
@@ -29,6 +31,11 @@ impl UploadQueue {
             None => lod.uploaded.store(true, Ordering::Release),
         }
     }
+
+    /// Whether the GPU has lost all pieces since this was last asked.
+    pub(crate) fn take_lost(&self) -> bool {
+        self.is_lost.swap(false, Ordering::AcqRel)
+    }
 }
 
 /// Looks in the render world, if there is one, for what has been uploaded.
@@ -36,7 +43,9 @@ pub(crate) fn plugin(app: &mut App) {
     let mut queue = UploadQueue::default();
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         queue.waiting = Some(Arc::default());
-        render_app.insert_resource(queue.clone()).add_systems(
+        render_app.insert_resource(queue.clone());
+        render_app.add_systems(RenderStartup, note_new_device);
+        render_app.add_systems(
             Render,
             note_uploaded_meshes
                 .after(RenderSystems::PrepareAssets)
@@ -44,6 +53,14 @@ pub(crate) fn plugin(app: &mut App) {
         );
     }
     app.insert_resource(queue);
+}
+
+/// Notes a device after the first: Bevy makes one where that was lost, and a game wants to go on.
+fn note_new_device(queue: Res<UploadQueue>, mut devices: Local<u32>) {
+    *devices += 1;
+    if *devices > 1 {
+        queue.is_lost.store(true, Ordering::Release);
+    }
 }
 
 fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<RenderMesh>>) {

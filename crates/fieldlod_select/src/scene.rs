@@ -67,6 +67,7 @@ impl InstanceEntry {
 struct Mesh {
     table: GroupTable,
     instance_count: usize,
+    is_removed: bool,
 }
 
 /// Meshes and instances. Any number of [`Selector`](crate::Selector)s, one for each view and on any
@@ -78,6 +79,8 @@ struct Mesh {
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
+    /// Meshes that were removed.
+    free_meshes: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
     /// Apart from the instances: all that is read of one at its coarsest.
     pub(crate) entries: Vec<InstanceEntry>,
@@ -98,22 +101,34 @@ impl Scene {
 
     /// Adds a mesh whose table was laid out before, perhaps on another thread.
     pub fn add_table(&mut self, table: GroupTable) -> MeshId {
-        self.meshes.push(Mesh {
+        let mesh = Mesh {
             table,
             instance_count: 0,
-        });
+            is_removed: false,
+        };
+        if let Some(index) = self.free_meshes.pop() {
+            self.meshes[index as usize] = mesh;
+            return MeshId(index);
+        }
+        self.meshes.push(mesh);
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees what a mesh holds. What remains is the list of its coarsest units, from which selectors
-    /// tell what left.
+    /// Frees what a mesh holds; nothing if it was removed. Its id is given to the next mesh that is added.
+    /// Until then the list of its coarsest units remains, from which selectors tell what left: each of
+    /// them has to select, or to be cleared, between the removal of its last instance and that.
     ///
     /// # Panics
     /// If an instance of it has not been removed.
     pub fn remove_mesh(&mut self, mesh: MeshId) {
-        let mesh = &mut self.meshes[mesh.0 as usize];
+        let index = mesh.0;
+        let mesh = &mut self.meshes[index as usize];
         assert_eq!(mesh.instance_count, 0, "the mesh still has instances");
-        mesh.table.retain_coarsest();
+        if !mesh.is_removed {
+            mesh.is_removed = true;
+            mesh.table.retain_coarsest();
+            self.free_meshes.push(index);
+        }
     }
 
     /// Adds an instance, placed by any affine map. Its errors count `bias` times: more than 1 draws

@@ -288,6 +288,18 @@ fn what_a_removed_mesh_drew_leaves() {
     }
 }
 
+#[test]
+fn ids_of_removed_meshes_are_used_again() {
+    let mut scene = Scene::default();
+    let [first, second] = [0, 1].map(|which| scene.add_mesh(&hierarchies()[which]));
+    scene.remove_mesh(first);
+    scene.remove_mesh(first);
+    let third = scene.add_mesh(&hierarchies()[2]);
+    assert_eq!(third, first);
+    let fourth = scene.add_mesh(&hierarchies()[3]);
+    assert!(fourth != third && fourth != second);
+}
+
 /// A whole mesh at each level: every group consumes one unit and produces one.
 #[test]
 fn of_whole_mesh_levels_one_is_drawn() {

@@ -55,7 +55,7 @@ impl ChangingMeshes {
     }
 
     /// Forgets a mesh that is gone.
-    pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) {
+    pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) {
         self.meshes.remove(&mesh);
     }
 

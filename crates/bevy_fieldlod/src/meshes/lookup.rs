@@ -25,9 +25,11 @@ pub(crate) struct LodMeshes {
     pub(super) entries: HashMap<LookupKey, LodMeshEntry>,
     /// By the mesh of a level of a whole mesh, as long as that is there, its source.
     pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
+    /// The file that the levels of a mesh come from, or should.
+    file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
     pub(super) sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
-    pub(crate) changing: ChangingMeshes,
+    pub(super) changing: ChangingMeshes,
     threads: Option<PrepareThreads>,
 }
 
@@ -95,7 +97,6 @@ impl LodMeshes {
 
     /// Forgets a mesh that changed or is gone, and returns the levels that it had.
     pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
-        self.source_of_level.remove(&mesh);
         let keys = LookupKey::all(mesh).into_iter();
         let forgotten: Vec<LodMeshEntry> =
             keys.filter_map(|key| self.entries.remove(&key)).collect();
@@ -107,6 +108,39 @@ impl LodMeshes {
             _ => None,
         });
         levels.collect()
+    }
+
+    /// Forgets what else is known of a mesh that is gone.
+    pub(crate) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+        self.source_of_level.remove(&mesh);
+        self.file_of.remove(&mesh);
+        self.changing.forget(mesh);
+    }
+
+    /// The meshes that `file` has levels of; with `only_failed`, those that have got none.
+    pub(crate) fn meshes_of_file(
+        &self,
+        file: AssetId<BakedLods>,
+        only_failed: bool,
+    ) -> Vec<AssetId<Mesh>> {
+        let has_failed = |mesh: AssetId<Mesh>| {
+            let mut entries = LookupKey::all(mesh).into_iter();
+            entries.all(|key| matches!(self.entries.get(&key), None | Some(LodMeshEntry::Plain)))
+        };
+        let meshes = self.file_of.iter().filter(|(_, of)| **of == file);
+        meshes
+            .map(|(mesh, _)| *mesh)
+            .filter(|mesh| !only_failed || has_failed(*mesh))
+            .collect()
+    }
+
+    /// The meshes that are drawn as units, of which only the GPU has the pieces.
+    pub(crate) fn meshes_in_units(&self) -> Vec<AssetId<Mesh>> {
+        let entries = self.entries.iter();
+        let in_units = entries.filter(|(_, entry)| {
+            matches!(entry, LodMeshEntry::Ready(mesh) if mesh.kind == LodKind::Clusters)
+        });
+        in_units.map(|(key, _)| key.mesh).collect()
     }
 
     /// Notes that a program has changed a mesh, and returns whether levels of it were known until now.
@@ -182,7 +216,9 @@ impl LodMeshLookup<'_> {
         }
         // A file that was named must be there first.
         let file = match baked {
-            Some(handle) => match self.file(handle)? {
+            Some(handle) => match self.file(handle).inspect(|_| {
+                self.known.file_of.insert(mesh, handle.id());
+            })? {
                 Ok(file) => Some(file),
                 Err(error) => {
                     let event = FieldLodEvent::failed(&self.assets, mesh, error);

@@ -19,3 +19,4 @@ mod scenes;
 mod stock;
 mod textures;
 mod views;
+mod visible_flux;

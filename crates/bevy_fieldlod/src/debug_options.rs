@@ -31,4 +31,8 @@ pub enum FieldLodHeatMap {
     Curl,
     /// The error of what is drawn, in pixels: green at half a pixel, red from one on.
     PixelError,
+    /// The share of an object that nothing hides from one of the cameras with
+    /// [`visible_flux`](crate::FieldLodSettings::visible_flux): blue where it is hidden, red where it is
+    /// seen as a whole, or no camera asks for it.
+    VisibleShare,
 }

@@ -110,6 +110,13 @@ impl LodScene {
         }
     }
 
+    /// Sets whether an entity may hide others.
+    pub(crate) fn set_occluder(&mut self, entity: Entity, is_occluder: bool) {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            self.scene.set_occluder(id, is_occluder);
+        }
+    }
+
     /// Sets the layers that an entity is drawn on.
     pub(crate) fn set_layers(&mut self, entity: Entity, layers: u64) {
         let Some(&id) = self.instance_of.get(&entity) else {

@@ -24,7 +24,7 @@ pub(crate) fn plugin(app: &mut App) {
             add_view_cuts
                 .run_if(any_match_filter::<NewViews>)
                 .in_set(FieldLodSystems::Prepare),
-            (place_instances, select_views)
+            (place_instances, mark_occluders, select_views)
                 .chain()
                 .in_set(FieldLodSystems::Select),
         ),
@@ -56,6 +56,28 @@ type Placement = (
     &'static InheritedVisibility,
     Option<&'static RenderLayers>,
 );
+
+/// Objects whose material may be another one.
+type NewMaterial = Or<(Added<LodObject>, Changed<MeshMaterial3d<StandardMaterial>>)>;
+
+/// Tells which objects hide others: those whose material is certainly opaque.
+fn mark_occluders(
+    mut scene: ResMut<LodScene>,
+    objects: Query<
+        (Entity, Option<&MeshMaterial3d<StandardMaterial>>),
+        (With<LodObject>, NewMaterial),
+    >,
+    materials: Option<Res<Assets<StandardMaterial>>>,
+) {
+    let scene = scene.bypass_change_detection();
+    for (entity, material) in &objects {
+        let material = material.and_then(|material| materials.as_ref()?.get(material));
+        let is_opaque = material.is_some_and(|material| {
+            material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
+        });
+        scene.set_occluder(entity, is_opaque);
+    }
+}
 
 /// Places objects that are new or have moved in the scene that cuts are selected from.
 fn place_instances(

@@ -40,7 +40,7 @@ pub(crate) use surface_samples::SurfaceSamples;
 /// Texels along the radius of an instance from which on its groups are asked for one by one.
 const LARGE_RADIUS: f32 = 24.0;
 /// Points by which an instance is asked for as a whole.
-const INSTANCE_SAMPLES: usize = 64;
+const INSTANCE_SAMPLES: usize = 32;
 /// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
 const SAME_DEPTH: f32 = 1.001;
 /// Who owns a texel that shows nothing.
@@ -76,7 +76,7 @@ impl OcclusionBuffer {
     pub(crate) fn empty(view: &View) -> Self {
         Self {
             view: *view,
-            plane: ImagePlane::new(&view.camera),
+            plane: ImagePlane::new(&view.image_camera),
             choice: OccluderChoice::default(),
             nearness: Vec::new(),
             owners: Vec::new(),
@@ -110,7 +110,7 @@ impl OcclusionBuffer {
 
     fn clear(&mut self, view: &View) {
         self.view = *view;
-        self.plane = ImagePlane::new(&view.camera);
+        self.plane = ImagePlane::new(&view.image_camera);
         let texels = self.plane.width * self.plane.height;
         for image in [&mut self.nearness, &mut self.shrunk] {
             image.clear();

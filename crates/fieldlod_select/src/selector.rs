@@ -15,6 +15,7 @@ mod visible_shares;
 
 use crate::budget::BudgetSearch;
 use crate::object_test::ObjectTest;
+use crate::occlusion::OcclusionBuffer;
 use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
 use crate::shares::Shares;
@@ -239,6 +240,13 @@ impl Selector {
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())
+    }
+
+    /// The depth image that the last selection asked; `None` if nothing counted as hidden.
+    #[must_use]
+    pub fn occlusion(&self) -> Option<&OcclusionBuffer> {
+        let flux = self.last.and_then(|frame| frame.settings.visible_flux);
+        self.cuts.visible.buffer.as_ref().filter(|_| flux.is_some())
     }
 
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.

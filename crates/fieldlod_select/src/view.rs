@@ -11,6 +11,8 @@ use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub(crate) camera: Camera,
+    /// The camera of the image itself, without margins.
+    pub(crate) image_camera: Camera,
     /// The camera that refined groups leave: as wide or wider.
     pub(crate) kept_camera: Camera,
     /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
@@ -28,6 +30,7 @@ impl View {
         let view_from_world = Mat3::from(world_from_view.matrix3).inverse();
         Self {
             camera,
+            image_camera: camera,
             kept_camera: camera,
             camera_from_world: CAMERA_FROM_VIEW * view_from_world,
             eye_in_world: Vec3::from(world_from_view.translation),

@@ -106,12 +106,17 @@ fn what_goes_into_hiding_is_coarsened_after_some_frames() {
 fn an_eye_that_sways_at_a_corner_swaps_no_level_back_within_five_frames() {
     let (scene, ids) = scene();
     let mut selector = Selector::default();
+    let patient = LodSettings {
+        visible_flux: Some(VisibleFlux::default()),
+        ..settings()
+    };
     let mut last_change = vec![(0usize, Vec::new()); ids.len()];
     for frame in 1..200usize {
-        let x = 2.2 + 1.5 * ((frame % 8) as f32 - 4.0).abs() / 4.0;
+        // As a head does, half a second to and fro.
+        let x = 2.2 + 1.5 * ((frame % 32) as f32 - 16.0).abs() / 16.0;
         let target = Vec3::new(0.0, 0.0, -12.0);
         let view = look(perspective(1.0), Vec3::new(x, 0.0, 0.0), target);
-        selector.select(&scene, &view, &settings());
+        selector.select(&scene, &view, &patient);
         for change in selector.changes() {
             let (then, left) = &mut last_change[change.instance.index()];
             let is_back = change.entered.iter().any(|unit| left.contains(unit));
@@ -152,4 +157,49 @@ fn a_guarantee_counts_what_is_hidden_in_full() {
         let [a, b] = [0, 1].map(|index| selectors[index].units(&scene, id));
         assert_eq!(a, b);
     }
+}
+
+#[test]
+fn a_door_that_opens_shows_what_is_behind_it_in_the_same_frame() {
+    let (mut scene, [door, rock]) = scene();
+    let mut selector = Selector::default();
+    let closed = view(false);
+    selector.select(&scene, &closed, &settings());
+    let expected = seen_units(&scene, rock, &closed);
+    let mut was_coarser = false;
+    for step in 0..40u8 {
+        let at = Vec3::new(f32::from(step) * 0.25, 0.0, -5.0);
+        let shape = Affine3A::from_scale(Vec3::new(2.5, 2.5, 0.3));
+        scene.set_placement(door, Affine3A::from_translation(at) * shape);
+        scene.update();
+        selector.select(&scene, &closed, &settings());
+        let buffer = selector.occlusion().unwrap();
+        let is_seen = buffer
+            .visible_shares(&scene, rock)
+            .iter()
+            .all(|&share| share == 1.0);
+        was_coarser |= selector.units(&scene, rock).len() < expected.len();
+        if is_seen {
+            assert_eq!(selector.units(&scene, rock), expected, "step {step}");
+        }
+    }
+    assert!(was_coarser);
+    assert_eq!(selector.units(&scene, rock), expected);
+}
+
+#[test]
+fn a_fast_turn_finds_everything_as_fine_as_one_who_looked_there_before() {
+    let (scene, _) = scene();
+    let mut turning = Selector::default();
+    for degrees in (0u8..180).step_by(30).chain([180]) {
+        let angle = f32::from(degrees).to_radians();
+        let target = Vec3::new(angle.sin(), 0.0, angle.cos()) * 10.0;
+        let view = look(perspective(1.0), Vec3::X * 9.0, target + Vec3::X * 9.0);
+        turning.select(&scene, &view, &settings());
+    }
+    turning.select(&scene, &view(true), &settings());
+    let mut fresh = Selector::default();
+    fresh.select(&scene, &view(true), &settings());
+    let (turned, looked) = (turning.triangle_count(), fresh.triangle_count());
+    assert!(turned >= looked, "{turned} {looked}");
 }

@@ -57,6 +57,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "PX", value_parser = parse_error_px)]
     pub(crate) error_px: Option<f32>,
 
+    /// Draw what is hidden, or half hidden, with fewer triangles.
+    #[arg(long)]
+    pub(crate) visible_flux: bool,
+
     /// Split the picture: levels of detail on the left, full detail on the right.
     #[arg(long)]
     pub(crate) split: bool,
@@ -90,6 +94,8 @@ pub(crate) enum Quantity {
     Curl,
     /// Error in pixels.
     Error,
+    /// Share of a thing that nothing hides.
+    Visible,
 }
 
 impl Quantity {
@@ -99,6 +105,7 @@ impl Quantity {
             Self::Aspect => FieldLodHeatMap::AspectRatio,
             Self::Curl => FieldLodHeatMap::Curl,
             Self::Error => FieldLodHeatMap::PixelError,
+            Self::Visible => FieldLodHeatMap::VisibleShare,
         }
     }
 }

@@ -20,6 +20,8 @@ pub(crate) struct FullDetailCamera;
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
     pub(crate) error_px: f32,
+    /// Whether errors count by how much of a thing nothing hides.
+    pub(crate) visible_flux: bool,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
     /// Whether the moon and the lamps shine, not the sun.
@@ -106,6 +108,7 @@ fn apply_options(
     let (mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
+    settings.visible_flux = options.visible_flux;
     twin.is_active = options.split && main.is_active;
     let Some(size) = main.physical_target_size() else {
         return;

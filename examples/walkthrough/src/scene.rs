@@ -74,6 +74,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
         .insert_resource(*quality)
         .insert_resource(ViewOptions {
             error_px: quality.error_px,
+            visible_flux: args.visible_flux,
             split: args.split,
             night: args.night,
         })

@@ -10,7 +10,7 @@ use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
 /// What is the same for the whole entity comes by its mesh tag: the level in the upper eight bits, below
-/// it the upper bits of the error as a 32-bit float in world units.
+/// it the upper bits of a 32-bit float: the error in world units, or the share that is visible.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Copy, Debug, Default)]
 pub(crate) struct LodDebugMaterial {
     #[uniform(0)]
@@ -25,12 +25,12 @@ impl Material for LodDebugMaterial {
 
 /// One material for each quantity that can be painted.
 #[derive(Resource)]
-pub(super) struct DebugMaterials([Handle<LodDebugMaterial>; 5]);
+pub(super) struct DebugMaterials([Handle<LodDebugMaterial>; 6]);
 
 impl FromWorld for DebugMaterials {
     fn from_world(world: &mut World) -> Self {
         let mut materials = world.resource_mut::<Assets<LodDebugMaterial>>();
-        Self([0, 1, 2, 3, 4].map(|mode| {
+        Self([0, 1, 2, 3, 4, 5].map(|mode| {
             materials.add(LodDebugMaterial {
                 mode: UVec4::new(mode, 0, 0, 0),
             })
@@ -46,6 +46,7 @@ impl DebugMaterials {
             Some(FieldLodHeatMap::AspectRatio) => 2,
             Some(FieldLodHeatMap::Curl) => 3,
             Some(FieldLodHeatMap::PixelError) => 4,
+            Some(FieldLodHeatMap::VisibleShare) => 5,
             None if debug.color_levels => 0,
             None => return None,
         };
@@ -53,9 +54,10 @@ impl DebugMaterials {
     }
 }
 
-/// The mesh tag of an entity at `level`, whose surface may err by `error` in world units.
-pub(super) fn mesh_tag(level: u32, error: f32) -> u32 {
-    level.min(255) << 24 | error.to_bits() >> 8
+/// The mesh tag of an entity at `level`, with the error of its surface in world units or its visible
+/// share.
+pub(super) fn mesh_tag(level: u32, quantity: f32) -> u32 {
+    level.min(255) << 24 | quantity.to_bits() >> 8
 }
 
 /// The colour in which the shader paints a level: steps of 5/12 of the circle keep neighbouring levels far

@@ -2,13 +2,15 @@
 
 use bevy::mesh::MeshTag;
 use bevy::prelude::*;
+use fieldlod_select::OcclusionBuffer;
 
 use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
-use crate::debug_options::FieldLodDebug;
+use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
 use crate::inherit::InheritedComponents;
 use crate::lod_mesh::LodPiece;
-use crate::lod_scene::{DrawnAs, LodScene};
+use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
 use crate::units::LodUnit;
+use crate::view_cut::ViewCut;
 
 /// An entity that is painted.
 #[derive(Component)]
@@ -30,16 +32,13 @@ pub(super) fn is_wanted(
 pub(super) fn paint_units(world: &mut World) {
     let debug = *world.resource::<FieldLodDebug>();
     let wanted = world.resource::<DebugMaterials>().wanted(&debug).cloned();
-    let scene = world.resource::<LodScene>();
-    let of_piece =
-        |(entity, piece): (Entity, &LodPiece)| (entity, piece.level, piece.error_in_local);
-    let drawn: Vec<(Entity, u32, f32)> = scene.drawn_pieces().map(of_piece).collect();
+    let drawn = painted_pieces(world, debug.heat_map);
     // Paint what is drawn.
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         if let Some(material) = &wanted {
-            for (entity, level, error) in drawn {
-                paint(world, &inherited, entity, material, (level, error));
+            for (entity, tag) in drawn {
+                paint(world, &inherited, entity, material, tag);
             }
         }
         // What is drawn no longer, or not to be painted any more, gets its own materials back.
@@ -54,21 +53,48 @@ pub(super) fn paint_units(world: &mut World) {
     });
 }
 
-/// Paints one entity that is drawn at a level, with an error in local units.
+/// Everything that can be drawn, with the tag of its paint.
+fn painted_pieces(world: &mut World, heat_map: Option<FieldLodHeatMap>) -> Vec<(Entity, MeshTag)> {
+    let mut views = world.query::<&ViewCut>();
+    let world: &World = world;
+    let buffers = views.iter(world).filter_map(|cut| cut.selector.occlusion());
+    let buffers: Vec<&OcclusionBuffer> = buffers.collect();
+    let scene = world.resource::<LodScene>();
+    // The most that is visible of an object from any view.
+    let visible_share = |instance: &LodInstance| {
+        let shares = buffers.iter().map(|buffer| {
+            let of_groups = buffer.visible_shares(&scene.scene, instance.id);
+            of_groups.iter().sum::<f32>() / of_groups.len().max(1) as f32
+        });
+        shares.reduce(f32::max).unwrap_or(1.0)
+    };
+    let shares_wanted = heat_map == Some(FieldLodHeatMap::VisibleShare);
+    scene
+        .instances()
+        .flat_map(|instance| {
+            let share = shares_wanted.then(|| visible_share(instance));
+            scene.pieces_of(instance).map(move |(entity, piece)| {
+                // Errors are in local units, what the shader shows in those of the world.
+                let transform = world.get::<GlobalTransform>(entity);
+                let scale = transform.map_or(1.0, |at| at.scale().abs().max_element());
+                let quantity = share.unwrap_or(piece.error_in_local * scale);
+                (entity, MeshTag(mesh_tag(piece.level, quantity)))
+            })
+        })
+        .collect()
+}
+
+/// Paints one entity that is drawn.
 fn paint(
     world: &mut World,
     inherited: &InheritedComponents,
     entity: Entity,
     material: &Handle<LodDebugMaterial>,
-    (level, error_in_local): (u32, f32),
+    tag: MeshTag,
 ) {
     let Ok(there) = world.get_entity(entity) else {
         return;
     };
-    // Errors are in local units, what the shader shows in those of the world.
-    let transform = there.get::<GlobalTransform>();
-    let scale = transform.map_or(1.0, |transform| transform.scale().abs().max_element());
-    let tag = MeshTag(mesh_tag(level, error_in_local * scale));
     // A material that changed under the paint must go again.
     let current = there.get::<MeshMaterial3d<LodDebugMaterial>>();
     let is_painted = current.is_some_and(|current| current.id() == material.id())
@@ -113,17 +139,24 @@ fn restore(world: &mut World, inherited: &InheritedComponents, entity: Entity) {
 impl LodScene {
     /// Everything that can be drawn, with its mesh.
     pub(super) fn drawn_pieces(&self) -> impl Iterator<Item = (Entity, &LodPiece)> {
-        self.instances().flat_map(|instance| {
-            let (whole_mesh, units) = match &instance.drawn_as {
-                DrawnAs::WholeMesh { level } => (Some((instance.entity, *level)), &[][..]),
-                DrawnAs::Units(units) => (None, &units[..]),
-            };
-            let spawned = units
-                .iter()
-                .filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)));
-            let pieces = &instance.mesh.pieces;
-            let drawn = whole_mesh.into_iter().chain(spawned);
-            drawn.map(|(entity, piece)| (entity, &pieces[piece as usize]))
-        })
+        self.instances()
+            .flat_map(|instance| self.pieces_of(instance))
+    }
+
+    /// What can be drawn of an instance.
+    fn pieces_of<'a>(
+        &'a self,
+        instance: &'a LodInstance,
+    ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
+        let (whole_mesh, units) = match &instance.drawn_as {
+            DrawnAs::WholeMesh { level } => (Some((instance.entity, *level)), &[][..]),
+            DrawnAs::Units(units) => (None, &units[..]),
+        };
+        let spawned = units
+            .iter()
+            .filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)));
+        let pieces = &instance.mesh.pieces;
+        let drawn = whole_mesh.into_iter().chain(spawned);
+        drawn.map(|(entity, piece)| (entity, &pieces[piece as usize]))
     }
 }

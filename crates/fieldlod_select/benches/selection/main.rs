@@ -18,7 +18,8 @@ use camera_field::Camera;
 use criterion::{Criterion, criterion_group, criterion_main};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
+    GroupTable, InstanceView, LodSettings, OcclusionBuffer, Scene, Selector, View, VisibleFlux,
+    group_error_px, refine,
 };
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
@@ -333,6 +334,107 @@ fn scene_sizes(_: &mut Criterion) {
     sizes::write_if_asked(&found);
 }
 
+/// Rocks on a ground, `count` of them, and a way along it.
+fn field_of_rocks(count: u16) -> Scene {
+    let config = fieldlod_bake::BakeConfig {
+        measure_deviation: false,
+        ..fieldlod_bake::BakeConfig::default()
+    };
+    let bake = |mesh| fieldlod_bake::bake_mesh(&mesh, &config).unwrap();
+    let mut scene = Scene::default();
+    let rock = bake(fieldlod_bake::fixtures::rock(5, 1));
+    let whole = scene.add_mesh(&fieldlod_select::whole_mesh_levels(&rock).unwrap());
+    let rock = scene.add_mesh(&rock);
+    let side = f32::from(count).sqrt().ceil() as u16;
+    for index in 0..count {
+        let (x, z) = (f32::from(index % side), f32::from(index / side));
+        let nudge = f32::from(index.wrapping_mul(40_503) >> 8) / 256.0;
+        let place = Vec3::new(x * 6.0 + nudge * 3.0, 0.0, z * -6.0);
+        // Some large ones stand among them.
+        let (mesh, size) = if index % 7 == 0 {
+            (rock, 2.0)
+        } else {
+            (whole, 0.9)
+        };
+        let placement = Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(size));
+        scene.add_instance(mesh, placement, 1.0);
+    }
+    scene.update();
+    scene
+}
+
+/// What it costs to know what is hidden.
+fn visible_flux(_: &mut Criterion) {
+    println!(
+        "\ninstances  depth image us  from scratch us  with flux us  walking us  with flux us  still ns  triangles  with flux"
+    );
+    let flux = VisibleFlux::default();
+    let plain = settings();
+    let counting = LodSettings {
+        visible_flux: Some(flux),
+        ..plain
+    };
+    for count in [1_000u16, 10_000, 60_000] {
+        let scene = field_of_rocks(count);
+        let middle = f32::from(count).sqrt() * 3.0;
+        let at = |step: u32| {
+            let eye = Vec3::new(middle + step as f32 * 0.03, 1.6, 6.0);
+            look(eye, eye + Vec3::new(0.3, -0.05, -1.0))
+        };
+        let step = std::cell::Cell::new(0);
+        let next = || step.replace(step.get() + 1);
+        let [mut fresh, mut fresh_flux, mut kept, mut kept_flux] =
+            [const { () }; 4].map(|()| Selector::default());
+        let [image, scratch, scratch_flux, walking, walking_flux] = medians(
+            60,
+            [
+                &mut || {
+                    drop(black_box(OcclusionBuffer::new(
+                        &scene,
+                        &at(next()),
+                        flux.occluder_triangles,
+                    )))
+                },
+                &mut || {
+                    fresh.clear();
+                    fresh.select(&scene, &at(step.get()), &plain);
+                },
+                &mut || {
+                    fresh_flux.clear();
+                    fresh_flux.select(&scene, &at(step.get()), &counting);
+                },
+                &mut || kept.select(&scene, &at(step.get()), &plain),
+                &mut || kept_flux.select(&scene, &at(step.get()), &counting),
+            ],
+        );
+        let triangles = [kept.triangle_count(), kept_flux.triangle_count()];
+        // What came into view settles, and then nothing is done.
+        for _ in 0..=2 * u32::from(flux.hold_frames) {
+            kept_flux.select(&scene, &at(step.get()), &counting);
+        }
+        let [still] = medians(
+            60,
+            [&mut || kept_flux.select(&scene, &at(step.get()), &counting)],
+        );
+        assert_eq!(
+            kept_flux.statistics(),
+            fieldlod_select::Statistics::default()
+        );
+        let us = |time: Duration| time.as_secs_f64() * 1e6;
+        println!(
+            "{count:9}  {:14.1}  {:15.1}  {:12.1}  {:10.1}  {:12.1}  {:8.0}  {:9}  {:9}",
+            us(image),
+            us(scratch),
+            us(scratch_flux),
+            us(walking),
+            us(walking_flux),
+            us(still) * 1e3,
+            triangles[0],
+            triangles[1]
+        );
+    }
+}
+
 /// What the machine reads from memory, on one thread: the best of a few sums over 256 MiB.
 fn bandwidth(_: &mut Criterion) {
     let words = vec![1u64; 1 << 25];
@@ -358,6 +460,6 @@ fn bandwidth(_: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes
+    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes, visible_flux
 }
 criterion_main!(benches);

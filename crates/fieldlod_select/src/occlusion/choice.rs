@@ -14,12 +14,12 @@ use crate::tree::FAN;
 use crate::view::View;
 
 /// The least radius in the image of an instance that hides others, in texels.
-const LEAST_RADIUS: f32 = 1.5;
+const LEAST_RADIUS: f32 = 1.0;
 /// Texels that a sphere covers up to which its instance is drawn by points.
-const LARGEST_POINT_AREA: f32 = 2000.0;
+const LARGEST_POINT_AREA: f32 = 1400.0;
 /// Points, and triangles, for each texel that a sphere covers.
 const POINTS_PER_TEXEL: f32 = 1.5;
-const TRIANGLES_PER_TEXEL: f32 = 0.15;
+const TRIANGLES_PER_TEXEL: f32 = 0.05;
 /// Points that cost as much as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 16;
 
@@ -122,7 +122,7 @@ impl OccluderChoice {
         let search = Search {
             scene,
             view,
-            sides: Sides::of(&view.camera),
+            sides: Sides::of(&view.image_camera),
             scale_squared: plane.scale.x * plane.scale.y,
             image_area: (plane.width * plane.height) as f32,
         };

@@ -1,0 +1,76 @@
+//! Cameras that count errors by what nothing hides.
+
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use crate::headless::{before_a_camera, insert, ready, spawn_rock, stats};
+
+fn flux() -> FieldLodSettings {
+    FieldLodSettings {
+        visible_flux: true,
+        ..FieldLodSettings::default()
+    }
+}
+
+/// A rock, and a larger one that stands between it and the camera.
+fn rock_behind_a_rock(settings: FieldLodSettings) -> (App, Entity, Entity) {
+    let (mut app, camera, _) = before_a_camera(6, 12.0);
+    insert(&mut app, camera, settings);
+    let wall = spawn_rock(&mut app, 6);
+    let place = Transform::from_xyz(0.0, 0.0, 6.0).with_scale(Vec3::new(2.5, 2.5, 0.4));
+    insert(&mut app, wall, place);
+    ready(&mut app, 2);
+    (0..60).for_each(|_| app.update());
+    (app, camera, wall)
+}
+
+fn drawn(app: &App, camera: Entity) -> u64 {
+    stats(app, camera).triangles_drawn
+}
+
+#[test]
+fn what_is_hidden_is_drawn_with_fewer_triangles() {
+    let (without, camera, _) = rock_behind_a_rock(FieldLodSettings::default());
+    let all = drawn(&without, camera);
+    let (mut app, camera, wall) = rock_behind_a_rock(flux());
+    let hidden = drawn(&app, camera);
+    assert!(hidden < all, "{hidden} of {all}");
+    // Once the wall is gone, the rock is drawn as if it had never been hidden, in the same frame.
+    app.world_mut().entity_mut(wall).despawn();
+    app.update();
+    let (alone, other, _) = before_a_camera(6, 12.0);
+    assert_eq!(drawn(&app, camera), drawn(&alone, other));
+}
+
+#[test]
+fn what_one_sees_through_hides_nothing() {
+    let (without, camera, _) = rock_behind_a_rock(FieldLodSettings::default());
+    let all = drawn(&without, camera);
+    let (mut app, camera, wall) = rock_behind_a_rock(flux());
+    let glass = StandardMaterial {
+        alpha_mode: AlphaMode::Blend,
+        ..default()
+    };
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    let glass = materials.add(glass);
+    insert(&mut app, wall, MeshMaterial3d(glass));
+    (0..3).for_each(|_| app.update());
+    let rock_behind_glass = drawn(&app, camera);
+    // What the near side of a rock hides of its far side is hidden still.
+    let (alone, other, _) = before_a_camera(6, 12.0);
+    let hidden_behind_glass = all - rock_behind_glass;
+    assert!(
+        hidden_behind_glass * 2 < drawn(&alone, other),
+        "{rock_behind_glass} of {all}"
+    );
+}
+
+#[test]
+fn nothing_changes_while_nothing_moves() {
+    let (mut app, camera, _) = rock_behind_a_rock(flux());
+    let before = stats(&app, camera).triangles_drawn;
+    for _ in 0..20 {
+        app.update();
+        assert_eq!(stats(&app, camera).triangles_drawn, before);
+    }
+}

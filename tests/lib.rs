@@ -2,6 +2,7 @@
 //! them in.
 
 pub mod apps;
+pub mod soak;
 pub mod stage;
 
 pub use fieldlod_bake::fixtures::*;

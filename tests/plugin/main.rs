@@ -16,6 +16,7 @@ mod life;
 mod processed;
 mod rejects;
 mod scenes;
+mod soak;
 mod stock;
 mod textures;
 mod views;

@@ -59,6 +59,53 @@ fn rejects_lines() {
 }
 
 #[test]
+fn rejects_what_only_the_gpu_has() {
+    let mut mesh = bevy_mesh(&fieldlod_tests::rock(3, 1));
+    mesh.asset_usage = RenderAssetUsages::RENDER_WORLD;
+    rejects(mesh, &["MAIN_WORLD"]);
+}
+
+/// What entities told, in order.
+#[derive(Resource, Default)]
+struct Told(Vec<(Entity, Entity, bool)>);
+
+#[test]
+fn entities_tell_what_became_of_them() {
+    let mut app = app();
+    spawn_camera(&mut app, 10.0);
+    app.init_resource::<Told>();
+    let root = app.world_mut().spawn(Transform::default()).id();
+    let mut root_mut = app.world_mut().entity_mut(root);
+    root_mut.observe(move |ready: On<LodReady>, mut told: ResMut<Told>| {
+        told.0.push((root, ready.original_event_target(), true));
+    });
+    root_mut.observe(move |failed: On<LodFailed>, mut told: ResMut<Told>| {
+        told.0.push((root, failed.original_event_target(), false));
+    });
+    let mut lines = Mesh::new(PrimitiveTopology::LineList, RenderAssetUsages::default());
+    lines.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 3000]);
+    let good = spawn_rock(&mut app, 4);
+    let bad = spawn_object(&mut app, lines);
+    app.world_mut().entity_mut(root).add_children(&[good, bad]);
+    app.update();
+    let state = |app: &App, entity: Entity| app.world().get::<LodState>(entity).copied();
+    assert_eq!(state(&app, good), Some(LodState::Waiting));
+    run_until(&mut app, "both have told", |app| {
+        app.world().resource::<Told>().0.len() == 2
+    });
+    let told = &app.world().resource::<Told>().0;
+    assert!(told.contains(&(root, good, true)) && told.contains(&(root, bad, false)));
+    let ready = LodState::Ready(LodKind::WholeMesh);
+    assert_eq!(
+        [good, bad].map(|e| state(&app, e)),
+        [Some(ready), Some(LodState::Plain)]
+    );
+    app.world_mut().entity_mut(good).remove::<AutoLod>();
+    app.update();
+    assert_eq!(state(&app, good), None);
+}
+
+#[test]
 fn leaves_skinned_meshes_as_they_are() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);

@@ -11,7 +11,7 @@ use bevy::ecs::component::Mutable;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
 use bevy::pbr::wireframe::Wireframe;
-use bevy::pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin};
+use bevy::pbr::{ExtendedMaterial, Lightmap, Material, MaterialExtension, MaterialPlugin};
 use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
@@ -138,6 +138,38 @@ fn what_says_how_a_mesh_is_drawn_is_inherited() {
     let has = |unit: Entity| app.world().entity(unit).contains::<NoAutomaticBatching>();
     let children = app.world().get::<Children>(rock).unwrap();
     assert!(children.iter().all(has));
+}
+
+#[test]
+fn a_lightmap_is_inherited() {
+    let (mut app, _, rock) = before_a_camera(5, 4.0);
+    let lightmap = Lightmap {
+        image: add(&mut app, Image::default()),
+        uv_rect: Rect::new(0.0, 0.5, 0.5, 1.0),
+        ..default()
+    };
+    insert(&mut app, rock, lightmap.clone());
+    app.update();
+    for unit in units(&mut app) {
+        let inherited = app.world().get::<Lightmap>(unit).unwrap();
+        assert_eq!(
+            (&inherited.image, inherited.uv_rect),
+            (&lightmap.image, lightmap.uv_rect)
+        );
+    }
+}
+
+/// A shader that reads `vertex_index` sees other numbers in units than in the source.
+#[test]
+fn units_number_their_vertices_anew() {
+    let (app, _, rock) = before_a_camera(5, 4.0);
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    let count = |entity: Entity| {
+        let mesh = app.world().get::<Mesh3d>(entity).unwrap();
+        meshes.get(mesh).unwrap().count_vertices()
+    };
+    let children = app.world().get::<Children>(rock).unwrap();
+    assert!(children.iter().all(|unit| count(unit) < count(rock)));
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod debug;
 mod device;
 mod holes;
 mod motion;
+mod picking;
 mod picture;
 mod stock;
 mod swap;

@@ -62,6 +62,40 @@ pub enum FieldLodEvent {
     },
 }
 
+/// An entity has got levels of detail.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
+///     let statue = assets.load(GltfAssetLabel::Scene(0).from_asset("statue.glb"));
+///     // Each mesh of the scene tells of itself, and events go up to its parents.
+///     commands
+///         .spawn((WorldAssetRoot(statue), AutoLod::default()))
+///         .observe(|ready: On<LodReady>| println!("{:?}", ready.original_event_target()))
+///         .observe(|failed: On<LodFailed>| println!("{}", failed.error));
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
+#[derive(EntityEvent, Clone, Debug, PartialEq)]
+#[entity_event(propagate, auto_propagate)]
+pub struct LodReady {
+    /// The mesh entity, or one above it that the event has come up to.
+    pub entity: Entity,
+    /// How it is drawn: [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    pub kind: LodKind,
+}
+
+/// An entity is drawn as it is, though it should have levels of detail. See [`LodReady`].
+#[derive(EntityEvent, Clone, Debug, PartialEq)]
+#[entity_event(propagate, auto_propagate)]
+pub struct LodFailed {
+    /// The mesh entity, or one above it that the event has come up to.
+    pub entity: Entity,
+    /// Why it has none.
+    pub error: LodError,
+}
+
 /// Why a mesh has no levels of detail.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]

@@ -24,7 +24,7 @@
 //!    mark nothing and set [`FieldLodConfig::whole_world`].
 //!    `cargo run --release -p bevy_fieldlod --example minimal` is such an app, of 40 lines.
 //! 2. Run. Meshes are baked in background tasks and drawn in full meanwhile; [`FieldLodProgress`]
-//!    tells how far that is, [`FieldLodEvent`] what became of each mesh. A million triangles take some
+//!    tells how far that is, [`FieldLodEvent`] what became of each mesh, [`LodReady`] of each entity. A million triangles take some
 //!    seconds of one core if dependencies are optimised, and longer if not: put
 //!    `[profile.dev.package."*"]` with `opt-level = 3` into `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] says what to
@@ -107,13 +107,13 @@ pub use config::{FieldLodConfig, LodKind};
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
 pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
-pub use events::{FieldLodEvent, LodError, LodOrigin};
+pub use events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 #[cfg(feature = "bake")]
 pub use fieldlod_bake::MeshError;
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
-pub use lod_mesh::LodSource;
+pub use lod_mesh::{LodSource, LodState};
 #[cfg(feature = "bake")]
 pub use processor::FieldLodProcessorPlugin;
 pub use settings::FieldLodSettings;
@@ -126,7 +126,8 @@ pub use units::LodUnit;
 pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodDebug, FieldLodEvent,
-        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, LodKind, NoLod,
+        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, LodFailed, LodKind,
+        LodReady, LodState, NoLod,
     };
 }
 

@@ -72,6 +72,18 @@ impl LodMesh {
     }
 }
 
+/// How far a mesh entity under an [`AutoLod`](crate::AutoLod) has come; the plugin keeps it up to date.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
+#[reflect(Component, Clone, PartialEq)]
+pub enum LodState {
+    /// Its mesh is being loaded, baked or sent to the GPU, and it is drawn in full meanwhile.
+    Waiting,
+    /// It is drawn as it is: its mesh is small, changes, or cannot have levels of detail.
+    Plain,
+    /// It has levels of detail: [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    Ready(LodKind),
+}
+
 /// A mesh entity that waits for its levels of detail.
 #[derive(Component)]
 pub(crate) struct LodWaiting {

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
 use crate::config::{FieldLodConfig, LodKind};
-use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodWaiting};
+use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodState, LodWaiting};
 use crate::lod_scene::LodScene;
 use crate::meshes::LodMeshes;
 use crate::systems::FieldLodSystems;
@@ -129,7 +129,9 @@ fn track_objects(
             commands.try_insert(Mesh3d(source));
         }
         if let Some(AutoLod { baked, kind, bias }) = auto_lod {
-            commands.try_insert(LodWaiting { baked, kind, bias });
+            commands.try_insert((LodWaiting { baked, kind, bias }, LodState::Waiting));
+        } else {
+            commands.try_remove::<LodState>();
         }
     }
 }

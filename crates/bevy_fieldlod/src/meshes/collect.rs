@@ -53,8 +53,8 @@ pub(super) fn collect_prepared_meshes(
                 *entry = LodMeshEntry::Ready(lod);
             }
             Err(error) => {
-                events.write(FieldLodEvent::failed(&assets, key.mesh, error));
-                *entry = LodMeshEntry::Plain;
+                events.write(FieldLodEvent::failed(&assets, key.mesh, error.clone()));
+                *entry = LodMeshEntry::Plain(Some(error));
             }
         }
     }

@@ -78,8 +78,8 @@ pub(super) enum LodMeshEntry {
     /// A task is at work on a mesh of so many triangles.
     Preparing(Task<Result<PreparedMesh, LodError>>, u32),
     Ready(Arc<LodMesh>),
-    /// The mesh is too small, or its levels failed, as was logged.
-    Plain,
+    /// The mesh is drawn as it is; with an error if it should have levels.
+    Plain(Option<LodError>),
 }
 
 impl LodMeshes {
@@ -125,7 +125,7 @@ impl LodMeshes {
     ) -> Vec<AssetId<Mesh>> {
         let has_failed = |mesh: AssetId<Mesh>| {
             let mut entries = LookupKey::all(mesh).into_iter();
-            entries.all(|key| matches!(self.entries.get(&key), None | Some(LodMeshEntry::Plain)))
+            entries.all(|key| matches!(self.entries.get(&key), None | Some(LodMeshEntry::Plain(_))))
         };
         let meshes = self.file_of.iter().filter(|(_, of)| **of == file);
         meshes
@@ -184,7 +184,7 @@ impl LodMeshLookup<'_> {
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
         if self.known.changing.contains(mesh) {
-            return Some(&LodMeshEntry::Plain);
+            return Some(&LodMeshEntry::Plain(None));
         }
         // The first entity that asks starts the task; all others share its result.
         let key = LookupKey { mesh, kind };
@@ -207,7 +207,7 @@ impl LodMeshLookup<'_> {
         let triangles = triangle_count(source);
         let kind = self.config.kind_for(asked, triangles);
         if kind == LodKind::Plain {
-            return Some(LodMeshEntry::Plain);
+            return Some(LodMeshEntry::Plain(None));
         }
         // Only a few sources are copied at a time.
         let triangles = triangles.min(u32::MAX as usize) as u32;
@@ -221,9 +221,9 @@ impl LodMeshLookup<'_> {
             })? {
                 Ok(file) => Some(file),
                 Err(error) => {
-                    let event = FieldLodEvent::failed(&self.assets, mesh, error);
+                    let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
                     self.events.write(event);
-                    return Some(LodMeshEntry::Plain);
+                    return Some(LodMeshEntry::Plain(Some(error)));
                 }
             },
             None => None,

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::config::LodKind;
-use crate::events::asset_name;
-use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodWaiting};
+use crate::events::{LodFailed, LodReady, asset_name};
+use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodState, LodWaiting};
 use crate::stats::FieldLodProgress;
 
 /// Leaves skinned and morphed meshes as they are.
@@ -31,7 +31,9 @@ pub(super) fn skip_unsupported_objects(
             info!("{name} is drawn as it is: {reason}");
         }
         let mut commands = commands.entity(entity);
-        commands.try_remove::<LodWaiting>().try_insert(LodPlain);
+        commands
+            .try_remove::<LodWaiting>()
+            .try_insert((LodPlain, LodState::Plain));
     }
 }
 
@@ -45,8 +47,13 @@ pub(super) fn give_levels_to_objects(
     for (entity, mesh, wanted, has_no_auto_aabb) in &waiting {
         let mut commands = commands.entity(entity);
         match lookup.find(mesh.id(), wanted.baked.as_ref(), wanted.kind) {
-            Some(LodMeshEntry::Plain) => {
-                commands.try_insert(LodPlain).try_remove::<LodWaiting>();
+            Some(LodMeshEntry::Plain(error)) => {
+                commands
+                    .try_insert((LodPlain, LodState::Plain))
+                    .try_remove::<LodWaiting>();
+                if let Some(error) = error.clone() {
+                    commands.trigger(|entity| LodFailed { entity, error });
+                }
             }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
                 // A box around all levels. Bevy would change it with each, and read meshes that only
@@ -66,9 +73,11 @@ pub(super) fn give_levels_to_objects(
                 if lod.kind == LodKind::Clusters {
                     commands.try_insert(LodClusters);
                 }
+                let kind = lod.kind;
                 commands
-                    .try_insert((source, object))
-                    .try_remove::<LodWaiting>();
+                    .try_insert((source, object, LodState::Ready(kind)))
+                    .try_remove::<LodWaiting>()
+                    .trigger(|entity| LodReady { entity, kind });
             }
             _ => {}
         }

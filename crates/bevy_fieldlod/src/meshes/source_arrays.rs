@@ -1,5 +1,6 @@
 //! The vertex attributes and indices of a Bevy mesh that baking reads, and which hierarchies fit them.
 
+use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
@@ -17,6 +18,10 @@ pub(super) struct SourceArrays {
 impl SourceArrays {
     /// Copies them out of `mesh`, or tells why it cannot have levels of detail.
     pub(super) fn of(mesh: &Mesh) -> Result<Self, LodError> {
+        // Such a mesh is there or not, as the renderer has taken its data or has not yet.
+        if !mesh.asset_usage.contains(RenderAssetUsages::MAIN_WORLD) {
+            return Err(LodError::NotInMainWorld);
+        }
         // Only triangle lists that stay as they are can be simplified.
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return Err(LodError::Topology(mesh.primitive_topology()));

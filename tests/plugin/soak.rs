@@ -1,0 +1,16 @@
+//! Whatever happens in whatever order, what must be drawn is drawn.
+
+use fieldlod_tests::soak::Soak;
+
+#[test]
+fn a_random_world_is_drawn_whole_and_leaves_nothing_behind() {
+    for seed in [1, 2, 3] {
+        let mut soak = Soak::new(seed);
+        let before = soak.counts();
+        soak.fill();
+        (0..300).for_each(|_| soak.step());
+        assert!(soak.units_drawn > 300, "{}", soak.units_drawn);
+        soak.clear();
+        assert_eq!(soak.counts(), before, "seed {seed}");
+    }
+}

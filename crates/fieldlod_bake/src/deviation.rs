@@ -9,7 +9,8 @@
 //! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
 //! source.
 //!
-//! In both directions the triangles that may hold a place further than all are looked at more closely.
+//! Triangles that may hold a place further than all are looked at more closely: those of the source at
+//! the finest level, where it is known which group stands for each, and those of simplified surfaces.
 
 use std::cmp::Ordering;
 
@@ -27,19 +28,27 @@ use crate::vertices::LevelVertices;
 const ROUNDING: f32 = 4e-7;
 /// What is added for places between the samples.
 const SAMPLING_MARGIN: f32 = 1.03;
-/// A triangle is looked at more closely if a sample of it is this share of the furthest away, squared.
-const NEAR_FURTHEST: f32 = 0.1;
-/// How many triangles of a group are looked at more closely in each direction at most, as a share.
-const LOOKED_AT: f32 = 0.3;
+/// Places nearer than this share of the furthest, squared, need not be known better, and triangles
+/// without a sample further than that are not looked at more closely.
+const FAR: f32 = 0.25;
+/// How many simplified triangles of a group are looked at more closely at most, as a share, and how
+/// many source triangles, whose vertices lie close.
+const LOOKED_AT: f32 = 0.1;
+const SOURCE_LOOKED_AT: f32 = 0.02;
 /// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
 /// that: it costs little.
 const FEW: usize = 1 << 15;
-const FEW_LEFT: usize = 1 << 12;
+const FEW_LEFT: usize = 1 << 10;
+/// So are meshes with more corners than this for each triangle: a closed surface has half of one, and
+/// many small components have more, of which a few places tell little.
+const LOOSE: f32 = 0.7;
 /// At least so many places of the whole source go on to each level, or this share of its triangles.
 const FEWEST_PLACES: usize = 1 << 16;
 const PLACES_PER_TRIANGLE: f32 = 0.1;
 /// How often these are cut in quarters at most.
 const SPLITS: u32 = 5;
+/// Parts that lie within this times the furthest, squared, are within the margin.
+const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// Parts that rise no higher than this share of the furthest, squared, are not.
 const LOW: f32 = 0.7;
 /// If their middle stands this near beside what is nearest, squared: it is not above a gap.
@@ -47,9 +56,20 @@ const BESIDE: f32 = 0.06;
 
 /// What simplified surfaces are measured against.
 pub(crate) struct Ruler {
-    source: TriangleTree,
+    target: Target,
     positions: Vec<Vec3>,
     source_triangles: usize,
+    /// Whether all of the source is looked at closely.
+    is_close: bool,
+}
+
+/// A surface from which distances are measured.
+struct Target {
+    surface: TriangleTree,
+    /// The surface that a group consumes, if that is not the source, and how far from it a place may
+    /// lie for which the group stands: others stand for what is further.
+    consumed: Option<TriangleTree>,
+    reach: f32,
 }
 
 /// A place, and what of the simplified surface is nearest to it.
@@ -75,9 +95,10 @@ struct Effort {
     places_per_triangle: usize,
     /// Triangles are looked at more closely if a sample of them is this share of the furthest away,
     /// squared.
-    near_furthest: f32,
+    far: f32,
     /// How many at most, as a share of all.
     looked_at: f32,
+    source_looked_at: f32,
     /// How often these are cut in quarters at least.
     splits_at_least: u32,
 }
@@ -89,28 +110,45 @@ pub(crate) struct Measured {
     pub(crate) places: Vec<Vec<Place>>,
 }
 
+impl Target {
+    /// How much too far a place lies for the group to stand for it, 0 or less if it does.
+    fn beyond_reach(&self, place: Vec3) -> f32 {
+        let nearest = self.consumed.as_ref().and_then(|tree| tree.nearest(place));
+        nearest.map_or(0.0, |near| near.distance_squared.sqrt() - self.reach)
+    }
+}
+
 impl Ruler {
     pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
         let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
         let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
+        let firsts = vertices.same_position.iter().zip(0..);
+        let places = firsts.filter(|&(&first, vertex)| first == vertex).count() as f32;
         Self {
-            source: TriangleTree::new(corners),
+            target: Target {
+                surface: TriangleTree::new(corners),
+                consumed: None,
+                reach: 0.0,
+            },
             positions,
             source_triangles: triangles.len(),
+            is_close: triangles.len() <= FEW || places > LOOSE * triangles.len() as f32,
         }
     }
 
     /// Measures the simplification of `part` into `clusters`, at a level with so many triangles in all.
-    /// It deviates at least as much as the finer groups, by `least_in_scaled`.
+    /// The finer groups deviate by `finer_in_scaled`, and it at least as much.
     pub(crate) fn measure(
         &self,
         part: &[Cluster],
+        vertices: &LevelVertices,
         triangles_of_level: usize,
         simplified: &Simplified,
         clusters: &[Vec<u32>],
-        least_in_scaled: f32,
+        finer_in_scaled: f32,
     ) -> Measured {
+        let least_in_scaled = finer_in_scaled.max(simplified.least_deviation_in_scaled);
         let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
         let triangles = clusters
             .iter()
@@ -122,7 +160,12 @@ impl Ruler {
         let furthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
         let mut furthest = furthest * furthest;
         let effort = self.effort(triangles_of_level);
-        let seen = self.measure_source(part, &surface, effort, &mut furthest);
+        let target = Target {
+            consumed: self.consumed_surface(part, vertices),
+            reach: finer_in_scaled + ROUNDING,
+            surface,
+        };
+        let seen = self.measure_source(part, &target, effort, &mut furthest);
         let mut of_triangles = vec![0.0f32; triangles.len()];
         for seen in &seen {
             let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
@@ -155,7 +198,8 @@ impl Ruler {
             let faces_alike = |corners| area_vector(corners).dot(own) >= 0.0;
             whole += own.length();
             if self
-                .source
+                .target
+                .surface
                 .none_within(middle, reach + ROUNDING, faces_alike)
             {
                 turned += own.length();
@@ -167,15 +211,20 @@ impl Ruler {
     fn effort(&self, triangles_of_level: usize) -> Effort {
         let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
         let places = FEWEST_PLACES.max(share as usize);
-        let is_small = self.source_triangles <= FEW || triangles_of_level <= FEW_LEFT;
+        let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
         Effort {
-            places_per_triangle: match self.source_triangles <= FEW {
+            places_per_triangle: match self.is_close {
                 true => usize::MAX,
                 false => (2 * places / triangles_of_level).max(1),
             },
-            near_furthest: if is_small { 0.0 } else { NEAR_FURTHEST },
-            looked_at: if is_small { 1.0 } else { LOOKED_AT },
-            splits_at_least: if is_small { 2 } else { 1 },
+            far: if is_close { 0.0 } else { FAR },
+            looked_at: if is_close { 1.0 } else { LOOKED_AT },
+            source_looked_at: if is_close { 1.0 } else { SOURCE_LOOKED_AT },
+            splits_at_least: match (self.is_close, is_close) {
+                (true, _) => 3,
+                (false, true) => 2,
+                (false, false) => 1,
+            },
         }
     }
 
@@ -183,64 +232,84 @@ impl Ruler {
     fn measure_source(
         &self,
         part: &[Cluster],
-        surface: &TriangleTree,
+        target: &Target,
         effort: Effort,
         furthest: &mut f32,
     ) -> Vec<Seen> {
         let mut seen: Vec<Seen> = Vec::new();
-        let mut suspects: Vec<Suspect> = Vec::new();
+        let surface = &target.surface;
         let mut start = None;
         let mut look = |place: Place, seen: &mut Vec<Seen>| {
-            start = surface.near_enough(place.point, 0.0, start);
+            start = surface.near_enough(place.point, *furthest * effort.far, start);
             if let Some(nearest) = start {
                 *furthest = furthest.max(nearest.distance_squared);
                 seen.push(Seen { place, nearest });
             }
         };
+        let mut suspects: Vec<Suspect> = Vec::new();
         for cluster in part {
+            for &place in &cluster.places {
+                look(place, &mut seen);
+            }
             if cluster.produced_by != NO_GROUP {
-                cluster
-                    .places
-                    .iter()
-                    .for_each(|&place| look(place, &mut seen));
                 continue;
             }
             // The source itself: its vertices, and triangles that reach beyond them.
             let mut at: FxHashMap<u32, usize> = FxHashMap::default();
             let (triangles, _) = cluster.corners.as_chunks::<3>();
             for &triangle in triangles {
-                for vertex in triangle {
-                    let point = self.positions[vertex as usize];
+                let of_corners = triangle.map(|vertex| {
                     let next = seen.len();
-                    if *at.entry(vertex).or_insert(next) == next {
+                    let at = *at.entry(vertex).or_insert(next);
+                    if at == next {
+                        let point = self.positions[vertex as usize];
                         look(Place { point, triangle }, &mut seen);
                     }
-                }
-            }
-            for &triangle in triangles {
-                if self.source_triangles <= FEW {
-                    let corners = triangle.map(|v| self.positions[v as usize]);
-                    let point = (corners[0] + corners[1] + corners[2]) / 3.0;
+                    seen[at]
+                });
+                if self.is_close {
+                    let [a, b, c] = of_corners.map(|seen| seen.place.point);
+                    let point = (a + b + c) / 3.0;
                     look(Place { point, triangle }, &mut seen);
                 }
-                let of_corners = triangle.map(|vertex| seen[at[&vertex]]);
-                let height = height_squared(surface, of_corners);
-                suspects.push(Suspect {
-                    corners: of_corners.map(|seen| seen.place.point),
-                    priority: height,
-                    start: Some(of_corners[0].nearest),
-                });
+                suspects.push(self.suspect(surface, triangle, &of_corners));
             }
         }
-        for seen in &seen {
-            suspects.push(Suspect {
-                corners: seen.place.triangle.map(|v| self.positions[v as usize]),
-                priority: seen.nearest.distance_squared,
-                start: Some(seen.nearest),
-            });
+        if self.is_close {
+            let of_one = |seen: &Seen| self.suspect(surface, seen.place.triangle, &[*seen]);
+            suspects.extend(seen.iter().map(of_one));
         }
-        look_closely(surface, suspects, effort, furthest);
+        let most = (suspects.len() as f32 * effort.source_looked_at).ceil() as usize;
+        suspects.retain(|suspect| suspect.priority > *furthest * WITHIN);
+        look_closely(target, suspects, most, effort, furthest);
         seen
+    }
+
+    /// The surface that a group consumes, where triangles of the source are looked at without knowing
+    /// which group stands for every part of them.
+    fn consumed_surface(&self, part: &[Cluster], vertices: &LevelVertices) -> Option<TriangleTree> {
+        let is_source = part.iter().all(|cluster| cluster.produced_by == NO_GROUP);
+        if is_source || !self.is_close {
+            return None;
+        }
+        let corners = part
+            .iter()
+            .flat_map(|cluster| cluster.corners.as_chunks::<3>().0);
+        let positions = corners.map(|corners| corners.map(|vertex| vertices.position(vertex)));
+        Some(TriangleTree::new(positions))
+    }
+
+    /// A triangle of the source, of which some places were seen.
+    fn suspect(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Suspect {
+        let corners = triangle.map(|vertex| self.positions[vertex as usize]);
+        let bounds = seen
+            .iter()
+            .map(|seen| surface.bound_squared(seen.nearest, corners));
+        Suspect {
+            corners,
+            priority: bounds.fold(f32::INFINITY, f32::min),
+            start: seen.first().map(|seen| seen.nearest),
+        }
     }
 
     /// Measures from the simplified surface, raising the largest squared distance so far.
@@ -261,8 +330,9 @@ impl Ruler {
             let mut priority = of_triangles[index];
             let mut look = |point: Vec3| {
                 start = self
-                    .source
-                    .near_enough(point, *furthest * NEAR_FURTHEST, start);
+                    .target
+                    .surface
+                    .near_enough(point, *furthest * FAR, start);
                 let squared = start.map_or(0.0, |near| near.distance_squared);
                 *furthest = furthest.max(squared);
                 squared
@@ -283,34 +353,21 @@ impl Ruler {
                 start,
             });
         }
-        look_closely(&self.source, suspects, effort, furthest);
+        let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
+        suspects.retain(|suspect| suspect.priority >= *furthest * effort.far);
+        look_closely(&self.target, suspects, most, effort, furthest);
     }
 }
 
-/// The largest squared height of corners of a source triangle above the planes of the triangles that
-/// are nearest to these. If it stands above those only, no place of it is further.
-fn height_squared(surface: &TriangleTree, corners: [Seen; 3]) -> f32 {
-    let points = corners.map(|corner| corner.place.point);
-    let mut height = 0.0f32;
-    for (k, corner) in corners.iter().enumerate() {
-        height = height.max(corner.nearest.distance_squared);
-        let of_one = |other: &Seen| other.nearest.triangle == corner.nearest.triangle;
-        if !corners[..k].iter().any(of_one) && !corners.iter().all(of_one) {
-            height = height.max(surface.height_squared(corner.nearest, points));
-        }
-    }
-    height
-}
-
-/// Raises the largest squared distance by samples on the triangles that may hold a further place.
+/// Raises the largest squared distance by samples on the triangles that may hold a further place, at
+/// most so many.
 fn look_closely(
-    surface: &TriangleTree,
+    target: &Target,
     mut suspects: Vec<Suspect>,
+    most: usize,
     effort: Effort,
     furthest: &mut f32,
 ) {
-    let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
-    suspects.retain(|suspect| suspect.priority >= *furthest * effort.near_furthest);
     let order = |a: &Suspect, b: &Suspect| b.priority.total_cmp(&a.priority);
     if suspects.len() > most {
         suspects.select_nth_unstable_by(most, order);
@@ -320,7 +377,7 @@ fn look_closely(
     for suspect in &suspects {
         let free = SPLITS - effort.splits_at_least;
         look_at_part(
-            surface,
+            target,
             suspect.corners,
             suspect.start,
             [SPLITS, free],
@@ -332,7 +389,7 @@ fn look_closely(
 /// Looks at a part of a triangle, and at quarters of it up to `splits` times over: the last `free` of
 /// these only as long as its corners rise high above the plane of what is nearest to its middle.
 fn look_at_part(
-    surface: &TriangleTree,
+    target: &Target,
     corners: [Vec3; 3],
     start: Option<NearestTriangle>,
     [splits, free]: [u32; 2],
@@ -340,16 +397,22 @@ fn look_at_part(
 ) {
     let [a, b, c] = corners;
     let middle = (a + b + c) / 3.0;
+    let surface = &target.surface;
     let Some(near) = surface.near_enough(middle, *furthest * BESIDE, start) else {
         return;
     };
-    *furthest = furthest.max(near.distance_squared);
-    // No place is further than the middle by more than its distance from that.
-    let radius = corners
-        .iter()
-        .map(|c| c.distance_squared(middle))
-        .fold(0.0, f32::max);
-    if (near.distance_squared.sqrt() + radius.sqrt()).powi(2) <= *furthest {
+    if near.distance_squared > *furthest {
+        let beyond = target.beyond_reach(middle);
+        if beyond <= 0.0 {
+            *furthest = near.distance_squared;
+        } else if corners
+            .iter()
+            .all(|c| c.distance_squared(middle) < beyond * beyond)
+        {
+            return;
+        }
+    }
+    if splits == 0 || surface.bound_squared(near, corners) <= *furthest * WITHIN {
         return;
     }
     // What is nearest to the middle may be far from a corner, so that some quarters are always looked
@@ -358,12 +421,12 @@ fn look_at_part(
         let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
         beside <= *furthest * BESIDE && surface.height_squared(near, corners) <= *furthest * LOW
     };
-    if splits == 0 || (splits <= free && is_low()) {
+    if splits <= free && is_low() {
         return;
     }
     let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
     for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        look_at_part(surface, part, Some(near), [splits - 1, free], furthest);
+        look_at_part(target, part, Some(near), [splits - 1, free], furthest);
     }
 }
 

@@ -150,7 +150,8 @@ impl Builder<'_> {
         // The best that does not turn over.
         let mut attempts = task.attempts();
         let (simplified, clusters, measured) = attempts.find_map(|simplified| {
-            let clusters = self.split(&task, &simplified);
+            let (positions, corners) = (&simplified.positions, &simplified.corners);
+            let clusters = split_into_clusters(positions, corners, self.config);
             let measured = self.measure(part, &simplified, &clusters, finer_deviation);
             let reach = match self.config.measure_deviation {
                 true => measured.deviation_in_scaled,
@@ -180,15 +181,6 @@ impl Builder<'_> {
         })
     }
 
-    fn split(&self, task: &Task<'_>, simplified: &Simplified) -> Vec<Vec<u32>> {
-        split_into_clusters(
-            &simplified.positions,
-            &task.same_position,
-            &simplified.corners,
-            self.config,
-        )
-    }
-
     /// How far a simplification strays from the source, if that is wanted.
     fn measure(
         &self,
@@ -203,9 +195,14 @@ impl Builder<'_> {
                 places: vec![Vec::new(); clusters.len()],
             };
         }
-        let least = simplified.least_deviation_in_scaled.max(finer_deviation);
-        let ruler = self.ruler;
-        ruler.measure(part, self.triangles, simplified, clusters, least)
+        self.ruler.measure(
+            part,
+            self.vertices,
+            self.triangles,
+            simplified,
+            clusters,
+            finer_deviation,
+        )
     }
 }
 

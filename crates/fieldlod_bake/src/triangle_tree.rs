@@ -159,6 +159,15 @@ impl TriangleTree {
         }
     }
 
+    /// A bound of the squared distance of every place between `corners`: what is nearest to one of them,
+    /// or is stored beside that, is no further from any place than from the furthest corner, since a
+    /// distance from a triangle is convex.
+    pub(crate) fn bound_squared(&self, found: NearestTriangle, corners: [Vec3; 3]) -> f32 {
+        let triangles = &self.leaves[found.leaf as usize].triangles;
+        let [a, b, c] = corners.map(|corner| triangles.distances_squared(corner));
+        a.max(b).max(c).min_element()
+    }
+
     /// Whether no triangle within `distance` of `point` is such as `wanted`.
     pub(crate) fn none_within(
         &self,

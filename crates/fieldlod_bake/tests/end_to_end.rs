@@ -158,11 +158,12 @@ fn interleaved_and_sparse_attributes_come_in() {
 fn texture_coordinates_of_every_format_come_in() {
     let mesh = fixtures::plane(1);
     for (component, normalized, expected) in [
-        (5121, true, Some(Vec2::new(1.0, 0.2))),
+        // As Bevy reads them.
+        (5121, true, Some(Vec2::new(1.0, 51.0 * 255f32.recip()))),
         (
             5123,
             true,
-            Some(Vec2::new(65_535.0 / 65_535.0, 13_107.0 / 65_535.0)),
+            Some(Vec2::new(1.0, 13_107.0 * 65_535f32.recip())),
         ),
         (5123, false, None),
     ] {

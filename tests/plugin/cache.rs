@@ -9,7 +9,7 @@ use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_hierarchy::{BakedFile, FileError};
 
-use crate::headless::{app, logged, origins, ready, rock, spawn_object};
+use crate::headless::{app, logged, origins, progress, ready, rock, run_until, spawn_object};
 
 /// Where an app with this cache gets the levels of a rock from.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
@@ -94,4 +94,21 @@ fn a_cache_that_cannot_be_written_costs_a_line_and_no_more() {
     fs::write(&file, "").unwrap();
     assert_eq!(run(&file, 1), LodOrigin::Baked);
     assert!(logged(Level::WARN, &["a-file", "cannot be written"]));
+}
+
+#[test]
+fn without_baking_at_run_time_only_the_cache_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
+    let mut app = app();
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.cache_folder = Some(folder.path().into());
+    config.bake_at_run_time = false;
+    spawn_object(&mut app, rock(4, 1));
+    spawn_object(&mut app, rock(4, 2));
+    run_until(&mut app, "one is ready, the other given up", |app| {
+        (progress(app).ready, progress(app).plain) == (1, 1)
+    });
+    assert_eq!(origins(&app), [LodOrigin::Cache]);
+    assert!(logged(Level::ERROR, &["not baked at run time"]));
 }

@@ -10,6 +10,7 @@ use bevy::camera::{
 use bevy::light::NotShadowCaster;
 use bevy::math::Vec3A;
 use bevy::prelude::*;
+use bevy::window::{WindowRef, WindowResolution};
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 
@@ -489,4 +490,44 @@ fn casters_keep_their_shape_where_a_lamps_shadows_are_seen() {
         insert(&mut app, lit, far);
         assert_eq!(units_in_use(&mut app), dark);
     }
+}
+
+/// A camera that draws to a window of its own, of so many physical pixels.
+fn spawn_window(app: &mut App, size_px: UVec2, scale_factor: f32) -> Entity {
+    let resolution = WindowResolution::new(size_px.x, size_px.y);
+    let window = Window {
+        resolution: resolution.with_scale_factor_override(scale_factor),
+        ..default()
+    };
+    let window = app.world_mut().spawn(window).id();
+    let target = RenderTarget::Window(WindowRef::Entity(window));
+    let pose = Transform::from_xyz(0.0, 0.0, 20.0);
+    let camera = (Camera3d::default(), target, pose);
+    app.world_mut().spawn(camera).id()
+}
+
+#[test]
+fn windows_go_by_their_physical_pixels() {
+    let mut app = app();
+    let sizes = [(1280, 720, 1.0), (1280, 720, 2.0), (2560, 1440, 2.0)];
+    let [plain, scaled, large] =
+        sizes.map(|(x, y, scale)| spawn_window(&mut app, UVec2::new(x, y), scale));
+    spawn_rock(&mut app, 6);
+    ready(&mut app, 1);
+    app.update();
+    assert!(drawn(&app, plain) > 0);
+    assert_eq!(visible(&app, plain), visible(&app, scaled));
+    assert!(drawn(&app, large) > 2 * drawn(&app, plain));
+}
+
+#[test]
+fn the_eyes_of_a_stereo_pair_draw_nearly_the_same() {
+    let (mut app, left, _) = before_a_camera(6, 8.0);
+    let right = spawn_camera(&mut app, 8.0);
+    insert(&mut app, right, Transform::from_xyz(0.065, 0.0, 8.0));
+    app.update();
+    app.update();
+    let [left, right] = [left, right].map(|eye| visible(&app, eye));
+    let shared = left.iter().filter(|unit| right.contains(unit)).count();
+    assert!(shared * 10 > left.len().max(right.len()) * 8, "{shared}");
 }

@@ -33,6 +33,10 @@ pub struct FieldLodConfig {
     /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
     /// none. An entry that cannot be read is baked anew. Only with the `bake` feature.
     pub cache_folder: Option<PathBuf>,
+    /// Whether meshes are baked at run time for which no `.fieldlod` file and no entry of the cache is
+    /// found. A game that ships all files turns it off, and hears of a mesh that was forgotten
+    /// ([`LodError::BakeDisabled`](crate::LodError::BakeDisabled)).
+    pub bake_at_run_time: bool,
     /// How many threads bake, and prepare meshes in other ways; `None` takes half of the cores. They are
     /// made when the first mesh is prepared.
     pub bake_threads: Option<usize>,
@@ -55,6 +59,7 @@ impl Default for FieldLodConfig {
             clusters_from_triangles: 20_000,
             look_beside_assets: true,
             cache_folder: None,
+            bake_at_run_time: true,
             bake_threads: None,
             triangles_at_once: 4_000_000,
             measure_deviations: true,

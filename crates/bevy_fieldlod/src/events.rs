@@ -142,9 +142,10 @@ pub enum LodError {
     #[cfg(feature = "bake")]
     #[error(transparent)]
     Bake(#[from] fieldlod_bake::MeshError),
-    /// No file that fits was found and baking is compiled out.
-    #[cfg(not(feature = "bake"))]
-    #[error("no .fieldlod file that fits was found and the `bake` feature is off")]
+    /// No file that fits was found, and
+    /// [`FieldLodConfig::bake_at_run_time`](crate::FieldLodConfig::bake_at_run_time) or the `bake` feature is
+    /// off.
+    #[error("no .fieldlod file that fits was found, and meshes are not baked at run time")]
     BakeDisabled,
 }
 

@@ -11,12 +11,12 @@ use super::source_arrays::SourceArrays;
 use super::threads::BakeThreads;
 use crate::events::{LodError, LodOrigin};
 
-/// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
+/// Takes the hierarchy of `source` from the cache, else bakes it on `threads` and puts it there.
 pub(super) fn bake_unless_cached(
     source: SourceArrays,
     cache_folder: Option<&Path>,
     measure_deviation: bool,
-    threads: &BakeThreads,
+    threads: Option<&BakeThreads>,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
     let config = BakeConfig {
         measure_deviation,
@@ -26,6 +26,7 @@ pub(super) fn bake_unless_cached(
     if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
         return Ok((found, LodOrigin::Cache));
     }
+    let threads = threads.ok_or(LodError::BakeDisabled)?;
     let baked = threads.run(|| bake_mesh(&source_mesh(source), &config))?;
     if let Some(path) = &entry {
         cache::write(path, &baked);

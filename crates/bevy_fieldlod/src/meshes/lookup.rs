@@ -241,7 +241,7 @@ impl LodMeshLookup<'_> {
             cache_folder: self.config.cache_folder.clone(),
             measure_deviations: self.config.measure_deviations,
             #[cfg(feature = "bake")]
-            threads: threads.bakes.clone(),
+            threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
         };
         let task = threads.tasks.spawn(prepare(job));
         self.known.in_preparation = self.known.in_preparation.with(triangles);

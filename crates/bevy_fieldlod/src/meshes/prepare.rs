@@ -36,8 +36,9 @@ pub(super) struct PrepareJob {
     pub(super) cache_folder: Option<PathBuf>,
     /// Whether a bake measures deviations.
     pub(super) measure_deviations: bool,
+    /// What a bake runs on; `None` if there is to be none.
     #[cfg(feature = "bake")]
-    pub(super) threads: BakeThreads,
+    pub(super) threads: Option<BakeThreads>,
 }
 
 /// A mesh with levels of detail that is not in the scene and in the assets yet.
@@ -140,6 +141,6 @@ async fn find_or_bake(
         source,
         job.cache_folder.as_deref(),
         job.measure_deviations,
-        &job.threads,
+        job.threads.as_ref(),
     )
 }

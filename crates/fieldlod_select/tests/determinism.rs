@@ -7,11 +7,14 @@ use std::sync::OnceLock;
 
 use camera_field::{CAMERA_FROM_VIEW, Camera, Intrinsics};
 use common::synthetic;
-use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, select};
+use fieldlod_hierarchy::{Hierarchy, fixtures};
+use fieldlod_select::{
+    Cut, InstanceId, LodSettings, OcclusionBuffer, Scene, Selector, View, VisibleFlux, select,
+};
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 const EXPECTED: u64 = 0x1e4f_5576_231b_1e1b;
+const EXPECTED_WITH_FLUX: u64 = 0x82ce_1f34_943d_ddf6;
 const FRAMES: u16 = 600;
 
 fn ball() -> &'static Hierarchy {
@@ -119,6 +122,65 @@ fn the_cuts_of_a_walk_hash_to_the_committed_number() {
 #[test]
 fn lanes_and_validity_hash_to_it_too() {
     assert_eq!(walk_in_lanes(), EXPECTED);
+}
+
+/// Depth images and cuts of a walk past upright grids that hide one another.
+fn walk_past_walls() -> u64 {
+    let mut scene = Scene::default();
+    let grid = scene.add_mesh(&fixtures::grid_pyramid(4));
+    let upright = Mat3::from_cols(Vec3::X, Vec3::Z, -Vec3::Y);
+    let ids: Vec<InstanceId> = (0..60u16)
+        .map(|index| {
+            let (x, z) = (f32::from(index % 6), f32::from(index / 6));
+            let scale = 0.1 + 0.02 * f32::from(index % 5);
+            let place = Vec3::new(x * 2.0 + z * 0.3, 0.5, z * -3.0);
+            scene.add_instance(
+                grid,
+                Affine3A::from_mat3_translation(upright * scale, place),
+                1.0,
+            )
+        })
+        .collect();
+    scene.update();
+    let flux = VisibleFlux::default();
+    let settings = LodSettings {
+        visible_flux: Some(flux),
+        ..LodSettings::default()
+    };
+    let mut selector = Selector::default();
+    (0..60).fold(SEED, |mut sum, frame| {
+        let view = view(frame * 5);
+        selector.select(&scene, &view, &settings);
+        let buffer = OcclusionBuffer::new(&scene, &view, flux.occluder_triangles);
+        assert_eq!(
+            selector.occlusion().map(OcclusionBuffer::nearness),
+            Some(buffer.nearness())
+        );
+        let bits: Vec<u32> = buffer
+            .nearness()
+            .iter()
+            .map(|texel| texel.to_bits())
+            .collect();
+        sum = hash(sum, &bits);
+        ids.iter()
+            .fold(sum, |sum, &id| hash(sum, selector.units(&scene, id)))
+    })
+}
+
+#[test]
+fn depth_images_hash_to_the_committed_number_on_any_thread() {
+    let threads: Vec<_> = (0..3)
+        .map(|_| std::thread::spawn(walk_past_walls))
+        .collect();
+    for thread in threads {
+        let sum = thread.join().unwrap();
+        assert_eq!(
+            sum,
+            EXPECTED_WITH_FLUX,
+            "what hides what has changed. If that is meant, put {sum:#x} for EXPECTED_WITH_FLUX in {} and say why in the commit",
+            file!()
+        );
+    }
 }
 
 /// A walk, one that nods harder, and an eye that stands and nods, sways and trembles.

@@ -238,7 +238,9 @@ impl LodMeshLookup<'_> {
             kind,
             file,
             sidecar,
+            #[cfg(feature = "bake")]
             cache_folder: self.config.cache_folder.clone(),
+            #[cfg(feature = "bake")]
             measure_deviations: self.config.measure_deviations,
             #[cfg(feature = "bake")]
             threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),

@@ -1,6 +1,7 @@
 //! Prepares one mesh in a background task: finds or bakes its hierarchy, and cuts it into the meshes of its
 //! units.
 
+#[cfg(feature = "bake")]
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -33,8 +34,10 @@ pub(super) struct PrepareJob {
     pub(super) file: Option<(String, Arc<BakedFile>)>,
     /// Where the mesh was loaded from, to look for a file there.
     pub(super) sidecar: Option<(AssetServer, AssetPath<'static>, Arc<SidecarFiles>)>,
+    #[cfg(feature = "bake")]
     pub(super) cache_folder: Option<PathBuf>,
     /// Whether a bake measures deviations.
+    #[cfg(feature = "bake")]
     pub(super) measure_deviations: bool,
     /// What a bake runs on; `None` if there is to be none.
     #[cfg(feature = "bake")]

@@ -7,6 +7,7 @@
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
+#[cfg(feature = "bake")]
 use bevy::log::error;
 use bevy::tasks::{TaskPool, TaskPoolBuilder};
 

@@ -384,16 +384,13 @@ fn visible_flux(_: &mut Criterion) {
         let step = std::cell::Cell::new(0);
         let next = || step.replace(step.get() + 1);
         let [mut fresh, mut fresh_flux, mut kept, mut kept_flux] =
-            [const { () }; 4].map(|()| Selector::default());
+            [const { None }; 4].map(Option::<Selector>::unwrap_or_default);
         let [image, scratch, scratch_flux, walking, walking_flux] = medians(
             60,
             [
                 &mut || {
-                    drop(black_box(OcclusionBuffer::new(
-                        &scene,
-                        &at(next()),
-                        flux.occluder_triangles,
-                    )))
+                    let buffer = OcclusionBuffer::new(&scene, &at(next()), flux.occluder_triangles);
+                    black_box(&buffer);
                 },
                 &mut || {
                     fresh.clear();

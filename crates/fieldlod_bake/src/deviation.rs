@@ -9,10 +9,9 @@
 //! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
 //! source.
 //!
-//! Triangles that may hold a place further than all are looked at more closely: those of the source at
-//! the finest level, where it is known which group stands for each, and those of simplified surfaces.
-
-use std::cmp::Ordering;
+//! In both directions the triangles that may hold a place further than all are looked at more closely.
+//! Of a source triangle only those places count that lie no further from what a group consumes than
+//! its finer groups stray: another group stands for the rest.
 
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
@@ -30,11 +29,9 @@ const ROUNDING: f32 = 4e-7;
 const SAMPLING_MARGIN: f32 = 1.03;
 /// Places nearer than this share of the furthest, squared, need not be known better, and triangles
 /// without a sample further than that are not looked at more closely.
-const FAR: f32 = 0.25;
-/// How many simplified triangles of a group are looked at more closely at most, as a share, and how
-/// many source triangles, whose vertices lie close.
-const LOOKED_AT: f32 = 0.1;
-const SOURCE_LOOKED_AT: f32 = 0.02;
+const FAR: f32 = 0.1;
+/// How many triangles of a group are looked at more closely in each direction at most, as a share.
+const LOOKED_AT: f32 = 0.3;
 /// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
 /// that: it costs little.
 const FEW: usize = 1 << 15;
@@ -47,6 +44,8 @@ const FEWEST_PLACES: usize = 1 << 16;
 const PLACES_PER_TRIANGLE: f32 = 0.1;
 /// How often these are cut in quarters at most.
 const SPLITS: u32 = 5;
+/// The same for triangles of a large source, until they are certainly within the margin.
+const SOURCE_SPLITS: u32 = 3;
 /// Parts that lie within this times the furthest, squared, are within the margin.
 const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// Parts that rise no higher than this share of the furthest, squared, are not.
@@ -98,9 +97,9 @@ struct Effort {
     far: f32,
     /// How many at most, as a share of all.
     looked_at: f32,
-    source_looked_at: f32,
-    /// How often these are cut in quarters at least.
-    splits_at_least: u32,
+    /// How often these are cut in quarters at most; the last times only as far as they rise high.
+    source_splits: [u32; 2],
+    simplified_splits: [u32; 2],
 }
 
 /// What was measured of a group.
@@ -181,7 +180,7 @@ impl Ruler {
         );
         Measured {
             deviation_in_scaled: (furthest.sqrt() * SAMPLING_MARGIN).max(least_in_scaled),
-            places: handed_on(seen, clusters, effort.places_per_triangle),
+            places: handed_on(&seen, clusters, effort.places_per_triangle),
         }
     }
 
@@ -212,6 +211,7 @@ impl Ruler {
         let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
         let places = FEWEST_PLACES.max(share as usize);
         let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
+        let closely = [SPLITS, if self.is_close { SPLITS - 3 } else { SPLITS - 2 }];
         Effort {
             places_per_triangle: match self.is_close {
                 true => usize::MAX,
@@ -219,12 +219,8 @@ impl Ruler {
             },
             far: if is_close { 0.0 } else { FAR },
             looked_at: if is_close { 1.0 } else { LOOKED_AT },
-            source_looked_at: if is_close { 1.0 } else { SOURCE_LOOKED_AT },
-            splits_at_least: match (self.is_close, is_close) {
-                (true, _) => 3,
-                (false, true) => 2,
-                (false, false) => 1,
-            },
+            source_splits: if is_close { closely } else { [SOURCE_SPLITS, 0] },
+            simplified_splits: if is_close { closely } else { [SPLITS, SPLITS - 1] },
         }
     }
 
@@ -275,13 +271,12 @@ impl Ruler {
                 suspects.push(self.suspect(surface, triangle, &of_corners));
             }
         }
-        if self.is_close {
-            let of_one = |seen: &Seen| self.suspect(surface, seen.place.triangle, &[*seen]);
-            suspects.extend(seen.iter().map(of_one));
-        }
-        let most = (suspects.len() as f32 * effort.source_looked_at).ceil() as usize;
+        let of_one = |seen: &Seen| self.suspect(surface, seen.place.triangle, &[*seen]);
+        let produced = seen.iter().filter(|_| target.consumed.is_some());
+        suspects.extend(produced.map(of_one));
+        let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
         suspects.retain(|suspect| suspect.priority > *furthest * WITHIN);
-        look_closely(target, suspects, most, effort, furthest);
+        look_closely(target, suspects, most, effort.source_splits, furthest);
         seen
     }
 
@@ -289,7 +284,7 @@ impl Ruler {
     /// which group stands for every part of them.
     fn consumed_surface(&self, part: &[Cluster], vertices: &LevelVertices) -> Option<TriangleTree> {
         let is_source = part.iter().all(|cluster| cluster.produced_by == NO_GROUP);
-        if is_source || !self.is_close {
+        if is_source {
             return None;
         }
         let corners = part
@@ -355,7 +350,8 @@ impl Ruler {
         }
         let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
         suspects.retain(|suspect| suspect.priority >= *furthest * effort.far);
-        look_closely(&self.target, suspects, most, effort, furthest);
+        let splits = effort.simplified_splits;
+        look_closely(&self.target, suspects, most, splits, furthest);
     }
 }
 
@@ -365,7 +361,7 @@ fn look_closely(
     target: &Target,
     mut suspects: Vec<Suspect>,
     most: usize,
-    effort: Effort,
+    splits: [u32; 2],
     furthest: &mut f32,
 ) {
     let order = |a: &Suspect, b: &Suspect| b.priority.total_cmp(&a.priority);
@@ -375,14 +371,7 @@ fn look_closely(
     }
     suspects.sort_by(order);
     for suspect in &suspects {
-        let free = SPLITS - effort.splits_at_least;
-        look_at_part(
-            target,
-            suspect.corners,
-            suspect.start,
-            [SPLITS, free],
-            furthest,
-        );
+        look_at_part(target, suspect.corners, suspect.start, splits, furthest);
     }
 }
 
@@ -430,20 +419,20 @@ fn look_at_part(
     }
 }
 
-/// For each cluster, the `most` furthest of the places nearest to each of its triangles.
-fn handed_on(mut seen: Vec<Seen>, clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {
-    seen.sort_by(|a, b| {
-        let by_triangle = a.nearest.triangle.cmp(&b.nearest.triangle);
-        by_triangle.then_with(|| further_first(a, b))
-    });
-    let mut of_triangles = seen.chunk_by(|a, b| a.nearest.triangle == b.nearest.triangle);
+/// For each cluster, at most so many of the places nearest to each of its triangles.
+fn handed_on(seen: &[Seen], clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {
+    let triangle_of = |at: u32| seen[at as usize].nearest.triangle;
+    let mut order: Vec<u32> = (0..seen.len() as u32).collect();
+    order.sort_by_key(|&at| triangle_of(at));
+    let mut of_triangles = order.chunk_by_mut(|&a, &b| triangle_of(a) == triangle_of(b));
     let mut next = of_triangles.next();
     let mut end = 0;
     let places = clusters.iter().map(|corners| {
         end += corners.len() as u32 / 3;
         let mut places = Vec::new();
-        while let Some(of_one) = next.filter(|of_one| of_one[0].nearest.triangle < end) {
-            places.extend(of_one.iter().take(most).map(|seen| seen.place));
+        while let Some(of_one) = next.take_if(|of_one| triangle_of(of_one[0]) < end) {
+            let picked = pick(seen, of_one, most);
+            places.extend(picked.map(|at| seen[at as usize].place));
             next = of_triangles.next();
         }
         places
@@ -451,8 +440,29 @@ fn handed_on(mut seen: Vec<Seen>, clusters: &[Vec<u32>], most: usize) -> Vec<Vec
     places.collect()
 }
 
-fn further_first(a: &Seen, b: &Seen) -> Ordering {
-    b.nearest
-        .distance_squared
-        .total_cmp(&a.nearest.distance_squared)
+/// Of the places of a triangle the furthest, and as many of the others, evenly: where all is flat, a
+/// later level may stray anywhere.
+fn pick<'a>(
+    seen: &[Seen],
+    of_one: &'a mut [u32],
+    most: usize,
+) -> impl Iterator<Item = u32> + use<'a> {
+    let is_too_many = of_one.len() > most;
+    let furthest = if is_too_many {
+        most.div_ceil(2)
+    } else {
+        of_one.len()
+    };
+    if is_too_many {
+        let distance = |at: u32| seen[at as usize].nearest.distance_squared;
+        of_one.select_nth_unstable_by(furthest, |&a, &b| {
+            let further = distance(b).total_cmp(&distance(a));
+            further.then(a.cmp(&b))
+        });
+    }
+    let (first, others) = of_one.split_at_mut(furthest);
+    others.sort_unstable();
+    let wanted = most.saturating_sub(furthest).min(others.len());
+    let evenly = (0..wanted).map(move |k| others[k * others.len() / wanted]);
+    first.iter().copied().chain(evenly)
 }

@@ -26,7 +26,7 @@ use crate::vertices::LevelVertices;
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;
 /// What is added for places between the samples.
-const SAMPLING_MARGIN: f32 = 1.03;
+const SAMPLING_MARGIN: f32 = 1.05;
 /// Places nearer than this share of the furthest, squared, need not be known better, and triangles
 /// without a sample further than that are not looked at more closely.
 const FAR: f32 = 0.1;
@@ -211,7 +211,14 @@ impl Ruler {
         let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
         let places = FEWEST_PLACES.max(share as usize);
         let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
-        let closely = [SPLITS, if self.is_close { SPLITS - 3 } else { SPLITS - 2 }];
+        let closely = [
+            SPLITS,
+            if self.is_close {
+                SPLITS - 3
+            } else {
+                SPLITS - 2
+            },
+        ];
         Effort {
             places_per_triangle: match self.is_close {
                 true => usize::MAX,
@@ -219,8 +226,16 @@ impl Ruler {
             },
             far: if is_close { 0.0 } else { FAR },
             looked_at: if is_close { 1.0 } else { LOOKED_AT },
-            source_splits: if is_close { closely } else { [SOURCE_SPLITS, 0] },
-            simplified_splits: if is_close { closely } else { [SPLITS, SPLITS - 1] },
+            source_splits: if is_close {
+                closely
+            } else {
+                [SOURCE_SPLITS, 0]
+            },
+            simplified_splits: if is_close {
+                closely
+            } else {
+                [SPLITS, SPLITS - 1]
+            },
         }
     }
 

@@ -182,8 +182,9 @@ fn what_stands_behind_is_hidden_and_what_stands_beside_is_seen() {
     };
     assert_eq!(most(behind), 0.0);
     assert_eq!(least(beside), 1.0);
-    // The far side of the large one is hidden by its near side.
-    assert_eq!((most(large), least(large)), (1.0, 0.0));
+    // The far side of the large one is hidden by its near side, but where a group reaches around.
+    assert_eq!(most(large), 1.0);
+    assert!(least(large) < 0.5);
 }
 
 #[test]

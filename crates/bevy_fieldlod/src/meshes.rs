@@ -31,7 +31,7 @@ pub(crate) fn plugin(app: &mut App) {
     let any_changing = |known: Res<LodMeshes>| known.changing.any();
     let any_waiting = any_with_component::<LodWaiting>;
     let systems = (
-        changing::look_again_at_rest.run_if(any_changing),
+        objects::look_again_at_rest.run_if(any_changing),
         objects::skip_unsupported_objects.run_if(any_waiting),
         collect::collect_prepared_meshes.run_if(any_preparing),
         objects::give_levels_to_objects.run_if(any_waiting),

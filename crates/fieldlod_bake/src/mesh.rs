@@ -85,13 +85,15 @@ impl SourceMesh {
     /// The identity of this mesh, as a hierarchy records it.
     #[must_use]
     pub fn source_hash(&self) -> SourceHash {
-        SourceHash::of(&self.indices)
-            .and(&self.positions)
-            .and(&self.normals)
-            .and(&self.uvs)
-            .and(&self.tangents)
-            .and(&self.uvs_1)
-            .and(&self.colors)
+        SourceHash::of(
+            &self.indices,
+            &self.positions,
+            &self.normals,
+            &self.uvs,
+            &self.tangents,
+            &self.uvs_1,
+            &self.colors,
+        )
     }
 
     /// The vertices as a hierarchy holds them: attributes that are not finite are zero.

@@ -67,6 +67,22 @@ pub struct Vertices {
     pub colors: Vec<Vec4>,
 }
 
+impl Vertices {
+    /// The hash of a mesh of these vertices and no others, with the triangle list `indices`.
+    #[must_use]
+    pub fn source_hash(&self, indices: &[u32]) -> SourceHash {
+        SourceHash::of(
+            indices,
+            &self.positions,
+            &self.normals,
+            &self.uvs,
+            &self.tangents,
+            &self.uvs_1,
+            &self.colors,
+        )
+    }
+}
+
 /// Triangles that are simplified together: one decision of a cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]

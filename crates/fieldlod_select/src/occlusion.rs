@@ -16,9 +16,9 @@
 
 mod choice;
 mod image_plane;
-mod occluder;
+pub(crate) mod occluder;
 mod screen_triangle;
-mod surface_samples;
+pub(crate) mod surface_samples;
 #[cfg(test)]
 mod tests;
 
@@ -33,9 +33,8 @@ use crate::table::GroupTable;
 use crate::view::View;
 use choice::{DrawnBy, OccluderChoice, camera_from_local};
 use image_plane::ImagePlane;
-pub(crate) use occluder::{OccluderMesh, occluder_levels};
+use occluder::OccluderMesh;
 use screen_triangle::{ScreenTriangle, front_triangles};
-pub(crate) use surface_samples::SurfaceSamples;
 
 /// Texels along the radius of an instance from which on its groups are asked for one by one.
 const LARGE_RADIUS: f32 = 24.0;

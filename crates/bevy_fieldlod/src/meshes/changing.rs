@@ -7,9 +7,7 @@ use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 
-use super::lookup::LodMeshes;
 use crate::events::asset_name;
-use crate::lod_mesh::LodPlain;
 
 /// Frames that a mesh must rest after its first change, and at most.
 const REST: [u32; 2] = [30, 960];
@@ -72,7 +70,7 @@ impl ChangingMeshes {
     }
 
     /// Ends a frame, and returns the meshes that are at rest now.
-    fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
+    pub(super) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
         self.frame = self.frame.wrapping_add(1);
         let mut rested = Vec::new();
         for (id, changing) in &mut self.meshes {
@@ -82,19 +80,5 @@ impl ChangingMeshes {
             }
         }
         rested
-    }
-}
-
-/// Lets the entities of meshes that have rested be looked at again.
-pub(super) fn look_again_at_rest(
-    mut known: ResMut<LodMeshes>,
-    mut plain: Query<&mut Mesh3d, With<LodPlain>>,
-) {
-    let rested = known.changing.take_rested();
-    if !rested.is_empty() {
-        let meshes = plain.iter_mut();
-        meshes
-            .filter(|mesh| rested.contains(&mesh.id()))
-            .for_each(|mut mesh| mesh.set_changed());
     }
 }

@@ -3,7 +3,6 @@
 use camera_field::Camera;
 use glam::{Mat3, Vec2, Vec3};
 
-use super::occluder::LocalBox;
 use crate::lane::{Lane, V3};
 
 /// Texels along the longer side of the image.
@@ -23,6 +22,13 @@ pub(crate) struct ImagePlane {
     pub(crate) scale: Vec2,
     /// Where the axis is.
     offset: Vec2,
+}
+
+/// A box along local axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LocalBox {
+    pub(crate) center: Vec3,
+    pub(crate) half_size: Vec3,
 }
 
 /// A box along the axes of camera space.

@@ -3,18 +3,11 @@
 use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
-use super::image_plane::{CameraBox, ImagePlane};
+use super::image_plane::{CameraBox, ImagePlane, LocalBox};
 use crate::stretch::largest_stretch;
 
 /// The most triangles of an occluder's levels.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
-
-/// A box along local axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct LocalBox {
-    pub(crate) center: Vec3,
-    pub(crate) half_size: Vec3,
-}
 
 /// One coarse level of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 //!
 //! Source to simplified: places on the source wait on the clusters above them, at the finest level
 //! all vertices. A group measures the places of the clusters that it consumes against its simplified
-//! triangles, and of each triangle's hands on the furthest few: these are likely to be the furthest
-//! from the next level, too. The coarser the level, the more for each triangle, and the fewer in all.
+//! triangles, and of each triangle's hands on the furthest few, which are likely to be the furthest
+//! from the next level, too, and some of the others. The coarser the level, the more for each triangle, and the fewer in all.
 //!
 //! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
 //! source.
@@ -13,20 +13,25 @@
 //! Of a source triangle only those places count that lie no further from what a group consumes than
 //! its finer groups stray: another group stands for the rest.
 
+mod closer_look;
+mod handed_on;
+mod seen;
+
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+use self::closer_look::{SAMPLING_MARGIN, Suspect, Target, WITHIN, look_closely};
+use self::handed_on::handed_on;
+use self::seen::Seen;
 use crate::clusters::{Cluster, Place};
 use crate::mesh::SourceMesh;
 use crate::simplify::Simplified;
-use crate::triangle_tree::{NearestTriangle, TriangleTree};
+use crate::triangle_tree::TriangleTree;
 use crate::vertices::LevelVertices;
 
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;
-/// What is added for places between the samples.
-const SAMPLING_MARGIN: f32 = 1.05;
 /// Places nearer than this share of the furthest, squared, need not be known better, and triangles
 /// without a sample further than that are not looked at more closely.
 const FAR: f32 = 0.1;
@@ -46,13 +51,6 @@ const PLACES_PER_TRIANGLE: f32 = 0.1;
 const SPLITS: u32 = 5;
 /// The same for triangles of a large source, until they are certainly within the margin.
 const SOURCE_SPLITS: u32 = 3;
-/// Parts that lie within this times the furthest, squared, are within the margin.
-const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
-/// Parts that rise no higher than this share of the furthest, squared, are not.
-const LOW: f32 = 0.7;
-/// If their middle stands this near beside what is nearest, squared: it is not above a gap.
-const BESIDE: f32 = 0.06;
-
 /// What simplified surfaces are measured against.
 pub(crate) struct Ruler {
     target: Target,
@@ -60,31 +58,6 @@ pub(crate) struct Ruler {
     source_triangles: usize,
     /// Whether all of the source is looked at closely.
     is_close: bool,
-}
-
-/// A surface from which distances are measured.
-struct Target {
-    surface: TriangleTree,
-    /// The surface that a group consumes, if that is not the source, and how far from it a place may
-    /// lie for which the group stands: others stand for what is further.
-    consumed: Option<TriangleTree>,
-    reach: f32,
-}
-
-/// A place, and what of the simplified surface is nearest to it.
-#[derive(Clone, Copy)]
-struct Seen {
-    place: Place,
-    nearest: NearestTriangle,
-}
-
-/// A triangle that may hold a place further than all.
-struct Suspect {
-    corners: [Vec3; 3],
-    /// How far such a place may be, squared: a guess.
-    priority: f32,
-    /// What is nearest to one of its places.
-    start: Option<NearestTriangle>,
 }
 
 /// How much is done to find the furthest place.
@@ -109,14 +82,6 @@ pub(crate) struct Measured {
     pub(crate) places: Vec<Vec<Place>>,
 }
 
-impl Target {
-    /// How much too far a place lies for the group to stand for it, 0 or less if it does.
-    fn beyond_reach(&self, place: Vec3) -> f32 {
-        let nearest = self.consumed.as_ref().and_then(|tree| tree.nearest(place));
-        nearest.map_or(0.0, |near| near.distance_squared.sqrt() - self.reach)
-    }
-}
-
 impl Ruler {
     pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
@@ -128,7 +93,7 @@ impl Ruler {
             target: Target {
                 surface: TriangleTree::new(corners),
                 consumed: None,
-                reach: 0.0,
+                reach_in_scaled: 0.0,
             },
             positions,
             source_triangles: triangles.len(),
@@ -161,7 +126,7 @@ impl Ruler {
         let effort = self.effort(triangles_of_level);
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
-            reach: finer_in_scaled + ROUNDING,
+            reach_in_scaled: finer_in_scaled + ROUNDING,
             surface,
         };
         let seen = self.measure_source(part, &target, effort, &mut furthest);
@@ -368,116 +333,4 @@ impl Ruler {
         let splits = effort.simplified_splits;
         look_closely(&self.target, suspects, most, splits, furthest);
     }
-}
-
-/// Raises the largest squared distance by samples on the triangles that may hold a further place, at
-/// most so many.
-fn look_closely(
-    target: &Target,
-    mut suspects: Vec<Suspect>,
-    most: usize,
-    splits: [u32; 2],
-    furthest: &mut f32,
-) {
-    let order = |a: &Suspect, b: &Suspect| b.priority.total_cmp(&a.priority);
-    if suspects.len() > most {
-        suspects.select_nth_unstable_by(most, order);
-        suspects.truncate(most);
-    }
-    suspects.sort_by(order);
-    for suspect in &suspects {
-        look_at_part(target, suspect.corners, suspect.start, splits, furthest);
-    }
-}
-
-/// Looks at a part of a triangle, and at quarters of it up to `splits` times over: the last `free` of
-/// these only as long as its corners rise high above the plane of what is nearest to its middle.
-fn look_at_part(
-    target: &Target,
-    corners: [Vec3; 3],
-    start: Option<NearestTriangle>,
-    [splits, free]: [u32; 2],
-    furthest: &mut f32,
-) {
-    let [a, b, c] = corners;
-    let middle = (a + b + c) / 3.0;
-    let surface = &target.surface;
-    let Some(near) = surface.near_enough(middle, *furthest * BESIDE, start) else {
-        return;
-    };
-    if near.distance_squared > *furthest {
-        let beyond = target.beyond_reach(middle);
-        if beyond <= 0.0 {
-            *furthest = near.distance_squared;
-        } else if corners
-            .iter()
-            .all(|c| c.distance_squared(middle) < beyond * beyond)
-        {
-            return;
-        }
-    }
-    if splits == 0 || surface.bound_squared(near, corners) <= *furthest * WITHIN {
-        return;
-    }
-    // What is nearest to the middle may be far from a corner, so that some quarters are always looked
-    // at.
-    let is_low = || {
-        let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
-        beside <= *furthest * BESIDE && surface.height_squared(near, corners) <= *furthest * LOW
-    };
-    if splits <= free && is_low() {
-        return;
-    }
-    let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
-    for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        look_at_part(target, part, Some(near), [splits - 1, free], furthest);
-    }
-}
-
-/// For each cluster, at most so many of the places nearest to each of its triangles.
-fn handed_on(seen: &[Seen], clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {
-    let triangle_of = |at: u32| seen[at as usize].nearest.triangle;
-    let mut order: Vec<u32> = (0..seen.len() as u32).collect();
-    order.sort_by_key(|&at| triangle_of(at));
-    let mut of_triangles = order.chunk_by_mut(|&a, &b| triangle_of(a) == triangle_of(b));
-    let mut next = of_triangles.next();
-    let mut end = 0;
-    let places = clusters.iter().map(|corners| {
-        end += corners.len() as u32 / 3;
-        let mut places = Vec::new();
-        while let Some(of_one) = next.take_if(|of_one| triangle_of(of_one[0]) < end) {
-            let picked = pick(seen, of_one, most);
-            places.extend(picked.map(|at| seen[at as usize].place));
-            next = of_triangles.next();
-        }
-        places
-    });
-    places.collect()
-}
-
-/// Of the places of a triangle the furthest, and as many of the others, evenly: where all is flat, a
-/// later level may stray anywhere.
-fn pick<'a>(
-    seen: &[Seen],
-    of_one: &'a mut [u32],
-    most: usize,
-) -> impl Iterator<Item = u32> + use<'a> {
-    let is_too_many = of_one.len() > most;
-    let furthest = if is_too_many {
-        most.div_ceil(2)
-    } else {
-        of_one.len()
-    };
-    if is_too_many {
-        let distance = |at: u32| seen[at as usize].nearest.distance_squared;
-        of_one.select_nth_unstable_by(furthest, |&a, &b| {
-            let further = distance(b).total_cmp(&distance(a));
-            further.then(a.cmp(&b))
-        });
-    }
-    let (first, others) = of_one.split_at_mut(furthest);
-    others.sort_unstable();
-    let wanted = most.saturating_sub(furthest).min(others.len());
-    let evenly = (0..wanted).map(move |k| others[k * others.len() / wanted]);
-    first.iter().copied().chain(evenly)
 }

@@ -1,0 +1,11 @@
+//! What was looked at.
+
+use crate::clusters::Place;
+use crate::triangle_tree::NearestTriangle;
+
+/// A place, and what of the simplified surface is nearest to it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    pub(super) place: Place,
+    pub(super) nearest: NearestTriangle,
+}

@@ -6,6 +6,8 @@
 //! against the size of the scene; `RECORD.md` has both.
 
 mod baseline;
+#[path = "../common/mod.rs"]
+mod common;
 mod sizes;
 #[path = "../../tests/common/synthetic.rs"]
 mod synthetic;
@@ -14,50 +16,15 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use baseline::SphereTable;
-use camera_field::Camera;
+use common::{look, medians, settings};
 use criterion::{Criterion, criterion_group, criterion_main};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    GroupTable, InstanceView, LodSettings, OcclusionBuffer, Scene, Selector, View, VisibleFlux,
-    group_error_px, refine,
+    GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
 };
-use glam::{Affine3A, Mat4, Vec2, Vec3};
-
-fn camera() -> Camera {
-    let projection = Mat4::perspective_infinite_reverse_rh(60f32.to_radians(), 16.0 / 9.0, 0.1);
-    Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
-}
+use glam::{Affine3A, Vec3};
 
 const FOCAL_PX: f32 = 935.3;
-
-/// Our threshold at which pictures are as near to the source as the baseline's at 1 px: measured on
-/// the chart of the README.
-const SAME_PICTURE_PX: f32 = 0.89;
-
-fn settings() -> LodSettings {
-    LodSettings::with_error_px(SAME_PICTURE_PX)
-}
-
-fn look(eye: Vec3, target: Vec3) -> View {
-    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
-    View::new(camera(), &Affine3A::from_mat4(world_from_view))
-}
-
-/// Median times of several functions, run in turns.
-fn medians<const N: usize>(rounds: usize, mut functions: [&mut dyn FnMut(); N]) -> [Duration; N] {
-    let mut times = [const { Vec::new() }; N];
-    for _ in 0..rounds {
-        for (function, times) in functions.iter_mut().zip(&mut times) {
-            let start = Instant::now();
-            function();
-            times.push(start.elapsed());
-        }
-    }
-    times.map(|mut times| {
-        times.sort_unstable();
-        times[times.len() / 2]
-    })
-}
 
 fn ns(time: Duration, count: usize) -> f64 {
     time.as_secs_f64() * 1e9 / count as f64
@@ -334,104 +301,6 @@ fn scene_sizes(_: &mut Criterion) {
     sizes::write_if_asked(&found);
 }
 
-/// Rocks on a ground, `count` of them, and a way along it.
-fn field_of_rocks(count: u16) -> Scene {
-    let config = fieldlod_bake::BakeConfig {
-        measure_deviation: false,
-        ..fieldlod_bake::BakeConfig::default()
-    };
-    let bake = |mesh| fieldlod_bake::bake_mesh(&mesh, &config).unwrap();
-    let mut scene = Scene::default();
-    let rock = bake(fieldlod_bake::fixtures::rock(5, 1));
-    let whole = scene.add_mesh(&fieldlod_select::whole_mesh_levels(&rock).unwrap());
-    let rock = scene.add_mesh(&rock);
-    let side = f32::from(count).sqrt().ceil() as u16;
-    for index in 0..count {
-        let (x, z) = (f32::from(index % side), f32::from(index / side));
-        let nudge = f32::from(index.wrapping_mul(40_503) >> 8) / 256.0;
-        let place = Vec3::new(x * 6.0 + nudge * 3.0, 0.0, z * -6.0);
-        // Some large ones stand among them.
-        let (mesh, size) = if index % 7 == 0 {
-            (rock, 2.0)
-        } else {
-            (whole, 0.9)
-        };
-        let placement = Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(size));
-        scene.add_instance(mesh, placement, 1.0);
-    }
-    scene.update();
-    scene
-}
-
-/// What it costs to know what is hidden.
-fn visible_flux(_: &mut Criterion) {
-    println!(
-        "\ninstances  depth image us  from scratch us  with flux us  walking us  with flux us  still ns  triangles  with flux"
-    );
-    let flux = VisibleFlux::default();
-    let plain = settings();
-    let counting = LodSettings {
-        visible_flux: Some(flux),
-        ..plain
-    };
-    for count in [1_000u16, 10_000, 60_000] {
-        let scene = field_of_rocks(count);
-        let middle = f32::from(count).sqrt() * 3.0;
-        let at = |step: u32| {
-            let eye = Vec3::new(middle + step as f32 * 0.03, 1.6, 6.0);
-            look(eye, eye + Vec3::new(0.3, -0.05, -1.0))
-        };
-        let step = std::cell::Cell::new(0);
-        let next = || step.replace(step.get() + 1);
-        let [mut fresh, mut fresh_flux, mut kept, mut kept_flux] =
-            [const { None }; 4].map(Option::<Selector>::unwrap_or_default);
-        let [image, scratch, scratch_flux, walking, walking_flux] = medians(
-            60,
-            [
-                &mut || {
-                    let buffer = OcclusionBuffer::new(&scene, &at(next()), flux.occluder_triangles);
-                    black_box(&buffer);
-                },
-                &mut || {
-                    fresh.clear();
-                    fresh.select(&scene, &at(step.get()), &plain);
-                },
-                &mut || {
-                    fresh_flux.clear();
-                    fresh_flux.select(&scene, &at(step.get()), &counting);
-                },
-                &mut || kept.select(&scene, &at(step.get()), &plain),
-                &mut || kept_flux.select(&scene, &at(step.get()), &counting),
-            ],
-        );
-        let triangles = [kept.triangle_count(), kept_flux.triangle_count()];
-        // What came into view settles, and then nothing is done.
-        for _ in 0..=2 * u32::from(flux.hold_frames) {
-            kept_flux.select(&scene, &at(step.get()), &counting);
-        }
-        let [still] = medians(
-            60,
-            [&mut || kept_flux.select(&scene, &at(step.get()), &counting)],
-        );
-        assert_eq!(
-            kept_flux.statistics(),
-            fieldlod_select::Statistics::default()
-        );
-        let us = |time: Duration| time.as_secs_f64() * 1e6;
-        println!(
-            "{count:9}  {:14.1}  {:15.1}  {:12.1}  {:10.1}  {:12.1}  {:8.0}  {:9}  {:9}",
-            us(image),
-            us(scratch),
-            us(scratch_flux),
-            us(walking),
-            us(walking_flux),
-            us(still) * 1e3,
-            triangles[0],
-            triangles[1]
-        );
-    }
-}
-
 /// What the machine reads from memory, on one thread: the best of a few sums over 256 MiB.
 fn bandwidth(_: &mut Criterion) {
     let words = vec![1u64; 1 << 25];
@@ -457,6 +326,6 @@ fn bandwidth(_: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes, visible_flux
+    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes
 }
 criterion_main!(benches);

@@ -1,0 +1,44 @@
+//! What the benches share: a camera, a threshold and medians.
+
+use std::time::{Duration, Instant};
+
+use camera_field::Camera;
+use fieldlod_select::{LodSettings, View};
+use glam::{Affine3A, Mat4, Vec2, Vec3};
+
+fn camera() -> Camera {
+    let projection = Mat4::perspective_infinite_reverse_rh(60f32.to_radians(), 16.0 / 9.0, 0.1);
+    Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
+}
+
+/// Our threshold at which pictures are as near to the source as the baseline's at 1 px: measured on
+/// the chart of the README.
+const SAME_PICTURE_PX: f32 = 0.89;
+
+pub(crate) fn settings() -> LodSettings {
+    LodSettings::with_error_px(SAME_PICTURE_PX)
+}
+
+pub(crate) fn look(eye: Vec3, target: Vec3) -> View {
+    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
+    View::new(camera(), &Affine3A::from_mat4(world_from_view))
+}
+
+/// Median times of several functions, run in turns.
+pub(crate) fn medians<const N: usize>(
+    rounds: usize,
+    mut functions: [&mut dyn FnMut(); N],
+) -> [Duration; N] {
+    let mut times = [const { Vec::new() }; N];
+    for _ in 0..rounds {
+        for (function, times) in functions.iter_mut().zip(&mut times) {
+            let start = Instant::now();
+            function();
+            times.push(start.elapsed());
+        }
+    }
+    times.map(|mut times| {
+        times.sort_unstable();
+        times[times.len() / 2]
+    })
+}

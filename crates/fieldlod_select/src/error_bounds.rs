@@ -69,6 +69,14 @@ impl ErrorBounds {
         })
     }
 
+    /// The same of what is visible by a share: displacements count in full.
+    pub(crate) fn seen_by(&self, share: f32) -> Self {
+        Self {
+            error_weighed: self.error_weighed * share.sqrt(),
+            ..*self
+        }
+    }
+
     /// The bounds of an instance in the world, whose errors count `bias` times.
     pub(crate) fn placed(&self, world_from_local: &Affine3A, bias: f32) -> Self {
         // Lengths grow by the largest stretch at most.

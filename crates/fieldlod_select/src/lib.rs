@@ -68,6 +68,7 @@
 //! Morphing between levels; skinned meshes; culling, by occlusion or otherwise.
 
 mod bits;
+mod boxes;
 mod budget;
 mod criterion;
 mod cut;

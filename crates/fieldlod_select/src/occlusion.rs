@@ -14,34 +14,30 @@
 //! Only operations that IEEE 754 rounds exactly are used, on eight texels at once or on one in the same
 //! order; `occlusion/tests.rs` draws the same bits texel by texel.
 
+mod asking;
 mod choice;
 mod image_plane;
+mod nearness_pyramid;
 pub(crate) mod occluder;
 mod screen_triangle;
 pub(crate) mod surface_samples;
 #[cfg(test)]
 mod tests;
 
-use glam::{Affine3A, Mat3, Vec3};
+use fieldlod_hierarchy::Sphere;
+use glam::{Mat3, Vec3};
 use wide::f32x8;
 
 use crate::bits::{LANES, set_bits_of};
-use crate::lane::{Lane, M3, V3, bits_of};
-use crate::scene::{InstanceId, Scene};
-use crate::shares::{FULL_SHARE, share_of_step};
-use crate::table::GroupTable;
+use crate::lane::{M3, V3, bits_of};
+use crate::scene::Scene;
 use crate::view::View;
-use choice::{DrawnBy, OccluderChoice, camera_from_local};
+use choice::{ChosenOccluder, DrawnBy, OccluderChoice, camera_from_local};
 use image_plane::ImagePlane;
+use nearness_pyramid::NearnessPyramid;
 use occluder::OccluderMesh;
 use screen_triangle::{ScreenTriangle, front_triangles};
 
-/// Texels along the radius of an instance from which on its groups are asked for one by one.
-const LARGE_RADIUS: f32 = 24.0;
-/// Points by which an instance is asked for as a whole.
-const INSTANCE_SAMPLES: usize = 32;
-/// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
-const SAME_DEPTH: f32 = 1.001;
 /// Who owns a texel that shows nothing.
 const NOBODY: u32 = u32::MAX;
 
@@ -57,6 +53,7 @@ pub struct OcclusionBuffer {
     owners: Vec<u32>,
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
+    pyramid: NearnessPyramid,
     row: Vec<f32>,
     /// Corners of the occluder that is being drawn.
     corners: Vec<Vec3>,
@@ -80,6 +77,7 @@ impl OcclusionBuffer {
             nearness: Vec::new(),
             owners: Vec::new(),
             shrunk: Vec::new(),
+            pyramid: NearnessPyramid::default(),
             row: Vec::new(),
             corners: Vec::new(),
         }
@@ -89,22 +87,21 @@ impl OcclusionBuffer {
     pub(crate) fn redraw(&mut self, scene: &Scene, view: &View, triangles: u32) {
         self.clear(view);
         let mut choice = std::mem::take(&mut self.choice);
-        choice.choose(scene, view, &self.plane, triangles);
-        for occluder in &choice.chosen {
-            let (table, owner) = (scene.table(occluder.mesh), occluder.instance);
-            let placement = &scene.instances[owner as usize].world_from_local;
-            let (linear, origin) = camera_from_local(view, placement);
-            match occluder.drawn_by {
-                DrawnBy::Level(level) => {
-                    self.draw_mesh(&table.occluders[level], &linear, origin, owner);
-                }
-                DrawnBy::Points(count) => {
-                    self.draw_points(table.samples.of_mesh(count), &linear, origin, owner);
-                }
+        choice.begin(scene, view, &self.plane);
+        for index in 0..choice.candidates.len() {
+            let candidate = choice.candidates[index];
+            // What is behind others already hides nothing more.
+            let node = &scene.instances[candidate.instance as usize].node;
+            if self.covers(&node.bounds.sphere) {
+                continue;
             }
+            let chosen = choice.choose(scene, view, &self.plane, triangles, candidate);
+            chosen.inspect(|occluder| self.draw(scene, occluder));
         }
         self.choice = choice;
         self.shrink();
+        let [width, height] = self.size();
+        self.pyramid.build(&self.nearness, width, height);
     }
 
     fn clear(&mut self, view: &View) {
@@ -139,86 +136,33 @@ impl OcclusionBuffer {
         [self.choice.triangle_count, self.choice.point_count]
     }
 
-    /// The share of each group of an instance that nothing hides, from 0 to 1; none if it was removed.
-    #[must_use]
-    pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
-        let Some(mesh) = scene.mesh_of(instance) else {
-            return Vec::new();
+    /// Whether all that was drawn where a sphere is in the image is nearer.
+    fn covers(&self, sphere: &Sphere) -> bool {
+        let from_eye = sphere.center - self.view.eye_in_world;
+        let center = self.view.camera_from_world * from_eye;
+        let Some(place) = self.plane.rectangle(center, sphere.radius) else {
+            return false;
         };
-        let (table, mut groups) = (scene.table(mesh), Vec::new());
-        let index = instance.index();
-        let placement = &scene.instances[index].world_from_local;
-        if let Some(of_all) = self.shares(table, index as u32, placement, &mut groups) {
-            groups.clear();
-            groups.resize(table.group_count(), of_all);
-        }
-        groups
-            .iter()
-            .map(|&step| share_of_step(step, 0.0))
-            .collect()
+        let width = self.plane.width;
+        let mut rows = place.rows.map(|row| &self.nearness[row * width..][..width]);
+        rows.all(|row| {
+            row[place.columns.clone()]
+                .iter()
+                .all(|&texel| texel > place.nearest)
+        })
     }
 
-    /// The shares of an instance's groups, in steps of [`FULL_SHARE`], rounded up: that of all, or of each
-    /// in `groups` where the instance is large in the image.
-    pub(crate) fn shares(
-        &self,
-        table: &GroupTable,
-        instance: u32,
-        placement: &Affine3A,
-        groups: &mut Vec<u8>,
-    ) -> Option<u8> {
+    fn draw(&mut self, scene: &Scene, occluder: &ChosenOccluder) {
+        let (table, owner) = (scene.table(occluder.mesh), occluder.instance);
+        let placement = &scene.instances[owner as usize].world_from_local;
         let (linear, origin) = camera_from_local(&self.view, placement);
-        let stretch = crate::stretch::largest_stretch(&linear);
-        let sphere = &table.bounds.sphere;
-        let radius = sphere.radius * stretch;
-        // Nothing of the mesh hides the mesh.
-        let distance = (linear * sphere.center + origin).length();
-        let is_small = radius * self.plane.scale.x < LARGE_RADIUS * (distance - radius);
-        let query = Query {
-            linear: M3::splat(&linear),
-            origin: V3::splat(origin),
-            instance,
-        };
-        if is_small || table.has_one_place() {
-            let samples = table.samples.of_mesh(INSTANCE_SAMPLES);
-            return Some(self.share(samples, &query, f32::INFINITY));
-        }
-        groups.clear();
-        groups.extend((0..table.group_count()).map(|group| {
-            let radius = table.groups.radius[group / LANES].to_array()[group % LANES];
-            self.share(table.samples.of_group(group), &query, radius * stretch)
-        }));
-        None
-    }
-
-    /// The share of points that are visible. Those of the same instance hide only what is farther by more
-    /// than `thickness`. Full if no point has a place in the image.
-    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: f32) -> u8 {
-        let (mut count, mut visible) = (0, 0);
-        for sample in samples {
-            let point = query.linear.of(*sample).plus(query.origin);
-            let at = self.plane.project(point);
-            let with_place = bits_of(self.plane.has_place(at, point.z));
-            let front = self
-                .plane
-                .nearness(point.z - f32x8::splat(thickness))
-                .to_array();
-            let is_before = bits_of((point.z - f32x8::splat(thickness)).is_below(f32x8::zero()));
-            let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
-            for lane in set_bits_of(with_place) {
-                let texel = self.plane.texel(x[lane], y[lane]);
-                count += 1;
-                let is_visible = if self.owners[texel] == query.instance {
-                    is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
-                } else {
-                    self.nearness[texel] <= nearness[lane] * SAME_DEPTH
-                };
-                visible += u32::from(is_visible);
+        match occluder.drawn_by {
+            DrawnBy::Level(level) => {
+                self.draw_mesh(&table.occluders[level], &linear, origin, owner);
             }
-        }
-        match count {
-            0 => FULL_SHARE,
-            _ => (visible * u32::from(FULL_SHARE)).div_ceil(count) as u8,
+            DrawnBy::Points(count) => {
+                self.draw_points(table.samples.of_mesh(count), &linear, origin, owner);
+            }
         }
     }
 
@@ -243,10 +187,11 @@ impl OcclusionBuffer {
         for point in points {
             let point = linear.of(*point).plus(origin);
             let at = self.plane.project(point);
-            let with_place = bits_of(self.plane.has_place(at, point.z));
-            let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
-            for lane in set_bits_of(with_place) {
-                let texel = self.plane.texel(x[lane], y[lane]);
+            let has_place = self.plane.has_place(at, point.z);
+            let texels = self.plane.texels_at(at, has_place);
+            let nearness = at.z.to_array();
+            for lane in set_bits_of(bits_of(has_place)) {
+                let texel = texels[lane] as usize;
                 if self.nearness[texel] < nearness[lane] {
                     (self.nearness[texel], self.owners[texel]) = (nearness[lane], owner);
                 }
@@ -308,13 +253,6 @@ impl OcclusionBuffer {
         }
         self.row = above;
     }
-}
-
-/// What is asked of the points of one instance.
-struct Query {
-    linear: M3<f32x8>,
-    origin: V3<f32x8>,
-    instance: u32,
 }
 
 /// The centres of the first eight texels of a row.

@@ -3,6 +3,7 @@
 use fieldlod_hierarchy::Hierarchy;
 use glam::Affine3A;
 
+use crate::boxes::AxisBox;
 use crate::table::GroupTable;
 use crate::tree::{Node, Tree};
 
@@ -291,6 +292,7 @@ impl Scene {
                 } else {
                     radius
                 },
+                surface_box: AxisBox::placed(&table.surface_box, &world_from_local),
                 changed_at: self.revision,
             },
         }

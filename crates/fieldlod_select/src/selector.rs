@@ -3,6 +3,7 @@
 mod changes;
 mod chunk_validity;
 mod decide_context;
+mod hidden_test;
 mod instance_cut;
 mod memory;
 mod pool;
@@ -24,6 +25,7 @@ use crate::view::View;
 use crate::view_parts::ViewParts;
 pub use changes::Change;
 use decide_context::DecideContext;
+use hidden_test::HiddenTest;
 use instance_cut::InstanceCut;
 use scene_cuts::SceneCuts;
 pub use scene_cuts::Statistics;
@@ -132,10 +134,14 @@ impl Selector {
     fn search(&mut self, scene: &Scene, view: &View, settings: &LodSettings, budget: u64) {
         self.cuts.statistics.budget_searches += 1;
         self.budget.begin();
+        let hidden = HiddenTest::new(self.cuts.visible.buffer.as_ref(), settings);
         for index in 0..scene.instances.len() {
             let cut = self.cuts.cut(index);
             let refined = cut.map(InstanceCut::refined);
-            let shares = cut.map_or(Shares::FULL, |cut| cut.shares().shares(settings));
+            let shares = match cut {
+                Some(cut) => cut.shares().shares(settings),
+                None => hidden.map_or(Shares::FULL, |hidden| hidden.shares(scene, index)),
+            };
             self.budget
                 .add(scene, index, refined, shares, view, settings);
         }
@@ -163,23 +169,27 @@ impl Selector {
         }
         // Whole nodes and instances, as far as those can be told.
         let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);
+        let visible = std::mem::take(&mut self.cuts.visible);
+        let test = ObjectTest::new(view, &parts, self.travel);
         let context = TraversalContext {
             scene,
             layers: view.layers,
-            test: ObjectTest::new(view, &parts, self.travel),
+            test: &test,
             now: self.travel,
             // On other layers, every answer may be another one.
             seen_revision: last
                 .filter(|last| last.view.layers == view.layers)
                 .map_or(0, |last| last.revision),
             is_first,
+            hidden: HiddenTest::new(visible.buffer.as_ref(), settings),
         };
         self.cuts.traverse(&context);
         // What remains, group by group.
+        self.cuts.visible = visible;
         let context = DecideContext {
             view,
             parts: &parts,
-            test: &context.test,
+            test: &test,
             now: self.travel,
             last_step,
         };

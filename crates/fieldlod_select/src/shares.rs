@@ -3,7 +3,6 @@
 use wide::f32x8;
 
 use crate::bits::LANES;
-use crate::lane::Lane;
 
 /// Steps from hidden to fully visible.
 pub(crate) const FULL_SHARE: u8 = 16;
@@ -14,6 +13,8 @@ pub(crate) struct Shares<'a> {
     steps: &'a [[u8; LANES]],
     /// What hidden groups count at least.
     least: f32,
+    /// What groups without steps count.
+    rest: f32,
 }
 
 impl<'a> Shares<'a> {
@@ -21,10 +22,23 @@ impl<'a> Shares<'a> {
     pub(crate) const FULL: Self = Self {
         steps: &[],
         least: 1.0,
+        rest: 1.0,
     };
 
     pub(crate) fn new(steps: &'a [[u8; LANES]], least: f32) -> Self {
-        Self { steps, least }
+        Self {
+            steps,
+            least,
+            rest: 1.0,
+        }
+    }
+
+    /// Every group counts what one step does.
+    pub(crate) fn of_all(step: u8, least: f32) -> Self {
+        Self {
+            rest: share_of_step(step, least),
+            ..Self::new(&[], least)
+        }
     }
 
     /// The shares of one block.
@@ -32,7 +46,7 @@ impl<'a> Shares<'a> {
     pub(crate) fn of_block(&self, block: usize) -> f32x8 {
         match self.steps.get(block) {
             Some(steps) => f32x8::from(steps.map(|step| share_of_step(step, self.least))),
-            None => f32x8::one(),
+            None => f32x8::new([self.rest; LANES]),
         }
     }
 }

@@ -5,9 +5,11 @@ mod lanes;
 use std::ops::Range;
 
 use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+use glam::Vec3;
 use wide::f32x8;
 
 use crate::bits::{CHUNK, LANES, block_bits, is_set, set_bits};
+use crate::boxes::LocalBox;
 use crate::criterion::{CriterionInput, normal_variance};
 use crate::error_bounds::ErrorBounds;
 use crate::occlusion::occluder::{OccluderMesh, occluder_levels};
@@ -40,6 +42,8 @@ pub struct GroupTable {
     pub(crate) samples: SurfaceSamples,
     /// What the mesh hides others with, finest first.
     pub(crate) occluders: Vec<OccluderMesh>,
+    /// Around its surface, and what it hides others with.
+    pub(crate) surface_box: LocalBox,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -76,6 +80,8 @@ impl GroupTable {
             ErrorBounds::around(bounds).unwrap_or_default()
         };
         let (first_coarser, coarser) = coarser_links(hierarchy);
+        let occluders = occluder_levels(hierarchy);
+        let samples = SurfaceSamples::new(hierarchy);
         let mut table = Self {
             group_count: groups.len(),
             // Bounds of one group, of eight and of 64.
@@ -83,8 +89,13 @@ impl GroupTable {
             blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
             chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
             bounds: around(groups),
-            samples: SurfaceSamples::new(hierarchy),
-            occluders: occluder_levels(hierarchy),
+            // What cannot be asked for is everywhere, and so never hidden.
+            surface_box: match samples.of_mesh(1) {
+                [] => LocalBox::EVERYWHERE,
+                _ => LocalBox::around(surface(hierarchy, &occluders)),
+            },
+            samples,
+            occluders,
             facings: FacingLanes::new(groups, 1, words * LANES),
             block_facings: FacingLanes::new(groups, LANES, words),
             normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
@@ -230,6 +241,15 @@ impl From<&Unit> for TableUnit {
             triangle_count: unit.triangle_count,
         }
     }
+}
+
+/// Vertices of all units and of occluders.
+fn surface<'a>(
+    hierarchy: &'a Hierarchy,
+    occluders: &'a [OccluderMesh],
+) -> impl Iterator<Item = Vec3> + 'a {
+    let of_units = hierarchy.vertices.positions.iter().copied();
+    of_units.chain(occluders.iter().flat_map(OccluderMesh::positions))
 }
 
 fn terminal_bits(groups: &[Group]) -> u64 {

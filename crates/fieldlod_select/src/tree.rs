@@ -9,6 +9,7 @@
 use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
 
+use crate::boxes::AxisBox;
 use crate::error_bounds::ErrorBounds;
 
 pub(crate) const FAN: usize = 16;
@@ -23,6 +24,8 @@ pub(crate) struct Node {
     pub(crate) bounds: ErrorBounds,
     /// The largest radius of an instance below whose mesh can hide others; 0 if none can.
     pub(crate) occluder_radius: f32,
+    /// Around the surfaces of all instances below.
+    pub(crate) surface_box: AxisBox,
     /// When an instance below last changed.
     pub(crate) changed_at: u64,
 }
@@ -169,6 +172,7 @@ impl Node {
     pub(crate) const EMPTY: Self = Self {
         bounds: ErrorBounds::EMPTY,
         occluder_radius: 0.0,
+        surface_box: AxisBox::EMPTY,
         changed_at: 0,
     };
 
@@ -179,6 +183,9 @@ impl Node {
             occluder_radius: nodes
                 .iter()
                 .fold(0.0, |most, node| most.max(node.occluder_radius)),
+            surface_box: nodes
+                .iter()
+                .fold(AxisBox::EMPTY, |all, node| all.and(&node.surface_box)),
             changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
         }
     }

@@ -2,6 +2,7 @@
 
 mod common;
 
+use camera_field::Camera;
 use common::{
     any_camera, any_placement, any_settings, hierarchies, look, orthographic, perspective,
     synthetic, vector,
@@ -168,6 +169,89 @@ fn apply(selector: &Selector, cuts: &mut [Vec<u32>]) {
     }
 }
 
+/// A walk from a place: each step goes, turns and may do something else.
+struct Walk {
+    eye: Vec3,
+    target: Vec3,
+    steps: Vec<(Vec3, Vec3, u8)>,
+}
+
+/// Walks through a scene, and compares each cut with the naive one.
+fn check_walk(
+    mut placed: Vec<Placed>,
+    camera: Camera,
+    settings: &LodSettings,
+    walk: Walk,
+) -> Result<(), TestCaseError> {
+    let (mut scene, ids) = scene_of(&placed);
+    let mut naive = Naive::default();
+    let mut selector = Selector::default();
+    let mut followed = vec![Vec::new(); ids.len()];
+    let Walk {
+        mut eye,
+        mut target,
+        steps,
+    } = walk;
+    for (go, turn, event) in steps {
+        // Mostly small steps; now and then a jump, a standstill or a moved object.
+        match event {
+            0 => eye += go * 50.0,
+            1 => {}
+            2 => {
+                let moved = (go.x.to_bits() as usize) % placed.len();
+                placed[moved].placement.translation += glam::Vec3A::from(go);
+                scene.set_placement(ids[moved], placed[moved].placement);
+                scene.update();
+            }
+            3 => target += turn * 30.0,
+            _ => {
+                eye += go * 0.1;
+                target += turn * 0.1;
+            }
+        }
+        let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
+        let expected = naive.select(&scene, &ids, &placed, &view, settings);
+        selector.select(&scene, &view, settings);
+        prop_assert_eq!(&cuts(&selector, &scene, &ids), &expected);
+        apply(&selector, &mut followed);
+        prop_assert_eq!(&followed, &expected);
+        let triangles = expected.iter().zip(&placed).flat_map(|(units, placed)| {
+            let of_mesh = &hierarchies()[placed.mesh].units;
+            units
+                .iter()
+                .map(|&unit| u64::from(of_mesh[unit as usize].triangle_count))
+        });
+        prop_assert_eq!(selector.triangle_count(), triangles.sum::<u64>());
+    }
+    Ok(())
+}
+
+fn any_steps() -> impl Strategy<Value = Vec<(Vec3, Vec3, u8)>> {
+    prop::collection::vec((vector(), vector(), 0u8..10), 8..20)
+}
+
+/// Walls, and many small things behind them.
+fn any_crowd() -> impl Strategy<Value = Vec<Placed>> {
+    let scaled = |mesh: usize, at: Vec3, scale: Vec3| Placed {
+        mesh,
+        placement: Affine3A::from_translation(at) * Affine3A::from_scale(scale),
+        bias: 1.0,
+    };
+    let wall = (vector(), 1.0f32..4.0).prop_map(move |(at, size)| {
+        let place = at * Vec3::new(6.0, 1.0, 2.0) - Vec3::Z * 6.0;
+        scaled(0, place, Vec3::new(size, size, 0.2))
+    });
+    let small = (0usize..5, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
+        let place = at * Vec3::new(15.0, 2.0, 20.0) - Vec3::Z * 32.0;
+        scaled(mesh, place, Vec3::splat(size))
+    });
+    let (walls, crowd) = (
+        prop::collection::vec(wall, 1..4),
+        prop::collection::vec(small, 20..120),
+    );
+    (walls, crowd).prop_map(|(walls, crowd)| walls.into_iter().chain(crowd).collect())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -178,38 +262,26 @@ proptest! {
         settings in any_settings(),
         flux in any_flux(),
         start in vector(),
-        steps in prop::collection::vec((vector(), vector(), 0u8..10), 8..20),
+        steps in any_steps(),
     ) {
         let settings = LodSettings { visible_flux: flux, ..settings };
-        let mut placed = placed;
-        let (mut scene, ids) = scene_of(&placed);
-        let mut naive = Naive::default();
-        let mut selector = Selector::default();
-        let mut followed = vec![Vec::new(); ids.len()];
-        let (mut eye, mut target) = (start * 30.0, Vec3::ZERO);
-        for (go, turn, event) in steps {
-            // Mostly small steps; now and then a jump, a standstill or a moved object.
-            match event {
-                0 => eye += go * 50.0,
-                1 => {}
-                2 => {
-                    let moved = (go.x.to_bits() as usize) % placed.len();
-                    placed[moved].placement.translation += glam::Vec3A::from(go);
-                    scene.set_placement(ids[moved], placed[moved].placement);
-                    scene.update();
-                }
-                3 => target += turn * 30.0,
-                _ => { eye += go * 0.1; target += turn * 0.1; }
-            }
-            let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
-            let expected = naive.select(&scene, &ids, &placed, &view, &settings);
-            selector.select(&scene, &view, &settings);
-            prop_assert_eq!(&cuts(&selector, &scene, &ids), &expected);
-            apply(&selector, &mut followed);
-            prop_assert_eq!(&followed, &expected);
-            let triangles = expected.iter().zip(&placed).flat_map(|(units, p)| units.iter().map(|&u| u64::from(hierarchies()[p.mesh].units[u as usize].triangle_count)));
-            prop_assert_eq!(selector.triangle_count(), triangles.sum::<u64>());
-        }
+        check_walk(placed, camera, &settings, Walk { eye: start * 30.0, target: Vec3::ZERO, steps })?;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn incremental_equals_naive_along_a_walk_past_walls(
+        placed in any_crowd(),
+        settings in any_settings(),
+        flux in any_flux(),
+        start in vector(),
+        steps in any_steps(),
+    ) {
+        let settings = LodSettings { visible_flux: flux, ..settings };
+        check_walk(placed, perspective(1.0), &settings, Walk { eye: start, target: Vec3::Z * -30.0, steps })?;
     }
 }
 

@@ -103,30 +103,6 @@ fn what_goes_into_hiding_is_coarsened_after_some_frames() {
 }
 
 #[test]
-fn an_eye_that_sways_at_a_corner_swaps_no_level_back_within_five_frames() {
-    let (scene, ids) = scene();
-    let mut selector = Selector::default();
-    let patient = LodSettings {
-        visible_flux: Some(VisibleFlux::default()),
-        ..settings()
-    };
-    let mut last_change = vec![(0usize, Vec::new()); ids.len()];
-    for frame in 1..200usize {
-        // As a head does, half a second to and fro.
-        let x = 2.2 + 1.5 * ((frame % 32) as f32 - 16.0).abs() / 16.0;
-        let target = Vec3::new(0.0, 0.0, -12.0);
-        let view = look(perspective(1.0), Vec3::new(x, 0.0, 0.0), target);
-        selector.select(&scene, &view, &patient);
-        for change in selector.changes() {
-            let (then, left) = &mut last_change[change.instance.index()];
-            let is_back = change.entered.iter().any(|unit| left.contains(unit));
-            assert!(!is_back || frame - *then > 5, "frame {frame} after {then}");
-            (*then, *left) = (frame, change.left.to_vec());
-        }
-    }
-}
-
-#[test]
 fn two_views_do_not_share_what_they_hide() {
     let (scene, [_, rock]) = scene();
     let mut selectors = [Selector::default(), Selector::default()];
@@ -160,50 +136,31 @@ fn a_guarantee_counts_what_is_hidden_in_full() {
 }
 
 #[test]
-fn a_door_that_opens_shows_what_is_behind_it_in_the_same_frame() {
-    let (mut scene, [door, rock]) = scene();
+fn a_budget_counts_hidden_things_as_hidden() {
+    let (mut scene, [_, rock]) = scene();
+    let mesh = scene.mesh_of(rock).unwrap();
+    // A crowd behind the wall, and some beside it.
+    for index in 0..60u8 {
+        let x = f32::from(index % 10) * 0.5 - 2.5 + if index < 40 { 0.0 } else { 12.0 };
+        let place = Vec3::new(x, 0.0, -16.0 - f32::from(index / 10));
+        scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
+    }
+    scene.update();
+    let free = {
+        let mut selector = Selector::default();
+        selector.select(&scene, &view(false), &settings());
+        selector.triangle_count()
+    };
+    let budget = free / 2;
     let mut selector = Selector::default();
-    let closed = view(false);
-    selector.select(&scene, &closed, &settings());
-    let expected = seen_units(&scene, rock, &closed);
-    let mut was_coarser = false;
-    for step in 0..40u8 {
-        let at = Vec3::new(f32::from(step) * 0.25, 0.0, -5.0);
-        let shape = Affine3A::from_scale(Vec3::new(2.5, 2.5, 0.3));
-        scene.set_placement(door, Affine3A::from_translation(at) * shape);
-        scene.update();
-        selector.select(&scene, &closed, &settings());
-        let buffer = selector.occlusion().unwrap();
-        let is_seen = buffer
-            .visible_shares(&scene, rock)
-            .iter()
-            .all(|&share| share == 1.0);
-        was_coarser |= selector.units(&scene, rock).len() < expected.len();
-        if is_seen {
-            assert_eq!(selector.units(&scene, rock), expected, "step {step}");
-        }
-    }
-    assert!(was_coarser);
-    assert_eq!(selector.units(&scene, rock), expected);
-}
-
-#[test]
-fn a_fast_turn_finds_everything_as_fine_as_one_who_looked_there_before() {
-    let (scene, _) = scene();
-    let mut turning = Selector::default();
-    for back in [
-        Vec3::new(0.0, 0.0, 1.0),
-        Vec3::new(0.7, 0.0, 0.7),
-        Vec3::new(1.0, 0.0, 0.0),
-        Vec3::new(0.7, 0.0, -0.7),
-    ] {
-        let eye = Vec3::X * 9.0;
-        let view = look(perspective(1.0), eye, eye + back * 10.0);
-        turning.select(&scene, &view, &settings());
-    }
-    turning.select(&scene, &view(true), &settings());
-    let mut fresh = Selector::default();
-    fresh.select(&scene, &view(true), &settings());
-    let (turned, looked) = (turning.triangle_count(), fresh.triangle_count());
-    assert!(turned >= looked, "{turned} {looked}");
+    let scarce = LodSettings {
+        triangle_budget: Some(budget),
+        ..settings()
+    };
+    selector.select(&scene, &view(false), &scarce);
+    let drawn = selector.triangle_count();
+    assert!(
+        drawn <= budget && drawn * 10 > budget * 9,
+        "{drawn} of {budget}"
+    );
 }

@@ -26,7 +26,7 @@ const POINTS_PER_TRIANGLE: u32 = 16;
 /// The choice of one view, in storage that is used again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OccluderChoice {
-    candidates: Vec<Candidate>,
+    pub(crate) candidates: Vec<Candidate>,
     pub(crate) chosen: Vec<ChosenOccluder>,
     pub(crate) triangle_count: u32,
     pub(crate) point_count: u32,
@@ -49,8 +49,8 @@ pub(crate) enum DrawnBy {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
-    instance: u32,
+pub(crate) struct Candidate {
+    pub(crate) instance: u32,
     /// Texels that its sphere covers, about.
     area: f32,
 }
@@ -72,53 +72,54 @@ pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Ma
 }
 
 impl OccluderChoice {
-    /// Chooses those that cover most, as long as the triangles of the `budget` last.
-    pub(crate) fn choose(&mut self, scene: &Scene, view: &View, plane: &ImagePlane, budget: u32) {
-        self.find(scene, view, plane);
-        self.chosen.clear();
-        (self.triangle_count, self.point_count) = (0, 0);
-        for candidate in &self.candidates {
-            let instance = candidate.instance;
-            let Some(mesh) = scene.entries[instance as usize].occluder_mesh(view.layers) else {
-                continue;
-            };
-            let spent = self.triangle_count + self.point_count / POINTS_PER_TRIANGLE;
-            let rest = budget.saturating_sub(spent);
-            let drawn_by = if candidate.area <= LARGEST_POINT_AREA {
-                let points = (candidate.area * POINTS_PER_TEXEL) as u32;
-                if points / POINTS_PER_TRIANGLE > rest {
-                    continue;
-                }
-                self.point_count += points;
-                DrawnBy::Points(points as usize)
-            } else {
-                let placement = &scene.instances[instance as usize].world_from_local;
-                let (linear, origin) = camera_from_local(view, placement);
-                let worth = (candidate.area * TRIANGLES_PER_TEXEL) as u32;
-                // The finest level that is worth its texels.
-                let levels = scene.table(mesh).occluders.iter().enumerate();
-                let counted = levels.map(|(level, mesh)| {
-                    let parts = mesh.parts_in_view(plane, &linear, origin);
-                    (level, parts.map(OccluderPart::triangle_count).sum::<u32>())
-                });
-                let mut fitting = counted.filter(|&(_, count)| count <= worth.min(rest));
-                let Some((level, count)) = fitting.next() else {
-                    continue;
-                };
-                self.triangle_count += count;
-                DrawnBy::Level(level)
-            };
-            self.chosen.push(ChosenOccluder {
-                instance,
-                mesh,
-                drawn_by,
+    /// How an instance is drawn, if what is left of the triangles of the `budget` allows; its cost counts
+    /// from then on.
+    pub(crate) fn choose(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        plane: &ImagePlane,
+        budget: u32,
+        Candidate { instance, area }: Candidate,
+    ) -> Option<ChosenOccluder> {
+        let mesh = scene.entries[instance as usize].occluder_mesh(view.layers)?;
+        let spent = self.triangle_count + self.point_count / POINTS_PER_TRIANGLE;
+        let rest = budget.saturating_sub(spent);
+        let drawn_by = if area <= LARGEST_POINT_AREA {
+            let points = (area * POINTS_PER_TEXEL) as u32;
+            if points / POINTS_PER_TRIANGLE > rest {
+                return None;
+            }
+            self.point_count += points;
+            DrawnBy::Points(points as usize)
+        } else {
+            let placement = &scene.instances[instance as usize].world_from_local;
+            let (linear, origin) = camera_from_local(view, placement);
+            let worth = (area * TRIANGLES_PER_TEXEL) as u32;
+            // The finest level that is worth its texels.
+            let levels = scene.table(mesh).occluders.iter().enumerate();
+            let mut counted = levels.map(|(level, mesh)| {
+                let parts = mesh.parts_in_view(plane, &linear, origin);
+                (level, parts.map(OccluderPart::triangle_count).sum::<u32>())
             });
-        }
+            let (level, count) = counted.find(|&(_, count)| count <= worth.min(rest))?;
+            self.triangle_count += count;
+            DrawnBy::Level(level)
+        };
+        let chosen = ChosenOccluder {
+            instance,
+            mesh,
+            drawn_by,
+        };
+        self.chosen.push(chosen);
+        Some(chosen)
     }
 
-    /// Lists what may hide others, the largest first.
-    fn find(&mut self, scene: &Scene, view: &View, plane: &ImagePlane) {
+    /// Begins another image: lists what may hide others, the largest first.
+    pub(crate) fn begin(&mut self, scene: &Scene, view: &View, plane: &ImagePlane) {
         self.candidates.clear();
+        self.chosen.clear();
+        (self.triangle_count, self.point_count) = (0, 0);
         let search = Search {
             scene,
             view,

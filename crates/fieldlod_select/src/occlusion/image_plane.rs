@@ -1,14 +1,21 @@
 //! From camera space to the texels of a depth image.
 
-use camera_field::Camera;
-use glam::{Mat3, Vec2, Vec3};
+use std::ops::Range;
 
+use camera_field::Camera;
+use glam::{Vec2, Vec3};
+use wide::f32x8;
+
+use crate::bits::LANES;
+use crate::boxes::AxisBox;
 use crate::lane::{Lane, V3};
 
 /// Texels along the longer side of the image.
 const LONGER_SIDE: f32 = 256.0;
 /// Texels along a side at least; sides are multiples of it.
 const LEAST_SIDE: usize = 8;
+/// What rounding may move something by, in texels.
+const ROUNDING: f32 = 0.01;
 /// What is nearer than this depth has no place in the image.
 pub(crate) const NEAREST: f32 = 1e-3;
 
@@ -24,32 +31,12 @@ pub(crate) struct ImagePlane {
     offset: Vec2,
 }
 
-/// A box along local axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct LocalBox {
-    pub(crate) center: Vec3,
-    pub(crate) half_size: Vec3,
-}
-
-/// A box along the axes of camera space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CameraBox {
-    min: Vec3,
-    max: Vec3,
-}
-
-impl CameraBox {
-    /// Around a box of local space.
-    pub(crate) fn around(local: &LocalBox, linear: &Mat3, origin: Vec3) -> Self {
-        let half = local.half_size;
-        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3::abs);
-        let half = x * half.x + y * half.y + z * half.z;
-        let center = *linear * local.center + origin;
-        Self {
-            min: center - half,
-            max: center + half,
-        }
-    }
+/// Texels around something in the image, and a nearness that nothing of it exceeds.
+#[derive(Clone, Debug)]
+pub(crate) struct Rectangle {
+    pub(crate) columns: Range<usize>,
+    pub(crate) rows: Range<usize>,
+    pub(crate) nearest: f32,
 }
 
 impl ImagePlane {
@@ -115,15 +102,52 @@ impl ImagePlane {
             & depth.is_below(L::infinity())
     }
 
-    /// The texel at coordinates that have a place in the image.
-    #[inline(always)]
-    pub(crate) fn texel(&self, x: f32, y: f32) -> usize {
-        y as usize * self.width + x as usize
+    /// Where a sphere of camera space is in the image; `None` if it reaches the camera.
+    pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
+        let depth = center.z - radius;
+        if !(NEAREST..f32::INFINITY).contains(&depth) {
+            return None;
+        }
+        // No point of it is farther from where its centre is seen.
+        let at = self.project(V3::splat(center));
+        let side = |at: f32, slope: f32, scale: f32, count: usize| {
+            let reach = if self.is_perspective {
+                radius * (1.0 + slope.abs()) / depth
+            } else {
+                radius
+            };
+            let reach = reach * scale + ROUNDING;
+            let end = (at + reach + 1.0).clamp(0.0, count as f32) as usize;
+            ((at - reach).max(0.0) as usize).min(end)..end
+        };
+        Some(Rectangle {
+            columns: side(at.x, center.x / center.z, self.scale.x, self.width),
+            rows: side(at.y, center.y / center.z, self.scale.y, self.height),
+            nearest: self.nearness(depth),
+        })
     }
 
-    /// Whether a box is certainly not in the image.
-    pub(crate) fn is_beyond(&self, bounds: &CameraBox) -> bool {
-        let CameraBox { min, max } = bounds;
+    /// About how many texels long a length at a distance is; infinite where that reaches the camera.
+    pub(crate) fn texels(&self, length: f32, distance: f32) -> f32 {
+        match self.is_perspective {
+            true if distance > 0.0 => length * self.scale.x / distance,
+            true => f32::INFINITY,
+            false => length * self.scale.x,
+        }
+    }
+
+    /// The texels at the coordinates of those points that have a place in the image; 0 of the others.
+    #[inline(always)]
+    pub(crate) fn texels_at(&self, at: V3<f32x8>, has_place: f32x8) -> [i32; LANES] {
+        // Whole numbers up to the count of texels are exact.
+        let whole = |at: f32x8| (at & has_place).fast_trunc_int().round_float();
+        let texel = whole(at.y) * f32x8::splat(self.width as f32) + whole(at.x);
+        texel.fast_trunc_int().to_array()
+    }
+
+    /// Whether a box of camera space is certainly not in the image.
+    pub(crate) fn is_beyond(&self, bounds: &AxisBox) -> bool {
+        let AxisBox { min, max } = bounds;
         if max.z < NEAREST {
             return true;
         }

@@ -3,7 +3,8 @@
 use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
-use super::image_plane::{CameraBox, ImagePlane, LocalBox};
+use super::image_plane::ImagePlane;
+use crate::boxes::{AxisBox, LocalBox};
 use crate::stretch::largest_stretch;
 
 /// The most triangles of an occluder's levels.
@@ -77,6 +78,11 @@ impl OccluderMesh {
         self.parts.iter().map(|part| part.triangles.len()).sum()
     }
 
+    /// Where its vertices are.
+    pub(crate) fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.parts.iter().flat_map(|part| &part.positions).copied()
+    }
+
     #[cfg(test)]
     pub(crate) fn parts(&self) -> &[OccluderPart] {
         &self.parts
@@ -90,7 +96,7 @@ impl OccluderMesh {
         origin: Vec3,
     ) -> impl Iterator<Item = &'a OccluderPart> + 'a {
         let is_in_view = move |part: &&OccluderPart| {
-            !plane.is_beyond(&CameraBox::around(&part.bounds, linear, origin))
+            !plane.is_beyond(&AxisBox::around(&part.bounds, linear, origin))
         };
         self.parts.iter().filter(is_in_view)
     }

@@ -5,65 +5,78 @@ use std::sync::OnceLock;
 use camera_field::{Camera, Intrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Quat, Vec2};
+use glam::{Affine3A, Quat, Vec2};
 use proptest::prelude::*;
 
 use super::choice::ChosenOccluder;
 use super::*;
-use crate::scene::MeshId;
+use crate::boxes::AxisBox;
+use crate::scene::{InstanceId, MeshId};
+
+/// An image by instances: nearness, and who owns it.
+type Image = (Vec<f32>, Vec<u32>);
 
 /// Every texel of every triangle and point, one by one.
-fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> (Vec<f32>, Vec<u32>) {
-    let plane = &buffer.plane;
-    let texels = plane.width * plane.height;
-    let (mut image, mut owners) = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
-    let mut keep = |texel: usize, nearness: f32, owner: u32| {
-        if image[texel] < nearness {
-            (image[texel], owners[texel]) = (nearness, owner);
-        }
-    };
-    for &ChosenOccluder {
+fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> Image {
+    let texels = buffer.plane.width * buffer.plane.height;
+    let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
+    for chosen in &buffer.choice.chosen {
+        draw_naively(scene, buffer, chosen, &mut image);
+    }
+    image
+}
+
+fn draw_naively(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    chosen: &ChosenOccluder,
+    (image, owners): &mut Image,
+) {
+    let &ChosenOccluder {
         instance,
         mesh,
         drawn_by,
-    } in &buffer.choice.chosen
-    {
-        let table = scene.table(mesh);
-        let placement = &scene.instances[instance as usize].world_from_local;
-        let (linear, origin) = camera_from_local(&buffer.view, placement);
-        match drawn_by {
-            DrawnBy::Level(level) => {
-                let level = &table.occluders[level];
-                let pushed_back = level.pushed_back(&linear, origin);
-                let mut corners = Vec::new();
-                for part in level.parts() {
-                    for corners in part.triangles_in_camera(&linear, pushed_back, &mut corners) {
-                        let is_mirrored = linear.determinant() < 0.0;
-                        for triangle in front_triangles(plane, corners, is_mirrored) {
-                            for texel in 0..texels {
-                                let x = (texel % plane.width) as f32 + 0.5;
-                                let y = (texel / plane.width) as f32 + 0.5;
-                                if triangle.covers(x, y) {
-                                    keep(texel, triangle.nearness(x, y), instance);
-                                }
+    } = chosen;
+    let (plane, texels) = (&buffer.plane, image.len());
+    let mut keep = |texel: usize, nearness: f32| {
+        if image[texel] < nearness {
+            (image[texel], owners[texel]) = (nearness, instance);
+        }
+    };
+    let table = scene.table(mesh);
+    let placement = &scene.instances[instance as usize].world_from_local;
+    let (linear, origin) = camera_from_local(&buffer.view, placement);
+    match drawn_by {
+        DrawnBy::Level(level) => {
+            let level = &table.occluders[level];
+            let pushed_back = level.pushed_back(&linear, origin);
+            let mut corners = Vec::new();
+            for part in level.parts() {
+                for corners in part.triangles_in_camera(&linear, pushed_back, &mut corners) {
+                    let is_mirrored = linear.determinant() < 0.0;
+                    for triangle in front_triangles(plane, corners, is_mirrored) {
+                        for texel in 0..texels {
+                            let x = (texel % plane.width) as f32 + 0.5;
+                            let y = (texel / plane.width) as f32 + 0.5;
+                            if triangle.covers(x, y) {
+                                keep(texel, triangle.nearness(x, y));
                             }
                         }
                     }
                 }
             }
-            DrawnBy::Points(count) => {
-                let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
-                for point in points_of(table.samples.of_mesh(count)) {
-                    let point: V3<f32> = linear.of(point).plus(origin);
-                    let at = plane.project(point);
-                    if plane.has_place(at, point.z) {
-                        keep(plane.texel(at.x, at.y), at.z, instance);
-                    }
+        }
+        DrawnBy::Points(count) => {
+            let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
+            for point in points_of(table.samples.of_mesh(count)) {
+                let point: V3<f32> = linear.of(point).plus(origin);
+                let at = plane.project(point);
+                if plane.has_place(at, point.z) {
+                    keep(at.y as usize * plane.width + at.x as usize, at.z);
                 }
             }
         }
     }
-    (image, owners)
 }
 
 fn points_of(lanes: &[V3<f32x8>]) -> impl Iterator<Item = V3<f32>> + '_ {
@@ -149,6 +162,56 @@ proptest! {
         prop_assert_eq!(&buffer.owners, &owners);
         prop_assert!((0..image.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
         prop_assert!(buffer.choice.triangle_count <= budget);
+    }
+
+    #[test]
+    fn what_was_not_drawn_would_have_changed_nothing(
+        placed in prop::collection::vec((prop::array::uniform3(-1.0f32..1.0), 0.05f32..1.0), 1..40),
+    ) {
+        let mut scene = Scene::default();
+        let meshes = meshes(&mut scene);
+        scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
+        for (index, (at, scale)) in placed.into_iter().enumerate() {
+            let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 15.0) - Vec3::Z * 20.0;
+            scene.add_instance(meshes[index % 3], place(at, Vec3::splat(scale)), 1.0);
+        }
+        scene.update();
+        let view = view(Vec3::ZERO, Quat::IDENTITY);
+        let buffer = OcclusionBuffer::new(&scene, &view, u32::MAX);
+        let (mut image, mut choice) = (naive_image(&scene, &buffer), buffer.choice.clone());
+        let candidates = choice.candidates.clone();
+        for &candidate in &candidates {
+            let is_drawn = |chosen: &ChosenOccluder| chosen.instance == candidate.instance;
+            if !buffer.choice.chosen.iter().any(is_drawn) {
+                let chosen = choice.choose(&scene, &view, &buffer.plane, u32::MAX, candidate);
+                chosen.inspect(|chosen| draw_naively(&scene, &buffer, chosen, &mut image));
+            }
+        }
+        prop_assert_eq!(&buffer.nearness, &image.0);
+    }
+
+    #[test]
+    fn a_box_that_is_hidden_holds_nothing_visible(
+        at in prop::array::uniform3(-1.0f32..1.0),
+        half in prop::array::uniform3(0.0f32..1.0),
+        inner in prop::array::uniform3(-1.0f32..1.0),
+    ) {
+        let (scene, _) = hidden_and_beside();
+        let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
+        let at = Vec3::from(at) * Vec3::new(6.0, 4.0, 12.0) - Vec3::Z * 12.0;
+        let half = Vec3::from(half) * Vec3::from(half);
+        let around = |center: Vec3, half: Vec3| AxisBox { min: center - half, max: center + half };
+        let is_hidden = buffer.hides(&around(at, half));
+        // Of any point in it the texel is nearer, and any box in it is hidden.
+        let point = at + Vec3::from(inner) * half;
+        let camera = buffer.view.camera_from_world * point;
+        let seen: V3<f32> = buffer.plane.project(V3::splat(camera));
+        let is_behind = buffer.plane.has_place(seen, camera.z) && {
+            let texel = seen.y as usize * buffer.plane.width + seen.x as usize;
+            seen.z < buffer.nearness[texel]
+        };
+        let is_inner_hidden = buffer.hides(&around((at + point) * 0.5, half * 0.4));
+        prop_assert!(!is_hidden || (is_behind && is_inner_hidden));
     }
 }
 

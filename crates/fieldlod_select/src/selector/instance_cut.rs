@@ -173,6 +173,11 @@ impl InstanceCut {
         }
     }
 
+    /// Whether nothing is refined but what always is.
+    pub(super) fn is_coarsest(&self, table: &GroupTable) -> bool {
+        self.refined == table.coarsest_refined
+    }
+
     /// Takes notice of what is visible now. Whether the cut has to be decided again.
     pub(super) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) -> bool {
         let was_empty = self.shares.is_empty();

@@ -37,6 +37,8 @@ pub(super) struct Pending {
     pub(super) was: InstanceState,
     /// Whether the instance has changed since it was decided last.
     pub(super) has_moved: bool,
+    /// What is visible of all of it, if that was asked.
+    pub(super) share: Option<u8>,
     /// The key of its cut in the pool.
     pub(super) cut: u32,
 }

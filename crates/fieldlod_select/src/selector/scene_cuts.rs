@@ -113,7 +113,7 @@ impl SceneCuts {
                 continue;
             };
             let (table, instance) = (scene.table(mesh), &scene.instances[index as usize]);
-            let seen = flux.map(|_| self.visible.seen(table, index, instance));
+            let seen = flux.map(|_| self.visible.seen(table, index, instance, None));
             let hold_frames = flux.map_or(0, |flux| flux.hold_frames);
             let has_changed = cut.update_shares(seen, hold_frames);
             self.has_unsettled_shares |= flux.is_some() && !cut.shares().is_settled();
@@ -159,14 +159,23 @@ impl SceneCuts {
             cut.decide_again(table, instance, context, pending.has_moved);
         } else {
             let flux = context.parts.settings.visible_flux;
-            let seen = flux.map(|_| self.visible.seen(table, pending.instance, instance));
+            let (visible, share) = (&mut self.visible, pending.share);
+            let seen = flux
+                .is_some()
+                .then(|| visible.seen(table, pending.instance, instance, share));
             cut.begin_shares(pending.instance, table.terminal.len(), seen);
             cut.decide_first(table, instance, context);
             self.memories[index].state = InstanceState::Mixed(pending.cut);
         }
         self.statistics.instances_decided += 1;
         self.statistics.groups_decided += cut.groups_decided();
-        self.validities[index] = cut.validity();
+        // The next visit tells whether it needs a cut of its own any more.
+        let may_end = cut.has_changed() && cut.is_coarsest(table);
+        self.validities[index] = if may_end {
+            Validity::NONE
+        } else {
+            cut.validity()
+        };
         // What that changes.
         if !is_mixed || cut.has_changed() {
             let (before, triangles_before) = if is_mixed {

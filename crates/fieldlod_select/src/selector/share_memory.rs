@@ -76,6 +76,11 @@ impl ShareMemory {
         self.is_settled
     }
 
+    /// What was seen last, if it was the same of all groups.
+    pub(super) fn last_of_all(&self) -> Option<u8> {
+        self.last_of_all
+    }
+
     /// What decisions under some settings read.
     pub(super) fn shares(&self, settings: &LodSettings) -> Shares<'_> {
         match &settings.visible_flux {

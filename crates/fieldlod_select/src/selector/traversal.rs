@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use super::hidden_test::HiddenTest;
 use super::memory::{InstanceState, NodeMemory, Pending};
 use super::scene_cuts::SceneCuts;
 use crate::object_test::ObjectTest;
-use crate::scene::Scene;
-use crate::tree::FAN;
+use crate::scene::{MeshId, Scene};
+use crate::tree::{FAN, Node};
 use crate::validity::{CameraTravel, Validity};
 
 /// What a frame traverses with.
@@ -14,12 +15,14 @@ pub(super) struct TraversalContext<'a> {
     pub(super) scene: &'a Scene,
     /// The layers that the view sees.
     pub(super) layers: u64,
-    pub(super) test: ObjectTest<'a>,
+    pub(super) test: &'a ObjectTest<'a>,
     pub(super) now: CameraTravel,
     /// Changes of the scene up to here were taken into account before.
     pub(super) seen_revision: u64,
     /// Nothing is remembered: what is at its coarsest is listed in the end, in one go.
     pub(super) is_first: bool,
+    /// What is visible, if hidden things count less.
+    pub(super) hidden: Option<HiddenTest<'a>>,
 }
 
 impl SceneCuts {
@@ -47,6 +50,7 @@ impl SceneCuts {
                 is_coarsest,
             },
             Some(validity) => return self.mark_coarsest(context, level, index, validity),
+            None if is_coarsest && context.hides(node) => NodeMemory::new(true),
             None => self.visit_children(context, level, index),
         };
         self.nodes[level][index] = found;
@@ -103,6 +107,11 @@ impl SceneCuts {
         let (None, Some(mesh)) = (coarsest, mesh) else {
             return self.mark_instance_coarsest(context, instance, self.validities[index]);
         };
+        // The same by what is visible of it, unless something was refined.
+        let share = self.share_if_coarsest(context, instance, mesh);
+        if context.stays_coarsest(node, share) {
+            return self.mark_instance_coarsest(context, instance, Validity::NONE);
+        }
         // Its groups have to be decided.
         let cut = match memory.state {
             InstanceState::Mixed(key) => key,
@@ -112,9 +121,32 @@ impl SceneCuts {
             instance,
             was: memory.state,
             has_moved: !is_unchanged,
+            share,
             cut,
         });
         NodeMemory::new(false)
+    }
+
+    /// What is visible of all of an instance, if that matters and nothing of it was refined.
+    fn share_if_coarsest(
+        &self,
+        context: &TraversalContext,
+        instance: u32,
+        mesh: MeshId,
+    ) -> Option<u8> {
+        let hidden = context.hidden.as_ref()?;
+        let table = context.scene.table(mesh);
+        match self.memories[instance as usize].state {
+            InstanceState::Mixed(key) => {
+                let cut = self.pool.at(key);
+                let share = cut.shares().last_of_all();
+                share.filter(|_| cut.is_coarsest(table))
+            }
+            _ => {
+                let placed = &context.scene.instances[instance as usize];
+                hidden.buffer.share_of_all(table, instance, placed)
+            }
+        }
     }
 
     /// Everything below is at its coarsest, as long as `validity` lasts.
@@ -177,6 +209,23 @@ impl SceneCuts {
             validity,
             is_coarsest: true,
         }
+    }
+}
+
+impl TraversalContext<'_> {
+    /// Whether all below a node is hidden, and stays at its coarsest so.
+    fn hides(&self, node: &Node) -> bool {
+        let is_hidden = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
+        self.hidden.as_ref().is_some_and(is_hidden) && self.stays_coarsest(node, Some(0))
+    }
+
+    /// Whether what is visible by a share stays at its coarsest.
+    fn stays_coarsest(&self, node: &Node, share: Option<u8>) -> bool {
+        let (Some(hidden), Some(share)) = (&self.hidden, share) else {
+            return false;
+        };
+        let seen = node.bounds.seen_by(hidden.counted(share));
+        self.test.coarsest(&seen, true).is_some()
     }
 }
 

@@ -34,20 +34,22 @@ impl VisibleShares {
         true
     }
 
-    /// What is seen of an instance.
+    /// What is seen of an instance; `of_all` if that was asked before.
     pub(super) fn seen(
         &mut self,
         table: &GroupTable,
         index: u32,
         instance: &Instance,
+        of_all: Option<u8>,
     ) -> SeenShares<'_> {
         let Some(buffer) = &self.buffer else {
             return SeenShares::OfAll(FULL_SHARE);
         };
-        match buffer.shares(table, index, &instance.world_from_local, &mut self.groups) {
-            Some(share) => SeenShares::OfAll(share),
-            None => SeenShares::OfGroups(&self.groups),
+        if let Some(share) = of_all.or_else(|| buffer.share_of_all(table, index, instance)) {
+            return SeenShares::OfAll(share);
         }
+        buffer.group_shares(table, index, instance, &mut self.groups);
+        SeenShares::OfGroups(&self.groups)
     }
 
     /// Forgets the image. Whether there was one.

@@ -1,0 +1,229 @@
+//! What hides comes and goes: nothing flickers, and what appears is sharp in the frame in which it appears.
+
+mod common;
+
+use std::collections::HashMap;
+
+use common::{hierarchies, look, perspective};
+use fieldlod_select::{InstanceId, LodSettings, MeshId, Scene, Selector, View, VisibleFlux};
+use glam::{Affine3A, Quat, Vec3};
+
+/// A unit that left may not come back within so many frames.
+const FLIP_FRAMES: usize = 5;
+const FRAMES: usize = 240;
+
+fn settings() -> LodSettings {
+    LodSettings {
+        visible_flux: Some(VisibleFlux::default()),
+        ..LodSettings::with_error_px(0.5)
+    }
+}
+
+/// A scene of rocks, some of them flattened or drawn out to what hides others.
+#[derive(Default)]
+struct Stage {
+    scene: Scene,
+    mesh: Option<MeshId>,
+    ids: Vec<InstanceId>,
+}
+
+impl Stage {
+    fn put(&mut self, at: Vec3, half_size: Vec3) -> InstanceId {
+        let scene = &mut self.scene;
+        let mesh = *self
+            .mesh
+            .get_or_insert_with(|| scene.add_mesh(&hierarchies()[0]));
+        let id = scene.add_instance(mesh, placed(at, half_size), 1.0);
+        self.ids.push(id);
+        id
+    }
+
+    /// Rocks in a row far behind.
+    fn put_row(&mut self, depth: f32) {
+        for index in 0..9u8 {
+            let x = (f32::from(index) - 4.0) * 3.0;
+            self.put(Vec3::new(x, 0.0, -depth), Vec3::ONE);
+        }
+    }
+
+    /// Triangles that an instance draws.
+    fn triangles(&self, selector: &Selector, id: InstanceId) -> u64 {
+        let units = &hierarchies()[0].units;
+        let drawn = selector.units(&self.scene, id).iter();
+        drawn
+            .map(|&unit| u64::from(units[unit as usize].triangle_count))
+            .sum()
+    }
+}
+
+fn placed(at: Vec3, half_size: Vec3) -> Affine3A {
+    Affine3A::from_translation(at) * Affine3A::from_scale(half_size)
+}
+
+/// Units that come back, from frame to frame.
+#[derive(Default)]
+struct Flips {
+    left_at: HashMap<(InstanceId, u32), usize>,
+}
+
+impl Flips {
+    /// How many left a few frames ago and come back in this one.
+    fn of_frame(&mut self, frame: usize, selector: &Selector) -> usize {
+        let mut count = 0;
+        for change in selector.changes() {
+            for &unit in change.left {
+                self.left_at.insert((change.instance, unit), frame);
+            }
+            let is_back = |unit: &&u32| {
+                let left = self.left_at.get(&(change.instance, **unit));
+                left.is_some_and(|&left| frame - left <= FLIP_FRAMES)
+            };
+            count += change.entered.iter().filter(is_back).count();
+        }
+        count
+    }
+}
+
+/// Selects frame by frame what `frame` makes of a scene, and checks each. Returns how often an instance was
+/// drawn with less than half the triangles that it has if nothing can hide it.
+fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) -> usize {
+    let counting_all = LodSettings {
+        visible_flux: None,
+        ..settings()
+    };
+    let [mut selector, mut plain] = [Selector::default(), Selector::default()];
+    let [mut flips, mut plain_flips] = [Flips::default(), Flips::default()];
+    let (mut coarser, mut counts) = (0, [0, 0]);
+    for index in 0..FRAMES {
+        let view = frame(index, &mut stage);
+        stage.scene.update();
+        selector.select(&stage.scene, &view, &settings());
+        plain.select(&stage.scene, &view, &counting_all);
+        // Units that come back, with hiding and without.
+        let now = [
+            flips.of_frame(index, &selector),
+            plain_flips.of_frame(index, &plain),
+        ];
+        counts = [counts[0] + now[0], counts[1] + now[1]];
+        // What is seen is as sharp as if nothing could hide it.
+        let mut fresh = Selector::default();
+        fresh.select(&stage.scene, &view, &counting_all);
+        let buffer = selector.occlusion().unwrap();
+        for &id in &stage.ids {
+            let [now, fully] = [&selector, &fresh].map(|of| stage.triangles(of, id));
+            let shares = buffer.visible_shares(&stage.scene, id);
+            let is_seen = shares.iter().all(|&share| share == 1.0);
+            assert!(now >= fully || !is_seen, "frame {index}: {now} of {fully}");
+            coarser += usize::from(now * 2 < fully);
+        }
+    }
+    assert!(counts[0] <= counts[1], "{counts:?} units came back");
+    coarser
+}
+
+/// From an eye, straight ahead.
+fn ahead(eye: Vec3) -> View {
+    look(perspective(1.0), eye, eye - Vec3::Z * 10.0)
+}
+
+/// To and fro between −1 and 1.
+fn sway(frame: usize, period: usize) -> f32 {
+    let phase = (frame % period) as f32 / period as f32;
+    (phase * 4.0 - 2.0).abs() - 1.0
+}
+
+#[test]
+fn out_from_behind_a_wall() {
+    let mut stage = Stage::default();
+    stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3));
+    stage.put_row(14.0);
+    let step = |frame: usize, _: &mut Stage| ahead(Vec3::X * (frame as f32 * 0.025));
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn an_eye_that_sways_at_the_corner_of_a_wall() {
+    let mut stage = Stage::default();
+    stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3));
+    stage.put_row(14.0);
+    let step = |frame: usize, _: &mut Stage| ahead(Vec3::X * (2.5 + sway(frame, 32) * 0.8));
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn a_door_that_opens() {
+    let mut stage = Stage::default();
+    let door = stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.2));
+    stage.put_row(14.0);
+    // It turns about its left edge.
+    let step = move |frame: usize, stage: &mut Stage| {
+        let turn = Quat::from_rotation_y(frame as f32 * 0.01);
+        let hinge = Vec3::new(-3.0, 0.0, -5.0);
+        let leaf = placed(Vec3::X * 3.0, Vec3::new(3.0, 3.0, 0.2));
+        let placement = Affine3A::from_rotation_translation(turn, hinge) * leaf;
+        stage.scene.set_placement(door, placement);
+        ahead(Vec3::ZERO)
+    };
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn along_a_fence() {
+    let mut stage = Stage::default();
+    for post in 0..40u8 {
+        let x = f32::from(post) * 0.5 - 10.0;
+        stage.put(Vec3::new(x, 0.0, -3.0), Vec3::new(0.18, 2.0, 0.18));
+    }
+    stage.put_row(14.0);
+    // 1.4 m/s at 60 Hz.
+    let step = |frame: usize, _: &mut Stage| ahead(Vec3::X * (frame as f32 * 0.0233 - 2.8));
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn a_head_that_bobs_behind_a_ridge() {
+    let mut stage = Stage::default();
+    for hill in 0..5u8 {
+        let x = (f32::from(hill) - 2.0) * 5.0;
+        stage.put(Vec3::new(x, -2.4, -6.0), Vec3::new(5.0, 3.0, 1.5));
+    }
+    stage.put_row(20.0);
+    // Two steps a second: just behind the ridge, and over it.
+    let step = |frame: usize, _: &mut Stage| {
+        let height = 0.1 + sway(frame, 30) * 0.12;
+        ahead(Vec3::new(frame as f32 * 0.0233, height, 0.0))
+    };
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn a_fast_turn() {
+    let mut stage = Stage::default();
+    stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3));
+    stage.put_row(14.0);
+    // About, and back a second later: from one frame to the next, as the fastest are.
+    let step = |frame: usize, _: &mut Stage| {
+        let turn = Quat::from_rotation_y((frame / 60) as f32 * 2.5);
+        let eye = Vec3::X * 4.0;
+        look(perspective(1.0), eye, eye + turn * Vec3::NEG_Z * 10.0)
+    };
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
+fn a_wall_that_is_removed_and_put_up_again() {
+    let mut stage = Stage::default();
+    stage.put_row(14.0);
+    let mut wall = None;
+    let step = move |frame: usize, stage: &mut Stage| {
+        if frame.is_multiple_of(80) {
+            wall = Some(stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3)));
+        }
+        if let Some(id) = wall.take_if(|_| frame % 80 == 60) {
+            stage.scene.remove(id);
+            stage.ids.retain(|&other| other != id);
+        }
+        ahead(Vec3::ZERO)
+    };
+    assert!(play(stage, step) > 0);
+}

@@ -147,6 +147,12 @@ impl Eye {
         Vec3::from(self.world_from_view.translation)
     }
 
+    /// The direction of sight in the world.
+    #[must_use]
+    pub(crate) fn forward(&self) -> Vec3 {
+        self.camera_from_world().transpose() * Vec3::Z
+    }
+
     /// Pixels per unit of slope upwards; of an orthographic camera, pixels per world unit.
     #[must_use]
     pub fn focal_px(&self) -> f32 {

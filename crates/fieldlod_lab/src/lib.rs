@@ -9,6 +9,7 @@
 //! - [`promise`] measures the guarantee with random cameras and placements.
 //! - [`chart`] charts speed against accuracy, by the pictures that [`render`] draws and [`measure`]
 //!   compares; clusterlod, with the levels that it builds itself, is its baseline.
+//! - [`scenes`] measures what it is worth to know what hides what, in worlds of several objects.
 //! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
 //! The command `fieldlod-lab` runs all of it. No other library depends on this one.
@@ -25,10 +26,12 @@ pub mod measure;
 pub mod method;
 pub mod object;
 pub mod object_view;
+mod oracle;
 pub mod paper;
 mod plot;
 pub mod promise;
 pub mod render;
+pub mod scenes;
 pub mod stability;
 pub mod terms;
 

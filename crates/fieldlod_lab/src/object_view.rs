@@ -83,6 +83,15 @@ impl<'a> ObjectView<'a> {
         units.iter().filter(touches).copied().collect()
     }
 
+    /// The units of the cut that refines the groups for which a criterion holds.
+    pub(crate) fn units_refined_by(&self, criterion: impl Fn(usize) -> bool) -> Vec<u32> {
+        let hierarchy = &self.object.hierarchy;
+        let mut refined = vec![false; hierarchy.groups.len()];
+        hierarchy.refine_by(&mut refined, |group, _| criterion(group));
+        let drawn = hierarchy.drawn_units(&refined);
+        drawn.map(|unit| unit as u32).collect()
+    }
+
     /// Distance from the eye to a sphere's surface, negative inside, in world units.
     pub(crate) fn distance_to(&self, sphere: &Sphere) -> f32 {
         self.relative_to_eye(sphere.center).length() - self.max_scale * sphere.radius
@@ -95,7 +104,7 @@ impl<'a> ObjectView<'a> {
 
     /// The direction of sight in the world.
     pub(crate) fn forward(&self) -> Vec3 {
-        self.camera_from_world.transpose() * Vec3::Z
+        self.eye.forward()
     }
 
     /// The box around the instance's box, along the world's axes, relative to the eye, with the

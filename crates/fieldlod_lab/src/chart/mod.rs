@@ -40,7 +40,6 @@ mod figure;
 mod flicker;
 mod generated;
 mod model_result;
-mod oracle;
 mod pose;
 mod pose_view;
 mod promise;

@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use super::curve::{Curve, Point, PoseResult, THRESHOLDS_PX};
 use super::fast_selection::Scratch;
-use super::oracle::Oracle;
 use super::pose::Pose;
 use super::pose_view::PoseView;
 use super::scene::ChartScene;
 use crate::method::Method;
+use crate::oracle::Oracle;
 use crate::render::RenderError;
 
 /// The number of times that a choice is made, of which the fastest counts.
@@ -51,11 +51,19 @@ fn curve(view: &mut PoseView, method: Method) -> Result<Curve, RenderError> {
 
 fn oracle_curve(view: &mut PoseView) -> Result<Curve, RenderError> {
     let method = Method::Oracle;
-    let oracle = Oracle::new(view)?;
+    let scene = view.scene;
+    let views = [scene.view(method, &view.eye)];
+    let draw = |cuts: &Vec<Vec<u32>>| {
+        let units = views[0].units_in_view(&cuts[0]);
+        scene
+            .renderer
+            .draw_units(&scene.ours.model, &view.eye, &units)
+    };
+    let oracle = Oracle::new(&view.reference, &views, draw)?;
     let thresholds = oracle.thresholds(THRESHOLDS_PX.len()).into_iter();
     let measured = thresholds.map(|threshold| {
-        let units = oracle.choose(&view.scene.view(method, &view.eye), threshold);
-        point(view, method, f64::from(threshold), &units, Duration::ZERO)
+        let cuts = oracle.choose(&views, threshold);
+        point(view, method, f64::from(threshold), &cuts[0], Duration::ZERO)
     });
     let points = measured.collect::<Result<_, _>>()?;
     Ok(Curve { method, points })

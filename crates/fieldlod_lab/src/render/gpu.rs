@@ -3,20 +3,22 @@
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
-use fieldlod_hierarchy::Hierarchy;
-use glam::UVec2;
+use fieldlod_hierarchy::{Hierarchy, Sphere};
+use glam::{Affine3A, UVec2};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-use super::camera::{self, Uniform};
+use super::camera::{Uniform, WorldView};
 use super::model::{DrawnModel, Vertex};
 use super::picture::{Picture, UnitMap};
-use super::target::{Target, wait};
+use super::target::{Target, extent, wait};
 use super::{RenderError, SUPERSAMPLING};
 use crate::eye::Eye;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const UNIT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Texels along a side of the shadow map.
+const SHADOW_TEXELS: u32 = 2048;
 
 /// Draws cuts without a window.
 #[derive(Debug)]
@@ -27,8 +29,34 @@ pub struct Renderer {
     layout: wgpu::BindGroupLayout,
     color_pipeline: wgpu::RenderPipeline,
     units_pipeline: wgpu::RenderPipeline,
+    shadow_pipeline: wgpu::RenderPipeline,
     /// The targets of the last picture, as most pictures are of one size.
     targets: RefCell<Option<Targets>>,
+}
+
+/// Units of a model, somewhere in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedUnits<'a> {
+    /// The model.
+    pub model: &'a DrawnModel,
+    /// Where it is; its scale is the same along all axes.
+    pub world_from_local: Affine3A,
+    /// The units to draw.
+    pub units: &'a [u32],
+    /// By how much the numbers of its units grow in a [`UnitMap`].
+    pub first_id: u32,
+}
+
+impl<'a> PlacedUnits<'a> {
+    /// Units of a model at the origin.
+    fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
+        Self {
+            model,
+            world_from_local: Affine3A::IDENTITY,
+            units,
+            first_id: 0,
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -68,22 +96,34 @@ impl Renderer {
     }
 
     fn with_device(device: wgpu::Device, queue: wgpu::Queue, adapter: String) -> Self {
-        // One uniform for both shaders.
+        // One uniform for all shaders, and what they know of shadows.
+        let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty,
+            count: None,
+        };
+        let uniform = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: wgpu::BufferSize::new(size_of::<Uniform>() as u64),
+        };
+        let shadow_map = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
+            entries: &[
+                entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, uniform),
+                entry(1, wgpu::ShaderStages::FRAGMENT, shadow_map),
+            ],
         });
-        let color_pipeline = pipeline(&device, &layout, "color", &[COLOR]);
-        let units_pipeline = pipeline(&device, &layout, "color_and_unit", &[COLOR, UNIT]);
+        let pipeline = |vertex, fragment| pipeline(&device, &layout, vertex, fragment);
+        let color_pipeline = pipeline("vertex", Some(("color", &[COLOR][..])));
+        let units_pipeline = pipeline("vertex", Some(("color_and_unit", &[COLOR, UNIT][..])));
+        let shadow_pipeline = pipeline("shadow_vertex", None);
         Self {
             device,
             queue,
@@ -91,6 +131,7 @@ impl Renderer {
             layout,
             color_pipeline,
             units_pipeline,
+            shadow_pipeline,
             targets: RefCell::new(None),
         }
     }
@@ -130,11 +171,12 @@ impl Renderer {
         eye: &Eye,
         units: &[u32],
     ) -> Result<(Picture, Duration), RenderError> {
-        let (size_px, uniform) = camera::of_eye(eye)?;
-        self.with_targets(size_px * SUPERSAMPLING, |targets| {
+        let view = WorldView::new(eye, None)?;
+        self.with_targets(view.size_px * SUPERSAMPLING, |targets| {
             // The time ends when the adapter is done, before the picture is read.
             let start = Instant::now();
-            self.submit(model, &uniform, units, targets, false);
+            let placed = [PlacedUnits::at_origin(model, units)];
+            self.submit(&placed, &view, targets, false);
             wait(&self.device)?;
             let elapsed = start.elapsed();
             let texels = targets.colors[0].read(&self.device, &self.queue)?;
@@ -152,9 +194,23 @@ impl Renderer {
         eye: &Eye,
         units: &[u32],
     ) -> Result<(Picture, UnitMap), RenderError> {
-        let (size_px, uniform) = camera::of_eye(eye)?;
-        self.with_targets(size_px * SUPERSAMPLING, |targets| {
-            self.submit(model, &uniform, units, targets, true);
+        self.draw_scene(&[PlacedUnits::at_origin(model, units)], eye, None)
+    }
+
+    /// Draws units of many models and tells which of them each texel shows, with shadows of the light
+    /// within a sphere of the world, or without.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`].
+    pub fn draw_scene(
+        &self,
+        placed: &[PlacedUnits],
+        eye: &Eye,
+        shadows: Option<&Sphere>,
+    ) -> Result<(Picture, UnitMap), RenderError> {
+        let view = WorldView::new(eye, shadows)?;
+        self.with_targets(view.size_px * SUPERSAMPLING, |targets| {
+            self.submit(placed, &view, targets, true);
             let texels = targets.colors[0].read(&self.device, &self.queue)?;
             // The shader counts units from 1, so that 0 is none.
             let shown: Vec<u32> = targets.colors[1].read(&self.device, &self.queue)?;
@@ -182,22 +238,55 @@ impl Renderer {
 
     fn submit(
         &self,
-        model: &DrawnModel,
-        uniform: &Uniform,
-        units: &[u32],
+        placed: &[PlacedUnits],
+        view: &WorldView,
         targets: &Targets,
         with_units: bool,
     ) {
-        // One pass, cleared, with or without a second target for the units.
-        let bindings = self.bindings(uniform);
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        // Uniforms of all places, each at a multiple of what the adapter asks for.
+        let alignment = self.device.limits().min_uniform_buffer_offset_alignment as usize;
+        let stride = size_of::<Uniform>().next_multiple_of(alignment);
+        let mut uniforms = vec![0; stride * placed.len().max(1)];
+        for (placed, bytes) in placed.iter().zip(uniforms.chunks_exact_mut(stride)) {
+            let uniform = view.of_place(&placed.world_from_local);
+            bytes[..size_of::<Uniform>()].copy_from_slice(bytemuck::bytes_of(&uniform));
+        }
+        let uniforms = self.device.create_buffer_init(&BufferInitDescriptor {
+            label: None,
+            contents: &uniforms,
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        // What the light sees, if there are shadows.
+        let no_map = self.shadow_map(1);
+        let map = if view.has_shadows() {
+            let map = self.shadow_map(SHADOW_TEXELS);
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                depth_stencil_attachment: Some(depth_attachment(&map, wgpu::StoreOp::Store)),
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            pass.set_pipeline(&self.shadow_pipeline);
+            draw_all(
+                &mut pass,
+                &self.bindings(&uniforms, &no_map),
+                stride,
+                placed,
+            );
+            map
+        } else {
+            no_map
+        };
+        // One pass, cleared, with or without a second target for the units.
         let count = if with_units { 2 } else { 1 };
         let attachments: Vec<_> = targets.colors[..count].iter().map(cleared).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &attachments,
-            depth_stencil_attachment: Some(targets.depth_attachment()),
+            depth_stencil_attachment: Some(depth_attachment(
+                &targets.depth.view,
+                wgpu::StoreOp::Discard,
+            )),
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(if with_units {
@@ -205,31 +294,71 @@ impl Renderer {
         } else {
             &self.color_pipeline
         });
-        pass.set_bind_group(0, &bindings, &[]);
-        pass.set_vertex_buffer(0, model.vertices.slice(..));
-        pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
-        // One draw for each unit, which the shader knows by the instance's number.
-        for &unit in units {
-            pass.draw_indexed(model.units[unit as usize].clone(), 0, unit..unit + 1);
-        }
+        draw_all(&mut pass, &self.bindings(&uniforms, &map), stride, placed);
         drop(pass);
         self.queue.submit([encoder.finish()]);
     }
 
-    fn bindings(&self, uniform: &Uniform) -> wgpu::BindGroup {
-        let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
+    fn shadow_map(&self, texels: u32) -> wgpu::TextureView {
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
-            contents: bytemuck::bytes_of(uniform),
-            usage: wgpu::BufferUsages::UNIFORM,
+            size: extent(UVec2::splat(texels)),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH_BUFFER,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
         });
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    fn bindings(&self, uniforms: &wgpu::Buffer, shadow_map: &wgpu::TextureView) -> wgpu::BindGroup {
+        let uniform = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: uniforms,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<Uniform>() as u64),
+        });
+        let shadow_map = wgpu::BindingResource::TextureView(shadow_map);
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: buffer.as_entire_binding(),
-            }],
+            entries: &[(0, uniform), (1, shadow_map)].map(entry),
         })
+    }
+}
+
+/// Draws what is placed, by uniforms that lie `stride` apart.
+fn draw_all(
+    pass: &mut wgpu::RenderPass,
+    bindings: &wgpu::BindGroup,
+    stride: usize,
+    placed: &[PlacedUnits],
+) {
+    for (index, placed) in placed.iter().enumerate() {
+        pass.set_bind_group(0, bindings, &[(index * stride) as u32]);
+        pass.set_vertex_buffer(0, placed.model.vertices.slice(..));
+        pass.set_index_buffer(placed.model.indices.slice(..), wgpu::IndexFormat::Uint32);
+        // One draw for each unit, which the shader knows by the instance's number.
+        for &unit in placed.units {
+            let id = placed.first_id + unit;
+            pass.draw_indexed(placed.model.units[unit as usize].clone(), 0, id..id + 1);
+        }
+    }
+}
+
+fn depth_attachment(
+    view: &wgpu::TextureView,
+    store: wgpu::StoreOp,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(0.0),
+            store,
+        }),
+        stencil_ops: None,
     }
 }
 
@@ -239,17 +368,6 @@ impl Targets {
             size,
             colors: [COLOR, UNIT].map(|format| Target::new(device, size, format)),
             depth: Target::new(device, size, DEPTH_BUFFER),
-        }
-    }
-
-    fn depth_attachment(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-        wgpu::RenderPassDepthStencilAttachment {
-            view: &self.depth.view,
-            depth_ops: Some(wgpu::Operations {
-                load: wgpu::LoadOp::Clear(0.0),
-                store: wgpu::StoreOp::Discard,
-            }),
-            stencil_ops: None,
         }
     }
 }
@@ -269,14 +387,15 @@ fn cleared(target: &Target) -> Option<wgpu::RenderPassColorAttachment<'_>> {
 fn pipeline(
     device: &wgpu::Device,
     bindings: &wgpu::BindGroupLayout,
-    fragment: &str,
-    formats: &[wgpu::TextureFormat],
+    vertex: &str,
+    fragment: Option<(&str, &[wgpu::TextureFormat])>,
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::include_wgsl!("shader.wgsl"));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         bind_group_layouts: &[Some(bindings)],
         ..wgpu::PipelineLayoutDescriptor::default()
     });
+    let formats = fragment.map_or(&[][..], |(_, formats)| formats);
     let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
     let options = wgpu::PipelineCompilationOptions::default();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -284,7 +403,7 @@ fn pipeline(
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("vertex"),
+            entry_point: Some(vertex),
             compilation_options: options.clone(),
             buffers: &[wgpu::VertexBufferLayout {
                 array_stride: size_of::<Vertex>() as u64,
@@ -302,9 +421,9 @@ fn pipeline(
             bias: wgpu::DepthBiasState::default(),
         }),
         multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
+        fragment: fragment.map(|(entry_point, _)| wgpu::FragmentState {
             module: &module,
-            entry_point: Some(fragment),
+            entry_point: Some(entry_point),
             compilation_options: options,
             targets: &targets,
         }),

@@ -7,10 +7,11 @@
 //! # Shading
 //! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals; a pattern
 //! of waves on the texture coordinates in place of a texture, so that a texture that slides shows.
-//! Both sides of a triangle are drawn. Instances stand at the origin.
+//! Both sides of a triangle are drawn. [`Renderer::draw_scene`] draws many models with shadows of the
+//! light that is fixed; the others draw one model at the origin, without shadows.
 //!
 //! # Out of scope
-//! Materials, shadows, transparency; orthographic views.
+//! Materials, transparency; orthographic views.
 
 mod camera;
 mod gpu;
@@ -20,7 +21,7 @@ mod target;
 
 use thiserror::Error;
 
-pub use gpu::Renderer;
+pub use gpu::{PlacedUnits, Renderer};
 pub use model::DrawnModel;
 pub use picture::{Picture, UnitMap};
 

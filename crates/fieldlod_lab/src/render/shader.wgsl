@@ -1,10 +1,13 @@
 struct View {
     clip_from_local: mat4x4<f32>,
+    shadow_from_local: mat4x4<f32>,
     eye_in_local: vec4<f32>,
+    /// The direction, and in `w` whether there are shadows.
     light_in_local: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var shadow_map: texture_depth_2d;
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -36,6 +39,35 @@ fn vertex(in: Vertex, @builtin(instance_index) unit: u32) -> Corner {
     return out;
 }
 
+@vertex
+fn shadow_vertex(in: Vertex) -> @builtin(position) vec4<f32> {
+    return view.shadow_from_local * vec4(in.position, 1.0);
+}
+
+/// By how much nearer to the light something must be to throw a shadow, of the map's depth.
+const SHADOW_BIAS: f32 = 0.002;
+
+/// 1 where the light comes to or outside of the map, else 0: the mean of four texels, weighted by how near
+/// they are.
+fn lit(in: Corner) -> f32 {
+    if view.light_in_local.w == 0.0 {
+        return 1.0;
+    }
+    let at = view.shadow_from_local * vec4(in.position, 1.0);
+    if any(abs(at.xyz - vec3(0.0, 0.0, 0.5)) > vec3(1.0, 1.0, 0.5)) {
+        return 1.0;
+    }
+    let size = vec2<f32>(textureDimensions(shadow_map));
+    let texel = vec2(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y) * size - 0.5;
+    let weight = fract(texel);
+    var lit = vec4<f32>();
+    for (var i = 0; i < 4; i++) {
+        let corner = clamp(vec2<i32>(floor(texel)) + vec2(i & 1, i >> 1), vec2(0), vec2<i32>(size) - 1);
+        lit[i] = step(textureLoad(shadow_map, corner, 0), at.z + SHADOW_BIAS);
+    }
+    return mix(mix(lit.x, lit.y, weight.x), mix(lit.z, lit.w, weight.x), weight.y);
+}
+
 const PI: f32 = 3.14159265;
 /// Waves along a unit of texture coordinates.
 const WAVES: f32 = 24.0;
@@ -48,12 +80,12 @@ fn albedo(uv: vec2<f32>) -> f32 {
     return 0.55 + 0.25 * fade * waves.x * waves.y;
 }
 
-fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: f32) -> vec3<f32> {
+fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: f32, lit: f32) -> vec3<f32> {
     let to_light = view.light_in_local.xyz;
     let half_way = normalize(to_light + to_eye);
-    let sun = max(dot(normal, to_light), 0.0);
+    let sun = lit * max(dot(normal, to_light), 0.0);
     let lamp = max(dot(normal, to_eye), 0.0);
-    let highlight = pow(max(dot(normal, half_way), 0.0), 40.0) + 0.5 * pow(lamp, 60.0);
+    let highlight = lit * pow(max(dot(normal, half_way), 0.0), 40.0) + 0.5 * pow(lamp, 60.0);
     let body = vec3(1.0, 0.92, 0.82) * (sun * 0.65) + vec3(0.75, 0.85, 1.0) * (0.06 + 0.3 * lamp);
     return albedo * body + 0.18 * highlight;
 }
@@ -67,7 +99,7 @@ fn facing(in: Corner) -> vec3<f32> {
 
 fn color_of(in: Corner) -> vec4<f32> {
     let to_eye = normalize(view.eye_in_local.xyz - in.position);
-    return vec4(shade(facing(in), to_eye, albedo(in.uv)), 1.0);
+    return vec4(shade(facing(in), to_eye, albedo(in.uv), lit(in)), 1.0);
 }
 
 @fragment

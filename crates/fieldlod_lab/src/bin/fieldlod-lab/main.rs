@@ -7,6 +7,7 @@
 mod chart;
 mod models;
 mod paper;
+mod scenes;
 mod stability;
 
 use std::process::ExitCode;
@@ -14,7 +15,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use fieldlod_cli::output::{Failure, exit_code};
 
-/// Measures of automatic, view-dependent level of detail: charts, hard cases, the paper's figures.
+/// Measures of automatic, view-dependent level of detail: charts, scenes, hard cases, the paper's figures.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct CommandLine {
@@ -26,6 +27,7 @@ struct CommandLine {
 enum Command {
     Chart(chart::Arguments),
     Paper(paper::Arguments),
+    Scenes(scenes::Arguments),
     Stability(stability::Arguments),
 }
 
@@ -34,6 +36,7 @@ impl Command {
         match self {
             Self::Chart(arguments) => chart::run(arguments),
             Self::Paper(arguments) => paper::run(arguments),
+            Self::Scenes(arguments) => scenes::run(arguments),
             Self::Stability(arguments) => stability::run(arguments),
         }
     }

@@ -50,7 +50,10 @@ impl Soak {
     pub fn new(seed: u64) -> Self {
         let mut app = rendererless_app();
         let world = app.world_mut();
-        world.resource_mut::<FieldLodConfig>().idle_frames = 20;
+        let mut config = world.resource_mut::<FieldLodConfig>();
+        config.idle_frames = 20;
+        config.units_per_frame = Some(6);
+        config.upload_bytes_per_frame = Some(200_000);
         let cameras = [40.0, 120.0].map(|distance| {
             let pose = Transform::from_xyz(0.0, 0.0, distance);
             let target = RenderTarget::None {

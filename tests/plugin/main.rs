@@ -21,3 +21,4 @@ mod stock;
 mod textures;
 mod views;
 mod visible_flux;
+mod wishes;

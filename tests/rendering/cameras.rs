@@ -119,7 +119,7 @@ fn full_detail_draws_the_source_mesh() {
     stage.insert(
         eye.entity,
         FieldLodSettings {
-            full_detail: true,
+            forced_level: Some(0),
             ..default()
         },
     );

@@ -111,7 +111,7 @@ fn add_eye(stage: &mut Stage, technique: impl Bundle) -> Eye {
 fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
     let world = stage.app.world_mut();
     let mut settings = world.get_mut::<FieldLodSettings>(eye.entity).unwrap();
-    settings.full_detail = full_detail;
+    settings.forced_level = full_detail.then_some(0);
     // The pictures of an eye with a memory run_until_ready.
     for _ in 0..12 {
         stage.app.update();

@@ -1,6 +1,8 @@
 //! Marks on mesh entities and scenes.
 
 use bevy::prelude::*;
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
 
 use crate::baked_lods::BakedLods;
 use crate::config::LodKind;
@@ -34,6 +36,18 @@ pub struct AutoLod {
     pub kind: LodKind,
     /// How much an error on these meshes counts: 2 draws them as fine as at half the distance.
     pub bias: f32,
+    /// Draws these meshes at this level in all views, 0 being the finest, whatever it shows; the coarsest
+    /// where a mesh has fewer. [`FieldLodSettings::forced_level`](crate::FieldLodSettings::forced_level) is the
+    /// same for a view, and comes before this.
+    pub forced_level: Option<u32>,
+    /// Gives each mesh entity a [`LodSimplified`](crate::LodSimplified) mesh of this level, in main memory
+    /// alone: for picking and physics that need not know every triangle.
+    pub simplified_level: Option<u32>,
+    /// How these meshes are baked, if they are baked at run time; `None` bakes them as
+    /// [`FieldLodConfig::bake`](crate::FieldLodConfig::bake) says.
+    #[cfg(feature = "bake")]
+    #[reflect(ignore)]
+    pub bake: Option<BakeConfig>,
 }
 
 impl Default for AutoLod {
@@ -43,6 +57,10 @@ impl Default for AutoLod {
             baked: None,
             kind: LodKind::Auto,
             bias: 1.0,
+            forced_level: None,
+            simplified_level: None,
+            #[cfg(feature = "bake")]
+            bake: None,
         }
     }
 }

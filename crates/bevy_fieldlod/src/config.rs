@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use bevy::prelude::*;
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
 
 /// Settings of the plugin. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin);
 /// meshes that are already prepared keep what they got.
@@ -43,9 +45,18 @@ pub struct FieldLodConfig {
     /// Meshes are prepared at the same time as long as they have no more triangles than this together; a
     /// larger one is prepared alone. A bake takes some hundred bytes for each triangle.
     pub triangles_at_once: u32,
-    /// Whether bakes at run time measure how far levels deviate from their source, which only
-    /// [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
-    pub measure_deviations: bool,
+    /// How meshes are baked at run time, unless their [`AutoLod::bake`](crate::AutoLod::bake) says otherwise:
+    /// [`BakeConfig::fast`](crate::BakeConfig::fast) does not measure how far levels deviate from their source,
+    /// which only [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
+    #[cfg(feature = "bake")]
+    #[reflect(ignore)]
+    pub bake: BakeConfig,
+    /// The most bytes of levels that are sent to the GPU in a frame, though one piece at least; `None` sends
+    /// all of a mesh as soon as it is prepared. The source is drawn until all pieces of its mesh are there.
+    pub upload_bytes_per_frame: Option<usize>,
+    /// The most entities of units that are spawned in a frame, though one at least; `None` spawns all that
+    /// views draw. What a view drew of an object it goes on to draw until all units of its next cut are there.
+    pub units_per_frame: Option<usize>,
     /// How many frames the entity of a unit outlives the last frame in which a view drew it.
     pub idle_frames: u32,
 }
@@ -62,7 +73,10 @@ impl Default for FieldLodConfig {
             bake_at_run_time: true,
             bake_threads: None,
             triangles_at_once: 4_000_000,
-            measure_deviations: true,
+            #[cfg(feature = "bake")]
+            bake: BakeConfig::default(),
+            upload_bytes_per_frame: None,
+            units_per_frame: None,
             idle_frames: 60,
         }
     }

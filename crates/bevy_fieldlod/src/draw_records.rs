@@ -53,8 +53,13 @@ pub(crate) struct DrawRecords {
 const NO_RECORD: u32 = u32::MAX;
 
 impl DrawRecords {
-    /// Adds a record for `entity`, which stands for `triangles_full`.
-    pub(crate) fn add_entity(&mut self, entity: Entity, kind: DrawKind, triangles_full: u32) {
+    /// Adds a record for `entity`, which stands for `triangles_full`, and returns its number.
+    pub(crate) fn add_entity(
+        &mut self,
+        entity: Entity,
+        kind: DrawKind,
+        triangles_full: u32,
+    ) -> u32 {
         let record = self.add(DrawRecord {
             kind,
             triangles: triangles_full,
@@ -62,6 +67,7 @@ impl DrawRecords {
             ..default()
         });
         self.set_entity(record, entity);
+        record
     }
 
     /// Adds a record for a unit that has no entity yet, and returns its number.

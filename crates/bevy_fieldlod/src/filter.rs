@@ -22,19 +22,18 @@ use crate::view_cut::{ViewCut, ViewState};
 
 /// Filters after Bevy's culling, where anything is cut into units.
 pub(crate) fn plugin(app: &mut App) {
-    let has_clusters = |scene: Res<LodScene>| scene.has_clusters();
-    let systems = (
-        filter_visible_entities,
-        filter_shadow_views.run_if(has_clusters),
-    );
+    let filters = |scene: Res<LodScene>| scene.is_filtered();
+    let systems = (filter_visible_entities, filter_shadow_views.run_if(filters));
     app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
 }
 
 /// Whether a view draws the entity of a record.
 fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     match record.kind {
-        DrawKind::Free | DrawKind::WholeMesh => true,
-        DrawKind::Source => cut.state != ViewState::Cut,
+        DrawKind::Free => true,
+        DrawKind::WholeMesh => !cut.visibility.contains(index),
+        // Also while a cut waits for its first units.
+        DrawKind::Source => cut.state != ViewState::Cut || cut.visibility.contains(index),
         DrawKind::Unit { .. } => cut.visibility.contains(index),
     }
 }
@@ -68,11 +67,11 @@ fn filter_visible_entities(
             is_drawn
         };
         let meshes = TypeId::of::<Mesh3d>();
-        if scene.has_clusters() {
+        if scene.is_filtered() {
             let visible = visible.get_mut(meshes);
             visible.retain(|&entity| keep_and_count(entity));
         } else {
-            // Whole meshes are only counted: the list stays as it is, and unchanged.
+            // All whole meshes are drawn: the list stays as it is, and unchanged.
             for &entity in visible.bypass_change_detection().get(meshes) {
                 keep_and_count(entity);
             }

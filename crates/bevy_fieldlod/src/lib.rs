@@ -71,15 +71,18 @@
 mod auto_lod;
 mod baked_lods;
 mod config;
+mod cut_of;
 #[cfg(feature = "debug")]
 mod debug;
 mod debug_options;
+mod deferred_cuts;
 pub mod diagnostics;
 mod draw_records;
 mod events;
 mod filter;
 mod glb;
 mod inherit;
+mod levels;
 mod lod_mesh;
 mod lod_scene;
 mod meshes;
@@ -104,16 +107,18 @@ use bevy::prelude::*;
 pub use auto_lod::{AutoLod, NoLod};
 pub use baked_lods::BakedLods;
 pub use config::{FieldLodConfig, LodKind};
+pub use cut_of::FieldLodCutOf;
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
 pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
 pub use events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 #[cfg(feature = "bake")]
-pub use fieldlod_bake::MeshError;
+pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
-pub use lod_mesh::{LodSource, LodState};
+pub use levels::LodLevels;
+pub use lod_mesh::{LodSimplified, LodSource, LodState};
 #[cfg(feature = "bake")]
 pub use processor::FieldLodProcessorPlugin;
 pub use settings::FieldLodSettings;
@@ -125,9 +130,9 @@ pub use units::LodUnit;
 /// What a game imports.
 pub mod prelude {
     pub use crate::{
-        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodDebug, FieldLodEvent,
-        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, LodFailed, LodKind,
-        LodReady, LodState, NoLod,
+        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodCutOf, FieldLodDebug,
+        FieldLodEvent, FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats,
+        LodFailed, LodKind, LodLevels, LodReady, LodState, NoLod,
     };
 }
 

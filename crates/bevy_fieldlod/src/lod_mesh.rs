@@ -6,8 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
 use bevy::prelude::*;
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
 use fieldlod_select::MeshId;
 
+use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::config::LodKind;
 
@@ -26,6 +29,8 @@ pub(crate) struct LodMesh {
     pub(crate) aabb: Option<Aabb>,
     /// Area in texture coordinates for each unit of area in local space; 0 without texture coordinates.
     pub(crate) uv_per_area: f32,
+    /// The mesh of the level that was asked for, for rays and physics.
+    pub(crate) simplified: Option<Handle<Mesh>>,
     /// Whether the GPU has all pieces. The render world sets it.
     pub(crate) uploaded: AtomicBool,
 }
@@ -87,9 +92,8 @@ pub enum LodState {
 /// A mesh entity that waits for its levels of detail.
 #[derive(Component)]
 pub(crate) struct LodWaiting {
-    pub(crate) baked: Option<Handle<BakedLods>>,
-    pub(crate) kind: LodKind,
-    pub(crate) bias: f32,
+    /// What it stands under.
+    pub(crate) auto_lod: AutoLod,
 }
 
 /// A mesh entity that is drawn as it is.
@@ -100,7 +104,47 @@ pub(crate) struct LodPlain;
 #[derive(Component)]
 pub(crate) struct LodObject {
     pub(crate) mesh: Arc<LodMesh>,
-    pub(crate) bias: f32,
+    /// What it stands under.
+    pub(crate) auto_lod: AutoLod,
+}
+
+impl LodObject {
+    /// Whether its levels are what `auto_lod` asks for.
+    pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
+        let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
+        is_kind && LodRequest::of(&self.auto_lod).equals_but_for_kind(&LodRequest::of(auto_lod))
+    }
+}
+
+/// What of an [`AutoLod`] a mesh is prepared by: entities that ask for the same share its levels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LodRequest {
+    pub(crate) kind: LodKind,
+    pub(crate) baked: Option<Handle<BakedLods>>,
+    pub(crate) simplified_level: Option<u32>,
+    #[cfg(feature = "bake")]
+    pub(crate) bake: Option<BakeConfig>,
+}
+
+impl LodRequest {
+    pub(crate) fn of(auto_lod: &AutoLod) -> Self {
+        Self {
+            kind: auto_lod.kind,
+            baked: auto_lod.baked.clone(),
+            simplified_level: auto_lod.simplified_level,
+            #[cfg(feature = "bake")]
+            bake: auto_lod.bake.clone(),
+        }
+    }
+
+    fn equals_but_for_kind(&self, other: &Self) -> bool {
+        let kind = self.kind;
+        *self
+            == Self {
+                kind,
+                ..other.clone()
+            }
+    }
 }
 
 /// An object that is cut into units.
@@ -120,4 +164,27 @@ pub struct LodSource {
     /// Whether the plugin has put [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) on the entity,
     /// and a box around all levels.
     pub(crate) keeps_aabb: bool,
+}
+
+/// The mesh of the level that [`AutoLod::simplified_level`](crate::AutoLod::simplified_level) names, with
+/// positions and triangles only, in main memory and not on the GPU. The plugin puts it on each mesh entity as
+/// its levels are ready, and takes it off.
+///
+/// ```
+/// # use bevy::picking::mesh_picking::ray_cast::SimplifiedMesh;
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::LodSimplified;
+/// // Bevy's picking by meshes casts its rays at it. A physics engine makes its collider of the same.
+/// fn pick_by_level(ready: On<Insert, LodSimplified>, meshes: Query<&LodSimplified>, mut commands: Commands) {
+///     if let Ok(simplified) = meshes.get(ready.entity) {
+///         commands.entity(ready.entity).insert(SimplifiedMesh(simplified.mesh.clone()));
+///     }
+/// }
+/// # App::new().add_observer(pick_by_level);
+/// ```
+#[derive(Component, Clone, Debug, Reflect)]
+#[reflect(Component, Clone)]
+pub struct LodSimplified {
+    /// The mesh.
+    pub mesh: Handle<Mesh>,
 }

@@ -9,9 +9,10 @@ use bevy::ecs::entity::EntityHashMap;
 use bevy::prelude::*;
 use fieldlod_select::{InstanceId, Scene};
 
+use crate::auto_lod::AutoLod;
 use crate::config::LodKind;
 use crate::draw_records::{DrawKind, DrawRecords};
-use crate::lod_mesh::LodMesh;
+use crate::lod_mesh::{LodMesh, LodObject};
 use crate::view_cut::CutVisibility;
 
 /// All instances, and the units that some view draws.
@@ -23,6 +24,8 @@ pub(crate) struct LodScene {
     pub(crate) new_objects: Vec<Entity>,
     /// Records of units that a view draws and that have no entity yet.
     pub(crate) units_to_spawn: Vec<u32>,
+    /// How many more may be spawned in this frame.
+    units_left: usize,
     /// Records of units that no view draws, each with the frame since when.
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may have to change its level.
@@ -32,6 +35,8 @@ pub(crate) struct LodScene {
     /// By the index of their [`InstanceId`].
     instances: Vec<Option<LodInstance>>,
     instance_of: EntityHashMap<InstanceId>,
+    /// Whether a view does not draw what is small.
+    pub(crate) culls: bool,
     /// How many instances are cut into units.
     clustered_count: usize,
     /// Meshes out of use, to be freed in the frame after that in which their last instance went: until then
@@ -46,6 +51,8 @@ pub(crate) struct LodInstance {
     pub(crate) id: InstanceId,
     pub(crate) entity: Entity,
     pub(crate) mesh: Arc<LodMesh>,
+    /// Its draw record.
+    pub(crate) record: u32,
     /// The layers that it is drawn on; none while it is hidden.
     pub(crate) layers: u64,
     pub(crate) drawn_as: DrawnAs,
@@ -70,10 +77,10 @@ impl LodScene {
         &mut self,
         entity: Entity,
         transform: &GlobalTransform,
-        mesh: &Arc<LodMesh>,
-        bias: f32,
+        object: &LodObject,
         layers: u64,
     ) {
+        let LodObject { mesh, auto_lod } = object;
         // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_placement(id, transform.affine());
@@ -86,10 +93,15 @@ impl LodScene {
             self.clustered_count += 1;
             (DrawKind::Source, DrawnAs::Units(Vec::new()))
         };
-        self.records.add_entity(entity, kind, mesh.triangles_full);
+        let record = self.records.add_entity(entity, kind, mesh.triangles_full);
         // Ids are of the scene; what we know of an instance lies at their index.
-        let id = self.scene.add_instance(mesh.id, transform.affine(), bias);
+        let id = self
+            .scene
+            .add_instance(mesh.id, transform.affine(), auto_lod.bias);
         self.scene.set_layers(id, layers);
+        if auto_lod.forced_level.is_some() {
+            self.scene.set_forced_level(id, auto_lod.forced_level);
+        }
         if self.instances.len() <= id.index() {
             self.instances.resize_with(id.index() + 1, || None);
         }
@@ -97,16 +109,18 @@ impl LodScene {
             id,
             entity,
             mesh: mesh.clone(),
+            record,
             layers,
             drawn_as,
         });
         self.instance_of.insert(entity, id);
     }
 
-    /// Sets how much the errors of an entity count.
-    pub(crate) fn set_bias(&mut self, entity: Entity, bias: f32) {
+    /// Sets how much the errors of an entity count, and whether its level is forced.
+    pub(crate) fn set_auto_lod(&mut self, entity: Entity, auto_lod: &AutoLod) {
         if let Some(&id) = self.instance_of.get(&entity) {
-            self.scene.set_bias(id, bias);
+            self.scene.set_bias(id, auto_lod.bias);
+            self.scene.set_forced_level(id, auto_lod.forced_level);
         }
     }
 
@@ -154,6 +168,11 @@ impl LodScene {
         self.clustered_count > 0
     }
 
+    /// Whether views draw less than what is visible: anything is cut into units, or culled by its size.
+    pub(crate) fn is_filtered(&self) -> bool {
+        self.has_clusters() || self.culls
+    }
+
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {
         self.instances.get(index as usize)?.as_ref()
     }
@@ -195,8 +214,15 @@ impl LodScene {
     }
 
     /// Frees meshes and records that are out of use, before the cuts of a frame are selected.
-    pub(crate) fn begin_frame<'a>(&mut self, views: impl Iterator<Item = &'a mut CutVisibility>) {
+    pub(crate) fn begin_frame<'a>(
+        &mut self,
+        views: impl Iterator<Item = &'a mut CutVisibility>,
+        units_per_frame: Option<usize>,
+    ) {
         self.frame = self.frame.wrapping_add(1);
+        // Units that are to be spawned again come first.
+        let most = units_per_frame.map_or(usize::MAX, |most| most.max(1));
+        self.units_left = most.saturating_sub(self.units_to_spawn.len());
         // A mesh goes with its last instance, once all views know.
         for mesh in self.unused.drain(..) {
             self.scene.remove_mesh(mesh.id);

@@ -52,9 +52,11 @@ pub struct FieldLodSettings {
     /// on each side: what stands there may cast its shadow into the image, or come into it with a
     /// fast turn.
     pub offscreen_margin: f32,
-    /// Whether casters outside the margin keep the level that their distance asks for, while some light
-    /// that reaches the view casts shadows: for shadows that reach far into the image. Otherwise they are at their coarsest.
-    pub offscreen_casters: bool,
+    /// How much an error counts of what stands outside the margin, while some light that reaches the view
+    /// casts shadows: from 0, which leaves it at its coarsest, to 1, which draws the level that its distance
+    /// asks for, so that shadows that reach far into the image keep their shape. What is seen casts the
+    /// shadow of what is drawn: of another level it would shade itself.
+    pub shadow_bias: f32,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
     /// leaves the view later than it entered.
     pub edge_hysteresis: f32,
@@ -64,8 +66,16 @@ pub struct FieldLodSettings {
     pub visible_flux: bool,
     /// The most triangles that are drawn for that into a small depth image on the CPU.
     pub occluder_triangles: u32,
-    /// Draws the source meshes in this view instead of a cut, for comparison.
-    pub full_detail: bool,
+    /// Does not draw what is smaller on screen, in physical pixels, nor its shadow; `None` draws everything.
+    /// The size is the diameter of a sphere around the object, times its [`AutoLod::bias`](crate::AutoLod::bias),
+    /// as large as it would be in the middle of the image: a camera that only turns draws what it drew. What
+    /// is drawn stays until it is smaller than [`hysteresis`](Self::hysteresis) times that. Only what has
+    /// levels of detail goes. A prop that any view draws casts its shadow for all.
+    pub cull_below_px: Option<f32>,
+    /// Draws every object at this level in this view, whatever it shows: 0 draws the source meshes instead
+    /// of a cut, for comparison; the coarsest where a mesh has fewer. A prop has one level in all views, the
+    /// finest that one of them asks for.
+    pub forced_level: Option<u32>,
 }
 
 impl Default for FieldLodSettings {
@@ -81,11 +91,12 @@ impl Default for FieldLodSettings {
             triangle_budget: None,
             resolution_scale: settings.resolution_scale,
             offscreen_margin: 0.5,
-            offscreen_casters: true,
+            shadow_bias: 1.0,
             edge_hysteresis: settings.edge_hysteresis,
             visible_flux: false,
             occluder_triangles: VisibleFlux::default().occluder_triangles,
-            full_detail: false,
+            cull_below_px: None,
+            forced_level: None,
         }
     }
 }
@@ -115,14 +126,19 @@ impl FieldLodSettings {
             occluder_triangles: self.occluder_triangles,
             ..VisibleFlux::default()
         };
-        if has_shadows && self.offscreen_casters {
-            VisibleFlux {
-                least_share: HIDDEN_CASTER_SHARE,
-                ..default
-            }
-        } else {
-            default
+        let bias = self.caster_bias(has_shadows).unwrap_or(0.0);
+        // Errors count by the root of the share.
+        let of_casters = HIDDEN_CASTER_SHARE * bias * bias;
+        VisibleFlux {
+            least_share: default.least_share.max(of_casters),
+            ..default
         }
+    }
+
+    /// How much errors count of what only casts shadows; `None` if nothing does.
+    fn caster_bias(&self, has_shadows: bool) -> Option<f32> {
+        let bias = self.shadow_bias.min(1.0);
+        (has_shadows && bias > 0.0).then_some(bias)
     }
 
     /// The settings that selection reads; `has_shadows` says whether some light casts
@@ -137,13 +153,14 @@ impl FieldLodSettings {
             max_curl: self.max_curl,
             resolution_scale: self.resolution_scale,
             offscreen_margin: self.offscreen_margin,
-            offscreen: if has_shadows && self.offscreen_casters {
-                Offscreen::OnAxis
-            } else {
-                Offscreen::Coarsest
+            offscreen: match self.caster_bias(has_shadows) {
+                Some(bias) => Offscreen::OnAxis { bias },
+                None => Offscreen::Coarsest,
             },
             edge_hysteresis: self.edge_hysteresis,
             triangle_budget: self.triangle_budget,
+            cull_below_px: self.cull_below_px,
+            forced_level: self.forced_level,
             visible_flux: self.visible_flux.then(|| self.flux(has_shadows)),
         }
     }
@@ -161,10 +178,15 @@ mod tests {
         };
         assert_eq!(FieldLodSettings::default().to_lod_settings(false), expected);
         let casting = LodSettings {
-            offscreen: Offscreen::OnAxis,
+            offscreen: Offscreen::OnAxis { bias: 1.0 },
             ..expected
         };
         assert_eq!(FieldLodSettings::default().to_lod_settings(true), casting);
+        let without = FieldLodSettings {
+            shadow_bias: 0.0,
+            ..default()
+        };
+        assert_eq!(without.to_lod_settings(true), expected);
     }
 
     #[test]

@@ -8,7 +8,9 @@ use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
 use crate::config::{FieldLodConfig, LodKind};
-use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodState, LodWaiting};
+use crate::lod_mesh::{
+    LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
+};
 use crate::lod_scene::LodScene;
 use crate::meshes::LodMeshes;
 use crate::systems::FieldLodSystems;
@@ -106,11 +108,11 @@ fn track_objects(
         // An object whose mesh and kind are still the right ones stays what it is.
         if let (Some(mut object), Some(source), Some(auto_lod)) = (object, source, &auto_lod)
             && (mesh.0 == source.mesh || object.mesh.has_piece(mesh.id()))
-            && [LodKind::Auto, object.mesh.kind].contains(&auto_lod.kind)
+            && object.fits(auto_lod)
         {
-            if object.bias != auto_lod.bias {
-                object.bias = auto_lod.bias;
-                scene.set_bias(entity, auto_lod.bias);
+            if object.auto_lod != *auto_lod {
+                object.auto_lod = auto_lod.clone();
+                scene.set_auto_lod(entity, auto_lod);
             }
             if object.mesh.kind == LodKind::WholeMesh && mesh.0 == source.mesh {
                 // Perhaps someone else put it back.
@@ -128,8 +130,8 @@ fn track_objects(
         if let Some(source) = known.source_of_level(mesh.id(), &mut meshes) {
             commands.try_insert(Mesh3d(source));
         }
-        if let Some(AutoLod { baked, kind, bias }) = auto_lod {
-            commands.try_insert((LodWaiting { baked, kind, bias }, LodState::Waiting));
+        if let Some(auto_lod) = auto_lod {
+            commands.try_insert((LodWaiting { auto_lod }, LodState::Waiting));
         } else {
             commands.try_remove::<LodState>();
         }
@@ -164,7 +166,7 @@ fn restore_source(
 
 /// Takes off what came with levels of detail, or with the clone of an entity that has them.
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<(LodSource, LodClusters)>();
+    commands.try_remove::<(LodSource, LodClusters, LodSimplified)>();
     if source.keeps_aabb {
         // Bevy puts a box around the source again.
         commands.try_remove::<(NoAutoAabb, Aabb)>();

@@ -2,7 +2,10 @@
 
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
+
 use fieldlod_select::{Selector, View};
+
+use crate::deferred_cuts::DeferredCuts;
 
 /// The cut of one camera through the whole scene.
 #[derive(Component, Default)]
@@ -12,6 +15,12 @@ pub(crate) struct ViewCut {
     /// The view that was last selected for.
     pub(crate) view: Option<View>,
     pub(crate) state: ViewState,
+    /// The camera whose cut it draws, and how often that was cleared when this began.
+    pub(crate) leader: Option<(Entity, u32)>,
+    /// How often it was cleared.
+    pub(crate) clear_count: u32,
+    /// What is not drawn yet as the selector says.
+    pub(crate) deferred: DeferredCuts,
     /// The layers that it draws or whose shadows it shows, as [`layer_bits`].
     pub(crate) layers: u64,
 }
@@ -34,7 +43,8 @@ pub(crate) enum ViewState {
     Cut,
 }
 
-/// Which draw records are in the cut of one view, by their number.
+/// A bit for each draw record, by its number: of a unit, whether it is in the cut of one view; of a whole mesh,
+/// whether it is too small for that; of the source of units, whether it is drawn in their place.
 #[derive(Default)]
 pub(crate) struct CutVisibility(Vec<bool>);
 

@@ -1,12 +1,17 @@
 //! Selects a cut for each camera.
 
+use std::time::Duration;
+
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 // That of the standard library panics on the web.
+use bevy::ecs::query::QueryItem;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, View};
 
+use crate::config::FieldLodConfig;
+use crate::cut_of::FieldLodCutOf;
 use crate::debug_options::FieldLodDebug;
 use crate::lod_mesh::LodObject;
 use crate::lod_scene::LodScene;
@@ -100,7 +105,7 @@ fn place_instances(
     for (entity, transform, object, is_shown, layers) in moved.iter().chain(objects.iter_many(new))
     {
         let layers = drawn_layers(is_shown, layers);
-        scene.place(entity, transform, &object.mesh, object.bias, layers);
+        scene.place(entity, transform, object, layers);
     }
     // What is hidden, or on layers that no view sees, is not selected.
     let changed = shown.iter().chain(&on_layers).chain(removed_layers.read());
@@ -109,50 +114,116 @@ fn place_instances(
     }
 }
 
+/// What of a camera its cut depends on.
+type CutView = (
+    &'static Camera,
+    &'static GlobalTransform,
+    &'static Frustum,
+    Option<&'static RenderLayers>,
+    Option<&'static FieldLodSettings>,
+    &'static mut ViewCut,
+    &'static mut FieldLodViewStats,
+);
+
 /// Selects the cut of every active view, and applies what changed to the scene.
 fn select_views(
     mut scene: ResMut<LodScene>,
-    mut cameras: Query<(
-        &Camera,
-        &GlobalTransform,
-        &Frustum,
-        Option<&RenderLayers>,
-        Option<&FieldLodSettings>,
-        &mut ViewCut,
-        &mut FieldLodViewStats,
-    )>,
+    mut cameras: Query<CutView>,
+    entities: Query<Entity, With<ViewCut>>,
+    followers: Query<(Entity, &FieldLodCutOf)>,
     lights: ShadowLights,
     debug: Res<FieldLodDebug>,
+    config: Res<FieldLodConfig>,
 ) {
     let scene = scene.bypass_change_detection();
     let cuts = cameras.iter_mut().map(|(.., cut, _)| cut.into_inner());
-    scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
+    let cuts = cuts.map(|cut| &mut cut.visibility);
+    scene.begin_frame(cuts, config.units_per_frame);
+    scene.culls = false;
     // Each view goes from its last cut to the next; only what changed reaches the scene.
-    for (camera, pose, frustum, layers, settings, mut cut, mut stats) in &mut cameras {
-        let start = Instant::now();
-        let settings = settings.copied().unwrap_or_default();
-        let (state, view) = desired_view(camera, pose, &settings);
-        // What was drawn in another state is drawn no longer.
-        if cut.state != state {
-            cut.state = state;
-            clear_cut(&mut cut, scene);
+    let is_follower = |entity: &Entity| followers.contains(*entity);
+    let entities: Vec<Entity> = entities.iter().filter(|one| !is_follower(one)).collect();
+    let mut views = cameras.iter_many_mut(entities);
+    while let Some(view) = views.fetch_next() {
+        select_view(view, scene, &lights, &debug);
+    }
+    // Then those that draw the cut of another.
+    for (camera, &FieldLodCutOf(leader)) in &followers {
+        if let Ok([(.., lead, lead_stats), (viewed, .., mut cut, mut stats)]) =
+            cameras.get_many_mut([leader, camera])
+            && drawn_px(viewed).is_some()
+            && follow(leader, &lead, &mut cut, scene)
+        {
+            stats.error_px = lead_stats.error_px;
+            stats.selection_time = Duration::ZERO;
+        } else if let Ok(view) = cameras.get_mut(camera) {
+            select_view(view, scene, &lights, &debug);
         }
-        // What casts shadows into the image counts, seen or not.
-        let layers = layer_bits(layers);
-        let shadow_layers = lights.layers_lit(frustum, layers);
-        if cut.layers != layers | shadow_layers {
-            cut.layers = layers | shadow_layers;
-            scene.swap_all_whole_meshes();
+    }
+}
+
+fn select_view(
+    (camera, pose, frustum, layers, settings, mut cut, mut stats): QueryItem<CutView>,
+    scene: &mut LodScene,
+    lights: &ShadowLights,
+    debug: &FieldLodDebug,
+) {
+    let start = Instant::now();
+    let settings = settings.copied().unwrap_or_default();
+    let (state, view) = desired_view(camera, pose, &settings);
+    // What was drawn in another state, or as another camera does, is drawn no longer.
+    if cut.state != state || cut.leader.is_some() {
+        cut.state = state;
+        clear_cut(&mut cut, scene);
+    }
+    // What casts shadows into the image counts, seen or not.
+    let layers = layer_bits(layers);
+    let shadow_layers = lights.layers_lit(frustum, layers);
+    set_layers(&mut cut, layers | shadow_layers, scene);
+    if let Some(view) = view {
+        // A frozen view selects from where it was.
+        let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
+        let view = view.with_layers(cut.layers);
+        let settings = settings.to_lod_settings(shadow_layers != 0);
+        scene.culls |= settings.cull_below_px.is_some();
+        select_cut(&mut cut, view, &settings, scene);
+    }
+    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
+    stats.selection_time = start.elapsed();
+}
+
+/// Lets a camera draw the cut that was selected for another; whether that has one.
+fn follow(leader: Entity, lead: &ViewCut, cut: &mut ViewCut, scene: &mut LodScene) -> bool {
+    if lead.state != ViewState::Cut || lead.leader.is_some() {
+        return false;
+    }
+    let following = Some((leader, lead.clear_count));
+    let is_new = cut.leader != following;
+    if is_new {
+        clear_cut(cut, scene);
+        (cut.leader, cut.state) = (following, ViewState::Cut);
+    }
+    set_layers(cut, lead.layers, scene);
+    let ViewCut {
+        visibility,
+        deferred,
+        ..
+    } = cut;
+    if is_new {
+        scene.apply_whole_cut(&lead.selector, visibility, deferred);
+    } else {
+        for change in lead.selector.changes() {
+            scene.apply_change(&change, visibility, deferred);
         }
-        if let Some(view) = view {
-            // A frozen view selects from where it was.
-            let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
-            let view = view.with_layers(cut.layers);
-            let settings = settings.to_lod_settings(shadow_layers != 0);
-            select_cut(&mut cut, view, &settings, scene);
-        }
-        stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
-        stats.selection_time = start.elapsed();
+    }
+    scene.advance_deferred(&lead.selector, visibility, deferred);
+    true
+}
+
+fn set_layers(cut: &mut ViewCut, layers: u64, scene: &mut LodScene) {
+    if cut.layers != layers {
+        cut.layers = layers;
+        scene.swap_all_whole_meshes();
     }
 }
 
@@ -165,7 +236,7 @@ fn desired_view(
     let Some(viewport_px) = drawn_px(camera) else {
         return (ViewState::Inactive, None);
     };
-    let wants_cut = !settings.full_detail;
+    let wants_cut = settings.forced_level != Some(0);
     let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
     match view.flatten() {
         Some(view) => (ViewState::Cut, Some(view)),
@@ -206,14 +277,17 @@ fn select_cut(cut: &mut ViewCut, view: View, settings: &LodSettings, scene: &mut
     cut.view = Some(view);
     cut.selector.select(&scene.scene, &view, settings);
     for change in cut.selector.changes() {
-        scene.apply_change(&change, &mut cut.visibility);
+        scene.apply_change(&change, &mut cut.visibility, &mut cut.deferred);
     }
+    scene.advance_deferred(&cut.selector, &mut cut.visibility, &mut cut.deferred);
 }
 
 fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {
-    scene.clear_view(&mut cut.visibility);
+    scene.clear_view(&mut cut.visibility, &mut cut.deferred);
     cut.selector.clear();
     cut.view = None;
+    cut.leader = None;
+    cut.clear_count = cut.clear_count.wrapping_add(1);
 }
 
 /// Clears the cut of a camera that is removed.

@@ -27,7 +27,7 @@ fn swap_whole_meshes(
         let Some(instance) = scene.instance(index) else {
             continue;
         };
-        let DrawnAs::WholeMesh { level: current } = instance.drawn_as else {
+        let DrawnAs::WholeMesh { .. } = instance.drawn_as else {
             continue;
         };
         let Ok((mut mesh, object, source)) = meshes.get_mut(instance.entity) else {
@@ -38,8 +38,12 @@ fn swap_whole_meshes(
             .filter_map(|cut| level_for(cut, &scene.scene, instance))
             .min();
         // A mesh that no view sees stays as it is.
-        if let Some(level) = finest.filter(|&level| level != current) {
-            mesh.0 = object.mesh.mesh_at(level, source).clone();
+        let Some(level) = finest else {
+            continue;
+        };
+        let wanted = object.mesh.mesh_at(level, source);
+        if mesh.0 != *wanted {
+            mesh.0 = wanted.clone();
             scene.set_level(index, level);
         }
     }

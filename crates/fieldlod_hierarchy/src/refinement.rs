@@ -30,6 +30,13 @@ impl Hierarchy {
         self.refine_by(refined, |_, is_refined| is_refined);
     }
 
+    /// The units of the cut that keeps nothing finer than `level`, unless there is nothing coarser.
+    pub fn units_at_level(&self, level: u32) -> Vec<usize> {
+        let mut refined: Vec<bool> = self.groups.iter().map(|g| g.level >= level).collect();
+        self.close_refinement(&mut refined);
+        self.drawn_units(&refined).collect()
+    }
+
     /// The units that the [cut rule](Self#the-cut-rule) draws where these groups are `refined`: as
     /// indices into [`Hierarchy::units`], ascending.
     ///

@@ -273,13 +273,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 let constant = L::splat(camera.constant_px2());
                 let bound = constant * extent.secant / (extent.depth * extent.depth);
                 let bound = bound * L::splat(1.0 + ROUNDING);
-                let on_axis = || constant / (seen.distance * seen.distance);
+                let on_axis = |bias: L| constant * bias * bias / (seen.distance * seen.distance);
                 let bound = self.unless_outside(extent, bound, on_axis);
                 self.sampled_where_flat(constant, seen, extent, bound)
             }
             Camera::Orthographic(camera) => {
                 let strength = L::splat(camera.pixels_per_unit.x * camera.pixels_per_unit.y);
-                self.unless_outside(extent, strength, || strength)
+                self.unless_outside(extent, strength, |bias| strength * bias * bias)
             }
         }
     }
@@ -291,22 +291,22 @@ impl<'a, L: Lane> Criterion<'a, L> {
             Camera::Perspective(camera) => {
                 let focal_px = L::splat(camera.focal_px.x.max(camera.focal_px.y));
                 let bound = focal_px * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
-                self.unless_outside(extent, bound, || focal_px / seen.distance)
+                self.unless_outside(extent, bound, |bias| focal_px * bias / seen.distance)
             }
             Camera::Orthographic(camera) => {
                 let scale = L::splat(camera.pixels_per_unit.x.max(camera.pixels_per_unit.y));
-                self.unless_outside(extent, scale, || scale)
+                self.unless_outside(extent, scale, |bias| scale * bias)
             }
         }
     }
 
-    /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives.
+    /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives for its bias.
     #[inline]
-    fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn() -> L) -> L {
+    fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn(L) -> L) -> L {
         let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
         let outside = match self.settings.offscreen {
             Offscreen::Coarsest => L::zero(),
-            Offscreen::OnAxis => finite(on_axis()),
+            Offscreen::OnAxis { bias } => finite(on_axis(L::splat(bias))),
         };
         let inside = L::choose(extent.unbounded, L::infinity(), finite(bound));
         L::choose(extent.outside, outside, inside)

@@ -57,6 +57,14 @@ impl ErrorScale {
         }
     }
 
+    /// The same of errors that count `bias` times.
+    pub(crate) fn biased(self, bias: f32) -> Self {
+        Self {
+            of_weighed_error: self.of_weighed_error * bias,
+            of_deviation: self.of_deviation * bias,
+        }
+    }
+
     /// The same times `factor`, of weighed errors and, where they count, of deviations.
     pub(crate) fn times(&self, factor: f32) -> (f32, Option<f32>) {
         let counts_deviation = self.of_deviation != 0.0;

@@ -65,7 +65,8 @@
 //! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
 //!
 //! # Out of scope
-//! Morphing between levels; skinned meshes; culling, by occlusion or otherwise.
+//! Morphing between levels; skinned meshes; culling, but of what is smaller than
+//! [`LodSettings::cull_below_px`].
 
 mod bits;
 mod boxes;
@@ -84,6 +85,7 @@ mod selector;
 mod settings;
 mod shares;
 mod sides;
+mod size_test;
 mod stretch;
 #[cfg(test)]
 #[path = "../tests/common/synthetic.rs"]

@@ -38,8 +38,12 @@ impl<'a> ObjectTest<'a> {
             view,
             parts,
             thresholds,
-            on_axis: (settings.offscreen == Offscreen::OnAxis)
-                .then(|| ErrorScale::on_axis(&view.camera, settings)),
+            on_axis: match settings.offscreen {
+                Offscreen::Coarsest => None,
+                Offscreen::OnAxis { bias } => {
+                    Some(ErrorScale::on_axis(&view.camera, settings).biased(bias))
+                }
+            },
             now,
             // A view that scales, or no threshold at all, gets no shortcut.
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,

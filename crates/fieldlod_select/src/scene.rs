@@ -1,9 +1,11 @@
 //! What there is to select from: meshes and where they stand.
 
 use fieldlod_hierarchy::Hierarchy;
-use glam::Affine3A;
+use glam::{Affine3A, Mat3};
 
 use crate::boxes::AxisBox;
+use crate::error_bounds::or_infinity;
+use crate::stretch::largest_stretch;
 use crate::table::GroupTable;
 use crate::tree::{Node, Tree};
 
@@ -37,6 +39,8 @@ impl InstanceId {
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
+    /// The level at which all views draw it.
+    pub(crate) forced_level: Option<u32>,
     pub(crate) node: Node,
 }
 
@@ -142,7 +146,7 @@ impl Scene {
     ) -> InstanceId {
         self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count += 1;
-        let instance = self.instance(mesh, world_from_local, bias);
+        let instance = self.instance(mesh, world_from_local, bias, None);
         // The index of an instance that was removed is used again, under a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
@@ -169,14 +173,31 @@ impl Scene {
 
     /// Moves an instance; nothing if it was removed.
     pub fn set_placement(&mut self, instance: InstanceId, world_from_local: Affine3A) {
-        let bias = self.instances[instance.index()].bias;
-        self.set(instance, world_from_local, bias);
+        let Instance {
+            bias, forced_level, ..
+        } = self.instances[instance.index()];
+        self.set(instance, world_from_local, bias, forced_level);
     }
 
     /// Changes an instance's bias; nothing if it was removed.
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
-        let world_from_local = self.instances[instance.index()].world_from_local;
-        self.set(instance, world_from_local, bias);
+        let Instance {
+            world_from_local,
+            forced_level,
+            ..
+        } = self.instances[instance.index()];
+        self.set(instance, world_from_local, bias, forced_level);
+    }
+
+    /// Draws an instance at this level of its mesh in all views, 0 being the finest, or lets each view choose
+    /// again; the coarsest where the mesh has fewer. Nothing if it was removed.
+    pub fn set_forced_level(&mut self, instance: InstanceId, forced_level: Option<u32>) {
+        let Instance {
+            world_from_local,
+            bias,
+            ..
+        } = self.instances[instance.index()];
+        self.set(instance, world_from_local, bias, forced_level);
     }
 
     /// Puts an instance on layers, each a bit: views that share none of them draw nothing of it and do not
@@ -202,12 +223,19 @@ impl Scene {
         }
     }
 
-    fn set(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
+    fn set(
+        &mut self,
+        instance: InstanceId,
+        world_from_local: Affine3A,
+        bias: f32,
+        forced_level: Option<u32>,
+    ) {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
         self.revision += 1;
-        self.instances[instance.index()] = self.instance(mesh, world_from_local, bias);
+        self.instances[instance.index()] =
+            self.instance(mesh, world_from_local, bias, forced_level);
         self.changed.push(instance.index);
     }
 
@@ -278,14 +306,25 @@ impl Scene {
         &self.meshes[mesh.0 as usize].table
     }
 
-    fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
+    fn instance(
+        &self,
+        mesh: MeshId,
+        world_from_local: Affine3A,
+        bias: f32,
+        forced_level: Option<u32>,
+    ) -> Instance {
         let table = self.table(mesh);
         let bounds = table.bounds.placed(&world_from_local, bias);
         let radius = bounds.sphere.radius;
+        let stretch = largest_stretch(&Mat3::from(world_from_local.matrix3));
+        let seen_radius = or_infinity(table.radius * stretch * bias);
         Instance {
             world_from_local,
             bias,
+            forced_level,
             node: Node {
+                radii: [seen_radius; 2],
+                is_forced: forced_level.is_some(),
                 bounds,
                 occluder_radius: if table.occluders.is_empty() {
                     0.0

@@ -20,6 +20,7 @@ use crate::occlusion::OcclusionBuffer;
 use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
 use crate::shares::Shares;
+use crate::size_test::SizeTest;
 use crate::validity::CameraTravel;
 use crate::view::View;
 use crate::view_parts::ViewParts;
@@ -112,7 +113,10 @@ impl Selector {
         self.cuts.begin();
         self.has_seen = false;
         let wide_view = view.with_margins(settings);
-        let Some(budget) = settings.triangle_budget else {
+        let budget = settings
+            .triangle_budget
+            .filter(|_| settings.forced_level.is_none());
+        let Some(budget) = budget else {
             return self.select_with_thresholds(scene, &wide_view, settings);
         };
         // The threshold that kept to the budget last; if it does not any more, another.
@@ -135,8 +139,17 @@ impl Selector {
         self.cuts.statistics.budget_searches += 1;
         self.budget.begin();
         let hidden = HiddenTest::new(self.cuts.visible.buffer.as_ref(), settings);
+        let mut forced_triangles = 0;
         for index in 0..scene.instances.len() {
+            if self.cuts.is_culled(index) {
+                continue;
+            }
             let cut = self.cuts.cut(index);
+            // Those of forced levels are drawn at any threshold.
+            if scene.instances[index].forced_level.is_some() {
+                forced_triangles += cut.map_or(0, |cut| cut.drawn().1);
+                continue;
+            }
             let refined = cut.map(InstanceCut::refined);
             let shares = match cut {
                 Some(cut) => cut.shares().shares(settings),
@@ -145,7 +158,8 @@ impl Selector {
             self.budget
                 .add(scene, index, refined, shares, view, settings);
         }
-        let settings = self.budget.finish(budget, settings);
+        let budget_left = budget.saturating_sub(forced_triangles);
+        let settings = self.budget.finish(budget_left, settings);
         self.select_with_thresholds(scene, view, &settings);
         self.budget.note_found(budget, self.cuts.triangle_count);
     }
@@ -175,6 +189,8 @@ impl Selector {
             scene,
             layers: view.layers,
             test: &test,
+            size: SizeTest::new(view, settings, self.travel, test.is_usable()),
+            forced_level: settings.forced_level,
             now: self.travel,
             // On other layers, every answer may be another one.
             seen_revision: last

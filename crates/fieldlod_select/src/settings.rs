@@ -1,14 +1,17 @@
 //! What decides how fine a cut is.
 
 /// How groups outside the view are judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Offscreen {
     /// At their coarsest: nobody sees them.
     #[default]
     Coarsest,
     /// As if they stood on the view's axis, as far away and turned towards the eye as they are: with the
     /// field's strength `f²/ρ²` there. For what casts shadows into the view.
-    OnAxis,
+    OnAxis {
+        /// How often their errors count, above 0 and at most 1: less draws them coarser.
+        bias: f32,
+    },
 }
 
 /// How much what is hidden counts.
@@ -92,6 +95,17 @@ pub struct LodSettings {
     /// counts as seen still: it leaves the view later than it entered. Keeps an eye that nods from
     /// swapping levels along the image's edge. Negative counts as 0.
     pub edge_hysteresis: f32,
+    /// Instances that are smaller on screen, in rendered pixels, are not drawn; `None` draws all. The size is
+    /// the diameter of a sphere around the instance, times its bias, as large as it would be in the middle of
+    /// the image: a camera that only turns draws what it drew. One that is drawn stays until its size falls
+    /// below the [`hysteresis`](Self::hysteresis)' share of this. [`select`](crate::select), which sees one
+    /// instance only, does not read it.
+    pub cull_below_px: Option<f32>,
+    /// Draws every instance at this level of its mesh, 0 being the finest, whatever it shows; the coarsest
+    /// where a mesh has fewer. It comes before the levels of single instances
+    /// ([`Scene::set_forced_level`](crate::Scene::set_forced_level)). [`select`](crate::select) does not read
+    /// it.
+    pub forced_level: Option<u32>,
     /// Counts screen-space errors by how much of the instance or group nothing hides; `None` counts as if
     /// all were seen. [`select`](crate::select), which sees one instance only, does not read it.
     pub visible_flux: Option<VisibleFlux>,
@@ -114,6 +128,8 @@ impl Default for LodSettings {
             offscreen_margin: 0.0,
             offscreen: Offscreen::Coarsest,
             edge_hysteresis: 0.1,
+            cull_below_px: None,
+            forced_level: None,
             visible_flux: None,
             triangle_budget: None,
         }

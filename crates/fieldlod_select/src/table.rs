@@ -4,7 +4,7 @@ mod lanes;
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Sphere, Unit};
 use glam::Vec3;
 use wide::f32x8;
 
@@ -38,6 +38,10 @@ pub struct GroupTable {
     pub(crate) terminal: Vec<u64>,
     /// The bounds of all groups.
     pub(crate) bounds: ErrorBounds,
+    /// The radius of a sphere around all vertices of the source.
+    pub(crate) radius: f32,
+    /// The level of each group.
+    levels: Vec<u32>,
     /// Where visibility is asked for.
     pub(crate) samples: SurfaceSamples,
     /// What the mesh hides others with, finest first.
@@ -96,6 +100,8 @@ impl GroupTable {
             },
             samples,
             occluders,
+            radius: radius_of(hierarchy),
+            levels: groups.iter().map(|group| group.level).collect(),
             facings: FacingLanes::new(groups, 1, words * LANES),
             block_facings: FacingLanes::new(groups, LANES, words),
             normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
@@ -122,6 +128,19 @@ impl GroupTable {
         self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
         self.coarsest_units = units;
         self.coarsest_refined = refined;
+    }
+
+    /// The groups that a cut refines which draws nothing finer than `level`, and is not closed yet.
+    pub(crate) fn refine_from_level(&self, level: u32, refined: &mut Vec<u64>) {
+        let at_least = |levels: &[u32]| {
+            let bits = levels.iter().enumerate();
+            bits.map(|(index, &of_group)| u64::from(of_group >= level) << index)
+                .sum::<u64>()
+        };
+        refined.clone_from(&self.terminal);
+        for (word, levels) in refined.iter_mut().zip(self.levels.chunks(CHUNK)) {
+            *word |= at_least(levels);
+        }
     }
 
     /// Frees all but what tells the coarsest cut.
@@ -250,6 +269,17 @@ fn surface<'a>(
 ) -> impl Iterator<Item = Vec3> + 'a {
     let of_units = hierarchy.vertices.positions.iter().copied();
     of_units.chain(occluders.iter().flat_map(OccluderMesh::positions))
+}
+
+/// The radius of a sphere around all vertices of the source; that around all groups if there are none.
+fn radius_of(hierarchy: &Hierarchy) -> f32 {
+    let positions = hierarchy.vertices.positions.iter();
+    let positions = positions.take(hierarchy.source_vertex_count as usize);
+    if positions.len() == 0 {
+        let bounds = hierarchy.groups.iter().map(ErrorBounds::of_group);
+        return ErrorBounds::around(bounds).map_or(0.0, |bounds| bounds.sphere.radius);
+    }
+    Sphere::around(positions.copied()).radius
 }
 
 fn terminal_bits(groups: &[Group]) -> u64 {

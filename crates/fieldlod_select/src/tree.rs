@@ -26,6 +26,11 @@ pub(crate) struct Node {
     pub(crate) occluder_radius: f32,
     /// Around the surfaces of all instances below.
     pub(crate) surface_box: AxisBox,
+    /// The smallest and the largest radius on screen of an instance below: that of its vertices, times its
+    /// bias.
+    pub(crate) radii: [f32; 2],
+    /// Whether the level of an instance below is forced.
+    pub(crate) is_forced: bool,
     /// When an instance below last changed.
     pub(crate) changed_at: u64,
 }
@@ -173,6 +178,8 @@ impl Node {
         bounds: ErrorBounds::EMPTY,
         occluder_radius: 0.0,
         surface_box: AxisBox::EMPTY,
+        radii: [f32::INFINITY, 0.0],
+        is_forced: false,
         changed_at: 0,
     };
 
@@ -186,6 +193,10 @@ impl Node {
             surface_box: nodes
                 .iter()
                 .fold(AxisBox::EMPTY, |all, node| all.and(&node.surface_box)),
+            radii: nodes.iter().fold(Self::EMPTY.radii, |[min, max], node| {
+                [min.min(node.radii[0]), max.max(node.radii[1])]
+            }),
+            is_forced: nodes.iter().any(|node| node.is_forced),
             changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
         }
     }

@@ -76,10 +76,7 @@ fn kept_levels(baked: &Hierarchy) -> Vec<Level> {
 
 /// The cut that keeps nothing finer than `group_level`, unless there is nothing coarser.
 fn triangles_from_level(baked: &Hierarchy, group_level: u32) -> Vec<[u32; 3]> {
-    let is_coarse = |group: &Group| group.level >= group_level;
-    let mut refined: Vec<bool> = baked.groups.iter().map(is_coarse).collect();
-    baked.close_refinement(&mut refined);
-    let units = baked.drawn_units(&refined);
+    let units = baked.units_at_level(group_level).into_iter();
     units
         .flat_map(|unit| baked.triangles_of(&baked.units[unit]))
         .collect()

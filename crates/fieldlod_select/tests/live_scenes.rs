@@ -2,14 +2,14 @@
 
 mod common;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use common::{
     any_camera, any_placement, any_settings, hierarchies, look, perspective, synthetic, vector,
 };
 use fieldlod_select::{
     Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View,
-    group_error_px, select_with,
+    group_error_px, naive, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -21,6 +21,7 @@ struct Placed {
     placement: Affine3A,
     bias: f32,
     layers: u64,
+    forced_level: Option<u32>,
 }
 
 fn any_placed() -> impl Strategy<Value = Placed> {
@@ -32,6 +33,7 @@ fn any_placed() -> impl Strategy<Value = Placed> {
             placement: shift * placement,
             bias,
             layers: u64::MAX,
+            forced_level: None,
         }
     })
 }
@@ -46,6 +48,7 @@ enum Event {
     Move(usize, Vec3),
     Bias(usize, f32),
     Layers(usize, u64),
+    Force(usize, Option<u32>),
     Nothing,
 }
 
@@ -59,6 +62,7 @@ fn any_event() -> impl Strategy<Value = Event> {
         2 => (1usize..10, vector()).prop_map(|(n, by)| Event::Move(n, by)),
         1 => (1usize..10, 0.2f32..4.0).prop_map(|(n, bias)| Event::Bias(n, bias)),
         2 => (1usize..4, 0u64..4).prop_map(|(n, layers)| Event::Layers(n, layers)),
+        1 => (1usize..6, prop::option::of(0u32..5)).prop_map(|(n, level)| Event::Force(n, level)),
         1 => Just(Event::Nothing),
     ]
 }
@@ -120,6 +124,12 @@ impl World {
                     self.scene.set_layers(id, *layers);
                 }
             }
+            Event::Force(n, level) => {
+                for id in self.every(*n) {
+                    self.placed.get_mut(&id).unwrap().forced_level = *level;
+                    self.scene.set_forced_level(id, *level);
+                }
+            }
             Event::Nothing => {}
         }
         self.scene.update();
@@ -141,6 +151,8 @@ struct Watcher {
     settings: LodSettings,
     selector: Selector,
     cuts: HashMap<InstanceId, Cut>,
+    /// Which instances were large enough to be drawn.
+    drawn: HashSet<InstanceId>,
     /// The cuts as `changes` tell them.
     followed: BTreeMap<InstanceId, Vec<u32>>,
 }
@@ -153,6 +165,7 @@ impl Watcher {
             settings,
             selector: Selector::default(),
             cuts: HashMap::new(),
+            drawn: HashSet::new(),
             followed: BTreeMap::new(),
         }
     }
@@ -178,19 +191,42 @@ impl Watcher {
         let is_seen = |placed: &&Placed| placed.layers & layers != 0;
         self.cuts.retain(|id, _| is_seen(&&world.placed[id]));
         for (id, placed) in &world.placed {
-            if !is_seen(&placed) {
-                assert!(self.selector.units(&world.scene, *id).is_empty());
+            let units = self.selector.units(&world.scene, *id);
+            if !is_seen(&placed) || !self.is_large(world, *id) {
+                assert!(units.is_empty());
+                self.drawn.remove(id);
+                self.cuts.remove(id);
                 continue;
             }
+            self.drawn.insert(*id);
             let cut = self.cuts.entry(*id).or_default();
             select_one(placed, &self.view, &self.settings, cut);
             assert_eq!(self.selector.units(&world.scene, *id), cut.units());
             assert_eq!(self.followed.get(id).unwrap(), cut.units());
             triangle_count += cut.triangle_count();
         }
-        let seen = world.placed.values().filter(is_seen);
-        assert_eq!(self.followed.len(), seen.count());
+        self.drawn.retain(|id| self.cuts.contains_key(id));
+        assert_eq!(self.followed.len(), self.drawn.len());
         assert_eq!(self.selector.triangle_count(), triangle_count);
+    }
+}
+
+impl Watcher {
+    /// Whether an instance is large enough to be drawn; where rounding decides, as the selector says.
+    fn is_large(&self, world: &World, id: InstanceId) -> bool {
+        let Some(cull_below_px) = self.settings.cull_below_px else {
+            return true;
+        };
+        let memory = match self.drawn.contains(&id) {
+            true => self.settings.hysteresis.min(1.0),
+            false => 1.0,
+        };
+        let size_px = naive::size_px(&world.scene, id, &self.view, &self.settings);
+        let size = size_px / (cull_below_px * memory);
+        if (size - 1.0).abs() < 1e-3 {
+            return !self.selector.units(&world.scene, id).is_empty();
+        }
+        size.is_nan() || size > 1.0
     }
 }
 
@@ -203,6 +239,14 @@ fn select_one(placed: &Placed, view: &View, settings: &LodSettings, cut: &mut Cu
         resolution_scale: settings.resolution_scale * placed.bias,
         ..*settings
     };
+    if let Some(level) = settings.forced_level.or(placed.forced_level) {
+        return select_with(hierarchy, &LodSettings::default(), cut, |group| {
+            match hierarchy.groups[group].level >= level {
+                true => f32::INFINITY,
+                false => 0.0,
+            }
+        });
+    }
     let before = cut.refined().to_vec();
     select_with(hierarchy, &biased, cut, |group| {
         let was_refined = before.get(group) == Some(&true);
@@ -216,6 +260,8 @@ proptest! {
     #[test]
     fn views_of_a_scene_that_changes_equal_one_instance_at_a_time(
         cameras in prop::array::uniform3((any_camera(), vector(), any_settings())),
+        sizes_px in prop::array::uniform3(prop::option::of(5.0f32..500.0)),
+        forced_level in prop::option::weighted(0.1, 0u32..4),
         events in prop::collection::vec(any_event(), 6..14),
         walk in vector(),
     ) {
@@ -223,6 +269,10 @@ proptest! {
         let mut watchers = cameras.map(|(camera, eye, settings)| {
             Watcher::new(look(camera, eye * 30.0, Vec3::new(0.1, 0.0, 0.2)), settings)
         });
+        for (watcher, cull_below_px) in watchers.iter_mut().zip(sizes_px) {
+            watcher.settings.cull_below_px = cull_below_px;
+        }
+        watchers[0].settings.forced_level = forced_level;
         for (step, event) in (0u8..).zip(&events) {
             world.apply(event);
             // The third looks at every other scene only.
@@ -354,4 +404,28 @@ fn a_change_costs_the_same_in_a_scene_of_any_size() {
     let (few, many) = (visited(500), visited(30_000));
     // One more level of the tree for each of the three places.
     assert!(many <= few + 6, "{few} {many}");
+}
+
+#[test]
+fn what_is_small_leaves_at_a_lower_size_than_it_comes_at() {
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(&hierarchies()[0]);
+    let rock = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    scene.update();
+    let settings = LodSettings {
+        cull_below_px: Some(40.0),
+        ..LodSettings::default()
+    };
+    let mut selector = Selector::default();
+    let mut is_drawn_at = |size_px: f32| {
+        let near = look(perspective(1.0), Vec3::X * 10.0, Vec3::ZERO);
+        let near_px = naive::size_px(&scene, rock, &near, &settings);
+        let distance = 10.0 * near_px / size_px;
+        let view = look(perspective(1.0), Vec3::X * distance, Vec3::ZERO);
+        selector.select(&scene, &view, &settings);
+        !selector.units(&scene, rock).is_empty()
+    };
+    let sizes = [35.0, 45.0, 35.0, 30.0, 35.0, 45.0, 500.0, 10.0];
+    let expected = [false, true, true, false, false, true, true, false];
+    assert_eq!(sizes.map(&mut is_drawn_at), expected);
 }

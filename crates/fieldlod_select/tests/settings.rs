@@ -33,6 +33,8 @@ fn holds(finer: &Cut, coarser: &Cut) -> bool {
         .all(|(&coarser, &finer)| !coarser || finer)
 }
 
+const ON_AXIS: Offscreen = Offscreen::OnAxis { bias: 1.0 };
+
 proptest! {
     #[test]
     fn both_thresholds_refine_what_either_does(which in 0usize..5, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
@@ -104,7 +106,7 @@ proptest! {
     #[test]
     fn on_axis_changes_what_is_outside_the_view_alone(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view, &placement);
-        let [coarsest, on_axis] = [Offscreen::Coarsest, Offscreen::OnAxis].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
+        let [coarsest, on_axis] = [Offscreen::Coarsest, ON_AXIS].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
         for group in &hierarchies()[which].groups {
             let (hidden, beside) = (group_error_px(group, &instance, &coarsest, false), group_error_px(group, &instance, &on_axis, false));
             let Sphere { center, radius } = instance.sphere_in_camera(&group.bounds);
@@ -200,9 +202,9 @@ fn a_caster_beside_the_camera_counts_as_on_the_axis() {
                 let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
                 group_error_px(&small, &instance, &settings, false)
             };
-            let on_axis = error(Vec3::ZERO, Offscreen::OnAxis);
+            let on_axis = error(Vec3::ZERO, ON_AXIS);
             for away in [Vec3::Z * 2.0, Vec3::new(3.0, 0.5, 1.0)] {
-                let beside = error(away * distance, Offscreen::OnAxis);
+                let beside = error(away * distance, ON_AXIS);
                 assert!((beside / on_axis - 1.0).abs() < 0.03, "{beside} {on_axis}");
                 assert_eq!(error(away * distance, Offscreen::Coarsest), 0.0);
             }
@@ -229,8 +231,11 @@ fn casters_outside_the_view_are_fine_near_by_and_coarse_far_away() {
         .triangle_count()
     };
     let coarsest = triangles(4.0, Offscreen::Coarsest);
-    assert!(triangles(4.0, Offscreen::OnAxis) > 4 * coarsest);
-    assert_eq!(triangles(1e5, Offscreen::OnAxis), coarsest);
+    let on_axis = triangles(4.0, ON_AXIS);
+    assert!(on_axis > 4 * coarsest);
+    let biased = triangles(4.0, Offscreen::OnAxis { bias: 0.25 });
+    assert!(coarsest < biased && biased * 2 < on_axis, "{biased}");
+    assert_eq!(triangles(1e5, ON_AXIS), coarsest);
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality
     let is_active = matches!(target.0, RenderTarget::Window(_));
     let lod = FieldLodSettings::default();
     let full_detail = FieldLodSettings {
-        full_detail: true,
+        forced_level: Some(0),
         ..lod
     };
     let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);

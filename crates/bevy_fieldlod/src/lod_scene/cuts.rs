@@ -2,9 +2,10 @@
 //! idle.
 
 use bevy::prelude::*;
-use fieldlod_select::Change;
+use fieldlod_select::{Change, InstanceId, Selector};
 
 use super::{DrawnAs, LodScene};
+use crate::deferred_cuts::{DeferredCut, DeferredCuts};
 use crate::view_cut::CutVisibility;
 
 /// The position of `unit` in a list of units with their records, or where it belongs.
@@ -13,19 +14,45 @@ fn find_unit(units: &[(u32, u32)], unit: u32) -> Result<usize, usize> {
 }
 
 impl LodScene {
-    /// Applies what changed in the cut of one instance in one view.
-    pub(crate) fn apply_change(&mut self, change: &Change, view: &mut CutVisibility) {
+    /// Applies what changed in the cut of one instance in one view; defers it if that needs more units than may
+    /// be spawned in this frame.
+    pub(crate) fn apply_change(
+        &mut self,
+        change: &Change,
+        view: &mut CutVisibility,
+        deferred: &mut DeferredCuts,
+    ) {
         let index = change.instance.index();
         let instance = self.instances.get_mut(index).and_then(Option::as_mut);
         // Another id means the cut of a former instance with the same index.
         let Some(instance) = instance.filter(|instance| instance.id == change.instance) else {
             return;
         };
-        // The cut of a whole mesh is one unit, its level, which the selector knows.
+        // The cut of a whole mesh is one unit, its level, which the selector knows; or none.
         let DrawnAs::Units(units) = &mut instance.drawn_as else {
             self.whole_meshes_to_swap.push(index as u32);
+            let is_culled = change.entered.is_empty();
+            if view.contains(instance.record) != is_culled {
+                view.set(instance.record, is_culled);
+            }
             return;
         };
+        // A cut that waits goes on from what the view draws.
+        if deferred.contains(change.instance) {
+            return;
+        }
+        let is_new = |unit: &&u32| find_unit(units, **unit).is_err();
+        if self.units_left < change.entered.len()
+            && self.units_left < change.entered.iter().filter(is_new).count()
+        {
+            // Until there is anything else, the source is drawn.
+            let is_first = change.left.is_empty();
+            let draws_any = units.iter().any(|&(_, record)| view.contains(record));
+            if is_first && !draws_any {
+                view.set(instance.record, true);
+            }
+            return deferred.push(change.instance);
+        }
         // Units that left the cut become idle with their last view.
         for &unit in change.left {
             if let Ok(position) = find_unit(units, unit) {
@@ -45,6 +72,7 @@ impl LodScene {
                     let record = self.records.add_unit(index as u32, unit, triangles);
                     units.insert(position, (unit, record));
                     self.units_to_spawn.push(record);
+                    self.units_left = self.units_left.saturating_sub(1);
                     record
                 }
             };
@@ -53,9 +81,132 @@ impl LodScene {
         }
     }
 
+    /// Applies all cuts of `selector` to a view that has drawn nothing.
+    pub(crate) fn apply_whole_cut(
+        &mut self,
+        selector: &Selector,
+        view: &mut CutVisibility,
+        deferred: &mut DeferredCuts,
+    ) {
+        let instances: Vec<InstanceId> =
+            self.instances.iter().flatten().map(|one| one.id).collect();
+        for instance in instances {
+            let entered = selector.units(&self.scene, instance).to_vec();
+            let change = Change {
+                instance,
+                entered: &entered,
+                left: &[],
+            };
+            self.apply_change(&change, view, deferred);
+        }
+    }
+
+    /// Spawns units that deferred cuts of a view wait for, as many as may be, and draws the cuts that have all.
+    /// `selector` tells what they should be by now.
+    pub(crate) fn advance_deferred(
+        &mut self,
+        selector: &Selector,
+        view: &mut CutVisibility,
+        deferred: &mut DeferredCuts,
+    ) {
+        let mut cuts = std::mem::take(&mut deferred.0);
+        cuts.retain_mut(|cut| {
+            loop {
+                // What it should be may have gone on meanwhile.
+                let wanted = selector.units(&self.scene, cut.instance);
+                if cut.held == cut.units().len() {
+                    (cut.units, cut.held) = (Some(wanted.to_vec()), 0);
+                }
+                if !self.hold_units(cut) {
+                    // Some units are to come, or the instance is gone.
+                    return self.scene.mesh_of(cut.instance).is_some();
+                }
+                self.show(cut, view);
+                if cut.units() == selector.units(&self.scene, cut.instance) {
+                    return false;
+                }
+            }
+        });
+        deferred.0 = cuts;
+    }
+
+    /// Makes records of units of a deferred cut, as far as they may be spawned. Whether it has all.
+    fn hold_units(&mut self, cut: &mut DeferredCut) -> bool {
+        let index = cut.instance.index();
+        let instance = self.instances.get_mut(index).and_then(Option::as_mut);
+        let Some(instance) = instance.filter(|instance| instance.id == cut.instance) else {
+            return false;
+        };
+        let DrawnAs::Units(units) = &mut instance.drawn_as else {
+            return false;
+        };
+        while let Some(&unit) = cut.units().get(cut.held) {
+            let record = match find_unit(units, unit) {
+                Ok(position) => units[position].1,
+                Err(_) if self.units_left == 0 => return false,
+                Err(position) => {
+                    let triangles = instance.mesh.pieces[unit as usize].triangles;
+                    let record = self.records.add_unit(index as u32, unit, triangles);
+                    units.insert(position, (unit, record));
+                    self.units_to_spawn.push(record);
+                    self.units_left -= 1;
+                    record
+                }
+            };
+            // It is not idle while it is waited for.
+            self.records.enter_view(record);
+            cut.held += 1;
+        }
+        true
+    }
+
+    /// Draws a deferred cut, all of whose units are held, in place of what the view draws of its instance.
+    fn show(&mut self, cut: &DeferredCut, view: &mut CutVisibility) {
+        let Some(Some(instance)) = self.instances.get(cut.instance.index()) else {
+            return;
+        };
+        let DrawnAs::Units(units) = &instance.drawn_as else {
+            return;
+        };
+        for &(unit, record) in units {
+            let was_drawn = view.contains(record);
+            let is_drawn = cut.units().binary_search(&unit).is_ok();
+            // What stays was counted twice meanwhile.
+            if was_drawn && self.records.leave_view(record, self.frame) {
+                self.idle_units.push_back((record, self.frame));
+            }
+            if was_drawn != is_drawn {
+                view.set(record, is_drawn);
+            }
+        }
+        if view.contains(instance.record) {
+            view.set(instance.record, false);
+        }
+    }
+
+    /// Gives up the deferred cuts of a view.
+    fn clear_deferred(&mut self, deferred: &mut DeferredCuts) {
+        for cut in deferred.0.drain(..) {
+            let Some(Some(instance)) = self.instances.get(cut.instance.index()) else {
+                continue;
+            };
+            let DrawnAs::Units(units) = &instance.drawn_as else {
+                continue;
+            };
+            for unit in &cut.units()[..cut.held] {
+                if let Ok(position) = find_unit(units, *unit)
+                    && self.records.leave_view(units[position].1, self.frame)
+                {
+                    self.idle_units.push_back((units[position].1, self.frame));
+                }
+            }
+        }
+    }
+
     /// Removes everything from the cut of a view, which has no say in the levels of whole meshes any
     /// more.
-    pub(crate) fn clear_view(&mut self, view: &mut CutVisibility) {
+    pub(crate) fn clear_view(&mut self, view: &mut CutVisibility, deferred: &mut DeferredCuts) {
+        self.clear_deferred(deferred);
         for record in view.take() {
             if self.records.leave_view(record, self.frame) {
                 self.idle_units.push_back((record, self.frame));

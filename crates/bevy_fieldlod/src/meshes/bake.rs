@@ -15,19 +15,15 @@ use crate::events::{LodError, LodOrigin};
 pub(super) fn bake_unless_cached(
     source: SourceArrays,
     cache_folder: Option<&Path>,
-    measure_deviation: bool,
+    config: &BakeConfig,
     threads: Option<&BakeThreads>,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
-    let config = BakeConfig {
-        measure_deviation,
-        ..BakeConfig::default()
-    };
-    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, &config)));
+    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, config)));
     if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
         return Ok((found, LodOrigin::Cache));
     }
     let threads = threads.ok_or(LodError::BakeDisabled)?;
-    let baked = threads.run(|| bake_mesh(&source_mesh(source), &config))?;
+    let baked = threads.run(|| bake_mesh(&source_mesh(source), config))?;
     if let Some(path) = &entry {
         cache::write(path, &baked);
     }

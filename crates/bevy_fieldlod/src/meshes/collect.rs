@@ -12,19 +12,20 @@ use crate::config::LodKind;
 use crate::events::{FieldLodEvent, asset_name, asset_path};
 use crate::lod_mesh::{LodMesh, LodPiece};
 use crate::lod_scene::LodScene;
-use crate::upload::UploadQueue;
+use crate::upload::PiecesToSend;
 
 /// Collects the meshes whose tasks have ended.
 pub(super) fn collect_prepared_meshes(
     known: ResMut<LodMeshes>,
     mut scene: ResMut<LodScene>,
     mut meshes: ResMut<Assets<Mesh>>,
-    uploads: Res<UploadQueue>,
+    mut to_send: ResMut<PiecesToSend>,
     assets: Res<AssetServer>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
     let known = known.into_inner();
-    for (key, entry) in &mut known.entries {
+    let mut levels_of = Vec::new();
+    for (mesh, entry) in known.entries_mut() {
         let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
         };
@@ -35,29 +36,29 @@ pub(super) fn collect_prepared_meshes(
         match result {
             Ok(prepared) => {
                 events.write(FieldLodEvent::Ready {
-                    mesh: key.mesh,
-                    path: asset_path(&assets, key.mesh),
+                    mesh,
+                    path: asset_path(&assets, mesh),
                     kind: prepared.kind,
                     origin: prepared.origin,
                 });
                 if !prepared.is_measured {
-                    let name = asset_name(&assets, key.mesh.untyped());
+                    let name = asset_name(&assets, mesh.untyped());
                     scene.unmeasured.push(name);
                 }
-                let lod = add_mesh(prepared, &mut scene, &mut meshes);
+                let (lod, pieces) = add_mesh(prepared, &mut scene, &mut meshes);
                 if lod.kind == LodKind::WholeMesh {
-                    let levels = lod.piece_meshes().map(|level| (level, key.mesh));
-                    known.source_of_level.extend(levels);
+                    levels_of.extend(lod.piece_meshes().map(|level| (level, mesh)));
                 }
-                uploads.push(lod.clone());
+                to_send.push(lod.clone(), pieces);
                 *entry = LodMeshEntry::Ready(lod);
             }
             Err(error) => {
-                events.write(FieldLodEvent::failed(&assets, key.mesh, error.clone()));
+                events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
                 *entry = LodMeshEntry::Plain(Some(error));
             }
         }
     }
+    known.source_of_level.extend(levels_of);
     known.count_in_preparation();
     // Files may change until the next mesh asks for them.
     if known.in_preparation.meshes == 0 {
@@ -65,23 +66,32 @@ pub(super) fn collect_prepared_meshes(
     }
 }
 
-/// Adds a mesh to the scene, and what draws its units to the assets.
+/// Adds a mesh to the scene. What draws its units is still to be sent.
 fn add_mesh(
     prepared: PreparedMesh,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
-) -> Arc<LodMesh> {
+) -> (Arc<LodMesh>, Vec<(AssetId<Mesh>, Mesh)>) {
+    let mut to_send = Vec::new();
+    let mut reserve = |mesh: Mesh| {
+        let handle = meshes.reserve_handle();
+        to_send.push((handle.id(), mesh));
+        handle
+    };
     let pieces = prepared.pieces.into_iter().map(|(piece, mesh)| LodPiece {
-        mesh: mesh.map(|mesh| meshes.add(mesh)),
+        mesh: mesh.map(&mut reserve),
         ..piece
     });
-    Arc::new(LodMesh {
+    let pieces = pieces.collect();
+    let lod = LodMesh {
         id: scene.scene.add_table(prepared.table),
         kind: prepared.kind,
-        pieces: pieces.collect(),
+        pieces,
         triangles_full: prepared.triangles_full,
         aabb: prepared.aabb,
         uv_per_area: prepared.uv_per_area,
+        simplified: prepared.simplified.map(|mesh| meshes.add(mesh)),
         uploaded: AtomicBool::new(false),
-    })
+    };
+    (Arc::new(lod), to_send)
 }

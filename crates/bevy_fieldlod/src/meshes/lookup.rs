@@ -14,15 +14,17 @@ use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
 use super::threads::PrepareThreads;
+use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
-use crate::lod_mesh::LodMesh;
+use crate::lod_mesh::{LodMesh, LodRequest};
 
 /// All meshes that levels of detail were asked for.
 #[derive(Resource, Default)]
 pub(crate) struct LodMeshes {
-    pub(super) entries: HashMap<LookupKey, LodMeshEntry>,
+    /// By mesh, what is known for each request.
+    entries: HashMap<AssetId<Mesh>, Vec<(LodRequest, LodMeshEntry)>>,
     /// By the mesh of a level of a whole mesh, as long as that is there, its source.
     pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
     /// The file that the levels of a mesh come from, or should.
@@ -59,20 +61,6 @@ impl InPreparation {
     }
 }
 
-/// A mesh and the kind of levels that was asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct LookupKey {
-    pub(super) mesh: AssetId<Mesh>,
-    pub(super) kind: LodKind,
-}
-
-impl LookupKey {
-    fn all(mesh: AssetId<Mesh>) -> [Self; 4] {
-        use LodKind::{Auto, Clusters, Plain, WholeMesh};
-        [Auto, Plain, WholeMesh, Clusters].map(|kind| Self { mesh, kind })
-    }
-}
-
 /// What is known of a mesh.
 pub(super) enum LodMeshEntry {
     /// A task is at work on a mesh of so many triangles.
@@ -97,13 +85,11 @@ impl LodMeshes {
 
     /// Forgets a mesh that changed or is gone, and returns the levels that it had.
     pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
-        let keys = LookupKey::all(mesh).into_iter();
-        let forgotten: Vec<LodMeshEntry> =
-            keys.filter_map(|key| self.entries.remove(&key)).collect();
+        let forgotten = self.entries.remove(&mesh).unwrap_or_default();
         if !forgotten.is_empty() {
             self.count_in_preparation();
         }
-        let levels = forgotten.into_iter().filter_map(|entry| match entry {
+        let levels = forgotten.into_iter().filter_map(|(_, entry)| match entry {
             LodMeshEntry::Ready(mesh) => Some(mesh),
             _ => None,
         });
@@ -124,8 +110,8 @@ impl LodMeshes {
         only_failed: bool,
     ) -> Vec<AssetId<Mesh>> {
         let has_failed = |mesh: AssetId<Mesh>| {
-            let mut entries = LookupKey::all(mesh).into_iter();
-            entries.all(|key| matches!(self.entries.get(&key), None | Some(LodMeshEntry::Plain(_))))
+            let mut entries = self.entries.get(&mesh).into_iter().flatten();
+            entries.all(|(_, entry)| matches!(entry, LodMeshEntry::Plain(_)))
         };
         let meshes = self.file_of.iter().filter(|(_, of)| **of == file);
         meshes
@@ -136,25 +122,33 @@ impl LodMeshes {
 
     /// The meshes that are drawn as units, of which only the GPU has the pieces.
     pub(crate) fn meshes_in_units(&self) -> Vec<AssetId<Mesh>> {
-        let entries = self.entries.iter();
-        let in_units = entries.filter(|(_, entry)| {
-            matches!(entry, LodMeshEntry::Ready(mesh) if mesh.kind == LodKind::Clusters)
-        });
-        in_units.map(|(key, _)| key.mesh).collect()
+        let is_in_units = |entry: &LodMeshEntry| matches!(entry, LodMeshEntry::Ready(mesh) if mesh.kind == LodKind::Clusters);
+        let meshes = self.entries.iter();
+        meshes
+            .filter(|(_, entries)| entries.iter().any(|(_, entry)| is_in_units(entry)))
+            .map(|(mesh, _)| *mesh)
+            .collect()
     }
 
     /// Notes that a program has changed a mesh, and returns whether levels of it were known until now.
     pub(crate) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
-        let mut keys = LookupKey::all(mesh).into_iter();
-        let is_known = keys.any(|key| self.entries.contains_key(&key));
+        let is_known = self.entries.contains_key(&mesh);
         self.changing.note(mesh, is_known, assets);
         is_known
     }
 
+    /// All that is known, each with its mesh.
+    pub(super) fn entries_mut(
+        &mut self,
+    ) -> impl Iterator<Item = (AssetId<Mesh>, &mut LodMeshEntry)> {
+        let meshes = self.entries.iter_mut();
+        meshes.flat_map(|(mesh, entries)| entries.iter_mut().map(|(_, entry)| (*mesh, entry)))
+    }
+
     /// Counts what is being prepared.
     pub(super) fn count_in_preparation(&mut self) {
-        let entries = self.entries.values();
-        let triangles = entries.filter_map(|entry| match entry {
+        let entries = self.entries.values().flatten();
+        let triangles = entries.filter_map(|(_, entry)| match entry {
             LodMeshEntry::Preparing(_, triangles) => Some(*triangles),
             _ => None,
         });
@@ -179,33 +173,33 @@ impl LodMeshLookup<'_> {
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
-        baked: Option<&Handle<BakedLods>>,
-        kind: LodKind,
+        auto_lod: &AutoLod,
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
         if self.known.changing.contains(mesh) {
             return Some(&LodMeshEntry::Plain(None));
         }
-        // The first entity that asks starts the task; all others share its result.
-        let key = LookupKey { mesh, kind };
-        if !self.known.entries.contains_key(&key)
-            && let Some(entry) = self.start(mesh, baked, kind)
-        {
-            self.known.entries.insert(key, entry);
-        }
-        self.known.entries.get(&key)
+        // The first entity that asks starts the task; all others that ask for the same share its result.
+        let request = LodRequest::of(auto_lod);
+        let known = |(one, _): &(LodRequest, LodMeshEntry)| *one == request;
+        let entries = self.known.entries.get(&mesh);
+        let index = match entries.and_then(|entries| entries.iter().position(known)) {
+            Some(index) => index,
+            None => {
+                let entry = self.start(mesh, &request)?;
+                let entries = self.known.entries.entry(mesh).or_default();
+                entries.push((request, entry));
+                entries.len() - 1
+            }
+        };
+        Some(&self.known.entries[&mesh][index].1)
     }
 
-    fn start(
-        &mut self,
-        mesh: AssetId<Mesh>,
-        baked: Option<&Handle<BakedLods>>,
-        asked: LodKind,
-    ) -> Option<LodMeshEntry> {
+    fn start(&mut self, mesh: AssetId<Mesh>, request: &LodRequest) -> Option<LodMeshEntry> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
         let triangles = triangle_count(source);
-        let kind = self.config.kind_for(asked, triangles);
+        let kind = self.config.kind_for(request.kind, triangles);
         if kind == LodKind::Plain {
             return Some(LodMeshEntry::Plain(None));
         }
@@ -215,7 +209,7 @@ impl LodMeshLookup<'_> {
             return None;
         }
         // A file that was named must be there first.
-        let file = match baked {
+        let file = match &request.baked {
             Some(handle) => match self.file(handle).inspect(|_| {
                 self.known.file_of.insert(mesh, handle.id());
             })? {
@@ -236,12 +230,13 @@ impl LodMeshLookup<'_> {
             mesh: source.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
             kind,
+            simplified_level: request.simplified_level,
             file,
             sidecar,
             #[cfg(feature = "bake")]
             cache_folder: self.config.cache_folder.clone(),
             #[cfg(feature = "bake")]
-            measure_deviations: self.config.measure_deviations,
+            bake: request.bake.as_ref().unwrap_or(&self.config.bake).clone(),
             #[cfg(feature = "bake")]
             threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
         };

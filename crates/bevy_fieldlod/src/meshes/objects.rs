@@ -9,7 +9,9 @@ use bevy::prelude::*;
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::config::LodKind;
 use crate::events::{LodFailed, LodReady, asset_name};
-use crate::lod_mesh::{LodClusters, LodObject, LodPlain, LodSource, LodState, LodWaiting};
+use crate::lod_mesh::{
+    LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
+};
 use crate::stats::FieldLodProgress;
 
 /// Lets the entities of meshes that have rested be looked at again.
@@ -60,7 +62,7 @@ pub(super) fn give_levels_to_objects(
 ) {
     for (entity, mesh, wanted, has_no_auto_aabb) in &waiting {
         let mut commands = commands.entity(entity);
-        match lookup.find(mesh.id(), wanted.baked.as_ref(), wanted.kind) {
+        match lookup.find(mesh.id(), &wanted.auto_lod) {
             Some(LodMeshEntry::Plain(error)) => {
                 commands
                     .try_insert((LodPlain, LodState::Plain))
@@ -78,7 +80,7 @@ pub(super) fn give_levels_to_objects(
                 }
                 let object = LodObject {
                     mesh: lod.clone(),
-                    bias: wanted.bias,
+                    auto_lod: wanted.auto_lod.clone(),
                 };
                 let source = LodSource {
                     mesh: mesh.0.clone(),
@@ -86,6 +88,9 @@ pub(super) fn give_levels_to_objects(
                 };
                 if lod.kind == LodKind::Clusters {
                     commands.try_insert(LodClusters);
+                }
+                if let Some(mesh) = lod.simplified.clone() {
+                    commands.try_insert(LodSimplified { mesh });
                 }
                 let kind = lod.kind;
                 commands

@@ -9,6 +9,8 @@ use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError};
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::{GroupTable, whole_mesh_levels};
 
@@ -18,7 +20,7 @@ use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 #[cfg(feature = "bake")]
 use super::threads::BakeThreads;
-use super::unit_mesh::unit_mesh;
+use super::unit_mesh::{simplified_mesh, unit_mesh};
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
@@ -30,15 +32,16 @@ pub(super) struct PrepareJob {
     pub(super) name: String,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(super) kind: LodKind,
+    /// The level that rays and physics get.
+    pub(super) simplified_level: Option<u32>,
     /// A `.fieldlod` file, named for messages, that must hold the hierarchy.
     pub(super) file: Option<(String, Arc<BakedFile>)>,
     /// Where the mesh was loaded from, to look for a file there.
     pub(super) sidecar: Option<(AssetServer, AssetPath<'static>, Arc<SidecarFiles>)>,
     #[cfg(feature = "bake")]
     pub(super) cache_folder: Option<PathBuf>,
-    /// Whether a bake measures deviations.
     #[cfg(feature = "bake")]
-    pub(super) measure_deviations: bool,
+    pub(super) bake: BakeConfig,
     /// What a bake runs on; `None` if there is to be none.
     #[cfg(feature = "bake")]
     pub(super) threads: Option<BakeThreads>,
@@ -56,6 +59,8 @@ pub(super) struct PreparedMesh {
     pub(super) is_measured: bool,
     pub(super) aabb: Option<Aabb>,
     pub(super) uv_per_area: f32,
+    /// The mesh of the level that was asked for.
+    pub(super) simplified: Option<Mesh>,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
@@ -84,6 +89,9 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         is_measured,
         aabb: aabb.map(|aabb| Aabb::from_min_max(aabb.min, aabb.max)),
         uv_per_area,
+        simplified: job
+            .simplified_level
+            .map(|level| simplified_mesh(&hierarchy, level)),
     })
 }
 
@@ -95,11 +103,12 @@ fn pieces_of(
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
     // Rays are cast at the source of units, but at the level that a whole mesh is drawn at.
     let usage = match kind {
-        LodKind::WholeMesh => source.asset_usage,
+        LodKind::WholeMesh => source.asset_usage | RenderAssetUsages::RENDER_WORLD,
         _ => RenderAssetUsages::RENDER_WORLD,
     };
     let piece = |(index, unit): (usize, &Unit)| {
-        let is_source = kind == LodKind::WholeMesh && index == 0;
+        let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
+        let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
         let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
         // The finest units are the source itself: no group has simplified them.
         let simplified_by = unit.producer();
@@ -143,7 +152,7 @@ async fn find_or_bake(
     bake_unless_cached(
         source,
         job.cache_folder.as_deref(),
-        job.measure_deviations,
+        &job.bake,
         job.threads.as_ref(),
     )
 }

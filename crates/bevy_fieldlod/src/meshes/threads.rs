@@ -1,7 +1,8 @@
 //! The threads that prepare meshes.
 //!
 //! A bake takes seconds and all cores that it is given. Bevy compiles pipelines on the pool that it has for
-//! long tasks, and games use that of rayon: neither is for bakes.
+//! long tasks, and games use that of rayon: neither is for bakes. Threads of ours have a low priority, where the
+//! system lets them.
 
 #[cfg(feature = "bake")]
 use std::sync::Arc;
@@ -10,6 +11,8 @@ use std::thread::available_parallelism;
 #[cfg(feature = "bake")]
 use bevy::log::error;
 use bevy::tasks::{TaskPool, TaskPoolBuilder};
+#[cfg(feature = "bake")]
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
 use crate::config::FieldLodConfig;
 
@@ -34,10 +37,21 @@ impl PrepareThreads {
             tasks: TaskPoolBuilder::new()
                 .num_threads(count)
                 .thread_name("FieldLod task".into())
+                .on_thread_spawn(lower_priority)
                 .build(),
             #[cfg(feature = "bake")]
             bakes: BakeThreads::new(count),
         }
+    }
+}
+
+/// Lets the other threads of the program go first, and get nine tenths where all have work: with the lowest
+/// priority of all, nothing would ever be baked beside a game that uses all cores.
+fn lower_priority() {
+    // Where the system does not let us, bakes compete: no reason to have none.
+    #[cfg(feature = "bake")]
+    if let Ok(below_normal) = ThreadPriorityValue::try_from(22) {
+        let _ = set_current_thread_priority(ThreadPriority::Crossplatform(below_normal));
     }
 }
 
@@ -47,6 +61,7 @@ impl BakeThreads {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(count)
             .thread_name(|index| format!("FieldLod bake {index}"))
+            .start_handler(|_| lower_priority())
             .build();
         let pool = pool.inspect_err(|error| error!("no threads to bake on: {error}"));
         Self(pool.ok().map(Arc::new))

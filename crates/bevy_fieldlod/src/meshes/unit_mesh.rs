@@ -31,6 +31,29 @@ pub(crate) fn unit_mesh(
     Ok(mesh)
 }
 
+/// The mesh of a level with positions alone, which stays in main memory.
+pub(crate) fn simplified_mesh(hierarchy: &Hierarchy, level: u32) -> Mesh {
+    let (mut positions, mut indices) = (Vec::<[f32; 3]>::new(), Vec::new());
+    for unit in hierarchy.units_at_level(level) {
+        let unit = &hierarchy.units[unit];
+        let first = positions.len() as u32;
+        let vertices = hierarchy.vertices_of(unit).iter();
+        positions.extend(vertices.map(|&v| hierarchy.vertices.positions[v as usize].to_array()));
+        indices.extend(
+            hierarchy
+                .indices_of(unit)
+                .iter()
+                .map(|&i| first + u32::from(i)),
+        );
+    }
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::MAIN_WORLD,
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_indices(Indices::U32(indices))
+}
+
 /// The source vertex that `vertex` is or came from. Any, if that is not known: then the hierarchy holds
 /// all attributes of moved vertices.
 fn origin(hierarchy: &Hierarchy, vertex: u32) -> u32 {

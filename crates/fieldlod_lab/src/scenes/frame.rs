@@ -106,7 +106,7 @@ impl<'a> Frame<'a> {
         LodSettings {
             offscreen_margin: 0.5,
             offscreen: if with_shadows {
-                Offscreen::OnAxis
+                Offscreen::OnAxis { bias: 1.0 }
             } else {
                 Offscreen::Coarsest
             },

@@ -154,7 +154,9 @@ impl<'a> IntervalTest<'a> {
         // Outside of it.
         match self.parts.settings.offscreen {
             Offscreen::Coarsest => certain.below |= placement.outside,
-            Offscreen::OnAxis => {
+            Offscreen::OnAxis { bias } => {
+                // As far away as it counts.
+                let threshold_px = threshold_px / f32x8::splat(bias);
                 let on_axis = self.compare_on_axis(&seen, table, block, share, threshold_px);
                 certain.below |= seen.is_apart & placement.outside & on_axis.below;
                 // No place in the view shows less than one on its axis.

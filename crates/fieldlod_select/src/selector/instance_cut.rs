@@ -112,6 +112,27 @@ impl InstanceCut {
         self.validity = self.chunk_validity.finish(now);
     }
 
+    /// Draws a level of the mesh, for good; `is_next` says that the instance had a cut of its own before.
+    pub(super) fn decide_forced(
+        &mut self,
+        table: &GroupTable,
+        level: u32,
+        is_next: bool,
+        now: &CameraTravel,
+    ) {
+        if !is_next {
+            self.refined.clone_from(&table.coarsest_refined);
+        }
+        table.refine_from_level(level, &mut self.own);
+        self.groups_decided = table.group_count();
+        self.has_changed = self.close(table) || !is_next;
+        if self.has_changed {
+            self.gather(table);
+        }
+        self.chunk_validity.forget();
+        self.validity = Validity::forever(now);
+    }
+
     /// Decides the words that are not valid any more. Whether any bit of theirs has changed. The answers
     /// stay valid only if they `may_stay`.
     fn decide_ended(

@@ -16,6 +16,8 @@ pub(super) enum InstanceState {
     /// Not selected yet, or removed: draws nothing.
     #[default]
     Empty,
+    /// Too small to be drawn.
+    Culled,
     /// Only what always is refined is refined. The scene may have removed the instance since.
     Coarsest(MeshId),
     /// A cut of its own, by its key in the pool.
@@ -26,8 +28,18 @@ pub(super) enum InstanceState {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeMemory {
     pub(super) validity: Validity,
-    /// All instances below are empty or at their coarsest.
-    pub(super) is_coarsest: bool,
+    pub(super) below: Below,
+}
+
+/// What all instances below a node have in common, but for empty ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Below {
+    /// They are at their coarsest.
+    Coarsest,
+    /// They are too small to be drawn.
+    Culled,
+    /// Nothing that is known.
+    Mixed,
 }
 
 /// An instance to be decided group by group.
@@ -39,6 +51,10 @@ pub(super) struct Pending {
     pub(super) has_moved: bool,
     /// What is visible of all of it, if that was asked.
     pub(super) share: Option<u8>,
+    /// The level that it is to be drawn at, if that is forced.
+    pub(super) forced_level: Option<u32>,
+    /// For how long it is large enough to be drawn.
+    pub(super) size_validity: Validity,
     /// The key of its cut in the pool.
     pub(super) cut: u32,
 }
@@ -56,11 +72,27 @@ impl InstanceState {
     }
 }
 
+impl InstanceState {
+    /// What a node of this instance alone says of it.
+    pub(super) fn below(self) -> Below {
+        match self {
+            Self::Culled => Below::Culled,
+            Self::Empty | Self::Coarsest(_) => Below::Coarsest,
+            Self::Mixed(_) => Below::Mixed,
+        }
+    }
+
+    /// Whether a view draws it.
+    pub(super) fn is_drawn(self) -> bool {
+        matches!(self, Self::Coarsest(_) | Self::Mixed(_))
+    }
+}
+
 impl NodeMemory {
-    pub(super) fn new(is_coarsest: bool) -> Self {
+    pub(super) fn new(below: Below) -> Self {
         Self {
             validity: Validity::NONE,
-            is_coarsest,
+            below,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::changes::Changes;
 use super::decide_context::DecideContext;
 use super::instance_cut::InstanceCut;
-use super::memory::{InstanceMemory, InstanceState, NodeMemory, Pending};
+use super::memory::{Below, InstanceMemory, InstanceState, NodeMemory, Pending};
 use super::pool::Pool;
 use super::visible_shares::VisibleShares;
 use crate::scene::{InstanceId, MeshId, Scene};
@@ -80,7 +80,11 @@ impl SceneCuts {
         let level_count = levels.len().max(self.nodes.len());
         self.nodes.resize_with(level_count, Vec::new);
         for (memories, nodes) in self.nodes.iter_mut().zip(levels) {
-            memories.resize(nodes.len(), NodeMemory::new(is_first));
+            let below = match is_first {
+                true => Below::Coarsest,
+                false => Below::Mixed,
+            };
+            memories.resize(nodes.len(), NodeMemory::new(below));
         }
     }
 
@@ -155,7 +159,13 @@ impl SceneCuts {
         let (table, instance) = (scene.table(mesh), &scene.instances[index]);
         let cut = self.pool.at_mut(pending.cut);
         let is_mixed = matches!(was, InstanceState::Mixed(_));
-        if is_mixed {
+        if let Some(level) = pending.forced_level {
+            if !is_mixed {
+                cut.begin_shares(pending.instance, table.terminal.len(), None);
+            }
+            cut.decide_forced(table, level, is_mixed, &context.now);
+            self.memories[index].state = InstanceState::Mixed(pending.cut);
+        } else if is_mixed {
             cut.decide_again(table, instance, context, pending.has_moved);
         } else {
             let flux = context.parts.settings.visible_flux;
@@ -170,11 +180,12 @@ impl SceneCuts {
         self.statistics.instances_decided += 1;
         self.statistics.groups_decided += cut.groups_decided();
         // The next visit tells whether it needs a cut of its own any more.
-        let may_end = cut.has_changed() && cut.is_coarsest(table);
+        let is_free = pending.forced_level.is_none();
+        let may_end = is_free && cut.has_changed() && cut.is_coarsest(table);
         self.validities[index] = if may_end {
             Validity::NONE
         } else {
-            cut.validity()
+            cut.validity().and(&pending.size_validity, &context.now)
         };
         // What that changes.
         if !is_mixed || cut.has_changed() {
@@ -266,6 +277,12 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
             other => other.coarsest(scene).0,
         }
+    }
+
+    /// Whether an instance is too small to be drawn.
+    pub(super) fn is_culled(&self, index: usize) -> bool {
+        let memory = self.memories.get(index);
+        memory.is_some_and(|memory| memory.state == InstanceState::Culled)
     }
 
     /// The cut of an instance, if it has one of its own.

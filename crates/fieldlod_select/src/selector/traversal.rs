@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use super::hidden_test::HiddenTest;
-use super::memory::{InstanceState, NodeMemory, Pending};
+use super::memory::{Below, InstanceState, NodeMemory, Pending};
 use super::scene_cuts::SceneCuts;
 use crate::object_test::ObjectTest;
 use crate::scene::{MeshId, Scene};
+use crate::size_test::SizeTest;
 use crate::tree::{FAN, Node};
 use crate::validity::{CameraTravel, Validity};
 
@@ -16,6 +17,10 @@ pub(super) struct TraversalContext<'a> {
     /// The layers that the view sees.
     pub(super) layers: u64,
     pub(super) test: &'a ObjectTest<'a>,
+    /// `None` if all sizes are drawn.
+    pub(super) size: Option<SizeTest>,
+    /// The level that everything is drawn at, if that is forced.
+    pub(super) forced_level: Option<u32>,
     pub(super) now: CameraTravel,
     /// Changes of the scene up to here were taken into account before.
     pub(super) seen_revision: u64,
@@ -23,6 +28,53 @@ pub(super) struct TraversalContext<'a> {
     pub(super) is_first: bool,
     /// What is visible, if hidden things count less.
     pub(super) hidden: Option<HiddenTest<'a>>,
+}
+
+impl TraversalContext<'_> {
+    /// What all instances below a node have in common, and for how long; `None` if that cannot be told. So far
+    /// they had `was` in common.
+    fn answer(&self, node: &Node, was: Below) -> Option<(Below, Validity)> {
+        // Too small, all of them, or none of them.
+        let were_drawn = match was {
+            Below::Coarsest => Some(!self.is_first),
+            Below::Culled => Some(false),
+            Below::Mixed => None,
+        };
+        let always = (true, Validity::forever(&self.now));
+        let (is_drawn, size_validity) = match &self.size {
+            Some(size) => size.of_node(node, were_drawn)?,
+            None => always,
+        };
+        if !is_drawn {
+            return Some((Below::Culled, size_validity));
+        }
+        // All at their coarsest.
+        if node.is_forced || self.forced_level.is_some() {
+            return None;
+        }
+        match self.test.coarsest(&node.bounds, was != Below::Mixed) {
+            Some(validity) => Some((Below::Coarsest, validity.and(&size_validity, &self.now))),
+            None if was == Below::Coarsest && self.hides(node) => {
+                Some((Below::Coarsest, Validity::NONE))
+            }
+            None => None,
+        }
+    }
+
+    /// Whether all below a node is hidden, and stays at its coarsest so.
+    fn hides(&self, node: &Node) -> bool {
+        let is_hidden = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
+        self.hidden.as_ref().is_some_and(is_hidden) && self.stays_coarsest(node, Some(0))
+    }
+
+    /// Whether what is visible by a share stays at its coarsest.
+    fn stays_coarsest(&self, node: &Node, share: Option<u8>) -> bool {
+        let (Some(hidden), Some(share)) = (&self.hidden, share) else {
+            return false;
+        };
+        let seen = node.bounds.seen_by(hidden.counted(share));
+        self.test.coarsest(&seen, true).is_some()
+    }
 }
 
 impl SceneCuts {
@@ -43,14 +95,13 @@ impl SceneCuts {
         }
         // An answer for all instances below at once, or one for each child.
         self.statistics.nodes_visited += 1;
-        let is_coarsest = (is_unchanged || context.is_first) && memory.is_coarsest;
-        let found = match context.test.coarsest(&node.bounds, is_coarsest) {
-            Some(validity) if is_coarsest => NodeMemory {
-                validity,
-                is_coarsest,
-            },
-            Some(validity) => return self.mark_coarsest(context, level, index, validity),
-            None if is_coarsest && context.hides(node) => NodeMemory::new(true),
+        let was = match is_unchanged || context.is_first {
+            true => memory.below,
+            false => Below::Mixed,
+        };
+        let found = match context.answer(node, was) {
+            Some((below, validity)) if below == was => NodeMemory { validity, below },
+            Some((below, validity)) => return self.mark(context, level, index, below, validity),
             None => self.visit_children(context, level, index),
         };
         self.nodes[level][index] = found;
@@ -63,20 +114,23 @@ impl SceneCuts {
         level: usize,
         index: usize,
     ) -> NodeMemory {
-        let mut all = NodeMemory {
-            validity: Validity::forever(&context.now),
-            is_coarsest: true,
-        };
+        let (mut validity, mut below) = (Validity::forever(&context.now), None);
         for child in children(context.scene, level, index) {
             let one = if level > 0 {
                 self.visit(context, level - 1, child)
             } else {
                 self.visit_instance(context, context.scene.tree.order[child])
             };
-            all.validity = all.validity.and(&one.validity, &context.now);
-            all.is_coarsest &= one.is_coarsest;
+            validity = validity.and(&one.validity, &context.now);
+            below = match below {
+                Some(below) if below != one.below => Some(Below::Mixed),
+                _ => Some(one.below),
+            };
         }
-        all
+        NodeMemory {
+            validity,
+            below: below.unwrap_or(Below::Coarsest),
+        }
     }
 
     fn visit_instance(&mut self, context: &TraversalContext, instance: u32) -> NodeMemory {
@@ -85,32 +139,50 @@ impl SceneCuts {
             self.drop_previous_instance(context.scene, instance);
         }
         let memory = self.memories[index];
-        let is_coarsest = !matches!(memory.state, InstanceState::Mixed(_));
         // An answer that is valid still.
-        let node = &context.scene.instances[index].node;
+        let instance_data = &context.scene.instances[index];
+        let node = &instance_data.node;
         let is_unchanged = node.changed_at <= context.seen_revision;
         let validity = self.validities[index];
         if is_unchanged && validity.lasts(&context.now) {
             return NodeMemory {
                 validity,
-                is_coarsest,
+                below: memory.state.below(),
             };
         }
-        // An answer for the instance as a whole.
+        // What no view of these layers sees, or is too small, is not drawn.
         self.statistics.instances_tested += 1;
-        let mesh = context.scene.entries[index].seen_mesh(context.layers);
-        let coarsest = match mesh {
-            Some(_) => context.test.coarsest(&node.bounds, is_coarsest),
-            None => Some(Validity::forever(&context.now)),
+        let forever = Validity::forever(&context.now);
+        let entry = &context.scene.entries[index];
+        let Some(mesh) = entry.seen_mesh(context.layers) else {
+            return self.mark_tested(context, instance, Below::Coarsest, forever);
         };
-        self.validities[index] = coarsest.unwrap_or(Validity::NONE);
-        let (None, Some(mesh)) = (coarsest, mesh) else {
-            return self.mark_instance_coarsest(context, instance, self.validities[index]);
+        let (is_drawn, size_validity) = match &context.size {
+            Some(size) => size.of_instance(node, memory.state.is_drawn()),
+            None => (true, forever),
         };
+        if !is_drawn {
+            return self.mark_tested(context, instance, Below::Culled, size_validity);
+        }
+        // An answer for the instance as a whole.
+        let forced_level = context.forced_level.or(instance_data.forced_level);
+        let is_mixed = matches!(memory.state, InstanceState::Mixed(_));
+        let coarsest = match forced_level {
+            Some(_) => None,
+            None => context.test.coarsest(&node.bounds, !is_mixed),
+        };
+        if let Some(coarsest) = coarsest {
+            let validity = coarsest.and(&size_validity, &context.now);
+            return self.mark_tested(context, instance, Below::Coarsest, validity);
+        }
         // The same by what is visible of it, unless something was refined.
-        let share = self.share_if_coarsest(context, instance, mesh);
+        self.validities[index] = Validity::NONE;
+        let share = match forced_level {
+            Some(_) => None,
+            None => self.share_if_coarsest(context, instance, mesh),
+        };
         if context.stays_coarsest(node, share) {
-            return self.mark_instance_coarsest(context, instance, Validity::NONE);
+            return self.mark_instance(context, instance, Below::Coarsest, Validity::NONE);
         }
         // Its groups have to be decided.
         let cut = match memory.state {
@@ -122,9 +194,11 @@ impl SceneCuts {
             was: memory.state,
             has_moved: !is_unchanged,
             share,
+            forced_level,
+            size_validity,
             cut,
         });
-        NodeMemory::new(false)
+        NodeMemory::new(Below::Mixed)
     }
 
     /// What is visible of all of an instance, if that matters and nothing of it was refined.
@@ -149,83 +223,78 @@ impl SceneCuts {
         }
     }
 
-    /// Everything below is at its coarsest, as long as `validity` lasts.
+    /// Everything below has `below` in common, as long as `validity` lasts.
     ///
-    /// The validities of instances tested by themselves stay, but for those that have changed:
-    /// `validity` ends when the node is visited again, and they may last.
-    fn mark_coarsest(
+    /// The validities of instances tested by themselves stay, but for those that have changed or whose answer
+    /// is another one: `validity` ends when the node is visited again, and they may last.
+    fn mark(
         &mut self,
         context: &TraversalContext,
         level: usize,
         index: usize,
+        below: Below,
         validity: Validity,
     ) -> NodeMemory {
         let changed_at = context.scene.tree.levels[level][index].changed_at;
         let has_changed = changed_at > context.seen_revision;
+        let memory = NodeMemory { validity, below };
         for child in children(context.scene, level, index) {
             if level > 0 {
-                // What was at its coarsest, and has not changed, needs no visit.
+                // What was so before, and has not changed, needs no visit.
                 let changed_at = context.scene.tree.levels[level - 1][child].changed_at;
-                let memory = &mut self.nodes[level - 1][child];
-                if memory.is_coarsest && changed_at <= context.seen_revision {
-                    memory.validity = validity;
+                let of_child = &mut self.nodes[level - 1][child];
+                if of_child.below == below && changed_at <= context.seen_revision {
+                    *of_child = memory;
                 } else {
-                    self.mark_coarsest(context, level - 1, child, validity);
+                    self.mark(context, level - 1, child, below, validity);
                 }
             } else {
                 let instance = context.scene.tree.order[child];
-                self.mark_instance_coarsest(context, instance, validity);
-                if has_changed {
+                let had = self.memories[instance as usize].state.below();
+                self.mark_instance(context, instance, below, validity);
+                if has_changed || had != below {
                     self.validities[instance as usize] = Validity::NONE;
                 }
             }
         }
-        let memory = NodeMemory {
-            validity,
-            is_coarsest: true,
-        };
         self.nodes[level][index] = memory;
         memory
     }
 
-    fn mark_instance_coarsest(
+    /// As [`Self::mark_instance`], of an instance that was tested by itself.
+    fn mark_tested(
         &mut self,
         context: &TraversalContext,
         instance: u32,
+        below: Below,
         validity: Validity,
     ) -> NodeMemory {
+        self.validities[instance as usize] = validity;
+        self.mark_instance(context, instance, below, validity)
+    }
+
+    fn mark_instance(
+        &mut self,
+        context: &TraversalContext,
+        instance: u32,
+        below: Below,
+        validity: Validity,
+    ) -> NodeMemory {
+        let entry = &context.scene.entries[instance as usize];
+        let state = match entry.seen_mesh(context.layers) {
+            None => InstanceState::Empty,
+            Some(_) if below == Below::Culled => InstanceState::Culled,
+            Some(mesh) => InstanceState::Coarsest(mesh),
+        };
         if !context.is_first {
             self.drop_previous_instance(context.scene, instance);
-            let entry = &context.scene.entries[instance as usize];
-            let state = match entry.seen_mesh(context.layers) {
-                Some(mesh) => InstanceState::Coarsest(mesh),
-                None => InstanceState::Empty,
-            };
             if self.memories[instance as usize].state != state {
                 self.change_state(context.scene, instance, state);
             }
+        } else if state == InstanceState::Culled {
+            self.memories[instance as usize].state = state;
         }
-        NodeMemory {
-            validity,
-            is_coarsest: true,
-        }
-    }
-}
-
-impl TraversalContext<'_> {
-    /// Whether all below a node is hidden, and stays at its coarsest so.
-    fn hides(&self, node: &Node) -> bool {
-        let is_hidden = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
-        self.hidden.as_ref().is_some_and(is_hidden) && self.stays_coarsest(node, Some(0))
-    }
-
-    /// Whether what is visible by a share stays at its coarsest.
-    fn stays_coarsest(&self, node: &Node, share: Option<u8>) -> bool {
-        let (Some(hidden), Some(share)) = (&self.hidden, share) else {
-            return false;
-        };
-        let seen = node.bounds.seen_by(hidden.counted(share));
-        self.test.coarsest(&seen, true).is_some()
+        NodeMemory { validity, below }
     }
 }
 

@@ -111,6 +111,8 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
         6 => (threshold(), 0.1f32..10.0).prop_map(|(error_px, cap_px)| (Some(error_px), Some(cap_px))),
         1 => Just((None, None)),
     ];
+    let offscreen_bias =
+        prop_oneof![2 => Just(None), 1 => Just(Some(1.0f32)), 1 => (0.1f32..1.0).prop_map(Some)];
     let ratio = || prop_oneof![2 => Just(0.0f32), 1 => 0.0f32..0.9];
     (
         thresholds,
@@ -119,7 +121,7 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
         ratio(),
         0.0f32..=1.0,
         0.3f32..1.5,
-        (any::<bool>(), ratio()),
+        (offscreen_bias, ratio()),
     )
         .prop_map(
             |(
@@ -129,7 +131,7 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                 offscreen_margin,
                 hysteresis,
                 resolution_scale,
-                (is_on_axis, edge_hysteresis),
+                (on_axis, edge_hysteresis),
             )| {
                 LodSettings {
                     error_px,
@@ -139,12 +141,11 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                     max_curl,
                     resolution_scale,
                     offscreen_margin,
-                    offscreen: if is_on_axis {
-                        Offscreen::OnAxis
-                    } else {
-                        Offscreen::Coarsest
-                    },
+                    offscreen: on_axis
+                        .map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias }),
                     edge_hysteresis,
+                    cull_below_px: None,
+                    forced_level: None,
                     visible_flux: None,
                     triangle_budget: None,
                 }

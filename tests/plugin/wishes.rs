@@ -1,0 +1,411 @@
+//! What a game may ask for beside the default.
+
+use std::ops::RangeInclusive;
+
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::visibility::CascadesVisibleEntities;
+use bevy::ecs::system::RunSystemOnce;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{BakeConfig, LodSimplified, LodSource, LodUnit};
+
+use crate::headless::{
+    add, app, before_a_camera, insert, move_camera, progress, ready, rock, run_until, spawn_camera,
+    spawn_rock, stats, units, visible,
+};
+
+fn settings(app: &mut App, camera: Entity, settings: FieldLodSettings) {
+    insert(app, camera, settings);
+    app.update();
+}
+
+fn levels(app: &mut App, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
+    let world = app.world_mut();
+    let ask = move |levels: LodLevels| levels.in_view(entity, camera);
+    world.run_system_once(ask).unwrap()
+}
+
+/// What a sun draws into the shadow maps of a camera.
+fn cast(app: &mut App, camera: Entity) -> usize {
+    let mut suns = app.world_mut().query::<&CascadesVisibleEntities>();
+    let sun = suns.single(app.world()).unwrap();
+    let cascades = sun.entities.get(&camera).into_iter().flatten();
+    cascades.map(|list| list.entities.len()).sum()
+}
+
+fn spawn_sun(app: &mut App) {
+    let sun = DirectionalLight {
+        shadow_maps_enabled: true,
+        ..default()
+    };
+    let low = Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y);
+    app.world_mut().spawn((sun, low));
+}
+
+/// The radius of a sphere around an entity's source, about the centre of its box.
+fn radius_of(app: &App, entity: Entity) -> f32 {
+    let source = &app.world().get::<LodSource>(entity).unwrap().mesh;
+    let mesh = app.world().resource::<Assets<Mesh>>().get(source).unwrap();
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).unwrap();
+    let points = positions
+        .as_float3()
+        .unwrap()
+        .iter()
+        .copied()
+        .map(Vec3::from);
+    let (min, max) = points
+        .clone()
+        .fold((Vec3::MAX, Vec3::MIN), |(min, max), p| {
+            (min.min(p), max.max(p))
+        });
+    let radii = points.map(|p| p.distance((min + max) * 0.5));
+    radii.fold(0.0, f32::max)
+}
+
+#[test]
+fn what_is_small_on_screen_is_not_drawn_and_casts_no_shadow() {
+    // A prop, and an object of units.
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 20.0);
+        spawn_sun(&mut app);
+        let culling = FieldLodSettings {
+            cull_below_px: Some(40.0 * radius_of(&app, rock)),
+            ..default()
+        };
+        settings(&mut app, camera, culling);
+        let mut is_drawn_at = |distance: f32| {
+            move_camera(&mut app, camera, distance);
+            let is_drawn = !visible(&app, camera).is_empty();
+            assert_eq!(stats(&app, camera).triangles_drawn > 0, is_drawn);
+            assert_eq!(cast(&mut app, camera) > 0, is_drawn);
+            assert_eq!(levels(&mut app, rock, camera).is_some(), is_drawn);
+            is_drawn
+        };
+        // The focal length is 869 px, so that a radius of 1 has 87, 35, 29, 35 and 58 px: what is drawn stays
+        // until 32 px, what is not comes at 40.
+        let drawn = [20.0, 50.0, 60.0, 50.0, 30.0].map(&mut is_drawn_at);
+        assert_eq!(drawn, [true, true, false, false, true]);
+        // By another camera it is drawn all the while.
+        let other = spawn_camera(&mut app, 100.0);
+        insert(&mut app, other, FieldLodSettings::default());
+        app.update();
+        move_camera(&mut app, camera, 100.0);
+        assert!(visible(&app, camera).is_empty() && !visible(&app, other).is_empty());
+        // Turning changes nothing.
+        move_camera(&mut app, camera, 20.0);
+        let turned = Transform::from_xyz(0.0, 0.0, 20.0).looking_at(Vec3::X * 10.0, Vec3::Y);
+        insert(&mut app, camera, turned);
+        app.update();
+        assert!(!visible(&app, camera).is_empty());
+        settings(&mut app, camera, FieldLodSettings::default());
+        move_camera(&mut app, camera, 500.0);
+        assert!(!visible(&app, camera).is_empty());
+    }
+}
+
+#[test]
+fn a_level_is_forced_for_an_entity_or_for_a_view() {
+    for subdivisions in [4, 6] {
+        let (mut app, near, rock) = before_a_camera(subdivisions, 3.0);
+        let far = spawn_camera(&mut app, 300.0);
+        app.update();
+        app.update();
+        let fine = levels(&mut app, rock, near).unwrap();
+        let force = |app: &mut App, forced_level: Option<u32>| {
+            let auto_lod = AutoLod {
+                forced_level,
+                ..default()
+            };
+            insert(app, rock, auto_lod);
+            app.update();
+            app.update();
+        };
+        force(&mut app, Some(2));
+        assert_eq!(levels(&mut app, rock, near), Some(2..=2));
+        assert_eq!(levels(&mut app, rock, far), Some(2..=2));
+        assert_eq!(visible(&app, near), visible(&app, far));
+        // The coarsest there is.
+        force(&mut app, Some(99));
+        let coarsest = levels(&mut app, rock, near).unwrap();
+        assert!(*coarsest.start() > 2, "{coarsest:?}");
+        force(&mut app, None);
+        assert_eq!(levels(&mut app, rock, near), Some(fine));
+        // A view, whatever the entity says.
+        force(&mut app, Some(2));
+        for camera in [near, far] {
+            let forced = FieldLodSettings {
+                forced_level: Some(1),
+                ..default()
+            };
+            settings(&mut app, camera, forced);
+        }
+        app.update();
+        assert_eq!(levels(&mut app, rock, far), Some(1..=1));
+        // Level 0 of a view is the source.
+        let full = FieldLodSettings {
+            forced_level: Some(0),
+            ..default()
+        };
+        settings(&mut app, far, full);
+        app.update();
+        assert_eq!(visible(&app, far), [rock]);
+        assert_eq!(levels(&mut app, rock, far), Some(0..=0));
+        let drawn = stats(&app, far);
+        assert_eq!(drawn.triangles_drawn, drawn.triangles_full);
+    }
+}
+
+#[test]
+fn levels_tell_what_a_camera_draws_and_nothing_of_others() {
+    let (mut app, near, rock) = before_a_camera(6, 3.0);
+    let far = spawn_camera(&mut app, 300.0);
+    let plain = spawn_rock(&mut app, 1);
+    app.update();
+    app.update();
+    let [fine, coarse] = [near, far].map(|camera| levels(&mut app, rock, camera).unwrap());
+    assert_eq!(*fine.start(), 0);
+    assert!(fine.end() < coarse.start(), "{fine:?} {coarse:?}");
+    assert_eq!(levels(&mut app, plain, near), None);
+    insert(&mut app, rock, Visibility::Hidden);
+    app.update();
+    assert_eq!(levels(&mut app, rock, near), None);
+}
+
+#[test]
+fn each_auto_lod_has_its_own_bake_settings() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 3.0);
+    let source = add(&mut app, rock(6, 1));
+    let mut spawn = |bake: Option<BakeConfig>| {
+        let auto_lod = AutoLod { bake, ..default() };
+        let bundle = (Mesh3d(source.clone()), auto_lod);
+        app.world_mut().spawn(bundle).id()
+    };
+    let [default, fine] = [None, Some(BakeConfig::fine_grained())].map(&mut spawn);
+    ready(&mut app, 2);
+    app.update();
+    let count = |app: &mut App, object: Entity| {
+        let units = units(app).into_iter();
+        let of = |unit: &Entity| app.world().get::<LodUnit>(*unit).unwrap().object == object;
+        units.filter(of).count()
+    };
+    let [large, small] = [default, fine].map(|object| count(&mut app, object));
+    assert!(large > 0 && small > 2 * large, "{large} {small}");
+    // Another setting has it baked anew.
+    let auto_lod = AutoLod {
+        bake: Some(BakeConfig::fine_grained()),
+        ..Default::default()
+    };
+    insert(&mut app, default, auto_lod);
+    app.update();
+    ready(&mut app, 2);
+    app.update();
+    assert_eq!(count(&mut app, default), small);
+    assert!(!visible(&app, camera).is_empty());
+}
+
+#[test]
+fn the_second_eye_draws_the_cut_of_the_first() {
+    for subdivisions in [4, 6] {
+        let (mut app, left, rock) = before_a_camera(subdivisions, 8.0);
+        let right = spawn_camera(&mut app, 8.0);
+        insert(&mut app, right, FieldLodCutOf(left));
+        for step in 0..20u8 {
+            let z = 8.0 - f32::from(step) * 0.3;
+            insert(&mut app, left, Transform::from_xyz(0.0, 0.0, z));
+            insert(&mut app, right, Transform::from_xyz(0.065, 0.0, z));
+            app.update();
+            assert_eq!(visible(&app, left), visible(&app, right));
+            let [one, other] = [left, right].map(|eye| levels(&mut app, rock, eye));
+            assert_eq!(one, other);
+        }
+        // Without the first, the second has a cut of its own; and again that of the first.
+        let both = visible(&app, left);
+        for is_active in [false, true] {
+            app.world_mut().get_mut::<Camera>(left).unwrap().is_active = is_active;
+            app.update();
+            app.update();
+            assert!(!visible(&app, right).is_empty());
+        }
+        assert_eq!(
+            (visible(&app, left), visible(&app, right)),
+            (both.clone(), both)
+        );
+        app.world_mut().entity_mut(right).remove::<FieldLodCutOf>();
+        insert(&mut app, right, Transform::from_xyz(0.0, 0.0, 500.0));
+        app.update();
+        app.update();
+        let drawn = [left, right].map(|eye| stats(&app, eye).triangles_drawn);
+        assert!(subdivisions == 4 || drawn[0] > 4 * drawn[1], "{drawn:?}");
+    }
+}
+
+#[test]
+fn what_only_casts_shadows_is_as_coarse_as_one_likes() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 10.0);
+    spawn_sun(&mut app);
+    let rock = spawn_rock(&mut app, 6);
+    // Behind the camera.
+    insert(&mut app, rock, Transform::from_xyz(0.0, 0.0, 16.0));
+    ready(&mut app, 1);
+    let finest_at = |app: &mut App, shadow_bias: f32| {
+        let biased = FieldLodSettings {
+            shadow_bias,
+            ..default()
+        };
+        settings(app, camera, biased);
+        *levels(app, rock, camera).unwrap().start()
+    };
+    let levels = [1.0, 0.3, 0.0].map(|bias| finest_at(&mut app, bias));
+    assert!(
+        levels.is_sorted() && levels[0] < levels[1] && levels[1] < levels[2],
+        "{levels:?}"
+    );
+    // What is seen is drawn as before.
+    insert(&mut app, rock, Transform::default());
+    assert_eq!(finest_at(&mut app, 0.3), finest_at(&mut app, 1.0));
+}
+
+#[test]
+fn a_level_for_rays_and_physics_is_in_main_memory_alone() {
+    for subdivisions in [4, 6] {
+        let mut app = app();
+        spawn_camera(&mut app, 3.0);
+        let auto_lod = AutoLod {
+            simplified_level: Some(2),
+            ..default()
+        };
+        let source = add(&mut app, rock(subdivisions, 1));
+        let object = app.world_mut().spawn((Mesh3d(source), auto_lod)).id();
+        ready(&mut app, 1);
+        let simplified = app
+            .world()
+            .get::<LodSimplified>(object)
+            .unwrap()
+            .mesh
+            .clone();
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        let mesh = meshes.get(&simplified).unwrap();
+        assert_eq!(mesh.asset_usage, RenderAssetUsages::MAIN_WORLD);
+        let triangles = mesh.indices().unwrap().len() / 3;
+        let full = 20 * 4usize.pow(subdivisions);
+        assert!(
+            triangles * 3 < full && triangles > 20,
+            "{triangles} of {full}"
+        );
+        app.world_mut().entity_mut(object).remove::<AutoLod>();
+        app.update();
+        app.update();
+        assert!(!app.world().entity(object).contains::<LodSimplified>());
+    }
+}
+
+#[test]
+fn units_come_a_few_at_a_time_and_what_was_drawn_is_drawn_on_until_all_are_there() {
+    let (mut app, camera, rock) = before_a_camera(6, 300.0);
+    app.world_mut()
+        .resource_mut::<FieldLodConfig>()
+        .units_per_frame = Some(3);
+    let coarse = visible(&app, camera);
+    let mut count = units(&mut app).len();
+    move_camera(&mut app, camera, 3.0);
+    let mut frames = 0;
+    while visible(&app, camera) == coarse {
+        let now = units(&mut app).len();
+        assert!(now > count && now <= count + 3, "{now} after {count}");
+        count = now;
+        frames += 1;
+        app.update();
+    }
+    assert!(frames > 5, "{frames} frames");
+    assert!(visible(&app, camera).len() > coarse.len());
+    assert_eq!(
+        levels(&mut app, rock, camera).map(|drawn| *drawn.start()),
+        Some(0)
+    );
+    // A new view draws the source until it has something of its own.
+    let other = spawn_camera(&mut app, 30.0);
+    app.update();
+    app.update();
+    assert_eq!(visible(&app, other), [rock]);
+    run_until(&mut app, "its cut", |app| visible(app, other).len() > 1);
+    assert!(!visible(&app, other).contains(&rock));
+}
+
+#[test]
+fn pieces_are_sent_a_few_at_a_time_and_the_source_is_drawn_meanwhile() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 3.0);
+    app.world_mut()
+        .resource_mut::<FieldLodConfig>()
+        .upload_bytes_per_frame = Some(1);
+    let object = spawn_rock(&mut app, 6);
+    let count = |app: &App| app.world().resource::<Assets<Mesh>>().len();
+    run_until(&mut app, "the first piece is sent", |app| count(app) > 1);
+    let mut frames = 0;
+    while progress(&app).ready == 0 {
+        assert_eq!(visible(&app, camera), [object]);
+        let before = count(&app);
+        app.update();
+        // One piece at least.
+        assert!(count(&app) - before < 2);
+        frames += 1;
+    }
+    assert!(frames > 10, "{frames} frames");
+}
+
+#[test]
+fn a_source_in_main_memory_alone_is_drawn_by_its_levels() {
+    for subdivisions in [4, 6] {
+        let mut app = app();
+        let camera = spawn_camera(&mut app, 3.0);
+        let mut mesh = rock(subdivisions, 1);
+        mesh.asset_usage = RenderAssetUsages::MAIN_WORLD;
+        let source = add(&mut app, mesh);
+        let bundle = (Mesh3d(source.clone()), AutoLod::default());
+        let object = app.world_mut().spawn(bundle).id();
+        ready(&mut app, 1);
+        app.update();
+        let world = app.world();
+        assert_eq!(world.get::<LodSource>(object).unwrap().mesh, source);
+        for drawn in visible(&app, camera) {
+            let mesh = world.get::<Mesh3d>(drawn).unwrap();
+            let usage = world
+                .resource::<Assets<Mesh>>()
+                .get(mesh)
+                .unwrap()
+                .asset_usage;
+            assert!(usage.contains(RenderAssetUsages::RENDER_WORLD));
+        }
+    }
+}
+
+/// Threads of a name, each with its niceness.
+#[cfg(target_os = "linux")]
+fn niceness_of_threads(name: &str) -> Vec<i32> {
+    let tasks = std::fs::read_dir("/proc/self/task").unwrap();
+    let stats =
+        tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
+    let niceness = |stat: String| {
+        let (before, after) = stat.split_once(')')?;
+        // The seventeenth after the name.
+        let niceness = after.split_whitespace().nth(16)?.parse().ok()?;
+        before.contains(name).then_some(niceness)
+    };
+    stats.filter_map(niceness).collect()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn threads_that_bake_have_a_low_priority() {
+    let mut app = app();
+    spawn_rock(&mut app, 5);
+    ready(&mut app, 1);
+    let bakes = niceness_of_threads("FieldLod");
+    assert!(
+        !bakes.is_empty() && bakes.iter().all(|&nice| nice == 10),
+        "{bakes:?}"
+    );
+    assert!(niceness_of_threads("").iter().any(|&nice| nice < 10));
+}

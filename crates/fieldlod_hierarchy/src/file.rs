@@ -32,6 +32,7 @@ mod error;
 mod layout;
 mod numbers;
 mod octahedron;
+mod paged;
 mod planes;
 mod predict;
 mod predictor;
@@ -48,6 +49,7 @@ mod vertex_order;
 
 pub use contents::{BakedFile, BakedPrimitive, FileOptions};
 pub use error::{FORMAT_VERSION, FileError};
+pub use paged::{Page, PageOptions, PagedFile, PagedMesh};
 pub use quantize::Precision;
 
 use decode::Decoder;

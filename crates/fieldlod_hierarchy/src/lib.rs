@@ -57,7 +57,10 @@ mod source_vertices;
 mod validate;
 
 pub use bounds::{Aabb, Sphere};
-pub use file::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Precision};
+pub use file::{
+    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Page, PageOptions,
+    PagedFile, PagedMesh, Precision,
+};
 pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;

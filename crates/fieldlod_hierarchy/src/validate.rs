@@ -134,11 +134,22 @@ impl Hierarchy {
     /// Checks all that does not depend on where vertices are.
     pub(crate) fn validate_apart_from_places(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
-        // What follows relies on these two, and would read out of bounds without.
-        self.check_ranges()?;
-        self.check_references()?;
+        // What follows relies on these, and would read out of bounds without.
+        self.check_group_ranges()?;
+        self.check_unit_ranges()?;
+        self.check_group_references()?;
+        self.check_vertex_references()?;
         self.check_links()?;
         self.check_errors()
+    }
+
+    /// Checks groups, units and their links, where there is no geometry.
+    pub(crate) fn validate_graph(&self) -> Result<(), InvalidHierarchy> {
+        self.check_group_ranges()?;
+        self.check_group_references()?;
+        self.check_links()?;
+        self.check_errors()?;
+        self.check_spheres()
     }
 
     fn check_vertices(&self) -> Result<(), E> {

@@ -28,6 +28,9 @@ pub(super) struct Coded {
     /// Whether these have no numbers of their own. They are then as predicted, which is enough to
     /// predict others from.
     pub(super) beside_source: bool,
+    /// Whether vertices stand in the hierarchy in the order in which they are coded, as those of a page
+    /// do: nothing is stored of where they stand.
+    pub(super) is_page: bool,
     /// Where each vertex stands in the hierarchy.
     pub(super) vertex_indices: Vec<u32>,
     /// The source vertices that moved ones came from, in the order of the hierarchy.

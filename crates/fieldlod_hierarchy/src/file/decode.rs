@@ -34,6 +34,13 @@ impl Decoder {
         }
     }
 
+    /// Of a page, whose entry says what is in it.
+    pub(super) fn of_page(entry: Entry) -> Self {
+        let mut decoder = Self::new(entry);
+        decoder.coded.is_page = true;
+        decoder
+    }
+
     /// Takes the next section off the front of `reader`, if the primitive has one more.
     pub(super) fn read_section(&mut self, reader: &mut Reader<'_>) -> Result<(), FileError> {
         let Some(section) = self.entry.sections.get(self.sections_read) else {

@@ -14,7 +14,29 @@ use crate::hierarchy::{Group, Hierarchy, Unit};
 /// # Panics
 /// If the hierarchy is not valid.
 pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry, Vec<Vec<u8>>) {
-    let source = &primitive.hierarchy;
+    let prepared = prepare(&primitive.hierarchy, options);
+    let (sections, unused_vertices) =
+        prepared.sections(prepared.hierarchy(), &prepared.rows, false);
+    let of_sections = sections.iter().map(|section| SectionEntry::of(section));
+    let mut entry = prepared.entry(primitive, of_sections.collect());
+    entry.unused_vertices = unused_vertices as u32;
+    (entry, sections)
+}
+
+/// A hierarchy as it will be read, and the numbers of its vertices.
+pub(super) struct Prepared<'a> {
+    source: &'a Hierarchy,
+    /// With vertices where rounding puts them, and by how much that moves them at most.
+    rounded: Option<(Hierarchy, f32)>,
+    pub(super) rows: Rows,
+    attributes: Attributes,
+    grids: Grids,
+    options: FileOptions,
+}
+
+/// # Panics
+/// If the hierarchy is not valid.
+pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> {
     assert_eq!(
         source.validate(),
         Ok(()),
@@ -36,66 +58,83 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
         }
         quantize::with_vertices(source, vertices)
     });
-    let (hierarchy, moved_by) = match &rounded {
-        Some((hierarchy, moved_by)) => (hierarchy, *moved_by),
-        None => (source, 0.0),
-    };
-    let (sections, unused_vertices) =
-        encode_sections(hierarchy, &rows, attributes, quantized, options);
-    let entry = Entry {
-        mesh_index: primitive.mesh_index,
-        primitive_index: primitive.primitive_index,
-        name: primitive.name.clone(),
-        source: hierarchy.source,
+    Prepared {
+        source,
+        rounded,
+        rows,
         attributes,
-        options,
         grids,
-        position_error_in_local: primitive.position_error_in_local + moved_by,
-        group_count: hierarchy.groups.len() as u32,
-        vertex_count: hierarchy.vertices.positions.len() as u32,
-        source_vertex_count: hierarchy.source_vertex_count,
-        origin_count: hierarchy.moved_from.len() as u32,
-        unused_vertices: unused_vertices as u32,
-        sections: sections.iter().map(|s| SectionEntry::of(s)).collect(),
-    };
-    (entry, sections)
+        options,
+    }
 }
 
-/// The sections of a hierarchy whose vertices have these `source_rows`, and how many vertices
-/// no unit uses.
-fn encode_sections(
-    hierarchy: &Hierarchy,
-    source_rows: &Rows,
-    attributes: Attributes,
-    grids: Option<&Grids>,
-    options: FileOptions,
-) -> (Vec<Vec<u8>>, usize) {
-    let predictors = attributes.predictors(grids.is_some());
-    let source_count = hierarchy.source_vertex_count;
-    let mut coder = Coder {
-        hierarchy,
-        source_rows,
-        coded: Coded::new(source_rows.width, source_count, options.beside_source),
-        codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
-    };
-    let groups_of_sections = groups_by_section(hierarchy);
-    let last = groups_of_sections.len() - 1;
-    let mut sections = Vec::new();
-    let mut unused_vertices = 0;
-    for (number, groups) in groups_of_sections.into_iter().enumerate() {
-        let from = coder.coded.ends();
-        for group in groups {
-            coder.add_group(group);
-        }
-        if number == last {
-            unused_vertices = coder.add_unused();
-            coder.coded.moved_from.clone_from(&hierarchy.moved_from);
-        }
-        let section =
-            section_writer::write(&mut coder.coded, from, &predictors, grids, unused_vertices);
-        sections.push(section);
+impl Prepared<'_> {
+    pub(super) fn hierarchy(&self) -> &Hierarchy {
+        self.rounded
+            .as_ref()
+            .map_or(self.source, |(hierarchy, _)| hierarchy)
     }
-    (sections, unused_vertices)
+
+    /// What the directory says, with all vertices in use.
+    pub(super) fn entry(&self, primitive: &BakedPrimitive, sections: Vec<SectionEntry>) -> Entry {
+        let hierarchy = self.hierarchy();
+        let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
+        Entry {
+            mesh_index: primitive.mesh_index,
+            primitive_index: primitive.primitive_index,
+            name: primitive.name.clone(),
+            source: hierarchy.source,
+            attributes: self.attributes,
+            options: self.options,
+            grids: self.grids,
+            position_error_in_local: primitive.position_error_in_local + moved_by,
+            group_count: hierarchy.groups.len() as u32,
+            vertex_count: hierarchy.vertices.positions.len() as u32,
+            source_vertex_count: hierarchy.source_vertex_count,
+            origin_count: hierarchy.moved_from.len() as u32,
+            unused_vertices: 0,
+            sections,
+        }
+    }
+
+    /// The only section of a hierarchy without simplifications, which uses its vertices in their order;
+    /// they have these `rows`.
+    pub(super) fn page(&self, hierarchy: &Hierarchy, rows: &Rows) -> Vec<u8> {
+        self.sections(hierarchy, rows, true).0.swap_remove(0)
+    }
+
+    /// The sections of a hierarchy whose vertices have these `rows`, and how many vertices no unit
+    /// uses.
+    fn sections(&self, hierarchy: &Hierarchy, rows: &Rows, is_page: bool) -> (Vec<Vec<u8>>, usize) {
+        let grids = (self.options.precision == Precision::Quantized16).then_some(&self.grids);
+        let predictors = self.attributes.predictors(grids.is_some());
+        let source_count = hierarchy.source_vertex_count;
+        let mut coder = Coder {
+            hierarchy,
+            source_rows: rows,
+            coded: Coded::new(rows.width, source_count, self.options.beside_source),
+            codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
+        };
+        coder.coded.is_page = is_page;
+        let groups_of_sections = groups_by_section(hierarchy);
+        let last = groups_of_sections.len() - 1;
+        let mut sections = Vec::new();
+        let mut unused_vertices = 0;
+        for (number, groups) in groups_of_sections.into_iter().enumerate() {
+            let from = coder.coded.ends();
+            for group in groups {
+                coder.add_group(group);
+            }
+            if number == last {
+                unused_vertices = coder.add_unused();
+                coder.coded.moved_from.clone_from(&hierarchy.moved_from);
+            }
+            let section =
+                section_writer::write(&mut coder.coded, from, &predictors, grids, unused_vertices);
+            sections.push(section);
+        }
+        (sections, unused_vertices)
+    }
 }
 
 /// The groups of each section: the first holds those with nothing coarser above them, so that what

@@ -13,7 +13,7 @@ const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";
 
 /// What the directory says about a primitive.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) mesh_index: u32,
     pub(super) primitive_index: u32,
@@ -62,7 +62,7 @@ impl Entry {
         (self.options.precision == Precision::Quantized16).then_some(&self.grids)
     }
 
-    fn write(&self, bytes: &mut Vec<u8>) {
+    pub(super) fn write(&self, bytes: &mut Vec<u8>) {
         // Which primitive it is, and of which mesh.
         bytes.extend_from_slice(&self.mesh_index.to_le_bytes());
         bytes.extend_from_slice(&self.primitive_index.to_le_bytes());
@@ -93,7 +93,7 @@ impl Entry {
         }
     }
 
-    fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
+    pub(super) fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
         // Which primitive it is, and of which mesh.
         let mesh_index = reader.value(WHAT)?;
         let primitive_index = reader.value(WHAT)?;
@@ -162,41 +162,70 @@ pub(super) fn write(entries: &[Entry]) -> Vec<u8> {
     for entry in entries {
         entry.write(&mut directory);
     }
-    // The header, which seals the directory, and the directory.
-    let count = entries.len() as u32;
-    let mut bytes = MAGIC.to_vec();
+    seal(MAGIC, entries.len() as u32, &directory)
+}
+
+/// A header, which seals the directory, and the directory.
+pub(super) fn seal(magic: [u8; 8], count: u32, directory: &[u8]) -> Vec<u8> {
+    let mut bytes = magic.to_vec();
     bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
     bytes.extend_from_slice(&count.to_le_bytes());
     bytes.extend_from_slice(&(directory.len() as u64).to_le_bytes());
-    let checksum = xxh3_64_with_seed(&directory, u64::from(count));
+    let checksum = xxh3_64_with_seed(directory, u64::from(count));
     bytes.extend_from_slice(&checksum.to_le_bytes());
-    bytes.extend_from_slice(&directory);
+    bytes.extend_from_slice(directory);
     bytes
+}
+
+/// What precedes a directory.
+pub(super) const HEADER_BYTES: usize = 32;
+
+/// What a header says of the directory behind it.
+pub(super) struct Header {
+    pub(super) count: u32,
+    pub(super) length: u64,
+    checksum: u64,
+}
+
+impl Header {
+    /// Reads the header that begins with this magic.
+    pub(super) fn read(magic: [u8; 8], reader: &mut Reader<'_>) -> Result<Self, FileError> {
+        let Some(rest) = reader.rest.strip_prefix(&magic) else {
+            return Err(FileError::NotFieldlod);
+        };
+        reader.rest = rest;
+        let found: u32 = reader.value("the header")?;
+        if found != FORMAT_VERSION {
+            return Err(FileError::Version { found });
+        }
+        Ok(Self {
+            count: reader.value("the header")?,
+            length: reader.value("the header")?,
+            checksum: reader.value("the header")?,
+        })
+    }
+
+    /// Takes the directory, if it is what was sealed.
+    pub(super) fn directory<'a>(&self, reader: &mut Reader<'a>) -> Result<&'a [u8], FileError> {
+        let directory = reader.take(WHAT, self.length)?;
+        match xxh3_64_with_seed(directory, u64::from(self.count)) == self.checksum {
+            true => Ok(directory),
+            false => Err(FileError::Checksum),
+        }
+    }
 }
 
 /// Reads header and directory; what remains are the sections.
 pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
-    let Some(rest) = bytes.strip_prefix(&MAGIC) else {
-        return Err(FileError::NotFieldlod);
-    };
-    let mut reader = Reader { rest };
-    let found: u32 = reader.value("the header")?;
-    if found != FORMAT_VERSION {
-        return Err(FileError::Version { found });
-    }
+    let mut reader = Reader { rest: bytes };
     // The directory is checked before it is read.
-    let count: u32 = reader.value("the header")?;
-    let length: u64 = reader.value("the header")?;
-    let checksum: u64 = reader.value("the header")?;
-    let directory = reader.take(WHAT, length)?;
-    if xxh3_64_with_seed(directory, u64::from(count)) != checksum {
-        return Err(FileError::Checksum);
-    }
+    let header = Header::read(MAGIC, &mut reader)?;
+    let directory = header.directory(&mut reader)?;
     // An entry for each primitive, and nothing else.
     let sections = reader.rest;
     let mut reader = Reader { rest: directory };
     let mut entries = Vec::new();
-    for primitive in 0..count as usize {
+    for primitive in 0..header.count as usize {
         entries.push(Entry::read(&mut reader, primitive)?);
     }
     match reader.rest.len() as u64 {

@@ -32,9 +32,8 @@ pub(super) fn read(
         budget: Budget::of(bytes),
         coded,
     };
-    // The graph.
-    section.read_groups()?;
-    let counts = section.read_units()?;
+    section.read_graph()?;
+    let counts = section.claim_geometry()?;
     // Which vertices the units use, and which of them are new.
     let used = section.read_references(counts.references)?;
     let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
@@ -79,7 +78,27 @@ struct UnitCounts {
     triangles: usize,
 }
 
+/// Reads a graph without geometry onto the end of `coded`; what follows it remains in `reader`.
+pub(super) fn read_graph(reader: &mut Reader<'_>, coded: &mut Coded) -> Result<(), FileError> {
+    let mut section = SectionReader {
+        from: coded.ends(),
+        budget: Budget::of(reader.rest),
+        reader: Reader { rest: reader.rest },
+        coded,
+    };
+    section.read_graph()?;
+    let read = reader.rest.len() - section.reader.rest.len();
+    reader.rest = &reader.rest[read..];
+    Ok(())
+}
+
 impl SectionReader<'_> {
+    /// Reads groups, units and their links.
+    fn read_graph(&mut self) -> Result<(), FileError> {
+        self.read_groups()?;
+        self.read_units()
+    }
+
     fn read_groups(&mut self) -> Result<(), FileError> {
         const WHAT: &str = "the groups";
         // As many as there is room for.
@@ -107,22 +126,25 @@ impl SectionReader<'_> {
         Ok(())
     }
 
-    fn read_units(&mut self) -> Result<UnitCounts, FileError> {
+    fn read_units(&mut self) -> Result<(), FileError> {
         // As many as the groups announce.
         let groups = &self.coded.groups[self.from.groups..];
         let count = groups.iter().map(|group| group.unit_count);
         let count = self.budget.claim_all(count, size_of::<Unit>())?;
         let units: Vec<Unit> = records::read(&mut self.reader, count, "the units")?;
-        // Room for all that the units announce.
+        self.coded.units.extend(units);
+        self.restore_units()
+    }
+
+    /// Room for all that the units announce.
+    fn claim_geometry(&mut self) -> Result<UnitCounts, FileError> {
+        let units = &self.coded.units[self.from.units..];
         let mut claim =
             |count: fn(&Unit) -> u32, bytes| self.budget.claim_all(units.iter().map(count), bytes);
-        let counts = UnitCounts {
+        Ok(UnitCounts {
             references: claim(|unit| unit.vertex_count, 4)?,
             triangles: claim(|unit| unit.triangle_count, TRIANGLE_BYTES)?,
-        };
-        self.coded.units.extend(units);
-        self.restore_units()?;
-        Ok(counts)
+        })
     }
 
     /// Puts back who consumes and who produced each unit.
@@ -172,6 +194,11 @@ impl SectionReader<'_> {
     ) -> Result<(), FileError> {
         let source_count = self.coded.source_vertex_count;
         let indices = &mut self.coded.vertex_indices;
+        if self.coded.is_page {
+            let first = indices.len() as u32;
+            indices.extend(first..first + count as u32);
+            return Ok(());
+        }
         indices.resize(indices.len() + count, 0);
         vertex_order::read(&mut self.reader, indices, predictions, source_count)
     }
@@ -218,7 +245,8 @@ impl SectionReader<'_> {
     }
 }
 
-fn read_indices(
+/// Reads `count` indices that mostly count up.
+pub(super) fn read_indices(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,

@@ -38,24 +38,20 @@ pub(super) fn write(
     unused_vertices: usize,
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let groups = &coded.groups[from.groups..];
-    // The graph.
-    bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
-    write_indices(&mut bytes, &coded.group_indices[from.groups..]);
-    records::write(&mut bytes, groups);
-    write_finer(&mut bytes, coded, from);
-    records::write(&mut bytes, &coded.units[from.units..]);
+    write_graph(&mut bytes, coded, from);
     // Which vertices the units use, and which of them are new.
     write_references(&mut bytes, coded, from);
     // Triangles, which tell what new vertices are like, and how far they are not.
     let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
     write_symbols(&mut bytes, &symbols);
-    vertex_order::write(
-        &mut bytes,
-        &coded.vertex_indices,
-        &predictions,
-        coded.source_vertex_count,
-    );
+    if !coded.is_page {
+        vertex_order::write(
+            &mut bytes,
+            &coded.vertex_indices,
+            &predictions,
+            coded.source_vertex_count,
+        );
+    }
     let are_stored = coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut coded.rows);
     let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
@@ -77,12 +73,28 @@ pub(super) fn write(
     bytes
 }
 
-/// The memory that a reader claims for all that `coded` holds since `from`.
-fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
+/// Writes groups, units and their links.
+pub(super) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
+    let groups = &coded.groups[from.groups..];
+    bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
+    write_indices(bytes, &coded.group_indices[from.groups..]);
+    records::write(bytes, groups);
+    write_finer(bytes, coded, from);
+    records::write(bytes, &coded.units[from.units..]);
+}
+
+/// The memory that a reader claims for the graph.
+pub(super) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
     let to = coded.ends();
     (to.groups - from.groups) * GROUP_BYTES
         + (to.finer - from.finer) * 4
         + (to.units - from.units) * size_of::<Unit>()
+}
+
+/// The memory that a reader claims for all that `coded` holds since `from`.
+fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
+    let to = coded.ends();
+    claimed_by_graph(coded, from)
         + (to.unit_vertices - from.unit_vertices) * 4
         + (to.indices - from.indices) / 3 * TRIANGLE_BYTES
         + (symbols.vertices.len() + symbols.distances.len()) * 4
@@ -91,7 +103,7 @@ fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
 }
 
 /// Writes indices that mostly count up.
-fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
+pub(super) fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
     let mut before = u32::MAX;
     let differences = indices.iter().map(|&index| {
         let difference = index.wrapping_sub(before).wrapping_sub(1);

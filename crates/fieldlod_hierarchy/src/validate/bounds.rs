@@ -7,10 +7,13 @@ use crate::bounds::Sphere;
 use crate::hierarchy::Hierarchy;
 
 impl Hierarchy {
+    pub(super) fn check_spheres(&self) -> Result<(), E> {
+        let mut groups = self.groups.iter().enumerate();
+        groups.try_for_each(|(index, group)| check_sphere("group", index, &group.bounds))
+    }
+
     pub(super) fn check_bounds(&self) -> Result<(), E> {
-        for (index, group) in self.groups.iter().enumerate() {
-            check_sphere("group", index, &group.bounds)?;
-        }
+        self.check_spheres()?;
         let mut positions = Vec::new();
         for index in 0..self.units.len() {
             let vertices = self.vertices_of(&self.units[index]).iter();

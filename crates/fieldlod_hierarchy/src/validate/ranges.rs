@@ -4,15 +4,20 @@ use super::InvalidHierarchy as E;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 impl Hierarchy {
-    pub(super) fn check_ranges(&self) -> Result<(), E> {
-        let (groups, units) = (&self.groups, &self.units);
-        let (finer, lists) = (self.finer.len(), self.unit_vertices.len());
+    /// Checks the ranges of groups.
+    pub(super) fn check_group_ranges(&self) -> Result<(), E> {
+        let groups = &self.groups;
         let range = |group: &Group| (group.first_unit, group.unit_count);
-        check_tiling("units", "group", groups, range, units.len())?;
+        check_tiling("units", "group", groups, range, self.units.len())?;
         let range = |group: &Group| (group.first_finer, group.finer_count);
-        check_tiling("finer groups", "group", groups, range, finer)?;
+        check_tiling("finer groups", "group", groups, range, self.finer.len())
+    }
+
+    /// Checks the ranges of units.
+    pub(super) fn check_unit_ranges(&self) -> Result<(), E> {
+        let units = &self.units;
         let range = |unit: &Unit| (unit.first_vertex, unit.vertex_count);
-        check_tiling("vertices", "unit", units, range, lists)?;
+        check_tiling("vertices", "unit", units, range, self.unit_vertices.len())?;
         if !self.indices.len().is_multiple_of(3) {
             return Err(broken_range("triangles", "unit", units.len()));
         }
@@ -21,14 +26,25 @@ impl Hierarchy {
         check_tiling("triangles", "unit", units, range, triangles)
     }
 
-    pub(super) fn check_references(&self) -> Result<(), E> {
-        let (groups, vertices) = (self.groups.len(), self.vertices.positions.len());
+    /// Checks that all groups exist that units and groups name.
+    pub(super) fn check_group_references(&self) -> Result<(), E> {
+        let groups = self.groups.len();
         for (index, unit) in self.units.iter().enumerate() {
-            let groups_named = [Some(unit.consumed_by), unit.producer()]
-                .into_iter()
-                .flatten();
-            let named = groups_named.map(|group| group as usize);
+            let named = [Some(unit.consumed_by), unit.producer()];
+            let named = named.into_iter().flatten().map(|group| group as usize);
             check_targets("unit", index, "group", named, groups)?;
+        }
+        for (index, &group) in self.finer.iter().enumerate() {
+            let named = [group as usize].into_iter();
+            check_targets("finer link", index, "group", named, groups)?;
+        }
+        Ok(())
+    }
+
+    /// Checks that all vertices exist that units and vertices name.
+    pub(super) fn check_vertex_references(&self) -> Result<(), E> {
+        let vertices = self.vertices.positions.len();
+        for (index, unit) in self.units.iter().enumerate() {
             let used = self.vertices_of(unit).iter().map(|&vertex| vertex as usize);
             // Source geometry uses none that a simplification made.
             let (what, end) = match unit.producer() {
@@ -41,15 +57,6 @@ impl Hierarchy {
                 .iter()
                 .map(|&corner| usize::from(corner));
             check_targets("unit", index, "vertex", corners, unit.vertex_count as usize)?;
-        }
-        for (index, &group) in self.finer.iter().enumerate() {
-            check_targets(
-                "finer link",
-                index,
-                "group",
-                [group as usize].into_iter(),
-                groups,
-            )?;
         }
         for (index, &vertex) in self.moved_from.iter().enumerate() {
             let sources = self.source_vertex_count as usize;

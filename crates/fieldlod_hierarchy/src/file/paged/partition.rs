@@ -1,0 +1,214 @@
+//! Divides a hierarchy into pages, and codes them.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::super::contents::{BakedPrimitive, FileOptions};
+use super::super::encode::{self, Prepared};
+use super::super::layout::SectionEntry;
+use super::super::rows::Rows;
+use super::{Page, PageOptions, PagedMesh};
+use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+
+/// Bits of a place along each axis, by which groups are put in order.
+const PLACE_BITS: u32 = 10;
+
+/// The table of contents of a mesh, and its pages.
+pub(super) fn encode(
+    primitive: &BakedPrimitive,
+    options: PageOptions,
+) -> (PagedMesh, Vec<Vec<u8>>) {
+    let file_options = FileOptions::from(options.precision);
+    let prepared = encode::prepare(&primitive.hierarchy, file_options);
+    let hierarchy = prepared.hierarchy();
+    let vertex_bytes = prepared.rows.width as u64 * 4;
+    // Which groups are in which page.
+    let mut groups: Vec<u32> = Vec::new();
+    let mut pages = Vec::new();
+    for mut page in partition(hierarchy, vertex_bytes, u64::from(options.page_bytes)) {
+        page.sort_unstable();
+        let first = groups.len() as u32;
+        groups.extend(page);
+        pages.push(first..groups.len() as u32);
+    }
+    // Each page by itself.
+    let (pages, sections): (Vec<Page>, Vec<Vec<u8>>) = pages
+        .into_iter()
+        .map(|range| encode_page(&prepared, &groups, range, vertex_bytes))
+        .unzip();
+    let entries = sections.iter().map(|section| SectionEntry::of(section));
+    let entry = prepared.entry(primitive, entries.collect());
+    (
+        PagedMesh {
+            mesh_index: primitive.mesh_index,
+            primitive_index: primitive.primitive_index,
+            name: primitive.name.clone(),
+            graph: without_geometry(hierarchy),
+            pages,
+            page_of: Vec::new(),
+            groups,
+            entry,
+        },
+        sections,
+    )
+}
+
+/// Groups page by page: first what the coarsest cut draws, then level by level.
+fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<Vec<u32>> {
+    let mut is_coarsest = vec![false; hierarchy.groups.len()];
+    hierarchy.close_refinement(&mut is_coarsest);
+    let indices = || 0..hierarchy.groups.len() as u32;
+    let mut pages = vec![
+        indices()
+            .filter(|&group| is_coarsest[group as usize])
+            .collect(),
+    ];
+    let places = Places::of(hierarchy);
+    for level in (0..hierarchy.level_count()).rev() {
+        let of_level = |&group: &u32| {
+            !is_coarsest[group as usize] && hierarchy.groups[group as usize].level == level
+        };
+        let mut groups: Vec<u32> = indices().filter(of_level).collect();
+        groups.sort_by_cached_key(|&group| places.key(&hierarchy.groups[group as usize]));
+        // As many pages of about the same size as are needed.
+        let bytes = |group: &u32| {
+            let units = &hierarchy.units[hierarchy.groups[*group as usize].units()];
+            units
+                .iter()
+                .map(|unit| mesh_bytes(unit, vertex_bytes))
+                .sum::<u64>()
+        };
+        let total: u64 = groups.iter().map(bytes).sum();
+        let count = total.div_ceil(page_bytes.max(1)).max(1);
+        let mut so_far = 0;
+        let page_of = |group: &u32| {
+            so_far += bytes(group);
+            (so_far - 1) * count / total.max(1)
+        };
+        let numbers: Vec<u64> = groups.iter().map(page_of).collect();
+        let of_pages = numbers.chunk_by(|a, b| a == b);
+        let mut left = groups.as_slice();
+        for page in of_pages {
+            let (page, rest) = left.split_at(page.len());
+            pages.push(page.to_vec());
+            left = rest;
+        }
+    }
+    pages
+}
+
+/// What the mesh of a unit takes on the GPU, in bytes.
+fn mesh_bytes(unit: &Unit, vertex_bytes: u64) -> u64 {
+    u64::from(unit.vertex_count) * vertex_bytes + u64::from(unit.triangle_count) * 6
+}
+
+/// Where groups are, along a curve that fills space.
+struct Places {
+    min: Vec3,
+    size: Vec3,
+}
+
+impl Places {
+    fn of(hierarchy: &Hierarchy) -> Self {
+        let aabb = hierarchy.aabb().unwrap_or_default();
+        let size = (aabb.max - aabb.min).max(Vec3::splat(f32::MIN_POSITIVE));
+        Self {
+            min: aabb.min,
+            size,
+        }
+    }
+
+    /// Z-order: the bits of the three coordinates in turn.
+    fn key(&self, group: &Group) -> u32 {
+        let last = ((1 << PLACE_BITS) - 1) as f32;
+        let place = ((group.bounds.center - self.min) / self.size * last).as_uvec3();
+        let bits = (0..PLACE_BITS).rev().flat_map(|bit| {
+            place
+                .to_array()
+                .map(|along| along.min(last as u32) >> bit & 1)
+        });
+        bits.fold(0, |key, bit| key << 1 | bit)
+    }
+}
+
+fn encode_page(
+    prepared: &Prepared,
+    groups: &[u32],
+    range: Range<u32>,
+    vertex_bytes: u64,
+) -> (Page, Vec<u8>) {
+    let groups_of_page = &groups[range.start as usize..range.end as usize];
+    let (page, rows) = page_hierarchy(prepared, groups_of_page);
+    let section = prepared.page(&page, &rows);
+    let units = page.units.iter();
+    (
+        Page {
+            bytes: 0..section.len() as u64,
+            mesh_bytes: units
+                .map(|unit| mesh_bytes(unit, vertex_bytes))
+                .sum::<u64>() as u32,
+            groups: range,
+            vertex_count: page.vertices.positions.len() as u32,
+        },
+        section,
+    )
+}
+
+/// A hierarchy of some groups, whose units are source geometry, and the numbers of its vertices.
+fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
+    let from = prepared.hierarchy();
+    let mut page = Hierarchy::default();
+    let mut rows = Rows::zeros(prepared.rows.width, 0);
+    // By vertex, its place in the page.
+    let mut places: HashMap<u32, u32> = HashMap::new();
+    for &group in groups {
+        let group = &from.groups[group as usize];
+        for unit in &from.units[group.units()] {
+            let vertices = from.vertices_of(unit).iter().map(|&vertex| {
+                let next = places.len() as u32;
+                *places.entry(vertex).or_insert_with(|| {
+                    rows.push(prepared.rows.row(vertex));
+                    next
+                })
+            });
+            let vertices: Vec<u32> = vertices.collect();
+            page.push_unit(
+                NO_GROUP,
+                unit.aabb,
+                vertices,
+                from.indices_of(unit).iter().copied(),
+            );
+        }
+        page.push_group(
+            Group {
+                bounds: group.bounds,
+                error_in_local: f32::INFINITY,
+                deviation_in_local: f32::INFINITY,
+                ..Group::default()
+            },
+            [],
+        );
+    }
+    page.vertices.positions = vec![Vec3::ZERO; places.len()];
+    page.source_vertex_count = places.len() as u32;
+    (page, rows)
+}
+
+/// Groups, units and links only.
+fn without_geometry(hierarchy: &Hierarchy) -> Hierarchy {
+    let unit = |unit: &Unit| Unit {
+        aabb: crate::bounds::Aabb::default(),
+        first_vertex: 0,
+        first_triangle: 0,
+        ..*unit
+    };
+    Hierarchy {
+        source: hierarchy.source,
+        groups: hierarchy.groups.clone(),
+        finer: hierarchy.finer.clone(),
+        units: hierarchy.units.iter().map(unit).collect(),
+        ..Hierarchy::default()
+    }
+}

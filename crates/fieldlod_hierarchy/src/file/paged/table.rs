@@ -1,0 +1,199 @@
+//! The table of contents.
+
+use std::ops::Range;
+
+use super::super::coded::{Coded, MAX_PER_BYTE};
+use super::super::error::FileError;
+use super::super::layout::{self, Entry, Header};
+use super::super::numbers::{self, Kind};
+use super::super::reader::Reader;
+use super::super::{section_reader, section_writer};
+use super::{Page, PagedMesh};
+use crate::hierarchy::{Group, Hierarchy, Unit};
+
+const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
+const WHAT: &str = "the table of contents";
+
+/// The bytes of header and table.
+pub(super) fn write(meshes: &[PagedMesh]) -> Vec<u8> {
+    let mut table = Vec::new();
+    for mesh in meshes {
+        mesh.entry.write(&mut table);
+        let rest = mesh_bytes(mesh);
+        table.extend_from_slice(&(rest.len() as u64).to_le_bytes());
+        table.extend_from_slice(&rest);
+    }
+    layout::seal(MAGIC, meshes.len() as u32, &table)
+}
+
+/// What follows the entry of a mesh.
+fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let coded = coded_graph(&mesh.graph);
+    let nothing = Coded::default().ends();
+    section_writer::write_graph(&mut bytes, &coded, nothing);
+    // Pages, and which groups are in which.
+    let of_pages = |number: fn(&Page) -> u32| mesh.pages.iter().map(number).collect();
+    let columns: [Vec<u32>; 4] = [
+        of_pages(|page| page.groups.end - page.groups.start),
+        of_pages(|page| page.vertex_count),
+        of_pages(|page| page.mesh_bytes),
+        mesh.groups.clone(),
+    ];
+    for column in columns {
+        numbers::write(&mut bytes, &column, Kind::Plain);
+    }
+    // Zeros, so that no byte stands for more memory than a reader grants.
+    let claimed = section_writer::claimed_by_graph(&coded, nothing);
+    let least = claimed.div_ceil(MAX_PER_BYTE as usize);
+    bytes.resize(bytes.len().max(least), 0);
+    bytes
+}
+
+/// A graph in the order of the hierarchy, as it is coded.
+fn coded_graph(graph: &Hierarchy) -> Coded {
+    let mut coded = Coded::default();
+    for (index, group) in (0..).zip(&graph.groups) {
+        coded.group_indices.push(index);
+        coded.finer.extend(graph.finer_groups(group));
+        coded.groups.push(Group {
+            first_finer: 0,
+            first_unit: 0,
+            ..*group
+        });
+        coded
+            .units
+            .extend(graph.units[group.units()].iter().map(|unit| Unit {
+                consumed_by: 0,
+                produced_by: unit.producer().map_or(0, |producer| index - producer),
+                ..*unit
+            }));
+    }
+    coded
+}
+
+/// The header and the rest of `bytes` behind it.
+pub(super) fn read_header<'a>(bytes: &'a [u8]) -> Result<(Header, Reader<'a>), FileError> {
+    let mut reader = Reader { rest: bytes };
+    let header = Header::read(MAGIC, &mut reader)?;
+    Ok((header, reader))
+}
+
+/// The meshes of a table, whose pages have lengths in place of where they are.
+pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
+    let (header, mut reader) = read_header(bytes)?;
+    let table = header.directory(&mut reader)?;
+    let mut reader = Reader { rest: table };
+    let mut meshes = Vec::new();
+    for number in 0..header.count as usize {
+        let entry = Entry::read(&mut reader, number)?;
+        let length: u64 = reader.value(WHAT)?;
+        let rest = reader.take(WHAT, length)?;
+        meshes.push(read_mesh(entry, rest, number)?);
+    }
+    match reader.rest.len() as u64 {
+        0 => Ok(meshes),
+        extra => Err(FileError::TrailingBytes { extra }),
+    }
+}
+
+fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, FileError> {
+    if entry.options.beside_source {
+        return Err(FileError::SourceVerticesLeftOut { primitive: number });
+    }
+    let mut reader = Reader { rest: bytes };
+    let graph = read_graph(&mut reader, &entry, number)?;
+    let pages = read_pages(&mut reader, &entry)?;
+    let groups = numbers::read(&mut reader, graph.groups.len(), WHAT)?;
+    let page_of = pages_of_groups(&pages, &groups)?;
+    Ok(PagedMesh {
+        mesh_index: entry.mesh_index,
+        primitive_index: entry.primitive_index,
+        name: entry.name.clone(),
+        graph,
+        pages,
+        groups,
+        page_of,
+        entry,
+    })
+}
+
+fn read_graph(
+    reader: &mut Reader<'_>,
+    entry: &Entry,
+    number: usize,
+) -> Result<Hierarchy, FileError> {
+    let mut coded = Coded::default();
+    section_reader::read_graph(reader, &mut coded)?;
+    let in_order = (0..)
+        .zip(&coded.group_indices)
+        .all(|(place, &index)| place == index);
+    if !in_order || coded.groups.len() != entry.group_count as usize {
+        return Err(FileError::Corrupt { what: "the groups" });
+    }
+    let mut graph = Hierarchy {
+        source: entry.source,
+        units: coded.units,
+        finer: coded.finer,
+        groups: coded.groups,
+        ..Hierarchy::default()
+    };
+    // Where ranges start.
+    let (mut first_finer, mut first_unit) = (0, 0);
+    for group in &mut graph.groups {
+        (group.first_finer, group.first_unit) = (first_finer, first_unit);
+        // They are as many as were read.
+        first_finer += group.finer_count;
+        first_unit += group.unit_count;
+    }
+    let checked = graph.validate_graph();
+    checked.map_err(|fault| FileError::Invalid {
+        primitive: number,
+        fault,
+    })?;
+    Ok(graph)
+}
+
+/// Pages with lengths in place of where they are.
+fn read_pages(reader: &mut Reader<'_>, entry: &Entry) -> Result<Vec<Page>, FileError> {
+    let count = entry.sections.len();
+    let mut column = || numbers::read(reader, count, WHAT);
+    let (group_counts, vertex_counts, mesh_bytes) = (column()?, column()?, column()?);
+    let mut first = 0u32;
+    let mut pages = Vec::with_capacity(count);
+    for (page, section) in entry.sections.iter().enumerate() {
+        let end = first.checked_add(group_counts[page]);
+        let groups: Range<u32> = first..end.ok_or(FileError::Corrupt { what: "the pages" })?;
+        first = groups.end;
+        pages.push(Page {
+            bytes: 0..section.length,
+            mesh_bytes: mesh_bytes[page],
+            vertex_count: vertex_counts[page],
+            groups,
+        });
+    }
+    Ok(pages)
+}
+
+/// The page of each group, all of which are in one page.
+fn pages_of_groups(pages: &[Page], groups: &[u32]) -> Result<Vec<u32>, FileError> {
+    const NONE: u32 = u32::MAX;
+    let corrupt = FileError::Corrupt { what: "the pages" };
+    let mut page_of = vec![NONE; groups.len()];
+    let mut places = groups.iter();
+    for (number, page) in (0..).zip(pages) {
+        for _ in page.groups.clone() {
+            let group = places
+                .next()
+                .and_then(|&group| page_of.get_mut(group as usize));
+            match group {
+                Some(page) if *page == NONE => *page = number,
+                _ => return Err(corrupt),
+            }
+        }
+    }
+    match places.next() {
+        None => Ok(page_of),
+        Some(_) => Err(corrupt),
+    }
+}

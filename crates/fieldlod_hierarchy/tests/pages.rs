@@ -1,0 +1,215 @@
+//! What a `.fieldpages` file keeps, and what is said of broken ones.
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use fieldlod_hierarchy::fixtures::{self, Random};
+use fieldlod_hierarchy::{
+    BakedFile, BakedPrimitive, FileError, Hierarchy, PageOptions, PagedFile, PagedMesh, Precision,
+};
+use glam::Vec3;
+use proptest::prelude::*;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+fn file() -> BakedFile {
+    let hierarchies = [
+        ("hills", fixtures::grid_pyramid(3)),
+        ("strip", fixtures::two_level_strip()),
+        ("nothing", Hierarchy::default()),
+    ];
+    let primitives = (0..).zip(hierarchies);
+    let primitives =
+        primitives.map(|(mesh, (name, hierarchy))| BakedPrimitive::new(mesh, 0, name, hierarchy));
+    BakedFile {
+        primitives: primitives.collect(),
+    }
+}
+
+fn small_pages(precision: Precision) -> PageOptions {
+    PageOptions {
+        precision,
+        page_bytes: 64 << 10,
+    }
+}
+
+fn read_page(mesh: &PagedMesh, page: usize, bytes: &[u8]) -> Result<Hierarchy, FileError> {
+    let range = &mesh.pages[page].bytes;
+    mesh.read_page(page, &bytes[range.start as usize..range.end as usize])
+}
+
+/// The corners of each triangle of a unit.
+fn triangles(hierarchy: &Hierarchy, unit: usize) -> Vec<[Vec3; 3]> {
+    let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
+    let triangles = hierarchy.triangles_of(&hierarchy.units[unit]);
+    triangles.map(|triangle| triangle.map(corner)).collect()
+}
+
+#[test]
+fn pages_hold_all_units_as_they_were() {
+    let file = file();
+    let bytes = PagedFile::to_bytes(&file, small_pages(Precision::Lossless));
+    let paged = PagedFile::from_contents(&bytes).unwrap();
+    assert!(paged.meshes[0].pages.len() > 8);
+    for (mesh, primitive) in paged.meshes.iter().zip(&file.primitives) {
+        let hierarchy = &primitive.hierarchy;
+        assert_eq!(
+            (mesh.mesh_index, &mesh.name),
+            (primitive.mesh_index, &primitive.name)
+        );
+        assert_eq!(mesh.graph.groups, hierarchy.groups);
+        assert_eq!(mesh.graph.finer, hierarchy.finer);
+        let mut found = vec![false; hierarchy.units.len()];
+        for page in 0..mesh.pages.len() {
+            let read = read_page(mesh, page, &bytes).unwrap();
+            for (&group, read_group) in mesh.groups_of(page).iter().zip(&read.groups) {
+                assert_eq!(mesh.page_of(group), page as u32);
+                let units = hierarchy.groups[group as usize].units();
+                for (unit, read_unit) in units.zip(read_group.units()) {
+                    assert_eq!(triangles(&read, read_unit), triangles(hierarchy, unit));
+                    assert_eq!(read.units[read_unit].aabb, hierarchy.units[unit].aabb);
+                    assert!(!std::mem::replace(&mut found[unit], true));
+                }
+            }
+        }
+        assert!(found.iter().all(|found| *found));
+    }
+}
+
+/// The first page is all that the coarsest cut draws, and no page mixes levels but that.
+#[test]
+fn the_first_page_draws_the_coarsest_cut() {
+    let bytes = PagedFile::to_bytes(&file(), small_pages(Precision::Lossless));
+    for mesh in PagedFile::from_contents(&bytes).unwrap().meshes {
+        let mut coarsest = vec![false; mesh.graph.groups.len()];
+        mesh.graph.close_refinement(&mut coarsest);
+        let first = mesh.groups_of(0);
+        assert!(
+            (0..coarsest.len()).all(|group| coarsest[group] == first.contains(&(group as u32)))
+        );
+        let level = |group: &u32| mesh.graph.groups[*group as usize].level;
+        let mut before = u32::MAX;
+        for page in 1..mesh.pages.len() {
+            let groups = mesh.groups_of(page);
+            assert!(groups.iter().all(|group| level(group) == level(&groups[0])));
+            assert!(level(&groups[0]) <= before);
+            before = level(&groups[0]);
+        }
+    }
+}
+
+/// A vertex that two pages have is at the same place in both: nothing cracks.
+#[test]
+fn rounded_pages_meet() {
+    let hierarchy = fixtures::grid_pyramid(3);
+    let places: HashMap<_, _> = (0..)
+        .zip(&hierarchy.vertices.positions)
+        .map(|(v, p): (u32, _)| (v, *p))
+        .collect();
+    let file = BakedFile {
+        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
+    };
+    let bytes = PagedFile::to_bytes(&file, small_pages(Precision::Quantized16));
+    let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
+    let mut read_places: HashMap<u32, Vec3> = HashMap::new();
+    for page in 0..mesh.pages.len() {
+        let read = read_page(mesh, page, &bytes).unwrap();
+        for (&group, read_group) in mesh.groups_of(page).iter().zip(&read.groups) {
+            let units = file.primitives[0].hierarchy.groups[group as usize].units();
+            for (unit, read_unit) in units.zip(read_group.units()) {
+                let source = &file.primitives[0].hierarchy;
+                let vertices = source.vertices_of(&source.units[unit]);
+                let read_vertices = read.vertices_of(&read.units[read_unit]);
+                for (&vertex, &read_vertex) in vertices.iter().zip(read_vertices) {
+                    let at = read.vertices.positions[read_vertex as usize];
+                    assert_eq!(*read_places.entry(vertex).or_insert(at), at);
+                    assert!(at.distance(places[&vertex]) <= mesh.position_error_in_local());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_table_of_contents_is_read_without_the_pages() {
+    let bytes = PagedFile::to_bytes(&file(), PageOptions::default());
+    let end = PagedFile::contents_end(&bytes[..PagedFile::HEADER_BYTES]).unwrap();
+    let paged = PagedFile::from_contents(&bytes[..end as usize]).unwrap();
+    assert_eq!(paged.meshes[0].pages[0].bytes.start, end);
+    let ends = paged
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.pages)
+        .map(|page| page.bytes.end);
+    assert_eq!(ends.max(), Some(bytes.len() as u64));
+}
+
+#[test]
+fn the_same_contents_give_the_same_bytes() {
+    let bytes = || PagedFile::to_bytes(&file(), small_pages(Precision::Quantized16));
+    assert_eq!(bytes(), bytes());
+}
+
+#[test]
+fn says_what_is_wrong() {
+    let bytes = PagedFile::to_bytes(&file(), PageOptions::default());
+    let read = |bytes: &[u8]| PagedFile::from_contents(bytes).map(|_| ());
+    assert_eq!(read(b"FLDLOD\r\n"), Err(FileError::NotFieldlod));
+    let version = [&bytes[..8], &99u32.to_le_bytes(), &bytes[12..]].concat();
+    assert_eq!(read(&version), Err(FileError::Version { found: 99 }));
+    let end = PagedFile::contents_end(&bytes).unwrap() as usize;
+    for cut in [10, end - 1] {
+        assert!(matches!(
+            read(&bytes[..cut]),
+            Err(FileError::Truncated { .. })
+        ));
+    }
+    // Any bit of table or pages.
+    let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
+    let mut random = Random::new(3);
+    for _ in 0..200 {
+        let mut broken = bytes.clone();
+        let at = 32 + random.next_u64() as usize % (bytes.len() - 32);
+        broken[at] ^= 1 << (random.next_u64() % 8);
+        let is_in_table = at < end;
+        assert_eq!(read(&broken).is_err(), is_in_table);
+        let pages =
+            (0..mesh.pages.len()).filter(|&page| mesh.pages[page].bytes.contains(&(at as u64)));
+        for page in pages {
+            assert!(matches!(
+                read_page(mesh, page, &broken),
+                Err(FileError::Checksum)
+            ));
+        }
+    }
+    // A page in place of another.
+    let first = mesh.pages[0].bytes.clone();
+    let other = mesh.read_page(1, &bytes[first.start as usize..first.end as usize]);
+    assert_eq!(other, Err(FileError::Checksum));
+}
+
+proptest! {
+    /// Whatever is in a table that is sealed: an error, or pages that cannot be read, never a panic.
+    #[test]
+    fn no_table_panics(changes in prop::collection::vec((0usize..4096, any::<u8>()), 1..8)) {
+        static FILE: LazyLock<Vec<u8>> =
+            LazyLock::new(|| PagedFile::to_bytes(&file(), small_pages(Precision::Lossless)));
+        let mut bytes = FILE.clone();
+        let end = PagedFile::contents_end(&bytes).unwrap() as usize;
+        for (at, value) in changes {
+            bytes[32 + at % (end - 32)] = value;
+        }
+        let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
+        let checksum = xxh3_64_with_seed(&bytes[32..end], u64::from(count));
+        bytes[24..32].copy_from_slice(&checksum.to_le_bytes());
+        if let Ok(paged) = PagedFile::from_contents(&bytes) {
+            for mesh in &paged.meshes {
+                for (number, page) in mesh.pages.iter().enumerate() {
+                    let range = page.bytes.start as usize..page.bytes.end as usize;
+                    if let Some(page) = bytes.get(range) {
+                        let _ = mesh.read_page(number, page);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -155,6 +155,12 @@ impl BudgetSearch {
                 *coarser = coarser.max(error);
             }
         }
+        // What is not at hand is refined at no threshold.
+        for group in 0..table.group_count() {
+            if !table.is_available(group) {
+                self.errors[group] = 0.0;
+            }
+        }
     }
 
     /// The settings at the least threshold that keeps to `budget`.

@@ -102,7 +102,7 @@ pub use cut::{Cut, select, select_with};
 pub use decide::refine;
 pub use occlusion::OcclusionBuffer;
 pub use scene::{InstanceId, MeshId, Scene};
-pub use selector::{Change, Selector, Statistics};
+pub use selector::{Change, GroupDemand, Selector, Statistics};
 pub use settings::{LodSettings, Offscreen, VisibleFlux};
 pub use table::GroupTable;
 pub use view::{InstanceView, View};

@@ -95,6 +95,8 @@ pub struct Scene {
     pub(crate) tree_revision: u64,
     /// Counts changes.
     pub(crate) revision: u64,
+    /// Counts changes of what is at hand.
+    pub(crate) available_revision: u64,
     changed: Vec<u32>,
 }
 
@@ -134,6 +136,15 @@ impl Scene {
             mesh.table.retain_coarsest();
             self.free_meshes.push(index);
         }
+    }
+
+    /// Lets selection refine only those groups of a mesh whose units are `at_hand`, by their index: for
+    /// meshes that are loaded in parts. What would be refined and is not is drawn at the finest level that
+    /// is there ([`Selector::demand`](crate::Selector::demand) tells what is missing). Terminal groups
+    /// always count as at hand, and none does without all coarser groups that simplify what it produces.
+    pub fn set_available(&mut self, mesh: MeshId, at_hand: impl Fn(u32) -> bool) {
+        self.meshes[mesh.index()].table.set_available(at_hand);
+        self.available_revision += 1;
     }
 
     /// Adds an instance, placed by any affine map. Its errors count `bias` times: more than 1 draws

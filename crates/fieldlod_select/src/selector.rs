@@ -3,6 +3,7 @@
 mod changes;
 mod chunk_validity;
 mod decide_context;
+mod demand;
 mod hidden_test;
 mod instance_cut;
 mod memory;
@@ -26,6 +27,7 @@ use crate::view::View;
 use crate::view_parts::ViewParts;
 pub use changes::Change;
 use decide_context::DecideContext;
+pub use demand::GroupDemand;
 use hidden_test::HiddenTest;
 use instance_cut::InstanceCut;
 use scene_cuts::SceneCuts;
@@ -167,6 +169,7 @@ impl Selector {
     /// One selection without a budget; changes add up.
     fn select_with_thresholds(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let frame = Frame::new(scene, view, settings);
+        self.cuts.update_available(scene);
         // A view of NaN equals none.
         let is_awake = !self.has_seen && self.cuts.has_unsettled_shares;
         if self.last == Some(frame) && !is_awake {
@@ -243,8 +246,9 @@ impl Selector {
     /// their ids, which would take a sort of everything in the first frame: sort by
     /// [`Change::instance`] where that matters. Where an
     /// index has gone from one instance to another, what left of the first comes before what
-    /// entered of the second. With a triangle budget an instance may come twice: apply the changes
-    /// one after the other.
+    /// entered of the second. With a triangle budget, or where other groups
+    /// [are at hand](Scene::set_available) than before, an instance may come twice: apply the changes one
+    /// after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.cuts.changes.iter()
     }

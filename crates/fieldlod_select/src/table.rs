@@ -53,6 +53,11 @@ pub struct GroupTable {
     first_coarser: Vec<u32>,
     first_unit: Vec<u32>,
     units: Vec<TableUnit>,
+    /// The groups that may be refined; `None` for all, in a mesh that is not loaded in parts. With a group, all coarser ones that consume what
+    /// it produces may be, and the terminal ones, so that the refined ones among them make a cut.
+    pub(crate) available: Option<Vec<u64>>,
+    /// Counts changes of that.
+    pub(crate) available_revision: u32,
     /// The cut in which terminal groups alone are refined.
     pub(crate) coarsest_units: Vec<u32>,
     pub(crate) coarsest_refined: Vec<u64>,
@@ -112,6 +117,8 @@ impl GroupTable {
             first_coarser,
             first_unit: groups.iter().map(|group| group.first_unit).collect(),
             units: hierarchy.units.iter().map(TableUnit::from).collect(),
+            available: None,
+            available_revision: 0,
             coarsest_units: Vec::new(),
             coarsest_refined: Vec::new(),
             coarsest_triangle_count: 0,
@@ -159,6 +166,32 @@ impl GroupTable {
     /// Whether all groups stand for the whole mesh: levels of the mesh as a whole do.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
+    }
+
+    /// Lets those groups be refined which are `at_hand`, and whose coarser groups are too.
+    pub(crate) fn set_available(&mut self, at_hand: impl Fn(u32) -> bool) {
+        let mut available = self.coarsest_refined.clone();
+        // Coarser groups have greater indices, so one pass from the coarsest on does it.
+        for group in (0..self.group_count).rev() {
+            let coarser = self.coarser_of(group).iter();
+            let is_reached = coarser
+                .clone()
+                .all(|&coarser| is_set(&available, coarser as usize));
+            if is_reached && at_hand(group as u32) {
+                available[group / CHUNK] |= 1 << (group % CHUNK);
+            }
+        }
+        if self.available.as_ref() != Some(&available) {
+            self.available = Some(available);
+            self.available_revision += 1;
+        }
+    }
+
+    /// Whether a group may be refined.
+    pub(crate) fn is_available(&self, group: usize) -> bool {
+        self.available
+            .as_ref()
+            .is_none_or(|available| is_set(available, group))
     }
 
     /// How many groups the bits of a word stand for.

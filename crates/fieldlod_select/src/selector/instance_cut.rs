@@ -17,6 +17,9 @@ pub(super) struct InstanceCut {
     /// The closure of those, now and in the last frame.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
+    /// Of the refined groups those that are at hand, if not all are.
+    drawn: Vec<u64>,
+    available_revision: u32,
     units: Vec<u32>,
     units_before: Vec<u32>,
     triangle_count: u64,
@@ -41,6 +44,7 @@ impl InstanceCut {
             own: words(),
             refined: words(),
             refined_before: words(),
+            drawn: words(),
             units: units(),
             units_before: units(),
             chunk_validity: ChunkValidity::with_capacity(word_count),
@@ -237,7 +241,27 @@ impl InstanceCut {
         std::mem::swap(&mut self.units, &mut self.units_before);
         self.triangles_before = self.triangle_count;
         self.units.clear();
-        self.triangle_count = table.gather_units(&self.refined, &mut self.units);
+        self.available_revision = table.available_revision;
+        let refined = match &table.available {
+            None => &self.refined,
+            Some(available) => {
+                let pairs = self.refined.iter().zip(available);
+                self.drawn.clear();
+                self.drawn
+                    .extend(pairs.map(|(refined, at_hand)| refined & at_hand));
+                &self.drawn
+            }
+        };
+        self.triangle_count = table.gather_units(refined, &mut self.units);
+    }
+
+    /// Gathers the units anew, if others are at hand than when that was last done. Whether it was.
+    pub(super) fn update_available(&mut self, table: &GroupTable) -> bool {
+        let is_due = self.available_revision != table.available_revision;
+        if is_due {
+            self.gather(table);
+        }
+        is_due
     }
 
     /// What its storage could hold without growing.
@@ -248,6 +272,7 @@ impl InstanceCut {
             + self.shares.capacity()
             + self.refined.capacity()
             + self.refined_before.capacity()
+            + self.drawn.capacity()
             + self.units.capacity()
             + self.units_before.capacity()
     }

@@ -39,6 +39,7 @@ pub(super) struct SceneCuts {
     pub(super) visible: VisibleShares,
     /// Whether the next frame may see less of something than it counts for now.
     pub(super) has_unsettled_shares: bool,
+    available_revision: u64,
     pub(super) changes: Changes,
     pub(super) triangle_count: u64,
     pub(super) statistics: Statistics,
@@ -93,6 +94,33 @@ impl SceneCuts {
             let is_drawn = self.memories[index as usize].state != InstanceState::Empty;
             if entry.mesh.is_none() && is_drawn {
                 self.change_state(scene, index, InstanceState::Empty);
+            }
+        }
+    }
+
+    /// Takes notice of what is at hand.
+    pub(super) fn update_available(&mut self, scene: &Scene) {
+        if std::mem::replace(&mut self.available_revision, scene.available_revision)
+            == scene.available_revision
+        {
+            return;
+        }
+        for key in self.pool.keys() {
+            let cut = self.pool.at_mut(key);
+            let Some(index) = cut.instance() else {
+                continue;
+            };
+            // Of what was removed, everything leaves soon.
+            let id = scene.instance_at(index);
+            let is_same = self.memories[index as usize].generation == id.generation;
+            let mesh = scene.entries[index as usize].mesh.filter(|_| is_same);
+            if let Some(mesh) = mesh
+                && cut.update_available(scene.table(mesh))
+            {
+                let (before, triangles_before) = cut.drawn_before();
+                let (now, triangles) = cut.drawn();
+                self.changes.record(id, before, now);
+                self.triangle_count = self.triangle_count + triangles - triangles_before;
             }
         }
     }

@@ -1,0 +1,41 @@
+//! Which parts of meshes are in memory, for worlds that are larger than it.
+//!
+//! A `.fieldpages` file ([`PagedFile`](fieldlod_hierarchy::PagedFile)) is read page by page: some
+//! neighbouring groups of one level each. [`Residency`] decides which pages are resident, under a budget of
+//! bytes on the GPU and one of bytes that are being read. In each frame it hears which groups views
+//! refine, or would if they could, and answers with pages to load and pages to evict:
+//!
+//! - The first page of a mesh, which draws its coarsest cut, is loaded first and stays.
+//! - Of the pages that are wanted, those are loaded first that lack most pixels for their bytes, and coarser
+//!   ones before those that are of no use without. What was not used for longest is evicted first.
+//! - What is in use is never evicted. Where all that is in use or wanted exceeds the budget, errors count
+//!   for less, [in small steps](Residency::coarsening), until it fits; where much of the budget is free again, for more.
+//!
+//! Nothing here reads files, draws or waits: whoever does tells of it. What it decides depends on
+//! what it was told alone, in its order.
+//!
+//! ```
+//! # use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile, fixtures};
+//! # use fieldlod_stream::{Residency, StreamSettings};
+//! let hills = BakedPrimitive::new(0, 0, "hills", fixtures::grid_pyramid(2));
+//! let bytes = PagedFile::to_bytes(&BakedFile { primitives: vec![hills] }, PageOptions::default());
+//! let file = PagedFile::from_contents(&bytes).unwrap();
+//!
+//! let mut residency = Residency::new(StreamSettings::default());
+//! let hills = residency.add_mesh(&file.meshes[0]);
+//! // In each frame: what views ask for, and what is to be done.
+//! let orders = residency.update();
+//! assert_eq!((orders.load.len(), orders.load[0].mesh, orders.load[0].page), (1, hills, 0));
+//! // When it has been read and is on the GPU:
+//! residency.set_loaded(orders.load[0]);
+//! let coarsest = file.meshes[0].groups_of(0)[0];
+//! assert!(residency.is_at_hand(hills, coarsest));
+//! ```
+
+mod mesh_pages;
+mod residency;
+mod settings;
+
+pub use mesh_pages::{StreamMeshId, StreamPageId};
+pub use residency::{Orders, Residency, Statistics};
+pub use settings::StreamSettings;

@@ -1,0 +1,101 @@
+//! The pages of one mesh, and which of them depend on which.
+
+use fieldlod_hierarchy::PagedMesh;
+
+/// A mesh of a [`Residency`](crate::Residency). Ids are given once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StreamMeshId(pub(crate) u32);
+
+/// A page of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StreamPageId {
+    /// The mesh.
+    pub mesh: StreamMeshId,
+    /// The page's number in [`PagedMesh::pages`].
+    pub page: u32,
+}
+
+/// Where a page is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum PageState {
+    #[default]
+    Absent,
+    Loading,
+    Resident,
+    /// It could not be loaded, and is not to be tried again before this frame.
+    Failed {
+        until: u64,
+    },
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct PageEntry {
+    pub(crate) state: PageState,
+    /// Bytes on the GPU.
+    pub(crate) gpu_bytes: u64,
+    /// Bytes of main memory while it is loaded: those of the file, and what they are decoded to.
+    pub(crate) loading_bytes: u64,
+    /// How often it could not be loaded, one time after the other.
+    pub(crate) failures: u32,
+    /// The last frame in which a view refined one of its groups, or would have.
+    pub(crate) used_at: u64,
+    /// Pixels that are lacking for each byte; what depends on it included.
+    pub(crate) priority: f32,
+    /// Pages of coarser groups, without which groups of this are not refined.
+    pub(crate) coarser: Vec<u32>,
+}
+
+/// The pages of one mesh, coarsest first.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshPages {
+    pub(crate) pages: Vec<PageEntry>,
+    page_of: Vec<u32>,
+}
+
+impl MeshPages {
+    pub(crate) fn new(mesh: &PagedMesh) -> Self {
+        let group_count = mesh.graph.groups.len() as u32;
+        let mut coarser = vec![Vec::new(); mesh.pages.len()];
+        for (group, data) in (0..group_count).zip(&mesh.graph.groups) {
+            let page = mesh.page_of(group);
+            for &finer in mesh.graph.finer_groups(data) {
+                coarser[mesh.page_of(finer) as usize].push(page);
+            }
+        }
+        let pages = mesh.pages.iter().zip(coarser).enumerate();
+        let pages = pages.map(|(number, (page, mut coarser))| {
+            coarser.sort_unstable();
+            coarser.dedup();
+            coarser.retain(|&page| page as usize != number);
+            let gpu_bytes = u64::from(page.mesh_bytes);
+            PageEntry {
+                state: PageState::Absent,
+                gpu_bytes,
+                loading_bytes: gpu_bytes + (page.bytes.end - page.bytes.start),
+                failures: 0,
+                used_at: 0,
+                priority: 0.0,
+                coarser,
+            }
+        });
+        Self {
+            pages: pages.collect(),
+            page_of: (0..group_count).map(|group| mesh.page_of(group)).collect(),
+        }
+    }
+
+    pub(crate) fn page_of(&self, group: u32) -> Option<u32> {
+        self.page_of.get(group as usize).copied()
+    }
+
+    /// What lacks a page lacks the coarser pages too: hands its priority on to those.
+    pub(crate) fn hand_on_priority(&mut self, page: u32) {
+        let priority = self.pages[page as usize].priority;
+        let coarser = std::mem::take(&mut self.pages[page as usize].coarser);
+        for &coarser in &coarser {
+            let coarser = &mut self.pages[coarser as usize];
+            coarser.priority = coarser.priority.max(priority);
+        }
+        self.pages[page as usize].coarser = coarser;
+    }
+}

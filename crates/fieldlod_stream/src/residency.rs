@@ -1,0 +1,393 @@
+//! What is loaded and what is evicted.
+
+use std::cmp::Reverse;
+
+use fieldlod_hierarchy::PagedMesh;
+
+use crate::mesh_pages::{MeshPages, PageEntry, PageState, StreamMeshId, StreamPageId};
+use crate::settings::StreamSettings;
+
+/// What errors count for less, frame by frame, while more is wanted than fits, and for more while much of
+/// the budget is free.
+const COARSER: f32 = 1.05;
+const FINER: f32 = 1.0 / 1.02;
+/// Share of the budget below which it counts as free. Between that and the whole budget nothing changes.
+const DEAD_BAND_FROM: f64 = 0.8;
+/// The least that errors count for.
+const MOST_COARSENING: f32 = 1000.0;
+/// Frames for which errors do not count for more again after they had to count for less: twice as many each
+/// time that this was too early, up to the most. Pages come in steps, which may be larger than the dead band.
+const PATIENCE: [u64; 2] = [120, 7680];
+/// Frames until a page that could not be loaded is tried again, for the first time and at most.
+const RETRY_FRAMES: [u64; 2] = [30, 1920];
+
+/// Which pages are in memory.
+#[derive(Clone, Debug)]
+pub struct Residency {
+    settings: StreamSettings,
+    meshes: Vec<Option<MeshPages>>,
+    frame: u64,
+    coarsening: f32,
+    /// The last frame in which more was wanted than fits, and for how long that is remembered.
+    exceeded_at: u64,
+    patience: u64,
+    /// Bytes of pages that are in use or wanted in this frame, first pages included.
+    wanted_bytes: u64,
+    /// Pages wanted and absent, each once.
+    wanted: Vec<StreamPageId>,
+    first_page_bytes: u64,
+    /// Pages that may be evicted in this frame, once that was asked for.
+    idle: Option<Vec<StreamPageId>>,
+    statistics: Statistics,
+}
+
+/// What a frame asks for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Orders {
+    /// Pages to free, that which was not in use for longest first. They are not at hand any more.
+    pub evict: Vec<StreamPageId>,
+    /// Pages to load, the most urgent first.
+    pub load: Vec<StreamPageId>,
+}
+
+/// How memory is used. Sums since the beginning are of all frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Bytes on the GPU of resident pages.
+    pub resident_bytes: u64,
+    /// Bytes on the GPU that pages being loaded will take.
+    pub loading_gpu_bytes: u64,
+    /// Bytes of main memory that pages being loaded take.
+    pub loading_bytes: u64,
+    /// Bytes on the GPU of all that was in use or wanted in the last frame.
+    pub wanted_bytes: u64,
+    /// Pages that were wanted in the last frame and are not resident.
+    pub missing_pages: u32,
+    /// Pages loaded, evicted and failed since the beginning.
+    pub loaded: u64,
+    /// Pages evicted since the beginning.
+    pub evicted: u64,
+    /// Failures to load a page since the beginning.
+    pub failed: u64,
+}
+
+impl Residency {
+    /// With nothing in it.
+    #[must_use]
+    pub fn new(settings: StreamSettings) -> Self {
+        Self {
+            settings,
+            meshes: Vec::new(),
+            frame: 1,
+            coarsening: 1.0,
+            exceeded_at: 0,
+            patience: PATIENCE[0],
+            wanted_bytes: 0,
+            wanted: Vec::new(),
+            first_page_bytes: 0,
+            idle: None,
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// Changes the budgets; the next frames keep to them.
+    pub fn set_settings(&mut self, settings: StreamSettings) {
+        self.settings = settings;
+    }
+
+    /// Adds a mesh of which nothing is resident yet.
+    pub fn add_mesh(&mut self, mesh: &PagedMesh) -> StreamMeshId {
+        let pages = MeshPages::new(mesh);
+        self.first_page_bytes += pages.pages.first().map_or(0, |page| page.gpu_bytes);
+        self.meshes.push(Some(pages));
+        StreamMeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Removes a mesh: its pages are freed by whoever holds them, and those that are being loaded are not
+    /// waited for.
+    pub fn remove_mesh(&mut self, mesh: StreamMeshId) {
+        let removed = self.meshes.get_mut(mesh.0 as usize).and_then(Option::take);
+        let Some(removed) = removed else {
+            return;
+        };
+        self.wanted.retain(|page| page.mesh != mesh);
+        self.first_page_bytes -= removed.pages.first().map_or(0, |page| page.gpu_bytes);
+        let statistics = &mut self.statistics;
+        for page in &removed.pages {
+            match page.state {
+                PageState::Resident => statistics.resident_bytes -= page.gpu_bytes,
+                PageState::Loading => {
+                    statistics.loading_gpu_bytes -= page.gpu_bytes;
+                    statistics.loading_bytes -= page.loading_bytes;
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// By how much errors should count for less in this frame: thresholds in pixels are to be multiplied by
+    /// it. 1 as long as all that is wanted fits.
+    #[must_use]
+    pub fn coarsening(&self) -> f32 {
+        self.coarsening
+    }
+
+    /// Whether the first pages alone exceed the budget: then nothing finer is ever loaded.
+    #[must_use]
+    pub fn is_budget_too_small(&self) -> bool {
+        self.first_page_bytes > self.settings.gpu_bytes
+    }
+
+    /// How memory is used.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Whether the units of a group are resident.
+    #[must_use]
+    pub fn is_at_hand(&self, mesh: StreamMeshId, group: u32) -> bool {
+        let Some(mesh) = self.mesh(mesh) else {
+            return false;
+        };
+        let page = mesh.page_of(group);
+        page.is_some_and(|page| mesh.pages[page as usize].state == PageState::Resident)
+    }
+
+    /// Whether a page is resident.
+    #[must_use]
+    pub fn is_resident(&self, page: StreamPageId) -> bool {
+        let entry = self.page(page);
+        entry.is_some_and(|entry| entry.state == PageState::Resident)
+    }
+
+    fn page(&self, page: StreamPageId) -> Option<&PageEntry> {
+        self.mesh(page.mesh)?.pages.get(page.page as usize)
+    }
+
+    fn mesh(&self, mesh: StreamMeshId) -> Option<&MeshPages> {
+        self.meshes.get(mesh.0 as usize)?.as_ref()
+    }
+
+    /// Tells that a view refines a group in this frame, or would: then what is drawn in its place errs by
+    /// `missing_px`.
+    pub fn demand(&mut self, mesh: StreamMeshId, group: u32, missing_px: Option<f32>) {
+        let Some(pages) = self
+            .meshes
+            .get_mut(mesh.0 as usize)
+            .and_then(Option::as_mut)
+        else {
+            return;
+        };
+        let Some(page) = pages.page_of(group) else {
+            return;
+        };
+        let entry = &mut pages.pages[page as usize];
+        let is_first_time = entry.used_at != self.frame;
+        if is_first_time {
+            entry.used_at = self.frame;
+            entry.priority = 0.0;
+            // First pages are counted anyway.
+            if page > 0 {
+                self.wanted_bytes += entry.gpu_bytes;
+            }
+            if entry.state != PageState::Resident {
+                self.wanted.push(StreamPageId { mesh, page });
+            }
+        }
+        if let Some(missing_px) = missing_px.filter(|error| *error > 0.0) {
+            let priority = missing_px / entry.gpu_bytes.max(1) as f32;
+            entry.priority = entry.priority.max(priority);
+        }
+    }
+
+    /// Ends a frame: says what to load and what to evict, by what was asked for since the last one.
+    pub fn update(&mut self) -> Orders {
+        self.statistics.wanted_bytes = self.wanted_bytes + self.first_page_bytes;
+        self.statistics.missing_pages = self.wanted.len() as u32;
+        self.adapt();
+        let mut orders = Orders::default();
+        self.load_first_pages(&mut orders);
+        self.load_wanted(&mut orders);
+        // With a smaller budget than before, nothing may be wanted and yet too much be held.
+        self.make_room(0, &mut orders);
+        self.idle = None;
+        self.wanted.clear();
+        self.wanted_bytes = 0;
+        self.frame += 1;
+        orders
+    }
+
+    /// Lets errors count for less where more is wanted than fits, and for more where much is free.
+    fn adapt(&mut self) {
+        let budget = self.settings.gpu_bytes;
+        let wanted = self.statistics.wanted_bytes;
+        let waited = self.frame - self.exceeded_at;
+        if wanted > budget {
+            self.coarsening = (self.coarsening * COARSER).min(MOST_COARSENING);
+            // After a rest and a try, not in the midst of getting coarser.
+            if waited > self.patience {
+                self.patience = if waited < self.patience * 2 {
+                    (self.patience * 2).min(PATIENCE[1])
+                } else {
+                    PATIENCE[0]
+                };
+            }
+            self.exceeded_at = self.frame;
+        } else if (wanted as f64) < budget as f64 * DEAD_BAND_FROM && waited > self.patience {
+            self.coarsening = (self.coarsening * FINER).max(1.0);
+        }
+    }
+
+    fn load_first_pages(&mut self, orders: &mut Orders) {
+        for mesh in 0..self.meshes.len() {
+            let first = StreamPageId {
+                mesh: StreamMeshId(mesh as u32),
+                page: 0,
+            };
+            if self.may_load(first) {
+                self.begin_loading(first, orders);
+            }
+        }
+    }
+
+    /// Loads what is wanted, the most urgent first, as far as there is room.
+    fn load_wanted(&mut self, orders: &mut Orders) {
+        let mut wanted = std::mem::take(&mut self.wanted);
+        // Finer pages have greater numbers.
+        wanted.sort_unstable_by_key(|page| Reverse(*page));
+        for page in &wanted {
+            if let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] {
+                mesh.hand_on_priority(page.page);
+            }
+        }
+        let priority = |page: &StreamPageId| self.page(*page).map_or(0.0, |page| page.priority);
+        // Of equal priority, coarser ones come first.
+        wanted.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
+        for page in wanted.drain(..) {
+            if !self.may_load(page) {
+                continue;
+            }
+            let bytes = self.page(page).map_or(0, |page| page.gpu_bytes);
+            if !self.make_room(bytes, orders) {
+                break;
+            }
+            self.begin_loading(page, orders);
+        }
+        self.wanted = wanted;
+    }
+
+    /// Whether a page is absent, not to be left alone, and can be read beside those that are.
+    fn may_load(&self, page: StreamPageId) -> bool {
+        let Some(entry) = self.page(page) else {
+            return false;
+        };
+        let is_due = match entry.state {
+            PageState::Absent => true,
+            PageState::Failed { until } => until <= self.frame,
+            PageState::Loading | PageState::Resident => false,
+        };
+        let loading = self.statistics.loading_bytes;
+        let fits = loading == 0 || loading + entry.loading_bytes <= self.settings.loading_bytes;
+        is_due && fits
+    }
+
+    fn begin_loading(&mut self, page: StreamPageId, orders: &mut Orders) {
+        let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] else {
+            return;
+        };
+        let entry = &mut mesh.pages[page.page as usize];
+        entry.state = PageState::Loading;
+        self.statistics.loading_bytes += entry.loading_bytes;
+        self.statistics.loading_gpu_bytes += entry.gpu_bytes;
+        orders.load.push(page);
+    }
+
+    /// Evicts what was not used for longest, until `bytes` more fit. Whether they do.
+    fn make_room(&mut self, bytes: u64, orders: &mut Orders) -> bool {
+        let budget = self.settings.gpu_bytes;
+        let held =
+            |statistics: &Statistics| statistics.resident_bytes + statistics.loading_gpu_bytes;
+        while held(&self.statistics) + bytes > budget {
+            if self.idle.is_none() {
+                self.idle = Some(self.find_idle());
+            }
+            let Some(page) = self.idle.as_mut().and_then(Vec::pop) else {
+                return false;
+            };
+            self.evict(page, orders);
+        }
+        true
+    }
+
+    /// The pages that are not in use, that which was not for longest last.
+    fn find_idle(&self) -> Vec<StreamPageId> {
+        let mut idle: Vec<(u64, StreamPageId)> = Vec::new();
+        for (mesh, pages) in (0..).zip(&self.meshes) {
+            // First pages stay.
+            let pages = pages.iter().flat_map(|mesh| (0..).zip(&mesh.pages).skip(1));
+            let is_idle =
+                |page: &PageEntry| page.state == PageState::Resident && page.used_at < self.frame;
+            let mesh = StreamMeshId(mesh);
+            idle.extend(
+                pages
+                    .filter(|(_, page)| is_idle(page))
+                    .map(|(number, page)| (page.used_at, StreamPageId { mesh, page: number })),
+            );
+        }
+        // Of those that were in use together, finer ones, with greater numbers, go first.
+        idle.sort_unstable_by_key(|&(used_at, page)| (Reverse(used_at), page.page, page.mesh));
+        idle.into_iter().map(|(_, page)| page).collect()
+    }
+
+    fn evict(&mut self, page: StreamPageId, orders: &mut Orders) {
+        let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] else {
+            return;
+        };
+        let entry = &mut mesh.pages[page.page as usize];
+        entry.state = PageState::Absent;
+        self.statistics.resident_bytes -= entry.gpu_bytes;
+        self.statistics.evicted += 1;
+        orders.evict.push(page);
+    }
+
+    /// Tells that a page that was to be loaded is resident. Whether it is still wanted: not if its mesh was
+    /// removed meanwhile.
+    pub fn set_loaded(&mut self, page: StreamPageId) -> bool {
+        let Some(entry) = self.end_loading(page) else {
+            return false;
+        };
+        entry.state = PageState::Resident;
+        entry.failures = 0;
+        self.statistics.resident_bytes += entry.gpu_bytes;
+        self.statistics.loaded += 1;
+        true
+    }
+
+    /// Tells that a page could not be loaded. It is tried again after a while: longer each time.
+    pub fn set_failed(&mut self, page: StreamPageId) {
+        let frame = self.frame;
+        let Some(entry) = self.end_loading(page) else {
+            return;
+        };
+        let [first, most] = RETRY_FRAMES;
+        let wait = first.saturating_mul(1 << entry.failures.min(16)).min(most);
+        entry.failures += 1;
+        entry.state = PageState::Failed {
+            until: frame + wait,
+        };
+        self.statistics.failed += 1;
+    }
+
+    /// The page, if it was being loaded, with its bytes counted as that no more.
+    fn end_loading(&mut self, page: StreamPageId) -> Option<&mut PageEntry> {
+        let mesh = self.meshes.get_mut(page.mesh.0 as usize)?.as_mut()?;
+        let entry = mesh.pages.get_mut(page.page as usize)?;
+        if entry.state != PageState::Loading {
+            return None;
+        }
+        self.statistics.loading_bytes -= entry.loading_bytes;
+        self.statistics.loading_gpu_bytes -= entry.gpu_bytes;
+        Some(entry)
+    }
+}

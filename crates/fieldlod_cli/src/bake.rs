@@ -1,4 +1,4 @@
-//! `fieldlod bake`: a glTF file to a `.fieldlod` file.
+//! `fieldlod bake`: a glTF file to a `.fieldlod` or `.fieldpages` file.
 
 use std::fmt::Write;
 use std::fs;
@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, FileOptions, Precision};
+use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
@@ -19,7 +19,7 @@ use crate::summary::PrimitiveSummary;
 pub(crate) struct Arguments {
     /// The .gltf or .glb file.
     input: PathBuf,
-    /// The .fieldlod file to write [default: beside the input].
+    /// The file to write [default: beside the input].
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Keep vertex attributes to 16 bits only: a file of half the size.
@@ -29,6 +29,9 @@ pub(crate) struct Arguments {
     /// where its source is at hand, and unchanged.
     #[arg(long)]
     beside_source: bool,
+    /// Write a .fieldpages file, which is read in parts: for worlds that are larger than memory.
+    #[arg(long, conflicts_with = "beside_source")]
+    pages: bool,
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
@@ -84,7 +87,12 @@ struct SkippedReport {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let input = &arguments.input;
-    let beside = || input.with_extension("fieldlod");
+    let beside = || {
+        input.with_extension(match arguments.pages {
+            true => "fieldpages",
+            false => "fieldlod",
+        })
+    };
     let output = arguments.output.clone().unwrap_or_else(beside);
     let started = Instant::now();
     check_writable(input, &output)?;
@@ -97,11 +105,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         beside_source: arguments.beside_source,
     };
-    let bytes = outcome.file.to_bytes_with(options);
+    let mut bytes = outcome.file.to_bytes_with(options);
     if options != FileOptions::default() {
         // The report is about what is in the file.
         let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
+    }
+    if arguments.pages {
+        let options = PageOptions {
+            precision: options.precision,
+            ..PageOptions::default()
+        };
+        // What was rounded before is on the grid already.
+        bytes = PagedFile::to_bytes(&outcome.file, options);
     }
     write_whole(&output, &bytes)?;
     let seconds = started.elapsed().as_secs_f64();

@@ -1,4 +1,4 @@
-//! `fieldlod inspect`: what is in a `.fieldlod` file.
+//! `fieldlod inspect`: what is in a `.fieldlod` or `.fieldpages` file.
 
 use std::fmt::Write;
 use std::fs;
@@ -6,16 +6,17 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fieldlod_cli::output::{Failure, bytes_text, print, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION};
+use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, PagedFile};
 use serde::Serialize;
 
 use crate::levels::draw_levels;
+use crate::pages::PagesReport;
 use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
 
-/// Check a .fieldlod file and show its levels.
+/// Check a .fieldlod file and show its levels, or a .fieldpages file and show its pages.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .fieldlod file.
+    /// The .fieldlod or .fieldpages file.
     file: PathBuf,
     /// Draw the levels of the primitive with the most triangles side by side into a PNG file.
     #[arg(long, value_name = "OUT")]
@@ -38,6 +39,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = &arguments.file;
     let bytes =
         fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
+    if PagedFile::is_paged(&bytes) {
+        return inspect_pages(arguments, &bytes);
+    }
     let file =
         BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
     // A picture of the largest primitive.
@@ -62,6 +66,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         primitives: file.primitives.iter().map(PrimitiveSummary::of).collect(),
     };
     print(&report, arguments.json, Report::text)
+}
+
+fn inspect_pages(arguments: &Arguments, bytes: &[u8]) -> Result<(), Failure> {
+    let path = &arguments.file;
+    if arguments.png.is_some() {
+        let fault = "a file in pages cannot be drawn: bake one without --pages";
+        return Err(Failure::new(path, fault));
+    }
+    let report = PagesReport::of(path.display().to_string(), bytes);
+    let report = report.map_err(|error| Failure::new(path, error))?;
+    print(&report, arguments.json, PagesReport::text)
 }
 
 impl Report {

@@ -8,6 +8,7 @@ mod bake;
 mod fallbacks;
 mod inspect;
 mod levels;
+mod pages;
 mod summary;
 mod verify;
 

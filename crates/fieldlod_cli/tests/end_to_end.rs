@@ -304,6 +304,37 @@ fn quantized_files_are_smaller_and_deterministic() {
 
 /// Such a file tells what it lacks, and is verified with the vertices of its source.
 #[test]
+fn files_in_pages_are_inspected() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 100);
+    let output = folder.path().join("grid.fieldpages");
+    for quantize in [&[][..], &["--quantize"]] {
+        let baked = fieldlod(&[&["bake", text(&input), "--pages"], quantize].concat());
+        assert!(baked.status.success(), "{baked:?}");
+        let inspected = fieldlod(&["inspect", text(&output), "--json"]);
+        let report: Value = serde_json::from_slice(&inspected.stdout).unwrap();
+        let bytes = fs::metadata(&output).unwrap().len();
+        assert_eq!(report["bytes"], bytes);
+        assert_eq!(report["meshes"][0]["source_triangles"], 20_000);
+        assert!(report["meshes"][0]["pages"].as_u64().unwrap() > 2);
+        assert!(report["contents_bytes"].as_u64().unwrap() * 4 < bytes);
+    }
+    // A page that is broken or missing, and a picture, which there is none of.
+    let mut bytes = fs::read(&output).unwrap();
+    let last = bytes.len() - 1;
+    fs::write(&output, &bytes[..last]).unwrap();
+    assert_fails(&["inspect", text(&output)], &output, "truncated");
+    bytes[last] ^= 1;
+    fs::write(&output, &bytes).unwrap();
+    assert_fails(&["inspect", text(&output)], &output, "checksum");
+    let picture = folder.path().join("grid.png");
+    let draw = ["inspect", text(&output), "--png", text(&picture)];
+    assert_fails(&draw, &output, "cannot be drawn");
+    let verify = ["verify", text(&input), text(&output)];
+    assert_fails(&verify, &output, "not a .fieldlod file");
+}
+
+#[test]
 fn files_beside_their_source_are_inspected_and_verified() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);

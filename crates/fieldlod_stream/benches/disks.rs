@@ -47,6 +47,9 @@ fn main() {
     let page_bytes = 128 << 10;
     let rocks = rocks(100, 8, 7, page_bytes);
     let pages: usize = rocks.iter().map(|rock| rock.pages.len()).sum();
+    let groups: usize = rocks.iter().map(|rock| rock.graph.groups.len()).sum();
+    let units: usize = rocks.iter().map(|rock| rock.graph.units.len()).sum();
+    println!("{groups} groups of {units} units");
     let all = rocks
         .iter()
         .flat_map(|rock| &rock.pages)
@@ -54,6 +57,10 @@ fn main() {
     println!(
         "{pages} pages, {:.0} MiB on the GPU if all are resident",
         all.sum::<f64>() / MIB
+    );
+    println!(
+        "{:.0} kB of main memory for each rock's tables",
+        table_kilobytes(&rocks)
     );
     println!(
         "{:>12} {:>8} {:>6} {:>4} | {:>8} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}",
@@ -84,6 +91,25 @@ fn main() {
             }
         }
     }
+}
+
+/// What this process has in memory, as Linux counts it.
+fn resident_kilobytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB"));
+    kilobytes
+        .and_then(|number| number.parse().ok())
+        .unwrap_or(f64::NAN)
+}
+
+/// What a rock without a page takes: all that selection and streaming keep of it, in ten worlds beside each
+/// other.
+fn table_kilobytes(rocks: &[PagedMesh]) -> f64 {
+    let before = resident_kilobytes();
+    let world = |_| World::new(rocks, StreamSettings::default(), Disk::IDEAL);
+    let worlds: Vec<World> = (0..10).map(world).collect();
+    (resident_kilobytes() - before) / (worlds.len() * rocks.len()) as f64
 }
 
 fn report(rocks: &[PagedMesh], pace: &Pace, gpu_mib: u64, disk: Disk) {

@@ -86,6 +86,12 @@ impl PagedFile {
     /// Bytes at the beginning of a file that tell how long the table of contents is.
     pub const HEADER_BYTES: usize = layout::HEADER_BYTES;
 
+    /// Whether bytes begin as those of such a file do.
+    #[must_use]
+    pub fn is_paged(bytes: &[u8]) -> bool {
+        bytes.starts_with(&table::MAGIC)
+    }
+
     /// The bytes of a file of the hierarchies in `file`: the same for the same contents.
     ///
     /// # Panics

@@ -11,7 +11,7 @@ use super::super::{section_reader, section_writer};
 use super::{Page, PagedMesh};
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
-const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
+pub(super) const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
 const WHAT: &str = "the table of contents";
 
 /// The bytes of header and table.

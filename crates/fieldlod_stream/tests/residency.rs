@@ -249,7 +249,7 @@ proptest! {
         let disk = Disk { bytes_a_second, latency_seconds };
         let run = || {
             let mut world = World::new(&ROCKS, settings, disk);
-            let offscreen = if is_beside { Offscreen::OnAxis } else { Offscreen::Coarsest };
+            let offscreen = if is_beside { Offscreen::OnAxis { bias: 1.0 } } else { Offscreen::Coarsest };
             world.settings = LodSettings { offscreen, ..LodSettings::with_error_px(1.0) };
             for &(eye, target, frames) in &jumps {
                 for _ in 0..frames {

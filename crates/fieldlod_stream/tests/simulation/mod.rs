@@ -114,7 +114,7 @@ impl World {
             residency,
             settings: LodSettings {
                 // What is beside the view is kept for when it turns there.
-                offscreen: Offscreen::OnAxis,
+                offscreen: Offscreen::OnAxis { bias: 1.0 },
                 ..LodSettings::with_error_px(1.0)
             },
             meshes: placed,

@@ -137,6 +137,18 @@ impl AttributeLayout {
         }
     }
 
+    /// Shifts the normal and the colour of a row.
+    pub(crate) fn shift(&self, row: &mut [f32], shift: &[f32]) {
+        let before = row.to_vec();
+        for (at, width) in [(self.normal, 3), (self.color, 4)] {
+            let numbers = at.map_or(0..0, |at| at..at + width);
+            for number in numbers {
+                row[number] += shift[number];
+            }
+        }
+        self.mend(row, &before);
+    }
+
     /// Appends the attributes in `row` to `vertices`, which are of the same kinds, for a vertex that
     /// came from the vertex `from` there.
     pub(crate) fn push_to(&self, vertices: &mut Vertices, row: &[f32], from: usize) {

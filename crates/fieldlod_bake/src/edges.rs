@@ -45,7 +45,7 @@ impl Links {
 }
 
 /// Numbers of which no few add up to the same as others (S. Vigna's SplitMix64).
-fn number(vertex: u32) -> u64 {
+pub(crate) fn number(vertex: u32) -> u64 {
     let mut mixed = u64::from(vertex).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -8,6 +8,7 @@ use crate::clusters::{
     triangle_count,
 };
 use crate::config::BakeConfig;
+use crate::coverage::Coverage;
 use crate::deviation::{Measured, Ruler};
 use crate::groups::Groups;
 use crate::mesh::SourceMesh;
@@ -43,6 +44,8 @@ pub(crate) fn build_levels(
     let mut report = BakeReport::default();
     let mut group_clusters = config.group_clusters;
     let mut level = 0;
+    let mut coverage: Option<Coverage> = None;
+    let mut area_gain = 1.0;
     while triangle_count(&pool) > FEWEST_TRIANGLES {
         let before = triangle_count(&pool);
         // Simplify neighbouring clusters together, and nothing that two groups share.
@@ -57,10 +60,16 @@ pub(crate) fn build_levels(
             is_shared: &is_shared,
             is_whole,
             level,
+            area_gain,
             triangles: before,
         };
         let built = parts.par_iter().map(|part| builder.build(part));
         let built: Vec<Option<Built>> = built.collect();
+        let of_aggregates = |built: &Option<Built>| {
+            let built = built.as_ref();
+            built.is_some_and(|built| built.simplified.means == Means::Aggregate)
+        };
+        let has_aggregates = built.iter().any(of_aggregates);
         // In the order of the groups, so that the result is the same for any number of threads.
         pool = Vec::new();
         for (part, built) in parts.into_iter().zip(built) {
@@ -78,6 +87,11 @@ pub(crate) fn build_levels(
             }
         }
         report.whole_mesh_levels += usize::from(is_whole);
+        // Elements cover as much as they did.
+        if has_aggregates {
+            let coverage = coverage.get_or_insert_with(|| Coverage::of(&mesh.indices, vertices));
+            area_gain = coverage.gain(&pool, vertices);
+        }
         level += 1;
         if triangle_count(&pool) as f32 > before as f32 * config.stuck_ratio {
             if is_whole {
@@ -106,6 +120,8 @@ struct Builder<'a> {
     is_shared: &'a [bool],
     is_whole: bool,
     level: u32,
+    /// By how much elements grow beyond what keeps their area.
+    area_gain: f32,
     /// Of all groups of the level.
     triangles: usize,
 }
@@ -146,6 +162,7 @@ impl Builder<'_> {
             piece,
             is_whole: self.is_whole,
             may_move: self.level >= self.config.first_moved_level,
+            area_gain: self.area_gain,
         };
         // The best that does not turn over.
         let mut attempts = task.attempts();
@@ -210,7 +227,7 @@ impl Built {
     fn note(&self, part: &[Cluster], group: u32, report: &mut BakeReport) {
         let kind = match self.simplified.means {
             Means::Moved | Means::Kept if self.simplified.is_pruned => FallbackKind::Pruned,
-            Means::Moved | Means::Kept => return,
+            Means::Aggregate | Means::Moved | Means::Kept => return,
             Means::PositionsOnly => FallbackKind::AttributesIgnored,
             Means::Sloppy => FallbackKind::Sloppy,
         };

@@ -25,6 +25,7 @@
 //! | scaled positions and weighted attributes of all levels, seams, borders | `vertices`, `attributes`, `edges` |
 //! | the loop: groups, level by level | `levels`, `clusters`, `groups` |
 //! | the simplification of one group, and that it stays closed | `simplify`, `closed` |
+//! | leaves, blades and gravel, which keep their area | `aggregate`, `elements`, `components` |
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
@@ -52,6 +53,7 @@
 //! with a stable compiler and without a sanitizer
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
+mod aggregate;
 mod assemble;
 mod attributes;
 mod bake;
@@ -59,9 +61,12 @@ mod bounds;
 mod closed;
 mod clusterlod;
 mod clusters;
+mod components;
 mod config;
+mod coverage;
 mod deviation;
 mod edges;
+mod elements;
 mod file;
 pub mod fixtures;
 mod groups;
@@ -69,6 +74,7 @@ mod import;
 mod levels;
 mod mesh;
 pub mod naive;
+mod picture;
 mod progress;
 mod report;
 mod simplify;

@@ -2,6 +2,7 @@
 
 use meshopt::{SimplifyOptions, SimplifyVertex};
 
+use crate::components::{Component, components_of};
 use crate::config::BakeConfig;
 use crate::vertices::{LevelVertices, Piece, adapter};
 
@@ -13,6 +14,8 @@ const ROUNDING: f32 = 1e-6;
 /// How a group is simplified: the means, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Means {
+    /// Surfaces as by `Moved`, loose elements by keeping their area.
+    Aggregate,
     /// Vertices and attributes move to where the error is least. Topology and seams are kept.
     Moved,
     /// Vertices stay where they are.
@@ -34,6 +37,8 @@ pub(crate) struct Task<'a> {
     pub(crate) is_locked: Vec<bool>,
     /// Whether there are no other groups.
     pub(crate) is_whole: bool,
+    /// By how much elements grow beyond what keeps their area.
+    pub(crate) area_gain: f32,
     /// Whether vertices may move at all.
     pub(crate) may_move: bool,
 }
@@ -63,10 +68,13 @@ impl Task<'_> {
         let less = (wanted + self.config.stuck_ratio) * 0.5;
         let careful = [wanted, less].map(|ratio| [(Means::Moved, ratio), (Means::Kept, ratio)]);
         let reckless = [(Means::PositionsOnly, wanted), (Means::Sloppy, wanted)];
-        let attempts = careful.into_iter().flatten().chain(reckless);
+        let attempts = [(Means::Aggregate, wanted)].into_iter();
+        let attempts = attempts
+            .chain(careful.into_iter().flatten())
+            .chain(reckless);
         attempts
             .filter(|&(means, _)| match means {
-                Means::Moved => self.may_move,
+                Means::Aggregate | Means::Moved => self.may_move,
                 Means::Kept => true,
                 Means::PositionsOnly | Means::Sloppy => self.is_whole,
             })
@@ -81,9 +89,12 @@ impl Task<'_> {
             return None;
         }
         let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
-        let mut simplified = self.simplify_by(means, target);
+        let mut simplified = match means {
+            Means::Aggregate => self.simplify_aggregate(ratio)?,
+            _ => self.simplify_by(means, target),
+        };
         let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
-        if simplified.corners.len() > most {
+        if simplified.corners.len() > most && means != Means::Aggregate {
             self.prune(&mut simplified, target);
         }
         // Something must stand for what had no area, and a single triangle stands for little.
@@ -101,8 +112,9 @@ impl Task<'_> {
         Some(simplified)
     }
 
-    fn simplify_by(&self, means: Means, target: usize) -> Simplified {
-        let mut simplified = Simplified {
+    /// All as it is.
+    pub(crate) fn unchanged(&self, means: Means) -> Simplified {
+        Simplified {
             corners: self.piece.corners.clone(),
             error_in_scaled: 0.0,
             least_deviation_in_scaled: 0.0,
@@ -111,10 +123,14 @@ impl Task<'_> {
             positions: self.piece.positions.clone(),
             rows: self.rows(),
             is_new: vec![false; self.piece.vertices.len()],
-        };
+        }
+    }
+
+    fn simplify_by(&self, means: Means, target: usize) -> Simplified {
+        let mut simplified = self.unchanged(means);
         let mut error = 0.0f32;
         let count = match means {
-            Means::Moved => self.simplify_moving(&mut simplified, target, &mut error),
+            Means::Moved => self.simplify_moving(&mut simplified, target, f32::MAX, &mut error),
             _ => {
                 simplified.corners = self.simplify_keeping(means, target, &mut error);
                 simplified.corners.len()
@@ -129,10 +145,11 @@ impl Task<'_> {
         simplified
     }
 
-    fn simplify_moving(
+    pub(crate) fn simplify_moving(
         &self,
         simplified: &mut Simplified,
         target: usize,
+        most_error: f32,
         error: &mut f32,
     ) -> usize {
         let layout = &self.vertices.layout;
@@ -144,7 +161,7 @@ impl Task<'_> {
             layout.width() * size_of::<f32>(),
             Some(&self.locks(Means::Moved)),
             target,
-            f32::MAX,
+            most_error,
             options(),
             Some(error),
         )
@@ -202,7 +219,7 @@ impl Task<'_> {
     }
 
     fn locks(&self, means: Means) -> Vec<SimplifyVertex> {
-        let keeps_seams = matches!(means, Means::Moved | Means::Kept);
+        let keeps_seams = matches!(means, Means::Aggregate | Means::Moved | Means::Kept);
         let own = self.piece.vertices.iter().zip(&self.is_locked);
         own.map(|(&vertex, &is_locked)| {
             let mut lock = SimplifyVertex::empty();
@@ -218,26 +235,34 @@ impl Task<'_> {
     /// Leaves out the smallest components that no other group touches, until few enough triangles
     /// are left. The largest component stays.
     fn prune(&self, simplified: &mut Simplified, target: usize) {
-        let components = Components::of(self, &simplified.corners);
+        let mut components = components_of(
+            &simplified.corners,
+            &self.piece.positions,
+            &self.same_position,
+            &self.is_locked,
+        );
+        let radius = |component: &Component| component.radius;
+        components.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
+        let Some(largest) = components.pop() else {
+            return;
+        };
         let mut left = simplified.corners.len();
-        let mut is_left_out = vec![false; components.sizes.len()];
-        for &component in &components.by_size {
-            let size = components.sizes[component as usize];
-            if left <= target {
-                break;
+        simplified.corners.clear();
+        for component in components {
+            if left <= target || component.is_locked {
+                simplified.corners.extend(component.corners());
+                continue;
             }
-            left -= size.corners;
-            is_left_out[component as usize] = true;
-            simplified.error_in_scaled = simplified.error_in_scaled.max(size.radius_in_scaled);
+            left -= component.triangles.len() * 3;
+            simplified.error_in_scaled = simplified.error_in_scaled.max(component.radius);
             simplified.is_pruned = true;
         }
-        let stays = |corner: &u32| !is_left_out[components.of_vertex[*corner as usize] as usize];
-        simplified.corners.retain(stays);
+        simplified.corners.extend(largest.corners());
     }
 
     /// Decides which vertices are new. What did not move but for rounding is the old vertex, and what
     /// lies on a border of the source stays there.
-    fn settle(&self, simplified: &mut Simplified) {
+    pub(crate) fn settle(&self, simplified: &mut Simplified) {
         let layout = &self.vertices.layout;
         let width = layout.width();
         // Positions: those at one place move together or not at all.
@@ -290,72 +315,4 @@ impl Task<'_> {
 
 fn options() -> SimplifyOptions {
     SimplifyOptions::ErrorAbsolute | SimplifyOptions::ErrorClamped | SimplifyOptions::Permissive
-}
-
-/// The connected components of a triangle list.
-struct Components {
-    of_vertex: Vec<u32>,
-    sizes: Vec<ComponentSize>,
-    /// Those that may be left out, the smallest first.
-    by_size: Vec<u32>,
-}
-
-#[derive(Clone, Copy, Default)]
-struct ComponentSize {
-    corners: usize,
-    radius_in_scaled: f32,
-    touches_others: bool,
-}
-
-impl Components {
-    fn of(task: &Task<'_>, corners: &[u32]) -> Self {
-        // Every vertex leads to a smaller one of its component, or to itself.
-        let mut leads_to: Vec<u32> = task.same_position.clone();
-        fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
-            while leads_to[vertex as usize] != vertex {
-                let next = leads_to[vertex as usize];
-                leads_to[vertex as usize] = leads_to[next as usize];
-                vertex = next;
-            }
-            vertex
-        }
-        let (triangles, _) = corners.as_chunks::<3>();
-        for &[a, b, c] in triangles {
-            for (from, to) in [(a, b), (b, c)] {
-                let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
-                leads_to[from.max(to) as usize] = from.min(to);
-            }
-        }
-        let count = leads_to.len() as u32;
-        let of_vertex: Vec<u32> = (0..count).map(|v| root(&mut leads_to, v)).collect();
-        let mut sizes = vec![ComponentSize::default(); of_vertex.len()];
-        // The radius of a component: half of the diagonal of its box.
-        let mut boxes = vec![(glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY); of_vertex.len()];
-        for &own in corners {
-            let component = of_vertex[own as usize] as usize;
-            let point = glam::Vec3::from(task.piece.positions[own as usize]);
-            let (min, max) = boxes[component];
-            boxes[component] = (min.min(point), max.max(point));
-            sizes[component].corners += 1;
-            sizes[component].touches_others |= task.is_locked[own as usize];
-        }
-        for (size, (min, max)) in sizes.iter_mut().zip(boxes) {
-            size.radius_in_scaled = 0.5 * (max - min).length();
-        }
-        let mut by_size: Vec<u32> = (0..count)
-            .filter(|&c| sizes[c as usize].corners > 0)
-            .collect();
-        by_size.sort_by(|&a, &b| {
-            let radius = |c: u32| sizes[c as usize].radius_in_scaled;
-            radius(a).total_cmp(&radius(b)).then(a.cmp(&b))
-        });
-        // The largest stands for all of them.
-        by_size.pop();
-        by_size.retain(|&component| !sizes[component as usize].touches_others);
-        Self {
-            of_vertex,
-            sizes,
-            by_size,
-        }
-    }
 }

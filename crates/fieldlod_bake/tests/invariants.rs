@@ -204,7 +204,6 @@ fn open_meshes_open_only_at_their_borders() {
     for (name, mesh) in [
         ("plane", fixtures::plane(48)),
         ("height field", fixtures::height_field(64)),
-        ("islands", fixtures::islands(2_000)),
     ] {
         for config in [
             BakeConfig::default(),

@@ -9,6 +9,7 @@
 //! - [`promise`] measures the guarantee with random cameras and placements.
 //! - [`chart`] charts speed against accuracy, by the pictures that [`render`] draws and [`measure`]
 //!   compares; clusterlod, with the levels that it builds itself, is its baseline.
+//! - [`props`] draws the levels of whole meshes beside their sources, by size on screen.
 //! - [`scenes`] measures what it is worth to know what hides what, in worlds of several objects.
 //! - [`stability`] runs every method through the cases in which users of some saw them fail.
 //!
@@ -30,6 +31,7 @@ mod oracle;
 pub mod paper;
 mod plot;
 pub mod promise;
+pub mod props;
 pub mod render;
 pub mod scenes;
 pub mod stability;

@@ -73,6 +73,10 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) no_cache: bool,
 
+    /// Only write the plants to DIR, as glTF files to measure (`fieldlod-lab props`).
+    #[arg(long, value_name = "DIR", exclusive = true)]
+    pub(crate) write_plants: Option<PathBuf>,
+
     /// Paint each level of detail in its own colour.
     #[arg(long)]
     pub(crate) levels: bool,

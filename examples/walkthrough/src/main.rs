@@ -10,6 +10,7 @@ mod animation;
 mod args;
 mod cameras;
 mod contact_sheet;
+mod export;
 mod flight;
 mod ground_texture;
 mod hud;
@@ -50,6 +51,9 @@ fn main() -> ExitCode {
 
 /// Chooses how to show the scene, and how finely.
 fn run(args: &Args) -> Result<(), String> {
+    if let Some(directory) = &args.write_plants {
+        return export::write_plants(directory);
+    }
     let adapter = match args.headless {
         true => Adapter::None,
         false => adapter::find(),

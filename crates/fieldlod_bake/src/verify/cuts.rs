@@ -7,11 +7,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
-use super::subject::Subject;
+use super::subject::{CutTriangle, Subject};
 use crate::triangle_tree::TriangleTree;
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
+/// Triangles of a component that several groups have passed on.
+const SMALL_ELEMENT: usize = 16;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
     check_finest(subject)?;
@@ -108,8 +110,12 @@ impl<'a> Source<'a> {
             .collect();
         let triangles = corners.len();
         let open = open_edges(&corners, &self.weld);
-        let is_new = |(a, b): &&(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
-        let edges = open.iter().filter(is_new).count();
+        let is_new = |(a, b): &(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
+        let new: Vec<(u32, u32)> = open.into_iter().filter(is_new).collect();
+        let edges = match new.is_empty() {
+            true => 0,
+            false => self.count_cracks(&new, &drawn),
+        };
         if edges > 0 {
             return Err(VerifyError::Hole {
                 cut,
@@ -129,6 +135,46 @@ impl<'a> Source<'a> {
         Ok(share)
     }
 
+    /// How many of these open edges are no border of an element: of a component that no surface joins,
+    /// made by one group as a whole, or so small that two groups have passed on a part of it each. Such
+    /// a component may have moved, and its border with it, if the source has borders at all; how far is
+    /// checked by samples.
+    fn count_cracks(&self, open: &[(u32, u32)], drawn: &[usize]) -> usize {
+        if self.border.is_empty() {
+            return open.len();
+        }
+        let is_element = self.elements_of(&self.subject.triangles_of(drawn));
+        open.iter().filter(|edge| !is_element(edge.0)).count()
+    }
+
+    /// Whether the component of a vertex of a cut is an element.
+    fn elements_of(&self, cut: &[CutTriangle]) -> impl Fn(u32) -> bool + use<> {
+        let mut leads_to: Vec<u32> = self.weld.clone();
+        for [a, b, c] in cut.iter().map(|triangle| triangle.corners) {
+            for (from, to) in [(a, b), (b, c)] {
+                let (from, to) = (root(&leads_to, from), root(&leads_to, to));
+                leads_to[from.max(to) as usize] = from.min(to);
+            }
+        }
+        // Who made each, and how large it is.
+        let mut components: HashMap<u32, (Vec<Option<u32>>, usize)> = HashMap::new();
+        for triangle in cut {
+            let component = root(&leads_to, triangle.corners[0]);
+            let (makers, triangles) = components.entry(component).or_default();
+            if !makers.contains(&triangle.produced_by) {
+                makers.push(triangle.produced_by);
+            }
+            *triangles += 1;
+        }
+        move |vertex| {
+            let component = components.get(&root(&leads_to, vertex));
+            component.is_some_and(|(makers, triangles)| {
+                let is_whole = makers.len() == 1 || *triangles <= SMALL_ELEMENT;
+                is_whole && !makers.contains(&None)
+            })
+        }
+    }
+
     fn flipped_share(&self, drawn: &[usize]) -> f32 {
         let (mut flipped, mut whole) = (0.0, 0.0);
         for facing in drawn.iter().flat_map(|&unit| &self.facings[unit]) {
@@ -141,6 +187,14 @@ impl<'a> Source<'a> {
             0.0
         }
     }
+}
+
+/// The vertex that stands for the component of another.
+fn root(leads_to: &[u32], mut vertex: u32) -> u32 {
+    while leads_to[vertex as usize] != vertex {
+        vertex = leads_to[vertex as usize];
+    }
+    vertex
 }
 
 /// How the triangles of each unit face.

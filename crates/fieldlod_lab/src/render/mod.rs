@@ -6,7 +6,8 @@
 //!
 //! # Shading
 //! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals; a pattern
-//! of waves on the texture coordinates in place of a texture, so that a texture that slides shows.
+//! of waves on the texture coordinates in place of a texture, so that a texture that slides shows,
+//! times the colours of vertices.
 //! Both sides of a triangle are drawn. [`Renderer::draw_scene`] draws many models with shadows of the
 //! light that is fixed; the others draw one model at the origin, without shadows.
 //!

@@ -22,11 +22,12 @@ pub(super) struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
     uv: [f32; 2],
+    color: [f32; 3],
 }
 
 impl Vertex {
-    pub(super) const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
-        wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2];
+    pub(super) const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Float32x3];
 }
 
 impl DrawnModel {
@@ -58,10 +59,15 @@ fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     } else {
         &source.normals
     };
+    let color = |index: usize| {
+        let color = source.colors.get(index);
+        color.map_or([1.0; 3], |color| color.truncate().to_array())
+    };
     let vertex = |index: usize| Vertex {
         position: source.positions[index].to_array(),
         normal: normals[index].to_array(),
         uv: source.uvs.get(index).map_or([0.0; 2], Vec2::to_array),
+        color: color(index),
     };
     (0..source.positions.len()).map(vertex).collect()
 }

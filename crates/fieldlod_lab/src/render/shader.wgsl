@@ -13,6 +13,7 @@ struct Vertex {
     @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
+    @location(3) color: vec3<f32>,
 }
 
 struct Corner {
@@ -21,6 +22,7 @@ struct Corner {
     @location(1) normal: vec3<f32>,
     @location(2) uv: vec2<f32>,
     @location(3) @interpolate(flat) unit: u32,
+    @location(4) color: vec3<f32>,
 }
 
 struct Texel {
@@ -36,6 +38,7 @@ fn vertex(in: Vertex, @builtin(instance_index) unit: u32) -> Corner {
     out.normal = in.normal;
     out.uv = in.uv;
     out.unit = unit;
+    out.color = in.color;
     return out;
 }
 
@@ -80,7 +83,7 @@ fn albedo(uv: vec2<f32>) -> f32 {
     return 0.55 + 0.25 * fade * waves.x * waves.y;
 }
 
-fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: f32, lit: f32) -> vec3<f32> {
+fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: vec3<f32>, lit: f32) -> vec3<f32> {
     let to_light = view.light_in_local.xyz;
     let half_way = normalize(to_light + to_eye);
     let sun = lit * max(dot(normal, to_light), 0.0);
@@ -99,7 +102,7 @@ fn facing(in: Corner) -> vec3<f32> {
 
 fn color_of(in: Corner) -> vec4<f32> {
     let to_eye = normalize(view.eye_in_local.xyz - in.position);
-    return vec4(shade(facing(in), to_eye, albedo(in.uv), lit(in)), 1.0);
+    return vec4(shade(facing(in), to_eye, albedo(in.uv) * in.color, lit(in)), 1.0);
 }
 
 @fragment

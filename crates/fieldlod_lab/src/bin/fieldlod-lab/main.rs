@@ -7,6 +7,7 @@
 mod chart;
 mod models;
 mod paper;
+mod props;
 mod scenes;
 mod stability;
 
@@ -27,6 +28,7 @@ struct CommandLine {
 enum Command {
     Chart(chart::Arguments),
     Paper(paper::Arguments),
+    Props(props::Arguments),
     Scenes(scenes::Arguments),
     Stability(stability::Arguments),
 }
@@ -36,6 +38,7 @@ impl Command {
         match self {
             Self::Chart(arguments) => chart::run(arguments),
             Self::Paper(arguments) => paper::run(arguments),
+            Self::Props(arguments) => props::run(arguments),
             Self::Scenes(arguments) => scenes::run(arguments),
             Self::Stability(arguments) => stability::run(arguments),
         }

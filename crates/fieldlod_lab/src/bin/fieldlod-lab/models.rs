@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, clusterlod_hierarchy, import_gltf};
+use fieldlod_bake::{
+    BakeConfig, MeshError, SourceMesh, bake_mesh, clusterlod_hierarchy, import_gltf,
+};
 use fieldlod_cli::output::Failure;
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use fieldlod_lab::chart::{BakedModel, Generated};
@@ -29,19 +31,36 @@ impl Model {
     /// hierarchy is taken as it is, whatever `config` says.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
         let (mesh, baked) = self.load()?;
-        let failure = |error| match self {
-            Self::File(path) => Failure::new(path, error),
-            Self::Generated(generated) => Failure::new(Path::new(generated.name), error),
-        };
-        let ours = match baked {
-            Some(hierarchy) => hierarchy,
-            None => bake_mesh(&mesh, config).map_err(failure)?,
-        };
         Ok(BakedModel {
             name: self.name(),
-            ours,
-            clusterlods: clusterlod_hierarchy(&mesh, config).map_err(failure)?,
+            ours: self.hierarchy_of(&mesh, baked, config)?,
+            clusterlods: clusterlod_hierarchy(&mesh, config).map_err(|e| self.failure(e))?,
         })
+    }
+
+    /// The same, by ours alone.
+    pub(crate) fn bake_ours(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
+        let (mesh, baked) = self.load()?;
+        self.hierarchy_of(&mesh, baked, config)
+    }
+
+    fn hierarchy_of(
+        &self,
+        mesh: &SourceMesh,
+        baked: Option<Hierarchy>,
+        config: &BakeConfig,
+    ) -> Result<Hierarchy, Failure> {
+        match baked {
+            Some(hierarchy) => Ok(hierarchy),
+            None => bake_mesh(mesh, config).map_err(|error| self.failure(error)),
+        }
+    }
+
+    fn failure(&self, error: MeshError) -> Failure {
+        match self {
+            Self::File(path) => Failure::new(path, error),
+            Self::Generated(generated) => Failure::new(Path::new(generated.name), error),
+        }
     }
 
     /// The mesh of the primitive with most triangles, and its hierarchy if the file holds one.

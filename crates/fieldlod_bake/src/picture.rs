@@ -1,0 +1,165 @@
+//! Small pictures of a mesh on the processor: what a level of detail looks like.
+//!
+//! Orthographic, with a depth buffer, from any direction. The albedo is that of the vertices' colours,
+//! or gray, lit from above and from the eye. Both sides of a triangle are drawn. Textures and alpha are
+//! not known to a bake: every card is drawn whole.
+
+use fieldlod_hierarchy::Sphere;
+use glam::{Vec2, Vec3, Vec4};
+
+/// The colour behind all surfaces, in linear light.
+const BACKGROUND: f32 = 0.2;
+/// A normal that turns away from the eye by no more than this is a silhouette's, and stays as it is.
+const SILHOUETTE: f32 = -0.15;
+
+/// Colours of a square picture by rows, in linear light; the last component is the share covered.
+pub(crate) struct Picture {
+    pub(crate) pixels: Vec<Vec4>,
+}
+
+/// Where from a picture is taken.
+#[derive(Clone, Copy)]
+pub(crate) struct Viewpoint {
+    /// Towards the eye, to the right and upwards.
+    eye: Vec3,
+    right: Vec3,
+    up: Vec3,
+}
+
+/// Vertices with their colours as they are drawn.
+pub(crate) struct Model<'a> {
+    pub(crate) positions: &'a [Vec3],
+    /// One for each position, or none.
+    pub(crate) normals: &'a [Vec3],
+    pub(crate) colors: &'a [Vec4],
+    /// What is in the picture.
+    pub(crate) sphere: Sphere,
+    /// What colours are multiplied by.
+    pub(crate) exposure: f32,
+}
+
+impl Viewpoint {
+    /// One of `count` directions on a spiral from pole to pole.
+    pub(crate) fn around(index: usize, count: usize) -> Self {
+        let y = 1.0 - 2.0 * (index as f32 + 0.5) / count as f32;
+        let across = (1.0 - y * y).max(0.0).sqrt();
+        // The golden angle, by powers of a complex number: no sine differs between machines.
+        let turn = Vec2::new(-0.737_368_9, 0.675_490_3);
+        let at = (0..index).fold(Vec2::X, |at, _| at.rotate(turn).normalize_or(Vec2::X));
+        let eye = Vec3::new(across * at.x, y, across * at.y);
+        let right = Vec3::Y.cross(eye).normalize_or(Vec3::X);
+        Self {
+            eye,
+            right,
+            up: eye.cross(right),
+        }
+    }
+}
+
+impl Model<'_> {
+    /// Draws triangles so that the sphere fills a square of `side` pixels.
+    pub(crate) fn draw(&self, triangles: &[[u32; 3]], view: &Viewpoint, side: usize) -> Picture {
+        let nothing = Vec3::splat(BACKGROUND).extend(0.0);
+        let mut pixels = vec![nothing; side * side];
+        let mut nearness = vec![f32::NEG_INFINITY; side * side];
+        let scale = side as f32 * 0.5 / self.sphere.radius.max(f32::MIN_POSITIVE);
+        let middle = side as f32 * 0.5;
+        for triangle in triangles {
+            let corners = triangle.map(|vertex| {
+                let p = self.positions[vertex as usize] - self.sphere.center;
+                let at = Vec2::new(p.dot(view.right), -p.dot(view.up)) * scale + middle;
+                at.extend(p.dot(view.eye))
+            });
+            let Some(raster) = Raster::of(corners, side) else {
+                continue;
+            };
+            let mut colors = None;
+            raster.each_pixel(|index, shares, near| {
+                if near > nearness[index] {
+                    nearness[index] = near;
+                    let colors = colors
+                        .get_or_insert_with(|| triangle.map(|v| self.color(v, triangle, view)));
+                    let [a, b, c] = *colors;
+                    pixels[index] = (a * shares.x + b * shares.y + c * shares.z).extend(1.0);
+                }
+            });
+        }
+        Picture { pixels }
+    }
+
+    /// The light that a vertex sends to the eye.
+    fn color(&self, vertex: u32, triangle: &[u32; 3], view: &Viewpoint) -> Vec3 {
+        let flat = || {
+            let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+            (b - a).cross(c - a).normalize_or_zero()
+        };
+        let normal = self.normals.get(vertex as usize).copied();
+        let mut normal = normal.unwrap_or_else(flat);
+        if normal.dot(view.eye) < SILHOUETTE {
+            normal = -normal;
+        }
+        let color = self.colors.get(vertex as usize);
+        let albedo = color.map_or(Vec3::ONE, |color| color.truncate()) * self.exposure;
+        let sky = 0.5 + 0.5 * normal.y;
+        let lamp = normal.dot(view.eye).max(0.0);
+        albedo * (0.15 + 0.55 * sky + 0.5 * lamp)
+    }
+}
+
+/// A triangle on its way into a picture.
+struct Raster {
+    side: usize,
+    columns: [usize; 2],
+    rows: [usize; 2],
+    corners: [Vec3; 3],
+    /// One over twice the area, signed.
+    per_area: f32,
+}
+
+impl Raster {
+    fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
+        let [a, b, c] = corners.map(Vec3::truncate);
+        let per_area = (b - a).perp_dot(c - a).recip();
+        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        // Pixels whose middles may lie inside.
+        let range = |min: f32, max: f32| {
+            let first = (min - 0.5).max(0.0).ceil() as usize;
+            let end = (max + 0.5).max(0.0).floor() as usize;
+            [first, end.min(side)]
+        };
+        let raster = Self {
+            side,
+            columns: range(min.x, max.x),
+            rows: range(min.y, max.y),
+            corners,
+            per_area,
+        };
+        per_area.is_finite().then_some(raster)
+    }
+
+    /// Calls with each pixel inside, the shares of the corners and the nearness.
+    fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
+        let [a, b, c] = self.corners.map(Vec3::truncate);
+        let near = Vec3::new(self.corners[0].z, self.corners[1].z, self.corners[2].z);
+        for row in self.rows[0]..self.rows[1] {
+            for column in self.columns[0]..self.columns[1] {
+                let p = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
+                let shares = Vec3::new(
+                    (c - b).perp_dot(p - b),
+                    (a - c).perp_dot(p - c),
+                    (b - a).perp_dot(p - a),
+                ) * self.per_area;
+                if shares.min_element() >= 0.0 {
+                    draw(row * self.side + column, shares, shares.dot(near));
+                }
+            }
+        }
+    }
+}
+
+impl Picture {
+    /// How many pixels are covered.
+    pub(crate) fn covered(&self) -> f32 {
+        self.pixels.iter().map(|pixel| pixel.w).sum()
+    }
+}

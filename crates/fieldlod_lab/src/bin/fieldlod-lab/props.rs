@@ -1,0 +1,44 @@
+//! `fieldlod-lab props`: what each level of a whole mesh looks like, by its size on screen.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use fieldlod_bake::BakeConfig;
+use fieldlod_cli::output::{Failure, print};
+use fieldlod_lab::props::{self, PropResult};
+use fieldlod_lab::render::Renderer;
+
+use crate::models::Model;
+
+/// Draw every level of whole meshes beside its source, at several sizes, and tell how far they differ:
+/// RMSE, FLIP, the area covered, and what the selection draws at 1 px.
+///
+/// Needs a graphics adapter; one in software will do.
+#[derive(Args, Debug)]
+pub(crate) struct Arguments {
+    /// The .gltf, .glb or .fieldlod files [default: plants that the program makes]. Of each, the
+    /// primitive with most triangles is taken.
+    models: Vec<PathBuf>,
+    /// Directions that each is seen from.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    directions: u32,
+    /// Print all figures as a JSON object instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let renderer = Renderer::new()?;
+    let models = arguments.models.iter().cloned().map(Model::File);
+    let measured = models.map(|model| {
+        let baked = model.bake_ours(&BakeConfig::default())?;
+        Ok(props::measure(
+            &renderer,
+            &model.name(),
+            &baked,
+            arguments.directions,
+        )?)
+    });
+    let results: Vec<PropResult> = measured.collect::<Result<_, Failure>>()?;
+    print(&results, arguments.json, |results| props::table(results))
+}

@@ -1,0 +1,199 @@
+//! Levels of whole meshes as pictures: how far each is from its source, at which size on screen.
+//!
+//! Every level of [`whole_mesh_levels`] is drawn beside the source from directions spread over the
+//! sphere, so small that its bounding sphere has one of [`RADII_PX`], and the pictures are compared.
+//! What the selection draws at [`ASKED_PX`] of quality is drawn and compared, too.
+
+use std::fmt::Write;
+
+use fieldlod_hierarchy::{Hierarchy, Sphere};
+use fieldlod_select::{Cut, LodSettings, select, whole_mesh_levels};
+use glam::{Affine3A, Vec2, Vec3};
+use serde::Serialize;
+
+use crate::eye::Eye;
+use crate::measure::image_error;
+use crate::render::{RenderError, Renderer};
+
+/// Radii of the mesh on screen, in pixels.
+pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
+/// The screen-space error that the selection is asked for.
+pub const ASKED_PX: f32 = 1.0;
+/// Field of view of the pictures, in degrees: from far away, as small things are seen.
+const FOVY_DEG: f32 = 10.0;
+
+/// The levels of one mesh.
+#[derive(Clone, Debug, Serialize)]
+pub struct PropResult {
+    /// The mesh's name.
+    pub name: String,
+    /// Triangles of its source.
+    pub triangles: u64,
+    /// Its levels, the source left out, finest first.
+    pub levels: Vec<LevelResult>,
+    /// Triangles that the selection draws at each of [`RADII_PX`], in the mean over the directions, and how they look.
+    pub chosen: Vec<(f64, Look)>,
+}
+
+/// One level.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelResult {
+    /// Its triangles.
+    pub triangles: u32,
+    /// The error by which it is chosen, relative to the radius of the mesh.
+    pub error: f32,
+    /// What it looks like at each of [`RADII_PX`].
+    pub looks: Vec<Look>,
+}
+
+/// How pictures differ from the source's, in the mean over all directions.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Look {
+    /// Root of the mean squared difference of channels, of 255.
+    pub rmse: f64,
+    /// Mean of FLIP, 0 to 1.
+    pub flip: f64,
+    /// Area covered, relative to the source's.
+    pub covered: f64,
+}
+
+/// Measures the levels of `baked`, seen from so many directions.
+///
+/// # Errors
+/// As [`Renderer::draw`].
+pub fn measure(
+    renderer: &Renderer,
+    name: &str,
+    baked: &Hierarchy,
+    directions: u32,
+) -> Result<PropResult, RenderError> {
+    let whole = whole_mesh_levels(baked).unwrap_or_else(|| baked.clone());
+    let sphere = whole.groups.first().map_or(Sphere::default(), |g| g.bounds);
+    let model = renderer.upload(&whole);
+    let count = whole.units.len();
+    let mut looks = vec![vec![Look::default(); RADII_PX.len()]; count];
+    let mut chosen = vec![(0.0, Look::default()); RADII_PX.len()];
+    for (at, &radius_px) in RADII_PX.iter().enumerate() {
+        for direction in (0..directions).map(|index| direction(index, directions)) {
+            let eye = eye(&sphere, direction, radius_px);
+            let reference = renderer.draw(&model, &eye, &[0])?;
+            let mut of_units = vec![Look {
+                covered: 1.0,
+                ..Look::default()
+            }];
+            for unit in 1..count as u32 {
+                let picture = renderer.draw(&model, &eye, &[unit])?;
+                let error = image_error(&reference, &picture, true);
+                let area = |covered: &[bool]| covered.iter().filter(|c| **c).count() as f64;
+                of_units.push(Look {
+                    rmse: error.rmse,
+                    flip: error.flip.unwrap_or_default(),
+                    covered: area(&picture.covered) / area(&reference.covered).max(1.0),
+                });
+            }
+            let share = f64::from(directions).recip();
+            for (look, of_unit) in looks.iter_mut().zip(&of_units) {
+                look[at].add(of_unit, share);
+            }
+            let unit = chosen_unit(&whole, &eye);
+            chosen[at].0 += f64::from(whole.units[unit].triangle_count) * share;
+            chosen[at].1.add(&of_units[unit], share);
+        }
+    }
+    let levels = (1..count).map(|unit| {
+        let simplified_by = whole.units[unit].producer().unwrap_or_default();
+        LevelResult {
+            triangles: whole.units[unit].triangle_count,
+            error: whole.groups[simplified_by as usize].error_in_local / sphere.radius,
+            looks: looks[unit].clone(),
+        }
+    });
+    Ok(PropResult {
+        name: name.to_owned(),
+        triangles: whole.source_triangle_count(),
+        levels: levels.collect(),
+        chosen,
+    })
+}
+
+impl Look {
+    fn add(&mut self, other: &Self, share: f64) {
+        self.rmse += other.rmse * share;
+        self.flip += other.flip * share;
+        self.covered += other.covered * share;
+    }
+}
+
+/// The unit that is drawn by [`ASKED_PX`].
+fn chosen_unit(whole: &Hierarchy, eye: &Eye) -> usize {
+    let settings = LodSettings {
+        error_px: Some(ASKED_PX),
+        ..LodSettings::default()
+    };
+    let mut cut = Cut::default();
+    select(whole, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
+    cut.units().first().map_or(0, |&unit| unit as usize)
+}
+
+/// One of `count` directions on a spiral from pole to pole.
+fn direction(index: u32, count: u32) -> Vec3 {
+    let y = 1.0 - 2.0 * (index as f32 + 0.5) / count as f32;
+    // The golden angle: no two meridians meet.
+    let (sin, cos) = (index as f32 * 2.399_963).sin_cos();
+    let across = (1.0 - y * y).max(0.0).sqrt();
+    Vec3::new(across * cos, y, across * sin)
+}
+
+/// An eye that sees a sphere with a radius of so many pixels.
+fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
+    let size_px = (2.8 * radius_px).ceil().max(16.0);
+    let eye = Eye::perspective(FOVY_DEG, Vec2::splat(size_px), sphere.radius * 1e-2);
+    let distance = sphere.radius * eye.focal_px() / radius_px;
+    eye.looking_at(sphere.center + direction * distance, sphere.center)
+}
+
+/// A table for each mesh: a row a level, the sizes side by side.
+#[must_use]
+pub fn table(results: &[PropResult]) -> String {
+    let mut text = String::from(
+        "of each level, by the radius on screen in pixels: RMSE of 255, FLIP, area covered\n",
+    );
+    for result in results {
+        let _ = write!(
+            text,
+            "\n{}, {} triangles\n{:>9} {:>7}",
+            result.name, result.triangles, "triangles", "error"
+        );
+        for radius_px in RADII_PX {
+            let _ = write!(text, "   {radius_px:>3.0} px         ");
+        }
+        text.push('\n');
+        for level in &result.levels {
+            let _ = write!(text, "{:>9} {:>7.4}", level.triangles, level.error);
+            level
+                .looks
+                .iter()
+                .for_each(|look| write_look(&mut text, look));
+            text.push('\n');
+        }
+        let _ = write!(text, "drawn at {ASKED_PX} px, triangles:");
+        for (triangles, _) in &result.chosen {
+            let _ = write!(text, " {triangles:.0}");
+        }
+        let _ = write!(text, "\n{:17}", "");
+        result
+            .chosen
+            .iter()
+            .for_each(|(_, look)| write_look(&mut text, look));
+        text.push('\n');
+    }
+    text
+}
+
+fn write_look(text: &mut String, look: &Look) {
+    let _ = write!(
+        text,
+        "  {:>4.1} {:.3} {:>4.2}",
+        look.rmse, look.flip, look.covered
+    );
+}

@@ -36,6 +36,23 @@ fn a_mesh_is_drawn_in_full_until_its_hierarchy_is_ready() {
 }
 
 #[test]
+fn a_mesh_that_is_taken_off_takes_its_levels_along() {
+    for subdivisions in [4, 6] {
+        let mut app = app();
+        let camera = spawn_camera(&mut app, 30.0);
+        let bare = entity_count(&mut app);
+        let object = spawn_rock(&mut app, subdivisions);
+        ready(&mut app, 1);
+        assert!(!visible(&app, camera).is_empty());
+        app.world_mut().entity_mut(object).remove::<Mesh3d>();
+        (0..3).for_each(|_| app.update());
+        assert_eq!(stats(&app, camera).triangles_drawn, 0);
+        assert_eq!(entity_count(&mut app), bare);
+        assert!(!app.world().entity(object).contains::<LodState>());
+    }
+}
+
+#[test]
 fn instances_share_one_hierarchy() {
     let mut app = app();
     let first = spawn_rock(&mut app, 5);

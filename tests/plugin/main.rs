@@ -17,6 +17,7 @@ mod processed;
 mod rejects;
 mod scenes;
 mod soak;
+mod standalone;
 mod stock;
 mod textures;
 mod views;

@@ -138,6 +138,24 @@ pub enum LodError {
         /// The `.fieldlod` file.
         file: String,
     },
+    /// The file has no such primitive.
+    #[error("{file} has no primitive {primitive} of a mesh {mesh}")]
+    NoPrimitive {
+        /// The `.fieldlod` file.
+        file: String,
+        /// Index of the mesh.
+        mesh: u32,
+        /// Index of the primitive in it.
+        primitive: u32,
+    },
+    /// The file cannot be drawn by itself.
+    #[error(
+        "{file} leaves out the vertices, which are in its source: bake it without --beside-source"
+    )]
+    VerticesLeftOut {
+        /// The `.fieldlod` file.
+        file: String,
+    },
     /// The mesh cannot be baked.
     #[cfg(feature = "bake")]
     #[error(transparent)]

@@ -31,7 +31,8 @@
 //!    turn.
 //! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work; ship the files
 //!    that `FieldLodProcessorPlugin` makes, or those of the command `fieldlod bake statue.glb`, whose
-//!    `statue.fieldlod` is found beside the asset.
+//!    `statue.fieldlod` is found beside the asset. [`LodMesh3d`] draws such a file by itself, without the
+//!    glTF file.
 //!
 //! Coming from hand-made levels: [`guide::migration`]. What works with what: [`guide::compatibility`].
 //!
@@ -92,6 +93,7 @@ mod processor;
 mod restart;
 mod settings;
 mod shadow_lights;
+mod standalone;
 mod stats;
 mod systems;
 mod textures;
@@ -122,6 +124,7 @@ pub use lod_mesh::{LodSimplified, LodSource, LodState};
 #[cfg(feature = "bake")]
 pub use processor::FieldLodProcessorPlugin;
 pub use settings::FieldLodSettings;
+pub use standalone::LodMesh3d;
 pub use stats::{FieldLodProgress, FieldLodViewStats};
 pub use systems::FieldLodSystems;
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
@@ -132,7 +135,7 @@ pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodCutOf, FieldLodDebug,
         FieldLodEvent, FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats,
-        LodFailed, LodKind, LodLevels, LodReady, LodState, NoLod,
+        LodFailed, LodKind, LodLevels, LodMesh3d, LodReady, LodState, NoLod,
     };
 }
 
@@ -155,7 +158,12 @@ impl Plugin for FieldLodPlugin {
         app.init_resource::<FieldLodConfig>()
             .init_resource::<FieldLodDebug>()
             .init_resource::<lod_scene::LodScene>()
-            .add_plugins((systems::plugin, baked_lods::plugin, upload::plugin))
+            .add_plugins((
+                systems::plugin,
+                baked_lods::plugin,
+                standalone::plugin,
+                upload::plugin,
+            ))
             // What happens in a frame, in the order of `FieldLodSystems`.
             .add_plugins((
                 restart::plugin,

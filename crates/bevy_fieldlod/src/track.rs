@@ -20,6 +20,7 @@ use crate::units::LodUnit;
 pub(crate) fn plugin(app: &mut App) {
     app.add_observer(note_new_object)
         .add_observer(restore_source)
+        .add_observer(forget_meshless)
         .add_systems(
             PostUpdate,
             track_objects
@@ -162,6 +163,22 @@ fn restore_source(
         commands.try_insert(Mesh3d(source.mesh.clone()));
     }
     remove_source(&mut commands, source);
+}
+
+/// Notes an entity whose mesh was taken off: there is nothing to draw any more.
+fn forget_meshless(
+    removal: On<Remove, Mesh3d>,
+    objects: Query<Option<&LodSource>, (With<LodState>, Without<LodUnit>)>,
+    mut commands: Commands,
+) {
+    let Ok(source) = objects.get(removal.entity) else {
+        return;
+    };
+    let mut commands = commands.entity(removal.entity);
+    commands.try_remove::<(LodObject, LodPlain, LodWaiting, LodState)>();
+    if let Some(source) = source {
+        remove_source(&mut commands, source);
+    }
 }
 
 /// Takes off what came with levels of detail, or with the clone of an entity that has them.

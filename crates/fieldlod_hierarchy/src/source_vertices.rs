@@ -37,6 +37,14 @@ impl Hierarchy {
         Ok(self)
     }
 
+    /// The source's vertices, in its order; NaN where they [are missing](Self::lacks_source_vertices).
+    #[must_use]
+    pub fn source_vertices(&self) -> Vertices {
+        let mut vertices = self.vertices.clone();
+        vertices.truncate(self.source_vertex_count as usize);
+        vertices
+    }
+
     /// Takes the source's vertices away.
     pub(crate) fn without_source_vertices(mut self) -> Self {
         let count = self.source_vertex_count as usize;
@@ -48,6 +56,15 @@ impl Hierarchy {
 }
 
 impl Vertices {
+    fn truncate(&mut self, count: usize) {
+        self.positions.truncate(count);
+        self.normals.truncate(count);
+        self.uvs.truncate(count);
+        self.tangents.truncate(count);
+        self.uvs_1.truncate(count);
+        self.colors.truncate(count);
+    }
+
     /// Puts the first `count` vertices of `source` in place of the first here.
     pub(crate) fn replace_first(
         &mut self,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Directory, source_vertices, strip_file};
+use common::{Directory, strip_file};
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FileError, FileOptions, Hierarchy, InvalidHierarchy, Precision,
     fixtures,
@@ -31,7 +31,7 @@ fn read(bytes: &[u8]) -> BakedPrimitive {
 /// What reading and completing a pyramid gives with a source that is changed.
 fn fault_with(change: impl FnOnce(&mut fieldlod_hierarchy::Vertices)) -> InvalidHierarchy {
     let hierarchy = fixtures::grid_pyramid(1);
-    let mut source = source_vertices(&hierarchy);
+    let mut source = hierarchy.source_vertices();
     change(&mut source);
     let lacking = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
     lacking.with_source_vertices(&source).unwrap_err()
@@ -47,7 +47,7 @@ fn lossless_ones_come_back_bit_for_bit() {
         let found = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
         let has_source = hierarchy.source_vertex_count > 0;
         assert_eq!(found.lacks_source_vertices(), has_source);
-        let source = source_vertices(&hierarchy);
+        let source = hierarchy.source_vertices();
         assert!(found.with_source_vertices(&source) == Ok(hierarchy));
     }
 }
@@ -56,11 +56,11 @@ fn lossless_ones_come_back_bit_for_bit() {
 #[test]
 fn quantized_ones_have_exact_source_vertices() {
     let hierarchy = fixtures::grid_pyramid(3);
-    let source = source_vertices(&hierarchy);
+    let source = hierarchy.source_vertices();
     let found = read(&bytes_of(&hierarchy, QUANTIZED));
     let error_in_local = found.position_error_in_local;
     let whole = found.hierarchy.with_source_vertices(&source).unwrap();
-    assert!(source_vertices(&whole) == source);
+    assert!(whole.source_vertices() == source);
     assert_eq!(whole.moved_from, hierarchy.moved_from);
     assert_eq!(whole.indices, hierarchy.indices);
     assert_eq!(whole.unit_vertices, hierarchy.unit_vertices);
@@ -132,7 +132,7 @@ fn rejects_a_source_with_other_attributes() {
     }
     // And with attributes that the moved ones lack.
     let mut hierarchy = fixtures::two_level_strip();
-    let source = source_vertices(&hierarchy);
+    let source = hierarchy.source_vertices();
     hierarchy.vertices.normals.clear();
     let lacking = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
     let attribute = "normals";

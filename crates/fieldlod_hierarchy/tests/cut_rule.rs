@@ -5,7 +5,6 @@ use fieldlod_hierarchy::fixtures::{self, Random};
 use proptest::prelude::*;
 
 mod common;
-use common::source_vertices;
 
 /// Whether a group is refined: marked, terminal, or with a refined finer group.
 fn is_refined(hierarchy: &Hierarchy, marked: &[bool], group: usize) -> bool {
@@ -46,7 +45,7 @@ fn hierarchies_put_together_by_methods_are_valid_and_know_their_source() {
         let triangles = triangles.flat_map(|unit| hierarchy.triangles_of(unit));
         let indices: Vec<u32> = triangles.flatten().collect();
         assert_eq!(indices.len() as u64, hierarchy.source_triangle_count() * 3);
-        let hash = source_vertices(&hierarchy).source_hash(&indices);
+        let hash = hierarchy.source_vertices().source_hash(&indices);
         assert_eq!(hash, hierarchy.source);
     }
 }

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::HashSet;
 
-use common::{Directory, source_vertices, strip_file};
+use common::{Directory, strip_file};
 use fieldlod_hierarchy::fixtures::{self, Random};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, Precision, Vertices};
 use glam::{Vec2, Vec3, Vec4};
@@ -112,7 +112,7 @@ proptest! {
             triangle.rotate_left(turned);
         }
         let file = file_of(hierarchy);
-        let source = source_vertices(&file.primitives[0].hierarchy);
+        let source = file.primitives[0].hierarchy.source_vertices();
         for beside_source in [false, true] {
             let options = FileOptions { beside_source, ..FileOptions::default() };
             let bytes = file.to_bytes_with(options);

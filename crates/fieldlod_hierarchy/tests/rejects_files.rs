@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Directory, HEADER_BYTES, sealed, source_vertices, strip_file};
+use common::{Directory, HEADER_BYTES, sealed, strip_file};
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, InvalidHierarchy, Precision,
     fixtures,
@@ -241,7 +241,7 @@ proptest! {
     /// accepted is valid and can be written again.
     #[test]
     fn survives_any_change(changes in prop::collection::vec(change(), 1..6), kind in 0..4) {
-        let source = source_vertices(&fixtures::grid_pyramid(1));
+        let source = fixtures::grid_pyramid(1).source_vertices();
         let mut bytes = match kind {
             0 => strip_file().to_bytes(),
             1 => pyramid_bytes(Precision::Lossless.into()),

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Vertices, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
@@ -14,19 +14,6 @@ pub(crate) fn strip_file() -> BakedFile {
     BakedFile {
         primitives: vec![primitive(0), primitive(1)],
     }
-}
-
-/// The vertices of the source of a hierarchy that has them.
-pub(crate) fn source_vertices(hierarchy: &Hierarchy) -> Vertices {
-    let count = hierarchy.source_vertex_count as usize;
-    let mut vertices = hierarchy.vertices.clone();
-    vertices.positions.truncate(count);
-    vertices.normals.truncate(count);
-    vertices.uvs.truncate(count);
-    vertices.tangents.truncate(count);
-    vertices.uvs_1.truncate(count);
-    vertices.colors.truncate(count);
-    vertices
 }
 
 /// Where a section and its entry in the directory are.

@@ -1,0 +1,141 @@
+//! Meshes that are drawn from their `.fieldlod` file alone.
+
+use std::fs;
+use std::path::Path;
+
+use bevy::camera::primitives::Aabb;
+use bevy::log::tracing::Level;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{LodError, LodUnit};
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Precision};
+
+use crate::headless::{app_in, logged, progress, ready, run_until, spawn_camera, stats, units};
+
+/// Writes the levels of a rock and of a larger one.
+fn write_rocks(folder: &Path, options: FileOptions) {
+    let bake = |(index, subdivisions)| {
+        let rock = bake_mesh(&fixtures::rock(subdivisions, 1), &BakeConfig::fast());
+        BakedPrimitive::new(0, index, "rock", rock.unwrap())
+    };
+    let file = BakedFile {
+        primitives: [(0, 4), (1, 6)].map(bake).into(),
+    };
+    fs::write(folder.join("rocks.fieldlod"), file.to_bytes_with(options)).unwrap();
+}
+
+fn spawn(app: &mut App, primitive: u32, more: impl Bundle) -> Entity {
+    let file = app.world().resource::<AssetServer>().load("rocks.fieldlod");
+    let mesh = LodMesh3d::new(file, 0, primitive);
+    app.world_mut().spawn((mesh, more)).id()
+}
+
+#[test]
+fn a_file_alone_is_drawn_with_its_levels() {
+    let folder = tempfile::tempdir().unwrap();
+    for precision in [Precision::Lossless, Precision::Quantized16] {
+        write_rocks(folder.path(), precision.into());
+        let mut app = app_in(folder.path());
+        let camera = spawn_camera(&mut app, 4.0);
+        let fine = AutoLod {
+            bias: 2.0,
+            ..default()
+        };
+        let prop = spawn(&mut app, 0, fine);
+        let large = spawn(&mut app, 1, ());
+        let again = spawn(&mut app, 1, Transform::from_xyz(3.0, 0.0, 0.0));
+        ready(&mut app, 3);
+        let world = app.world();
+        assert_eq!(
+            world.get::<LodState>(prop),
+            Some(&LodState::Ready(LodKind::WholeMesh))
+        );
+        assert_eq!(
+            world.get::<LodState>(large),
+            Some(&LodState::Ready(LodKind::Clusters))
+        );
+        // Two of the same share all.
+        assert_eq!(world.get::<Mesh3d>(large), world.get::<Mesh3d>(again));
+        assert_eq!(world.get::<AutoLod>(prop).map(|lod| lod.bias), Some(2.0));
+        assert!(world.get::<Aabb>(large).is_some());
+        assert!(!units(&mut app).is_empty());
+        let triangles = stats(&app, camera).triangles_drawn;
+        assert!((1..100_000).contains(&triangles), "{triangles}");
+    }
+}
+
+#[test]
+fn without_the_component_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    write_rocks(folder.path(), FileOptions::default());
+    let mut app = app_in(folder.path());
+    spawn_camera(&mut app, 4.0);
+    let large = spawn(&mut app, 1, ());
+    ready(&mut app, 1);
+    app.world_mut().entity_mut(large).remove::<LodMesh3d>();
+    (0..3).for_each(|_| app.update());
+    let entity = app.world().entity(large);
+    assert!(!entity.contains::<Mesh3d>() && !entity.contains::<AutoLod>());
+    let mut left = app.world_mut().query::<&LodUnit>();
+    assert_eq!(left.iter(app.world()).count(), 0);
+    assert_eq!(progress(&app).ready, 0);
+    // And put on again, it comes back.
+    let file = app.world().resource::<AssetServer>().load("rocks.fieldlod");
+    app.world_mut()
+        .entity_mut(large)
+        .insert(LodMesh3d::new(file, 0, 0));
+    ready(&mut app, 1);
+}
+
+#[test]
+fn what_is_wrong_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    write_rocks(folder.path(), FileOptions::default());
+    let beside_source = FileOptions {
+        beside_source: true,
+        ..default()
+    };
+    let file = |name: &str| name.to_owned();
+    let mut app = app_in(folder.path());
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, 7, ());
+    run_until(&mut app, "a failure", |app| failures(app) == 1);
+    let missing = LodError::NoPrimitive {
+        file: file("rocks.fieldlod"),
+        mesh: 0,
+        primitive: 7,
+    };
+    assert_eq!(app.world().resource::<Failures>().0[0], missing);
+    assert!(logged(Level::ERROR, &["rocks.fieldlod", "no primitive 7"]));
+    // A file that needs its source, and none at all.
+    write_rocks(folder.path(), beside_source);
+    let mut app = app_in(folder.path());
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, 0, ());
+    run_until(&mut app, "a failure", |app| failures(app) == 1);
+    let left_out = LodError::VerticesLeftOut {
+        file: file("rocks.fieldlod"),
+    };
+    assert_eq!(app.world().resource::<Failures>().0[0], left_out);
+    fs::remove_file(folder.path().join("rocks.fieldlod")).unwrap();
+    let mut app = app_in(folder.path());
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, 0, ());
+    run_until(&mut app, "a failure", |app| failures(app) == 1);
+    let not_loaded = LodError::FileNotLoaded {
+        file: file("rocks.fieldlod"),
+    };
+    assert_eq!(app.world().resource::<Failures>().0[0], not_loaded);
+}
+
+#[derive(Resource, Default)]
+struct Failures(Vec<LodError>);
+
+fn note_failure(failed: On<LodFailed>, mut failures: ResMut<Failures>) {
+    failures.0.push(failed.error.clone());
+}
+
+fn failures(app: &App) -> usize {
+    app.world().resource::<Failures>().0.len()
+}

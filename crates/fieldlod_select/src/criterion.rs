@@ -92,7 +92,9 @@ pub fn group_error_px(
 }
 
 /// The same of a group of which the share `visible_share` is not hidden: what a
-/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`].
+/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. A share of 0 says that it is
+/// hidden for certain: nothing of it counts. What only seems hidden has a greater one, and its displacements
+/// count in full.
 #[must_use]
 pub fn visible_error_px(
     group: &Group,
@@ -206,8 +208,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 displacement_px,
             )
         };
-        // Those that count.
-        match (self.weights.counts_error, self.weights.displacement_weight) {
+        // Those that count, unless all is hidden for certain.
+        let error_px = match (self.weights.counts_error, self.weights.displacement_weight) {
             (true, None) => screen_error(),
             (false, Some(weight)) => displacement() * L::splat(weight),
             (true, Some(weight)) => {
@@ -216,7 +218,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 L::choose(b.is_below(a) | a.not_a_number(), a, b)
             }
             (false, None) => L::zero(),
-        }
+        };
+        L::choose(group.share.is_at_most(L::zero()), L::zero(), error_px)
     }
 
     #[inline]

@@ -69,10 +69,16 @@ impl ErrorBounds {
         })
     }
 
-    /// The same of what is visible by a share: displacements count in full.
+    /// The same of what is visible by a share: displacements count in full unless that is 0.
     pub(crate) fn seen_by(&self, share: f32) -> Self {
+        let (error_weighed, deviation) = if share > 0.0 {
+            (self.error_weighed * share.sqrt(), self.deviation)
+        } else {
+            (0.0, 0.0)
+        };
         Self {
-            error_weighed: self.error_weighed * share.sqrt(),
+            error_weighed,
+            deviation,
             ..*self
         }
     }

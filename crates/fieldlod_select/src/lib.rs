@@ -38,7 +38,8 @@
 //! [`LodSettings::visible_flux`] counts errors by the share of each instance, and of each piece of a large
 //! one, that nothing hides. An [`OcclusionBuffer`] knows it, which a [`Selector`] draws when the view or the
 //! scene has changed. What comes out of hiding is refined in the same frame, what goes into it is
-//! coarsened some frames later.
+//! coarsened some frames later. A displacement is left out only where something is hidden for certain:
+//! `tests/certain_hiding.rs` shows that no pixel changes by that.
 //!
 //! # Speed
 //! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these

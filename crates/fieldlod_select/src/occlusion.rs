@@ -15,11 +15,13 @@
 //! order; `occlusion/tests.rs` draws the same bits texel by texel.
 
 mod asking;
+mod certain_image;
 mod choice;
 mod image_plane;
 mod nearness_pyramid;
 pub(crate) mod occluder;
 mod screen_triangle;
+pub(crate) mod solid;
 pub(crate) mod surface_samples;
 #[cfg(test)]
 mod tests;
@@ -31,9 +33,11 @@ use wide::f32x8;
 use crate::bits::{LANES, set_bits_of};
 use crate::lane::{M3, V3, bits_of};
 use crate::scene::Scene;
+use crate::settings::LodSettings;
 use crate::view::View;
+use certain_image::CertainImage;
 use choice::{ChosenOccluder, DrawnBy, OccluderChoice, camera_from_local};
-use image_plane::ImagePlane;
+use image_plane::{ImagePlane, NEAREST};
 use nearness_pyramid::NearnessPyramid;
 use occluder::OccluderMesh;
 use screen_triangle::{ScreenTriangle, front_triangles};
@@ -54,6 +58,8 @@ pub struct OcclusionBuffer {
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
     pyramid: NearnessPyramid,
+    /// What hides for certain, by how many pixels of the image a cut may displace what is drawn.
+    certain: Option<(CertainImage, f32)>,
     row: Vec<f32>,
     /// Corners of the occluder that is being drawn.
     corners: Vec<Vec3>,
@@ -64,8 +70,18 @@ impl OcclusionBuffer {
     #[must_use]
     pub fn new(scene: &Scene, view: &View, triangles: u32) -> Self {
         let mut buffer = Self::empty(view);
-        buffer.redraw(scene, view, triangles);
+        buffer.redraw(scene, view, triangles, None);
         buffer
+    }
+
+    /// The image that a [`Selector`](crate::Selector) asks in a view under some settings, which also knows
+    /// what is hidden for certain where that matters; `None` where hidden things count in full.
+    #[must_use]
+    pub fn of_selection(scene: &Scene, view: &View, settings: &LodSettings) -> Option<Self> {
+        let triangles = settings.visible_flux?.occluder_triangles;
+        let mut buffer = Self::empty(view);
+        buffer.redraw(scene, view, triangles, settings.certainty_px());
+        Some(buffer)
     }
 
     /// With nothing in it.
@@ -78,14 +94,26 @@ impl OcclusionBuffer {
             owners: Vec::new(),
             shrunk: Vec::new(),
             pyramid: NearnessPyramid::default(),
+            certain: None,
             row: Vec::new(),
             corners: Vec::new(),
         }
     }
 
     /// Draws another view, or another state of a scene.
-    pub(crate) fn redraw(&mut self, scene: &Scene, view: &View, triangles: u32) {
+    pub(crate) fn redraw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        triangles: u32,
+        displacement_px: Option<f32>,
+    ) {
         self.clear(view);
+        let certain = self.certain.take().map(|(image, _)| image);
+        self.certain = displacement_px.map(|px| (certain.unwrap_or_default(), px));
+        if let Some((image, _)) = &mut self.certain {
+            image.clear(&self.plane);
+        }
         let mut choice = std::mem::take(&mut self.choice);
         choice.begin(scene, view, &self.plane);
         for index in 0..choice.candidates.len() {
@@ -96,12 +124,18 @@ impl OcclusionBuffer {
                 continue;
             }
             let chosen = choice.choose(scene, view, &self.plane, triangles, candidate);
-            chosen.inspect(|occluder| self.draw(scene, occluder));
+            if let Some(occluder) = chosen {
+                self.draw(scene, &occluder);
+                self.draw_certainly(scene, &occluder, triangles);
+            }
         }
         self.choice = choice;
         self.shrink();
         let [width, height] = self.size();
         self.pyramid.build(&self.nearness, width, height);
+        if let Some((image, _)) = &mut self.certain {
+            image.finish(&self.plane);
+        }
     }
 
     fn clear(&mut self, view: &View) {
@@ -166,6 +200,32 @@ impl OcclusionBuffer {
         }
     }
 
+    /// Draws what an instance hides for certain.
+    fn draw_certainly(&mut self, scene: &Scene, occluder: &ChosenOccluder, triangles: u32) {
+        let Some((image, displacement_px)) = &mut self.certain else {
+            return;
+        };
+        let instance = &scene.instances[occluder.instance as usize];
+        let table = scene.table(occluder.mesh);
+        // What may be displaced further, or not be there, hides nothing for certain.
+        let is_kept = instance.forced_level.is_none() && instance.bias >= 1.0;
+        if !is_kept || table.available.is_some() {
+            return;
+        }
+        let rest = triangles.saturating_sub(image.triangle_count);
+        let solid = choice::solid_level(table, instance, &self.view, &self.plane, rest);
+        if let Some(solid) = solid {
+            let placement = camera_from_local(&self.view, &instance.world_from_local);
+            let displacement = *displacement_px * self.plane.texels_per_px;
+            image.draw(
+                &self.plane,
+                solid,
+                (&placement.0, placement.1),
+                displacement,
+            );
+        }
+    }
+
     /// Draws one level of an instance.
     fn draw_mesh(&mut self, mesh: &OccluderMesh, linear: &Mat3, origin: Vec3, owner: u32) {
         let mut corners = std::mem::take(&mut self.corners);
@@ -173,7 +233,7 @@ impl OcclusionBuffer {
         let pushed_back = mesh.pushed_back(linear, origin);
         for part in mesh.parts_in_view(&plane, linear, origin) {
             for triangle in part.triangles_in_camera(linear, pushed_back, &mut corners) {
-                for triangle in front_triangles(&plane, triangle, is_mirrored) {
+                for triangle in front_triangles(&plane, triangle, is_mirrored, NEAREST) {
                     self.fill(&triangle, owner);
                 }
             }

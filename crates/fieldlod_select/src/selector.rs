@@ -44,8 +44,10 @@ use traversal::TraversalContext;
 /// decided again only when the camera has moved as far as their decisions tolerate. The cuts are those
 /// that deciding every group anew would give. Where hidden things count less
 /// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
-/// the scene, and whatever is decided group by group is asked for anew: instances of which more or less is
-/// visible than counted are decided again, and of their groups those in chunks where that has changed.
+/// the scene, and answers that rest on it end with it: nodes and instances that stay at their coarsest
+/// because they are hidden are asked for anew, as a whole where a node is hidden as a whole; so is what is
+/// decided group by group. Instances of which more or less is visible than counted are decided again, and of
+/// their groups those in chunks where that has changed.
 /// With nothing changed a frame costs nothing; once its
 /// storage has grown to the scene, none allocates.
 ///
@@ -182,7 +184,7 @@ impl Selector {
         let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
         self.cuts.resize(scene, is_first, is_new_tree);
         if !std::mem::replace(&mut self.has_seen, true) {
-            self.cuts.update_shares(scene, view, settings.visible_flux);
+            self.cuts.update_shares(scene, view, settings);
         }
         // Whole nodes and instances, as far as those can be told.
         let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);

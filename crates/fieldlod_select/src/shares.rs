@@ -4,10 +4,12 @@ use wide::f32x8;
 
 use crate::bits::LANES;
 
-/// Steps from hidden to fully visible.
-pub(crate) const FULL_SHARE: u8 = 16;
+/// The step of what is hidden for certain, of what seems hidden, and of what is fully visible.
+pub(crate) const CERTAINLY_HIDDEN: u8 = 0;
+pub(crate) const HIDDEN: u8 = 1;
+pub(crate) const FULL_SHARE: u8 = HIDDEN + 16;
 
-/// Visible shares of groups, eight to an element, in steps of [`FULL_SHARE`].
+/// Visible shares of groups in steps, eight to an element.
 #[derive(Clone, Copy)]
 pub(crate) struct Shares<'a> {
     steps: &'a [[u8; LANES]],
@@ -51,8 +53,11 @@ impl<'a> Shares<'a> {
     }
 }
 
-/// What a step counts, where hidden things count `least` at least.
+/// What a step counts, where what seems hidden counts `least` at least: 0 only where that is certain.
 pub(crate) fn share_of_step(step: u8, least: f32) -> f32 {
-    let share = f32::from(step) / f32::from(FULL_SHARE);
-    share.max(least).min(1.0)
+    if step == CERTAINLY_HIDDEN {
+        return 0.0;
+    }
+    let share = f32::from(step - HIDDEN) / f32::from(FULL_SHARE - HIDDEN);
+    share.max(least).clamp(f32::MIN_POSITIVE, 1.0)
 }

@@ -63,7 +63,7 @@ impl Naive {
         self.shares.resize(placed.len(), Vec::new());
         let view = view.with_margins(settings);
         let flux = settings.visible_flux;
-        let buffer = flux.map(|flux| OcclusionBuffer::new(scene, &view, flux.occluder_triangles));
+        let buffer = OcclusionBuffer::of_selection(scene, &view, settings);
         let one = |(index, refined): (usize, &mut Vec<bool>)| {
             let (placed, held) = (&placed[index], &mut self.shares[index]);
             let hierarchy = &hierarchies()[placed.mesh];
@@ -79,6 +79,7 @@ impl Naive {
                 }
             }
             let share = |group: usize| match &flux {
+                Some(_) if held[group].share == 0.0 => 0.0,
                 Some(flux) => held[group].share.max(flux.least_share).min(1.0),
                 None => 1.0,
             };

@@ -166,6 +166,10 @@ impl<'a> IntervalTest<'a> {
         if !self.tells_above {
             certain.above = ZERO;
         }
+        // What is hidden for certain shows nothing.
+        let is_hidden = share.is_at_most(ZERO);
+        certain.below |= is_hidden;
+        certain.above &= !is_hidden;
         certain
     }
 

@@ -5,11 +5,12 @@ use wide::f32x8;
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
+use super::nearness_pyramid::NearnessPyramid;
 use crate::bits::{LANES, set_bits_of};
 use crate::boxes::AxisBox;
 use crate::lane::{Lane, M3, V3, bits_of};
 use crate::scene::{Instance, InstanceId, Scene};
-use crate::shares::{FULL_SHARE, share_of_step};
+use crate::shares::{CERTAINLY_HIDDEN, FULL_SHARE, HIDDEN, share_of_step};
 use crate::table::GroupTable;
 
 /// Texels along the radius of an instance from which on its groups are asked for one by one.
@@ -42,7 +43,9 @@ struct Query {
 }
 
 impl OcclusionBuffer {
-    /// The share of each group of an instance that nothing hides, from 0 to 1; none if it was removed.
+    /// The share of each group of an instance that nothing hides, from 0 to 1; none if it was removed. It is
+    /// 0 only where that is certain ([`OcclusionBuffer::of_selection`]): what only seems hidden has the
+    /// least positive share.
     #[must_use]
     pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
         let Some(mesh) = scene.mesh_of(instance) else {
@@ -59,9 +62,10 @@ impl OcclusionBuffer {
         groups.iter().map(share).collect()
     }
 
-    /// Whether everything in a box of world space is behind what the image shows. Of a box inside of one
-    /// that is hidden the answer is the same.
-    pub(crate) fn hides(&self, bounds: &AxisBox) -> bool {
+    /// The step of everything in a box of world space that is behind what the image shows: hidden for
+    /// certain, or as it seems; `None` where something may be seen. Of a box inside of another the answer is
+    /// the same or surer.
+    pub(crate) fn hides(&self, bounds: &AxisBox) -> Option<u8> {
         // The corners in the image, all of which must have a place there.
         let center = (bounds.min + bounds.max) * 0.5;
         let size = center.length() + self.view.eye_in_world.length();
@@ -77,7 +81,7 @@ impl OcclusionBuffer {
         let corner = M3::splat(&linear).of(corner).plus(center);
         let at = self.plane.project(corner);
         if bits_of(self.plane.has_place(at, corner.z)) != 0xff {
-            return false;
+            return None;
         }
         // Every texel of their rectangle is nearer than the nearest of them.
         let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
@@ -89,11 +93,18 @@ impl OcclusionBuffer {
         let nearest = nearness.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         let [width, height] = self.size();
         let (columns, rows) = (texels(x, width), texels(y, height));
-        let least = self.pyramid.least(&self.nearness, width, columns, rows);
-        nearest + nearest.abs() * FARTHER < least
+        let farthest = nearest + nearest.abs() * FARTHER;
+        let hides = |image: &[f32], pyramid: &NearnessPyramid| {
+            farthest < pyramid.least(image, width, columns.clone(), rows.clone())
+        };
+        let certain = self.certain.as_ref().map(|(image, _)| image);
+        if certain.is_some_and(|image| hides(&image.nearness, &image.pyramid)) {
+            return Some(CERTAINLY_HIDDEN);
+        }
+        hides(&self.nearness, &self.pyramid).then_some(HIDDEN)
     }
 
-    /// The share of an instance in steps of [`FULL_SHARE`], rounded up; `None` where it is so large in the
+    /// The share of an instance in steps, rounded up; `None` where it is so large in the
     /// image that its groups have to be asked for.
     pub(crate) fn share_of_all(
         &self,
@@ -106,9 +117,12 @@ impl OcclusionBuffer {
         let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
         let radius = self.plane.texels(sphere.radius, gap);
         let is_small = radius < SMALL_RADIUS;
-        // A few points tell that small ones are hidden sooner than their boxes do.
-        if !is_small && self.hides(&instance.node.surface_box) {
-            return Some(0);
+        // A few points tell that small ones are hidden sooner than their boxes do, but not for certain.
+        if !is_small || self.certain.is_some() {
+            let hidden = self.hides(&instance.node.surface_box);
+            if hidden.is_some() {
+                return hidden;
+            }
         }
         if radius >= LARGE_RADIUS && !table.has_one_place() {
             return None;
@@ -132,13 +146,36 @@ impl OcclusionBuffer {
         groups: &mut Vec<u8>,
     ) {
         let query = self.query(index, instance);
-        let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
+        let (linear, origin) = camera_from_local(&self.view, &instance.world_from_local);
         let stretch = crate::stretch::largest_stretch(&linear);
         groups.clear();
         groups.extend((0..table.group_count()).map(|group| {
-            let radius = table.groups.radius[group / LANES].to_array()[group % LANES];
-            self.share(table.samples.of_group(group), &query, radius * stretch)
+            let (block, lane) = (group / LANES, group % LANES);
+            let radius = table.groups.radius[block].to_array()[lane] * stretch;
+            let center = table.groups.center(block);
+            let center = [center.x, center.y, center.z].map(|axis| axis.to_array()[lane]);
+            let center = linear * Vec3::from(center) + origin;
+            if self.hides_for_certain(center, radius * (1.0 + SIZE_SLACK)) {
+                return CERTAINLY_HIDDEN;
+            }
+            self.share(table.samples.of_group(group), &query, radius)
         }));
+    }
+
+    /// Whether a sphere of camera space is hidden for certain.
+    fn hides_for_certain(&self, center: Vec3, radius: f32) -> bool {
+        let (Some((image, _)), Some(place)) = (&self.certain, self.plane.rectangle(center, radius))
+        else {
+            return false;
+        };
+        let (columns, rows) = (place.columns, place.rows);
+        let is_within = place.is_whole && !columns.is_empty() && !rows.is_empty();
+        let farthest = place.nearest + place.nearest.abs() * FARTHER;
+        is_within && {
+            let (columns, rows) = (columns.start..=columns.end - 1, rows.start..=rows.end - 1);
+            let width = self.plane.width;
+            farthest < image.pyramid.least(&image.nearness, width, columns, rows)
+        }
     }
 
     fn query(&self, index: u32, instance: &Instance) -> Query {
@@ -179,7 +216,7 @@ impl OcclusionBuffer {
         }
         match count {
             0 => FULL_SHARE,
-            _ => (visible * u32::from(FULL_SHARE)).div_ceil(count) as u8,
+            _ => HIDDEN + (visible * u32::from(FULL_SHARE - HIDDEN)).div_ceil(count) as u8,
         }
     }
 }

@@ -7,9 +7,12 @@ use glam::{Affine3A, Mat3, Vec3};
 
 use super::ImagePlane;
 use super::occluder::OccluderPart;
+use super::solid::SolidLevel;
 use crate::lane::V3;
-use crate::scene::{MeshId, Scene};
+use crate::scene::{Instance, MeshId, Scene};
 use crate::sides::Sides;
+use crate::stretch::largest_stretch;
+use crate::table::GroupTable;
 use crate::tree::FAN;
 use crate::view::View;
 
@@ -20,6 +23,10 @@ const LARGEST_POINT_AREA: f32 = 1400.0;
 /// Points, and triangles, for each texel that a sphere covers.
 const POINTS_PER_TEXEL: f32 = 1.5;
 const TRIANGLES_PER_TEXEL: f32 = 0.05;
+/// The least radius of what hides for certain, and by how much a level of it may err where there is a
+/// coarser one; in texels.
+const LEAST_SOLID_RADIUS: f32 = 4.0;
+const SOLID_ERROR: f32 = 0.5;
 /// Points that cost as much as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 16;
 
@@ -135,6 +142,29 @@ impl OccluderChoice {
             by_area.then(a.instance.cmp(&b.instance))
         });
     }
+}
+
+/// The level by which an instance hides for certain: the coarsest that errs little in the image, or else the
+/// finest; of at most `budget` triangles.
+pub(crate) fn solid_level<'a>(
+    table: &'a GroupTable,
+    instance: &Instance,
+    view: &View,
+    plane: &ImagePlane,
+    budget: u32,
+) -> Option<&'a SolidLevel> {
+    let sphere = &instance.node.bounds.sphere;
+    let gap = (sphere.center - view.eye_in_world).length() - sphere.radius;
+    if plane.texels(sphere.radius, gap) < LEAST_SOLID_RADIUS {
+        return None;
+    }
+    let stretch = largest_stretch(&Mat3::from(instance.world_from_local.matrix3));
+    let levels = table.occluders.iter().rev();
+    let levels = levels.filter_map(|level| level.solid.as_ref());
+    let mut levels = levels.filter(|solid| solid.triangles.len() <= budget as usize);
+    let errs_little =
+        |solid: &&SolidLevel| plane.texels(solid.deviation_in_local * stretch, gap) <= SOLID_ERROR;
+    levels.clone().find(errs_little).or(levels.next_back())
 }
 
 impl Search<'_> {

@@ -29,6 +29,8 @@ pub(crate) struct ImagePlane {
     pub(crate) scale: Vec2,
     /// Where the axis is.
     offset: Vec2,
+    /// Texels per pixel, at most.
+    pub(crate) texels_per_px: f32,
 }
 
 /// Texels around something in the image, and a nearness that nothing of it exceeds.
@@ -37,6 +39,8 @@ pub(crate) struct Rectangle {
     pub(crate) columns: Range<usize>,
     pub(crate) rows: Range<usize>,
     pub(crate) nearest: f32,
+    /// Whether all of it is in the image.
+    pub(crate) is_whole: bool,
 }
 
 impl ImagePlane {
@@ -62,6 +66,7 @@ impl ImagePlane {
             height,
             scale,
             offset: -min * scale,
+            texels_per_px: (Vec2::new(width as f32, height as f32) / size_px).max_element(),
         }
     }
 
@@ -102,6 +107,54 @@ impl ImagePlane {
             & depth.is_below(L::infinity())
     }
 
+    /// Where a point that is not behind the camera is in the image.
+    pub(crate) fn at(&self, point: Vec3) -> Vec2 {
+        let V3 { x, y, .. } = self.project(V3::splat(point));
+        Vec2::new(x, y)
+    }
+
+    /// How long so many texels are at a depth, at most.
+    pub(crate) fn length(&self, texels: f32, depth: f32) -> f32 {
+        let at_unit_depth = texels / self.scale.min_element();
+        if self.is_perspective {
+            at_unit_depth * depth
+        } else {
+            at_unit_depth
+        }
+    }
+
+    /// The depth of a nearness.
+    pub(crate) fn depth(&self, nearness: f32) -> f32 {
+        if self.is_perspective {
+            1.0 / nearness
+        } else {
+            -nearness
+        }
+    }
+
+    /// From the eye to a point.
+    pub(crate) fn sight(&self, point: Vec3) -> Vec3 {
+        if self.is_perspective { point } else { Vec3::Z }
+    }
+
+    /// The direction of a place in a perspective image, with depth 1.
+    #[cfg(test)]
+    pub(crate) fn sight_at(&self, at: Vec2) -> Vec3 {
+        ((at - self.offset) / self.scale).extend(1.0)
+    }
+
+    /// The secant of the angle to the farthest corner of the image, at most.
+    pub(crate) fn widest_secant(&self) -> f32 {
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let (min, max) = (-self.offset / self.scale, (size - self.offset) / self.scale);
+        let widest = min.abs().max(max.abs());
+        if self.is_perspective {
+            1.0 + widest.x + widest.y
+        } else {
+            1.0
+        }
+    }
+
     /// Where a sphere of camera space is in the image; `None` if it reaches the camera.
     pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
         let depth = center.z - radius;
@@ -118,11 +171,16 @@ impl ImagePlane {
             };
             let reach = reach * scale + ROUNDING;
             let end = (at + reach + 1.0).clamp(0.0, count as f32) as usize;
-            ((at - reach).max(0.0) as usize).min(end)..end
+            let first = ((at - reach).max(0.0) as usize).min(end);
+            let is_whole = 0.0 <= at - reach && at + reach < count as f32;
+            (first..end, is_whole)
         };
+        let (columns, is_wide) = side(at.x, center.x / center.z, self.scale.x, self.width);
+        let (rows, is_high) = side(at.y, center.y / center.z, self.scale.y, self.height);
         Some(Rectangle {
-            columns: side(at.x, center.x / center.z, self.scale.x, self.width),
-            rows: side(at.y, center.y / center.z, self.scale.y, self.height),
+            columns,
+            rows,
+            is_whole: is_wide && is_high,
             nearest: self.nearness(depth),
         })
     }
@@ -130,9 +188,9 @@ impl ImagePlane {
     /// About how many texels long a length at a distance is; infinite where that reaches the camera.
     pub(crate) fn texels(&self, length: f32, distance: f32) -> f32 {
         match self.is_perspective {
-            true if distance > 0.0 => length * self.scale.x / distance,
+            true if distance > 0.0 => length * self.scale.max_element() / distance,
             true => f32::INFINITY,
-            false => length * self.scale.x,
+            false => length * self.scale.max_element(),
         }
     }
 

@@ -4,6 +4,7 @@ use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
 use super::image_plane::ImagePlane;
+use super::solid::SolidLevel;
 use crate::boxes::{AxisBox, LocalBox};
 use crate::stretch::largest_stretch;
 
@@ -16,6 +17,8 @@ pub(crate) struct OccluderMesh {
     parts: Vec<OccluderPart>,
     /// How far the level errs, in local units.
     error_in_local: f32,
+    /// The level as it hides for certain, if that is known.
+    pub(crate) solid: Option<SolidLevel>,
 }
 
 /// A part of it that is drawn or not drawn as a whole.
@@ -71,6 +74,7 @@ impl OccluderMesh {
                 .map(|unit| OccluderPart::new(hierarchy, &hierarchy.units[unit], error_in_local))
                 .collect(),
             error_in_local,
+            solid: SolidLevel::new(hierarchy, refined),
         }
     }
 

@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::image_plane::{ImagePlane, NEAREST};
+use super::image_plane::ImagePlane;
 use crate::lane::{Lane, V3};
+
+/// What rounding may move an edge by, in texels.
+const ROUNDING: f32 = 0.02;
 
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]
@@ -15,20 +18,22 @@ pub(crate) struct ScreenTriangle {
     max: [f32; 2],
     /// Of each edge `a`, `b` and `c`, with `a x + b y + c ≥ 0` inside.
     edges: [[f32; 3]; 3],
-    /// The same of the nearness, and the greatest of its corners.
+    /// The same of the nearness, and the greatest and the least of its corners.
     nearness: [f32; 3],
     nearest: f32,
+    farthest: f32,
 }
 
-/// The parts of a triangle before the camera that face it: none, one, or two where it reaches behind.
+/// The parts of a triangle before the camera, from a nearest depth on, that face it: none, one, or two where it reaches behind.
 pub(crate) fn front_triangles(
     plane: &ImagePlane,
     corners: [Vec3; 3],
     is_mirrored: bool,
+    nearest: f32,
 ) -> impl Iterator<Item = ScreenTriangle> {
     let [a, b, c] = corners;
     let corners = if is_mirrored { [a, c, b] } else { corners };
-    let (polygon, count) = clip_near(corners);
+    let (polygon, count) = clip_near(corners, nearest);
     let project = |index: usize| {
         let V3 { x, y, z } = plane.project(V3::splat(polygon[index]));
         Vec3::new(x, y, z)
@@ -42,8 +47,8 @@ pub(crate) fn front_triangles(
     parts.into_iter().flatten()
 }
 
-/// What of a triangle is farther than the nearest depth: a polygon and the number of its corners.
-fn clip_near(corners: [Vec3; 3]) -> ([Vec3; 4], usize) {
+/// What of a triangle is farther than a depth: a polygon and the number of its corners.
+fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
     let mut polygon = [Vec3::ZERO; 4];
     let mut count = 0;
     let mut push = |corner: Vec3| {
@@ -52,15 +57,15 @@ fn clip_near(corners: [Vec3; 3]) -> ([Vec3; 4], usize) {
     };
     for (index, &from) in corners.iter().enumerate() {
         let to = corners[(index + 1) % 3];
-        let [is_from_in, is_to_in] = [from, to].map(|corner| corner.z >= NEAREST);
+        let [is_from_in, is_to_in] = [from, to].map(|corner| corner.z >= nearest);
         if is_from_in {
             push(from);
         }
         if is_from_in != is_to_in {
             // From the inner end, so that both triangles at an edge cut it alike.
             let (inner, outer) = if is_from_in { (from, to) } else { (to, from) };
-            let share = (inner.z - NEAREST) / (inner.z - outer.z);
-            push((inner + (outer - inner) * share).with_z(NEAREST));
+            let share = (inner.z - nearest) / (inner.z - outer.z);
+            push((inner + (outer - inner) * share).with_z(nearest));
         }
     }
     (polygon, count)
@@ -88,6 +93,7 @@ impl ScreenTriangle {
             edges: [edge(a, b), edge(b, c), edge(c, a)],
             nearness: [x, y, a.z - x * a.x - y * a.y],
             nearest: a.z.max(b.z).max(c.z),
+            farthest: a.z.min(b.z).min(c.z),
         })
     }
 
@@ -105,6 +111,36 @@ impl ScreenTriangle {
     #[inline(always)]
     pub(crate) fn nearness<L: Lane>(&self, x: L, y: L) -> L {
         plane_at(self.nearness, x, y).smaller(L::splat(self.nearest))
+    }
+
+    /// Whether a texel with this centre may be covered in part.
+    #[inline(always)]
+    pub(crate) fn touches<L: Lane>(&self, x: L, y: L) -> L::Mask {
+        let half = 0.5 + ROUNDING;
+        let within = |axis: usize, at: L| {
+            L::splat(self.min[axis] - half).is_at_most(at)
+                & at.is_at_most(L::splat(self.max[axis] + half))
+        };
+        let inside = |edge: usize| {
+            let [a, b, c] = self.edges[edge];
+            L::zero().is_at_most(plane_at([a, b, c + half * (a.abs() + b.abs())], x, y))
+        };
+        within(0, x) & within(1, y) & inside(0) & inside(1) & inside(2)
+    }
+
+    /// A nearness that it has nowhere in that texel less than.
+    #[inline(always)]
+    pub(crate) fn farthest<L: Lane>(&self, x: L, y: L) -> L {
+        let [a, b, c] = self.nearness;
+        let half = 0.5 + ROUNDING;
+        let least = plane_at([a, b, c - half * (a.abs() + b.abs())], x, y);
+        least.larger(L::splat(self.farthest))
+    }
+
+    /// The columns and rows of texels that may be touched.
+    pub(crate) fn touched(&self, width: usize, height: usize) -> [Range<usize>; 2] {
+        [(0, width), (1, height)]
+            .map(|(axis, count)| indices(self.min[axis] - 1.0, self.max[axis] + 1.0, count))
     }
 
     /// The rows whose centres may be covered.

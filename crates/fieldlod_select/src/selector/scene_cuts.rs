@@ -7,7 +7,7 @@ use super::memory::{Below, InstanceMemory, InstanceState, NodeMemory, Pending};
 use super::pool::Pool;
 use super::visible_shares::VisibleShares;
 use crate::scene::{InstanceId, MeshId, Scene};
-use crate::settings::VisibleFlux;
+use crate::settings::LodSettings;
 use crate::tree::FAN;
 use crate::validity::Validity;
 use crate::view::View;
@@ -127,9 +127,10 @@ impl SceneCuts {
 
     /// Takes notice of what is visible in a frame, and wakes the instances that count for more or less
     /// than they did.
-    pub(super) fn update_shares(&mut self, scene: &Scene, view: &View, flux: Option<VisibleFlux>) {
+    pub(super) fn update_shares(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+        let flux = settings.visible_flux;
         let is_redrawn = match &flux {
-            Some(flux) => self.visible.draw(scene, view, flux),
+            Some(flux) => self.visible.draw(scene, view, settings, flux),
             None => self.visible.clear(),
         };
         if !(is_redrawn || self.has_unsettled_shares) {

@@ -63,8 +63,9 @@ impl TraversalContext<'_> {
 
     /// Whether all below a node is hidden, and stays at its coarsest so.
     fn hides(&self, node: &Node) -> bool {
-        let is_hidden = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
-        self.hidden.as_ref().is_some_and(is_hidden) && self.stays_coarsest(node, Some(0))
+        let step = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
+        let step = self.hidden.as_ref().and_then(step);
+        self.stays_coarsest(node, step)
     }
 
     /// Whether what is visible by a share stays at its coarsest.

@@ -2,7 +2,7 @@
 
 use crate::occlusion::OcclusionBuffer;
 use crate::scene::{Instance, Scene};
-use crate::settings::VisibleFlux;
+use crate::settings::{LodSettings, VisibleFlux};
 use crate::shares::FULL_SHARE;
 use crate::table::GroupTable;
 use crate::view::View;
@@ -13,15 +13,22 @@ use super::share_memory::SeenShares;
 #[derive(Debug, Default)]
 pub(super) struct VisibleShares {
     pub(super) buffer: Option<OcclusionBuffer>,
-    drawn_of: Option<(View, u64, u32)>,
+    drawn_of: Option<(View, u64, u32, Option<f32>)>,
     /// Shares of the groups of one instance.
     groups: Vec<u8>,
 }
 
 impl VisibleShares {
     /// Draws the depth image if it is of another view or scene. Whether it was drawn.
-    pub(super) fn draw(&mut self, scene: &Scene, view: &View, flux: &VisibleFlux) -> bool {
-        let key = Some((*view, scene.revision, flux.occluder_triangles));
+    pub(super) fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+        flux: &VisibleFlux,
+    ) -> bool {
+        let (triangles, displacement_px) = (flux.occluder_triangles, settings.certainty_px());
+        let key = Some((*view, scene.revision, triangles, displacement_px));
         // A view of NaN equals none.
         if self.drawn_of == key {
             return false;
@@ -30,7 +37,7 @@ impl VisibleShares {
         let buffer = self
             .buffer
             .get_or_insert_with(|| OcclusionBuffer::empty(view));
-        buffer.redraw(scene, view, flux.occluder_triangles);
+        buffer.redraw(scene, view, triangles, displacement_px);
         true
     }
 

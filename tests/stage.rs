@@ -4,7 +4,7 @@ use std::io::Write;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use bevy::app::PluginsState;
+use bevy::app::{PluginGroupBuilder, PluginsState};
 use bevy::camera::RenderTarget;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::prelude::*;
@@ -46,6 +46,17 @@ impl Stage {
 
     /// As [`Stage::new`], but more plugins may be added before [`Stage::finish`].
     pub fn unfinished() -> Option<Self> {
+        let plugins = windowless()
+            .disable::<PipelinedRenderingPlugin>()
+            .set(RenderPlugin {
+                synchronous_pipeline_compilation: true,
+                ..default()
+            });
+        Self::unfinished_with(plugins)
+    }
+
+    /// As [`Stage::unfinished`], of other plugins of Bevy.
+    pub fn unfinished_with(plugins: PluginGroupBuilder) -> Option<Self> {
         if !has_adapter() {
             assert!(
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
@@ -57,12 +68,6 @@ impl Stage {
             std::io::stderr().write_all(line.as_bytes()).unwrap();
             return None;
         }
-        let plugins = windowless()
-            .disable::<PipelinedRenderingPlugin>()
-            .set(RenderPlugin {
-                synchronous_pipeline_compilation: true,
-                ..default()
-            });
         let mut app = App::new();
         app.add_plugins((plugins, FieldLodPlugin));
         Some(Self { app })
@@ -158,7 +163,7 @@ impl Stage {
     pub fn wait(&mut self, pending: &Pending) -> RgbaImage {
         let deadline = Instant::now() + Duration::from_secs(60);
         loop {
-            if let Some(picture) = pending.0.lock().unwrap().take() {
+            if let Some(picture) = pending.take() {
                 return picture;
             }
             assert!(Instant::now() < deadline, "no picture arrives");
@@ -186,6 +191,13 @@ impl Stage {
 /// A picture that has not arrived yet.
 #[derive(Debug, Default)]
 pub struct Pending(Arc<Mutex<Option<RgbaImage>>>);
+
+impl Pending {
+    /// The picture, once it has arrived; `None` again afterwards.
+    pub fn take(&self) -> Option<RgbaImage> {
+        self.0.lock().unwrap().take()
+    }
+}
 
 fn has_adapter() -> bool {
     use bevy::render::settings::{Backends, WgpuSettings};

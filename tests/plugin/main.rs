@@ -13,6 +13,7 @@ mod gltf_file;
 mod headless;
 mod kinds;
 mod life;
+mod pages;
 mod processed;
 mod rejects;
 mod scenes;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use bevy::gltf::{GltfLoaderSettings, convert_coordinates::GltfConvertCoordinates};
 use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
@@ -91,6 +92,27 @@ fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
         assert_eq!(origins(&app), [LodOrigin::File; 2]);
         assert!(!logged(Level::ERROR, &["good.fieldlod"]));
     }
+}
+
+#[test]
+fn a_file_does_not_fit_meshes_in_other_coordinates() {
+    let mut file = one_rock(4, 1);
+    let glb = file.glb();
+    file.write("mesh.fieldlod", &bake(&glb));
+    let mut app = app_in(file.folder());
+    let assets = app.world().resource::<AssetServer>();
+    let path = GltfAssetLabel::Scene(0).from_asset("mesh.glb");
+    let turn = |settings: &mut GltfLoaderSettings| {
+        settings.convert_coordinates = Some(GltfConvertCoordinates {
+            rotate_meshes: true,
+            ..default()
+        });
+    };
+    let scene = assets.load_builder().with_settings(turn).load(path);
+    app.world_mut()
+        .spawn((WorldAssetRoot(scene), AutoLod::default()));
+    ready(&mut app, 1);
+    assert_eq!(origins(&app), [LodOrigin::Baked]);
 }
 
 #[test]

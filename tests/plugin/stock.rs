@@ -5,7 +5,7 @@ use std::time::Duration;
 use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
 use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
-use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange};
+use bevy::camera::visibility::{NoCpuCulling, NoFrustumCulling, VisibilityRange};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::component::Mutable;
 use bevy::ecs::system::RunSystemOnce;
@@ -438,4 +438,14 @@ fn rays_hit_the_mesh_entity_where_its_surface_is() {
             "{before:?} {after:?}"
         );
     }
+}
+
+#[test]
+fn what_bypasses_the_lists_is_in_none_of_them() {
+    let (mut app, camera, rock) = before_a_camera(4, 12.0);
+    assert_eq!(visible(&app, camera), [rock]);
+    insert(&mut app, rock, NoCpuCulling);
+    app.update();
+    app.update();
+    assert_eq!(visible(&app, camera), []);
 }

@@ -531,3 +531,12 @@ fn the_eyes_of_a_stereo_pair_draw_nearly_the_same() {
     let shared = left.iter().filter(|unit| right.contains(unit)).count();
     assert!(shared * 10 > left.len().max(right.len()) * 8, "{shared}");
 }
+
+#[test]
+#[should_panic(expected = "PendingSyncEntity")]
+fn a_camera_cannot_be_despawned_without_a_renderer() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 8.0);
+    app.update();
+    app.world_mut().despawn(camera);
+}

@@ -12,6 +12,7 @@ fn main() {
     let mut soak = Soak::new(1);
     let before = soak.counts();
     let mut frames = 0u64;
+    let mut used_mb = Vec::new();
     while Instant::now() < deadline {
         soak.fill();
         for _ in 0..2000 {
@@ -20,7 +21,15 @@ fn main() {
         frames += 2000;
         soak.clear();
         assert_eq!(soak.counts(), before, "after {frames} frames");
+        used_mb.push(memory_in_use_mb());
         println!("{frames} frames, {} MB in use", memory_in_use_mb());
+    }
+    // What allocators keep settles in the first rounds.
+    if let [_, _, settled, .., last] = used_mb[..] {
+        assert!(
+            last * 10 <= settled * 11,
+            "{settled} MB have become {last} MB"
+        );
     }
 }
 

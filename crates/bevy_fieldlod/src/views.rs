@@ -178,13 +178,13 @@ fn select_view(
     }
     // What casts shadows into the image counts, seen or not.
     let layers = layer_bits(layers);
-    let shadow_layers = lights.layers_lit(frustum, layers);
-    set_layers(&mut cut, layers | shadow_layers, scene);
+    let lit = lights.lit_by(frustum, layers);
+    set_layers(&mut cut, layers | lit.layers, scene);
     if let Some(view) = view {
         // A frozen view selects from where it was.
         let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
-        let view = view.with_layers(cut.layers);
-        let settings = settings.to_lod_settings(shadow_layers != 0);
+        let view = view.with_layers(cut.layers).with_shadow_lights(&lit.lights);
+        let settings = settings.to_lod_settings(lit.layers != 0);
         scene.culls |= settings.cull_below_px.is_some();
         select_cut(&mut cut, view, &settings, scene);
     }

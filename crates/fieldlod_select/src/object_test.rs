@@ -7,6 +7,7 @@ use crate::error_bounds::ErrorBounds;
 use crate::error_scale::ErrorScale;
 use crate::lane::V3;
 use crate::settings::{Offscreen, Thresholds};
+use crate::shadow_lights::ShadowTest;
 use crate::sides::Sides;
 use crate::stretch::is_similarity;
 use crate::validity::{CameraTravel, Validity};
@@ -24,6 +25,8 @@ pub(crate) struct ObjectTest<'a> {
     thresholds: Thresholds,
     /// The scale of what is outside the view, if that counts.
     on_axis: Option<ErrorScale>,
+    /// What of that may cast a shadow into the view.
+    shadows: ShadowTest,
     now: CameraTravel,
     is_usable: bool,
 }
@@ -44,6 +47,12 @@ impl<'a> ObjectTest<'a> {
                     Some(ErrorScale::on_axis(&view.camera, settings).biased(bias))
                 }
             },
+            shadows: ShadowTest::new(
+                view.shadow_lights,
+                Sides::of(&view.image_camera),
+                matches!(view.image_camera, Camera::Perspective(_)),
+                view.camera_from_world,
+            ),
             now,
             // A view that scales, or no threshold at all, gets no shortcut.
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
@@ -96,9 +105,17 @@ impl<'a> ObjectTest<'a> {
         let mut outside = self.distance_outside(&camera.sides, &sphere);
         if let Some(on_axis) = &self.on_axis {
             let beyond_error = self.distance_beyond(error(on_axis), gap);
+            let dark = self
+                .shadows
+                .distance_dark(&object.sphere, &sphere, distance);
+            let unseen = if dark > beyond_error {
+                dark
+            } else {
+                beyond_error
+            };
             // NaN if either is.
-            if !(outside < beyond_error || outside.is_nan()) {
-                outside = beyond_error;
+            if !(outside < unseen || outside.is_nan()) {
+                outside = unseen;
             }
         }
         (outside > 0.0).then(|| tolerating(outside, (distance + outside) * ROUNDING_ALLOWANCE))

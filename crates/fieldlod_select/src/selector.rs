@@ -226,10 +226,14 @@ impl Selector {
             CameraTravel::between(&last.view, &frame.view)
         });
         self.travel.add(&step);
+        let lights = last.and_then(|last| CameraTravel::of_lights(&last.view, &frame.view));
+        if let Some(lights) = &lights {
+            self.travel.add(lights);
+        }
         let is_same_criterion = last.is_some_and(|last| {
             last.settings == frame.settings && last.view.camera() == frame.view.camera()
         });
-        if !(is_same_criterion && self.travel.is_finite()) {
+        if !(is_same_criterion && lights.is_some() && self.travel.is_finite()) {
             self.travel.reset();
         }
         step

@@ -23,6 +23,16 @@ impl Sides<f32> {
         }
     }
 
+    /// How far inside of each side a point is, negative outside.
+    pub(crate) fn inside(&self, point: V3<f32>) -> [f32; 4] {
+        std::array::from_fn(|side| point.dot(self.inward[side]) + self.offset[side])
+    }
+
+    /// How far a direction leads inwards over each side.
+    pub(crate) fn towards(&self, direction: V3<f32>) -> [f32; 4] {
+        self.inward.map(|inward| direction.dot(inward))
+    }
+
     /// The sides in a space from which points come to camera space by a linear map and a translation;
     /// distances stay in camera units, and grow by `slack`.
     pub(crate) fn moved<L: Lane>(&self, linear: &Mat3, translation: Vec3, slack: f32) -> Sides<L> {

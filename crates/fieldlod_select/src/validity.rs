@@ -24,6 +24,16 @@ impl CameraTravel {
         // Points move with the eye, and with the turn as far as they are away.
         let moved = (to.eye_in_world - from.eye_in_world).length();
         let turned = largest_stretch(&(to.camera_from_world - from.camera_from_world));
+        Self::of(moved, turned)
+    }
+
+    /// The travel that has the same effect as what lights did between two views; `None` if they are others.
+    pub(crate) fn of_lights(from: &View, to: &View) -> Option<Self> {
+        let (moved, turned) = to.shadow_lights.moved_since(&from.shadow_lights)?;
+        Some(Self::of(moved, turned))
+    }
+
+    fn of(moved: f32, turned: f32) -> Self {
         Self {
             moved: f64::from(moved * ROUNDING_ALLOWANCE),
             turned: f64::from(turned * ROUNDING_ALLOWANCE),

@@ -5,6 +5,7 @@ use fieldlod_hierarchy::Sphere;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use crate::settings::LodSettings;
+use crate::shadow_lights::{ShadowLight, ShadowLights};
 use crate::stretch::{SeenStretch, is_similarity, largest_stretch};
 
 /// A camera with its place in the world.
@@ -21,6 +22,8 @@ pub struct View {
     pub(crate) eye_in_world: Vec3,
     /// The layers that it sees.
     pub(crate) layers: u64,
+    /// The lights that may cast shadows into it.
+    pub(crate) shadow_lights: ShadowLights,
 }
 
 impl View {
@@ -35,6 +38,18 @@ impl View {
             camera_from_world: CAMERA_FROM_VIEW * view_from_world,
             eye_in_world: Vec3::from(world_from_view.translation),
             layers: u64::MAX,
+            shadow_lights: ShadowLights::Any,
+        }
+    }
+
+    /// The same view, into which only these lights cast shadows: where what is outside of it counts
+    /// ([`Offscreen::OnAxis`](crate::Offscreen::OnAxis)), instances count that may throw a shadow of one of
+    /// them into it. Otherwise, and with more than four lights, all count.
+    #[must_use]
+    pub fn with_shadow_lights(&self, lights: &[ShadowLight]) -> Self {
+        Self {
+            shadow_lights: ShadowLights::new(lights),
+            ..*self
         }
     }
 

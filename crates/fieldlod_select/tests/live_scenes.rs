@@ -4,12 +4,14 @@ mod common;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use camera_field::Camera;
 use common::{
     any_camera, any_placement, any_settings, hierarchies, look, perspective, synthetic, vector,
 };
+use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View,
-    group_error_px, naive, select_with,
+    Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen, Scene, Selector,
+    ShadowLight, View, group_error_px, naive, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -428,4 +430,80 @@ fn what_is_small_leaves_at_a_lower_size_than_it_comes_at() {
     let sizes = [35.0, 45.0, 35.0, 30.0, 35.0, 45.0, 500.0, 10.0];
     let expected = [false, true, true, false, false, true, true, false];
     assert_eq!(sizes.map(&mut is_drawn_at), expected);
+}
+
+/// Whether a sphere swept along a direction meets the image of a view.
+fn may_cast(center: Vec3, radius: f32, direction: Vec3, sees: &impl Fn(Vec3) -> bool) -> bool {
+    let ring = [
+        Vec3::ZERO,
+        Vec3::X,
+        Vec3::NEG_X,
+        Vec3::Y,
+        Vec3::NEG_Y,
+        Vec3::Z,
+        Vec3::NEG_Z,
+    ];
+    let steps = (0u16..600).map(|step| f32::from(step) * 0.5);
+    let mut points = steps.flat_map(|way| ring.map(|out| center + out * radius + direction * way));
+    points.any(sees)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// What may throw a shadow into the view is drawn as if all things might, while camera and lights move.
+    #[test]
+    fn what_may_cast_into_the_view_keeps_its_shape(
+        places in prop::collection::vec(vector(), 60..120),
+        eye in vector(), step in vector(), sun in vector(), turn in vector(), lamp in vector(),
+        by_lamp in any::<bool>(),
+    ) {
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(&hierarchies()[0]);
+        let rocks: Vec<(InstanceId, Vec3)> = places.iter().map(|place| {
+            let at = *place * 30.0;
+            (scene.add_instance(mesh, Affine3A::from_translation(at), 1.0), at)
+        }).collect();
+        scene.update();
+        let settings = LodSettings {
+            offscreen: Offscreen::OnAxis { bias: 1.0 },
+            hysteresis: 1.0,
+            edge_hysteresis: 0.0,
+            ..LodSettings::default()
+        };
+        let (mut all, mut lit) = (Selector::default(), Selector::default());
+        let mut fewer = 0;
+        for frame in 0u8..8 {
+            let frame = f32::from(frame);
+            let at = eye * 10.0 + step * frame;
+            let view = look(perspective(0.8), at, at + Vec3::NEG_Z * 5.0 + turn * frame * 0.3);
+            let direction = (sun + Vec3::Y * 0.01 * frame + Vec3::splat(0.011)).normalize();
+            let reach = Sphere { center: lamp * 20.0 + step * frame, radius: 12.0 };
+            let light = if by_lamp { ShadowLight::Lamp(reach) } else { ShadowLight::Sun(direction) };
+            all.select(&scene, &view, &settings);
+            lit.select(&scene, &view.with_shadow_lights(&[light]), &settings);
+            let seen = InstanceView::new(&view, &Affine3A::IDENTITY);
+            let sees = |point: Vec3| {
+                let point = seen.sphere_in_camera(&Sphere { center: point, radius: 0.0 }).center;
+                match view.camera() {
+                    Camera::Perspective(camera) => camera.contains(point),
+                    Camera::Orthographic(camera) => camera.contains(point),
+                }
+            };
+            for &(rock, place) in &rocks {
+                let (of_all, of_lit) = (all.units(&scene, rock), lit.units(&scene, rock));
+                let casts = if by_lamp {
+                    place.distance(reach.center) < reach.radius
+                } else {
+                    may_cast(place, 0.9, direction, &sees)
+                };
+                if casts || sees(place) {
+                    prop_assert_eq!(of_all, of_lit);
+                }
+                prop_assert!(of_lit.len() <= of_all.len());
+                fewer += usize::from(of_all != of_lit);
+            }
+        }
+        prop_assert!(!by_lamp || fewer > 0);
+    }
 }

@@ -15,7 +15,7 @@ use crate::config::LodKind;
 ///
 /// ```
 /// # use bevy::prelude::*;
-/// # use bevy_fieldlod::prelude::*;
+/// # use bevy_fieldlod::{BakeConfig, prelude::*};
 /// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 ///     let castle = assets.load(GltfAssetLabel::Scene(0).from_asset("castle.glb"));
 ///     commands.spawn((WorldAssetRoot(castle), AutoLod::default()));
@@ -23,6 +23,14 @@ use crate::config::LodKind;
 ///     let hero = assets.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("hero.glb"));
 ///     let fine = AutoLod { kind: LodKind::Clusters, bias: 2.0, ..default() };
 ///     commands.spawn((Mesh3d(hero), fine));
+///     // A terrain in small units, for which physics uses the third level.
+///     let terrain = GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("terrain.glb");
+///     let in_small_units = AutoLod {
+///         bake: Some(BakeConfig::fine_grained()),
+///         simplified_level: Some(2),
+///         ..default()
+///     };
+///     commands.spawn((Mesh3d(assets.load(terrain)), in_small_units));
 /// }
 /// # bevy::ecs::system::assert_is_system(setup);
 /// ```

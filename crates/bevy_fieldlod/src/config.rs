@@ -18,6 +18,13 @@ use fieldlod_bake::BakeConfig;
 ///     cache_folder: Some("target/fieldlod-cache".into()),
 ///     ..default()
 /// });
+/// // A game that ships its files, and whose frames must be even.
+/// app.insert_resource(FieldLodConfig {
+///     bake_at_run_time: false,
+///     units_per_frame: Some(64),
+///     upload_bytes_per_frame: Some(4 << 20),
+///     ..default()
+/// });
 /// ```
 #[derive(Resource, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Clone, Default)]

@@ -78,6 +78,20 @@ impl LodMesh {
 }
 
 /// How far a mesh entity under an [`AutoLod`](crate::AutoLod) has come; the plugin keeps it up to date.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn fade_in(statues: Query<(&LodState, &mut Visibility), Changed<LodState>>) {
+///     for (state, mut visibility) in statues {
+///         *visibility = match state {
+///             LodState::Waiting => Visibility::Hidden,
+///             _ => Visibility::Inherited,
+///         };
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(fade_in);
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
 #[reflect(Component, Clone, PartialEq)]
 pub enum LodState {

@@ -19,6 +19,19 @@ const HIDDEN_CASTER_SHARE: f32 = 0.25;
 ///         ..FieldLodSettings::with_error_px(4.0)
 ///     };
 ///     commands.spawn((Camera3d::default(), mirror));
+///     // A view from high above: nothing that is smaller than 4 px, and coarse shadows from outside.
+///     let above = FieldLodSettings {
+///         cull_below_px: Some(4.0),
+///         shadow_bias: 0.5,
+///         ..default()
+///     };
+///     commands.spawn((Camera3d::default(), above));
+///     // Everything at its second finest level, to see what that is like.
+///     let level_1 = FieldLodSettings {
+///         forced_level: Some(1),
+///         ..default()
+///     };
+///     commands.spawn((Camera3d::default(), level_1));
 /// }
 /// # bevy::ecs::system::assert_is_system(setup);
 /// ```

@@ -20,7 +20,11 @@ fn collect_functions(folder: &Path, names: &mut HashSet<String>) {
             let source = fs::read_to_string(&path).unwrap();
             // Tests stand at the beginning of a line, or of one in a module.
             let names_of = source.lines().filter_map(|line| {
-                let name = line.trim_start().strip_prefix("fn ")?.split('(').next()?;
+                let name = line
+                    .trim_start()
+                    .strip_prefix("fn ")?
+                    .split(['(', '<'])
+                    .next()?;
                 Some(name.to_string())
             });
             names.extend(names_of);

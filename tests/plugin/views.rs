@@ -533,7 +533,7 @@ fn the_eyes_of_a_stereo_pair_draw_nearly_the_same() {
 }
 
 #[test]
-#[should_panic(expected = "PendingSyncEntity")]
+#[should_panic(expected = "Requested resource")]
 fn a_camera_cannot_be_despawned_without_a_renderer() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 8.0);

@@ -246,8 +246,8 @@ fn what_only_casts_shadows_is_as_coarse_as_one_likes() {
     let camera = spawn_camera(&mut app, 10.0);
     spawn_sun(&mut app);
     let rock = spawn_rock(&mut app, 6);
-    // Behind the camera.
-    insert(&mut app, rock, Transform::from_xyz(0.0, 0.0, 16.0));
+    // Out of the image to the right, towards the sun.
+    insert(&mut app, rock, Transform::from_xyz(22.0, 12.0, 0.0));
     ready(&mut app, 1);
     let finest_at = |app: &mut App, shadow_bias: f32| {
         let biased = FieldLodSettings {

@@ -88,45 +88,40 @@ fn without_the_component_nothing_is_left() {
     ready(&mut app, 1);
 }
 
+/// What an app says of a primitive that it cannot draw.
+fn failure(folder: &Path, primitive: u32) -> LodError {
+    let mut app = app_in(folder);
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, primitive, ());
+    let failures = |app: &App| app.world().resource::<Failures>().0.clone();
+    run_until(&mut app, "a failure", |app| !failures(app).is_empty());
+    failures(&app).swap_remove(0)
+}
+
 #[test]
 fn what_is_wrong_is_told() {
     let folder = tempfile::tempdir().unwrap();
+    let file = || "rocks.fieldlod".to_owned();
     write_rocks(folder.path(), FileOptions::default());
+    let (mesh, primitive) = (0, 7);
+    let missing = LodError::NoPrimitive {
+        file: file(),
+        mesh,
+        primitive,
+    };
+    assert_eq!(failure(folder.path(), primitive), missing);
+    assert!(logged(Level::ERROR, &["rocks.fieldlod", "no primitive 7"]));
+    // A file that needs its source, and none at all.
     let beside_source = FileOptions {
         beside_source: true,
         ..default()
     };
-    let file = |name: &str| name.to_owned();
-    let mut app = app_in(folder.path());
-    app.init_resource::<Failures>().add_observer(note_failure);
-    spawn(&mut app, 7, ());
-    run_until(&mut app, "a failure", |app| failures(app) == 1);
-    let missing = LodError::NoPrimitive {
-        file: file("rocks.fieldlod"),
-        mesh: 0,
-        primitive: 7,
-    };
-    assert_eq!(app.world().resource::<Failures>().0[0], missing);
-    assert!(logged(Level::ERROR, &["rocks.fieldlod", "no primitive 7"]));
-    // A file that needs its source, and none at all.
     write_rocks(folder.path(), beside_source);
-    let mut app = app_in(folder.path());
-    app.init_resource::<Failures>().add_observer(note_failure);
-    spawn(&mut app, 0, ());
-    run_until(&mut app, "a failure", |app| failures(app) == 1);
-    let left_out = LodError::VerticesLeftOut {
-        file: file("rocks.fieldlod"),
-    };
-    assert_eq!(app.world().resource::<Failures>().0[0], left_out);
+    let left_out = LodError::VerticesLeftOut { file: file() };
+    assert_eq!(failure(folder.path(), 0), left_out);
     fs::remove_file(folder.path().join("rocks.fieldlod")).unwrap();
-    let mut app = app_in(folder.path());
-    app.init_resource::<Failures>().add_observer(note_failure);
-    spawn(&mut app, 0, ());
-    run_until(&mut app, "a failure", |app| failures(app) == 1);
-    let not_loaded = LodError::FileNotLoaded {
-        file: file("rocks.fieldlod"),
-    };
-    assert_eq!(app.world().resource::<Failures>().0[0], not_loaded);
+    let not_loaded = LodError::FileNotLoaded { file: file() };
+    assert_eq!(failure(folder.path(), 0), not_loaded);
 }
 
 #[derive(Resource, Default)]
@@ -134,8 +129,4 @@ struct Failures(Vec<LodError>);
 
 fn note_failure(failed: On<LodFailed>, mut failures: ResMut<Failures>) {
     failures.0.push(failed.error.clone());
-}
-
-fn failures(app: &App) -> usize {
-    app.world().resource::<Failures>().0.len()
 }

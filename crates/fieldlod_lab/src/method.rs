@@ -33,7 +33,7 @@
 //! [`ErrorSource::Reported`]: crate::object::ErrorSource::Reported
 //! [`LodObject`]: crate::object::LodObject
 
-use fieldlod_select::LodSettings;
+use fieldlod_select::{LodSettings, VisibleFlux};
 use serde::{Deserialize, Serialize};
 
 use crate::baselines::{group_wise, whole_object};
@@ -51,6 +51,9 @@ pub enum Method {
     Guaranteed,
     /// Ours: quality, and no displacement over twice the threshold.
     Both,
+    /// Quality by the share of a group that nothing hides, from the occlusion buffer: where one object is drawn,
+    /// what it hides of itself.
+    VisibleFlux,
     /// Quality without the projection factor: surfaces count alike from all sides.
     NoProjection,
     /// Quality without the stretch off the axis.
@@ -108,6 +111,7 @@ impl Method {
             Self::Quality => "quality",
             Self::Guaranteed => "guaranteed",
             Self::Both => "both",
+            Self::VisibleFlux => "visible flux",
             Self::NoProjection => "no projection factor",
             Self::NoOffAxis => "no off-axis stretch",
             Self::NoBound => "no bound over spheres",
@@ -159,6 +163,10 @@ impl Method {
     pub fn settings(self, threshold_px: f32) -> Option<LodSettings> {
         Some(match self {
             Self::Quality => LodSettings::with_error_px(threshold_px),
+            Self::VisibleFlux => LodSettings {
+                visible_flux: Some(VisibleFlux::default()),
+                ..LodSettings::with_error_px(threshold_px)
+            },
             Self::Guaranteed => LodSettings::guaranteed(threshold_px),
             Self::Both => LodSettings::capped(threshold_px, 2.0 * threshold_px),
             Self::NoBound => LodSettings {

@@ -61,6 +61,12 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) visible_flux: bool,
 
+    /// Measure what is drawn along the path at equal error of the pictures, with detail chosen by what is not
+    /// hidden and without, and write the figures to DIR.
+    #[cfg(feature = "lab")]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["offscreen", "headless"])]
+    pub(crate) measure: Option<PathBuf>,
+
     /// Split the picture: levels of detail on the left, full detail on the right.
     #[arg(long)]
     pub(crate) split: bool,

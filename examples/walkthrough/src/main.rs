@@ -16,6 +16,8 @@ mod ground_texture;
 mod hud;
 mod lamps;
 mod layout;
+#[cfg(feature = "lab")]
+mod measure;
 mod models;
 mod noise;
 mod offscreen;
@@ -67,6 +69,10 @@ fn run(args: &Args) -> Result<(), String> {
             eprintln!("walkthrough: {}", adapter::NOT_FOUND);
         }
         return offscreen::run(args, &quality, None);
+    }
+    #[cfg(feature = "lab")]
+    if let Some(folder) = &args.measure {
+        return measure::run(args, &quality, folder);
     }
     match args.picture_directory() {
         Some(directory) => offscreen::run(args, &quality, Some(&directory)),

@@ -187,7 +187,7 @@ fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMa
 
 /// Trees are exchanged as a whole, so that each of thousands stays one entity. A level so chosen is
 /// the same for all cameras: beside a half at full detail, all is cut into pieces instead.
-fn lod_kind(shape: ShapeId, split: bool) -> LodKind {
+pub(crate) fn lod_kind(shape: ShapeId, split: bool) -> LodKind {
     match shape {
         _ if split => LodKind::Clusters,
         ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => LodKind::WholeMesh,

@@ -19,8 +19,9 @@ use crate::object::{ErrorSource, LodObject};
 use crate::render::Renderer;
 
 /// The methods whose pictures are compared.
-pub const CHART_METHODS: [Method; 19] = [
+pub const CHART_METHODS: [Method; 20] = [
     Method::Quality,
+    Method::VisibleFlux,
     Method::Guaranteed,
     Method::Both,
     Method::NoProjection,

@@ -12,8 +12,9 @@ use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
 use crate::method::Method;
 
 /// The methods that are told apart by model.
-const BY_MODEL: [Method; 8] = [
+const BY_MODEL: [Method; 9] = [
     Method::Quality,
+    Method::VisibleFlux,
     Method::ClusterlodOnOurLevels,
     Method::NoProjection,
     Method::NoSilhouette,

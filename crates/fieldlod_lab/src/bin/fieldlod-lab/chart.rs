@@ -118,8 +118,9 @@ fn advance(bar: &ProgressBar, name: &str) {
 const TABLE: [Measure; 3] = [Measure::Rmse, Measure::Silhouette, Measure::Flip];
 
 /// What is told apart by model: both gains, of levels with the criterion and of levels alone, and the limit.
-const BY_MODEL: [Method; 3] = [
+const BY_MODEL: [Method; 4] = [
     Method::Quality,
+    Method::VisibleFlux,
     Method::ClusterlodOnOurLevels,
     Method::Oracle,
 ];

@@ -72,6 +72,41 @@ fn the_curl_vanishes_in_the_middle() {
     assert!(corner > middle + 50, "{middle} {corner}");
 }
 
+/// The depth image shows what hides others, and goes when it is not wanted.
+#[test]
+fn the_depth_image_is_shown_in_the_corner() {
+    let Some(mut stage) = Stage::unfinished() else {
+        return;
+    };
+    stage.app.add_plugins(FieldLodDebugPlugin);
+    stage.finish();
+    let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 1)));
+    let grey = stage.add(StandardMaterial::from(Color::WHITE));
+    stage.spawn((Mesh3d(rock), MeshMaterial3d(grey), AutoLod::default()));
+    let pose = Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let flux = FieldLodSettings {
+        visible_flux: true,
+        ..default()
+    };
+    let eye = stage.add_eye(pose, css::BLACK.into(), flux);
+    stage.insert(eye.entity, IsDefaultUiCamera);
+    stage.run_until_ready();
+    assert!(stage.stats(&eye).occluder_triangles > 0);
+    let [without] = stage.shoot([&eye]);
+    let set = |stage: &mut Stage, is_shown| {
+        let world = stage.app.world_mut();
+        world.resource_mut::<FieldLodDebug>().depth_image = is_shown;
+        (0..3).for_each(|_| stage.app.update());
+    };
+    set(&mut stage, true);
+    let [with] = stage.shoot([&eye]);
+    let changed = count(&difference(&without, &with));
+    assert!(changed > 1000, "{changed} pixels of the depth image");
+    set(&mut stage, false);
+    let [again] = stage.shoot([&eye]);
+    assert_eq!(count(&difference(&without, &again)), 0);
+}
+
 #[test]
 fn boxes_are_gizmos_of_a_group_of_their_own() {
     let Some(mut stage) = Stage::unfinished() else {

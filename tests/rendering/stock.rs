@@ -9,6 +9,7 @@ use bevy::core_pipeline::prepass::{
 use bevy::material::OpaqueRendererMethod;
 use bevy::pbr::{ExtendedMaterial, MaterialExtension, MaterialPlugin};
 use bevy::prelude::*;
+use bevy::render::occlusion_culling::OcclusionCulling;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 use bevy_fieldlod::prelude::*;
@@ -188,6 +189,45 @@ fn a_prepass_draws_levels() {
 fn deferred_rendering_draws_levels() {
     let prepass = (DepthPrepass, DeferredPrepass);
     draws_alike(prepass, OpaqueRendererMethod::Deferred);
+}
+
+/// Rocks behind a wall of rock, walked along: Bevy's occlusion culling leaves out what the wall hides, ours draws
+/// it coarser, and together they give the picture that ours gives alone.
+#[test]
+fn occlusion_culling_beside_visible_flux_changes_no_picture() {
+    let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Forward) else {
+        return;
+    };
+    let wall = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 3)));
+    let stone = stage.add(StandardMaterial::from(Color::srgb(0.5, 0.5, 0.6)));
+    let place = Transform::from_xyz(-2.5, 0.0, 5.0).with_scale(Vec3::new(2.4, 2.4, 0.5));
+    stage.spawn((
+        Mesh3d(wall),
+        MeshMaterial3d(stone),
+        AutoLod::default(),
+        place,
+    ));
+    let [alone, beside] = [(); 2].map(|()| {
+        let eye = add_eye(&mut stage, DepthPrepass);
+        let world = stage.app.world_mut();
+        let mut settings = world.get_mut::<FieldLodSettings>(eye.entity).unwrap();
+        settings.visible_flux = true;
+        eye
+    });
+    stage.insert(beside.entity, OcclusionCulling);
+    stage.run_until_ready();
+    for step in 0..6 {
+        for eye in [&alone, &beside] {
+            let at = Vec3::new(step as f32 * 0.8 - 2.0, 0.3, 16.0);
+            let pose = Transform::from_translation(at).looking_to(Vec3::NEG_Z, Vec3::Y);
+            stage.insert(eye.entity, pose);
+        }
+        stage.app.update();
+        let [alone, beside] = stage.shoot([&alone, &beside]);
+        assert!(covered(&alone) > 9_000);
+        assert_eq!(count(&difference(&alone, &beside)), 0, "step {step}");
+    }
+    assert!(stage.stats(&beside).occluder_triangles > 0);
 }
 
 /// The picture of rocks that move sideways while they come nearer, so that levels change, as an eye

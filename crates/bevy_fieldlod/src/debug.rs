@@ -1,5 +1,6 @@
 //! The debug view: colours and heat-maps on the surfaces, boxes, numbers.
 
+mod depth_image;
 mod material;
 mod overlay;
 mod paint;
@@ -61,7 +62,11 @@ impl Plugin for FieldLodDebugPlugin {
             )
             .add_systems(
                 Update,
-                (draw_bounds.run_if(bounds_wanted), overlay::update_overlay),
+                (
+                    draw_bounds.run_if(bounds_wanted),
+                    overlay::update_overlay,
+                    depth_image::update_depth_image,
+                ),
             );
     }
 }

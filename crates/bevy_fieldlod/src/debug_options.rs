@@ -16,6 +16,9 @@ pub struct FieldLodDebug {
     pub bounds: bool,
     /// Writes the numbers of all cameras over the picture.
     pub overlay: bool,
+    /// Shows what one of the cameras with [`visible_flux`](crate::FieldLodSettings::visible_flux) takes to hide
+    /// other things, in the lower left corner: the nearer, the brighter.
+    pub depth_image: bool,
 }
 
 /// A quantity of the camera-sampling field, from blue (little) over green to red (much).

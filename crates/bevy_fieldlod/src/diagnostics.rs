@@ -25,6 +25,9 @@ pub const TRIANGLES_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod
 pub const TRIANGLES_FULL: DiagnosticPath = DiagnosticPath::const_new("field_lod/triangles_full");
 /// Units and whole meshes drawn.
 pub const UNITS_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/units_drawn");
+/// Triangles drawn on the CPU to tell what is hidden.
+pub const OCCLUDER_TRIANGLES: DiagnosticPath =
+    DiagnosticPath::const_new("field_lod/occluder_triangles");
 /// Time that selection took, in milliseconds.
 pub const SELECTION_MS: DiagnosticPath = DiagnosticPath::const_new("field_lod/selection_ms");
 
@@ -33,6 +36,7 @@ pub(crate) fn plugin(app: &mut App) {
     app.register_diagnostic(Diagnostic::new(TRIANGLES_DRAWN))
         .register_diagnostic(Diagnostic::new(TRIANGLES_FULL))
         .register_diagnostic(Diagnostic::new(UNITS_DRAWN))
+        .register_diagnostic(Diagnostic::new(OCCLUDER_TRIANGLES))
         .register_diagnostic(Diagnostic::new(SELECTION_MS).with_suffix("ms"))
         .add_systems(Last, measure_views);
 }
@@ -43,6 +47,9 @@ fn measure_views(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLo
     diagnostics.add_measurement(&TRIANGLES_DRAWN, || sum(|s| s.triangles_drawn as f64));
     diagnostics.add_measurement(&TRIANGLES_FULL, || sum(|s| s.triangles_full as f64));
     diagnostics.add_measurement(&UNITS_DRAWN, || sum(|s| f64::from(s.units_drawn)));
+    diagnostics.add_measurement(&OCCLUDER_TRIANGLES, || {
+        sum(|s| f64::from(s.occluder_triangles))
+    });
     diagnostics.add_measurement(&SELECTION_MS, || {
         sum(|s| s.selection_time.as_secs_f64() * 1e3)
     });

@@ -3,9 +3,6 @@
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, Offscreen, VisibleFlux};
 
-/// What a hidden caster of shadows counts: it may err twice as much as if it were seen.
-const HIDDEN_CASTER_SHARE: f32 = 0.25;
-
 /// How fine the cuts of a camera are; put it on the camera. A camera without it uses the default.
 ///
 /// ```
@@ -133,18 +130,12 @@ impl FieldLodSettings {
         }
     }
 
-    /// How much what is hidden counts: more where it may throw a shadow into the view.
-    fn flux(&self, has_shadows: bool) -> VisibleFlux {
-        let default = VisibleFlux {
+    /// How hidden things count, whether they throw shadows or not: pictures with shadows need no more of them
+    /// (`docs/tuning.md`).
+    fn flux(&self) -> VisibleFlux {
+        VisibleFlux {
             occluder_triangles: self.occluder_triangles,
             ..VisibleFlux::default()
-        };
-        let bias = self.caster_bias(has_shadows).unwrap_or(0.0);
-        // Errors count by the root of the share.
-        let of_casters = HIDDEN_CASTER_SHARE * bias * bias;
-        VisibleFlux {
-            least_share: default.least_share.max(of_casters),
-            ..default
         }
     }
 
@@ -174,7 +165,7 @@ impl FieldLodSettings {
             triangle_budget: self.triangle_budget,
             cull_below_px: self.cull_below_px,
             forced_level: self.forced_level,
-            visible_flux: self.visible_flux.then(|| self.flux(has_shadows)),
+            visible_flux: self.visible_flux.then(|| self.flux()),
         }
     }
 }
@@ -200,20 +191,5 @@ mod tests {
             ..default()
         };
         assert_eq!(without.to_lod_settings(true), expected);
-    }
-
-    #[test]
-    fn what_is_hidden_counts_more_where_it_throws_shadows() {
-        let settings = FieldLodSettings {
-            visible_flux: true,
-            ..FieldLodSettings::default()
-        };
-        let [without, with] = [false, true].map(|has_shadows| {
-            let flux = settings.to_lod_settings(has_shadows).visible_flux;
-            flux.map(|flux| flux.least_share)
-        });
-        assert_eq!(without, Some(VisibleFlux::default().least_share));
-        assert_eq!(with, Some(HIDDEN_CASTER_SHARE));
-        assert!(without < with);
     }
 }

@@ -18,7 +18,10 @@ pub struct FieldLodViewStats {
     /// The error that was selected for, in pixels: the one that keeps to the budget, if
     /// there is one.
     pub error_px: f32,
-    /// Time that selecting this camera's cut took on the CPU.
+    /// Triangles drawn on the CPU to tell what is hidden
+    /// ([`visible_flux`](crate::FieldLodSettings::visible_flux)); sixteen points count as one.
+    pub occluder_triangles: u32,
+    /// Time that selecting this camera's cut took on the CPU, telling what is hidden included.
     pub selection_time: Duration,
 }
 

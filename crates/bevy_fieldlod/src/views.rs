@@ -155,6 +155,7 @@ fn select_views(
             && follow(leader, &lead, &mut cut, scene)
         {
             stats.error_px = lead_stats.error_px;
+            stats.occluder_triangles = 0;
             stats.selection_time = Duration::ZERO;
         } else if let Ok(view) = cameras.get_mut(camera) {
             select_view(view, scene, &lights, &debug);
@@ -189,6 +190,11 @@ fn select_view(
         select_cut(&mut cut, view, &settings, scene);
     }
     stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
+    let occlusion = cut.selector.occlusion();
+    stats.occluder_triangles = occlusion.map_or(0, |buffer| {
+        let [triangles, points] = buffer.drawn();
+        triangles + points / 16
+    });
     stats.selection_time = start.elapsed();
 }
 

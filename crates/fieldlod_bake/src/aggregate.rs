@@ -6,6 +6,10 @@
 //! triangles are left: those with many triangles are simplified as surfaces and get the area back that
 //! they lose; those with few are flattened, and then [pruned in pairs](crate::elements) (R. Cook, J.
 //! Halstead, M. Planck and D. Ryu: Stochastic Simplification of Aggregate Detail, SIGGRAPH 2007).
+//!
+//! Deviations are measured as of any simplification, to the nearest surface, whichever leaf that is: that
+//! of an element which is gone to those that are left, and that of one which has grown to the source. So
+//! a guarantee says how far away the nearest leaf is drawn, not that each is.
 
 use crate::components::{Component, components_of};
 use crate::simplify::{Means, Simplified, Task};

@@ -2,6 +2,7 @@
 
 use fieldlod_hierarchy::Hierarchy;
 
+use crate::appearance::measure_levels;
 use crate::assemble::assemble;
 use crate::config::BakeConfig;
 use crate::levels::build_levels;
@@ -44,7 +45,11 @@ pub(crate) fn bake_mesh_with_progress(
     let mut vertices = LevelVertices::of(mesh, config);
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
-    let hierarchy = assemble(mesh, vertices, &groups.0);
+    let mut hierarchy = assemble(mesh, vertices, &groups.0);
+    // Draw what may be drawn as a whole, and see how good it looks.
+    if config.measure_appearance {
+        measure_levels(&mut hierarchy);
+    }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }

@@ -51,6 +51,9 @@ pub struct BakeConfig {
     pub first_moved_level: u32,
     /// Whether deviations from the source are measured. Without, a guarantee draws full detail.
     pub measure_deviation: bool,
+    /// Whether pictures tell how far away the levels of the whole mesh are good enough, of meshes with no
+    /// more vertices than can be drawn as a whole. Without, a level is as bad as its worst piece.
+    pub measure_appearance: bool,
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,
 }
@@ -67,6 +70,7 @@ impl Default for BakeConfig {
             color_weight: 0.25,
             first_moved_level: 0,
             measure_deviation: true,
+            measure_appearance: true,
             protect_uv_seams: true,
         }
     }
@@ -83,12 +87,13 @@ impl BakeConfig {
         }
     }
 
-    /// For trying things out: units are as large as the default's, and deviations are not measured,
-    /// so that a guarantee draws full detail.
+    /// For trying things out: units are as large as the default's, and neither deviations nor
+    /// appearance are measured, so that a guarantee draws full detail.
     #[must_use]
     pub fn fast() -> Self {
         Self {
             measure_deviation: false,
+            measure_appearance: false,
             ..Self::default()
         }
     }

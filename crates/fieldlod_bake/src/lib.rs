@@ -28,6 +28,7 @@
 //! | leaves, blades and gravel, which keep their area | `aggregate`, `elements`, `components` |
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
+//! | what levels of the whole mesh look like | `appearance`, `picture` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
 //! # Conventions
@@ -54,6 +55,7 @@
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod aggregate;
+mod appearance;
 mod assemble;
 mod attributes;
 mod bake;

@@ -9,11 +9,15 @@ use glam::{Vec2, Vec3, Vec4};
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;
+/// The mean luminance that a mesh's own colours are exposed to.
+const EXPOSURE: f32 = 0.35;
 /// A normal that turns away from the eye by no more than this is a silhouette's, and stays as it is.
 const SILHOUETTE: f32 = -0.15;
 
 /// Colours of a square picture by rows, in linear light; the last component is the share covered.
+#[derive(Clone)]
 pub(crate) struct Picture {
+    pub(crate) side: usize,
     pub(crate) pixels: Vec<Vec4>,
 }
 
@@ -56,6 +60,18 @@ impl Viewpoint {
     }
 }
 
+/// By what the colours of a source are multiplied in pictures of it and its levels.
+pub(crate) fn exposure_of<'a>(colors: impl Iterator<Item = &'a Vec4>) -> f32 {
+    let (sum, count) = colors.fold((0.0f32, 0u32), |(sum, count), color| {
+        (sum + color.truncate().element_sum(), count + 3)
+    });
+    if sum > 0.0 {
+        EXPOSURE * count as f32 / sum
+    } else {
+        EXPOSURE
+    }
+}
+
 impl Model<'_> {
     /// Draws triangles so that the sphere fills a square of `side` pixels.
     pub(crate) fn draw(&self, triangles: &[[u32; 3]], view: &Viewpoint, side: usize) -> Picture {
@@ -84,7 +100,7 @@ impl Model<'_> {
                 }
             });
         }
-        Picture { pixels }
+        Picture { side, pixels }
     }
 
     /// The light that a vertex sends to the eye.
@@ -162,4 +178,58 @@ impl Picture {
     pub(crate) fn covered(&self) -> f32 {
         self.pixels.iter().map(|pixel| pixel.w).sum()
     }
+
+    /// Half as large, each pixel the mean of four.
+    pub(crate) fn halved(&self) -> Self {
+        let side = self.side / 2;
+        let pixel = |index: usize| {
+            let first = index / side * 2 * self.side + index % side * 2;
+            let rows = [first, first + self.side];
+            let pairs = rows.map(|at| self.pixels[at] + self.pixels[at + 1]);
+            (pairs[0] + pairs[1]) * 0.25
+        };
+        Self {
+            side,
+            pixels: (0..side * side).map(pixel).collect(),
+        }
+    }
+
+    /// Encoded by about how bright an eye sees it.
+    pub(crate) fn encoded(&self) -> Self {
+        let root = |p: &Vec4| Vec4::new(p.x.sqrt(), p.y.sqrt(), p.z.sqrt(), p.w);
+        Self {
+            side: self.side,
+            pixels: self.pixels.iter().map(root).collect(),
+        }
+    }
+
+    /// Every pixel mixed with its neighbours: half of it is its own along each axis.
+    pub(crate) fn blurred(&self) -> Self {
+        let side = self.side;
+        let across = blurred_along(&self.pixels, 1, side, |index| index % side);
+        Self {
+            side,
+            pixels: blurred_along(&across, side, side, |index| index / side),
+        }
+    }
+}
+
+/// Each pixel with a quarter of both neighbours, `step` away; beyond the border lies the same again.
+fn blurred_along(
+    pixels: &[Vec4],
+    step: usize,
+    side: usize,
+    place: impl Fn(usize) -> usize,
+) -> Vec<Vec4> {
+    let pixel = |index: usize| {
+        let before = if place(index) > 0 {
+            index - step
+        } else {
+            index
+        };
+        let is_last = place(index) + 1 == side;
+        let after = if is_last { index } else { index + step };
+        pixels[index] * 0.5 + (pixels[before] + pixels[after]) * 0.25
+    };
+    (0..pixels.len()).map(pixel).collect()
 }

@@ -98,6 +98,10 @@ pub struct Group {
     /// of any finer group, and infinite for a terminal group. Infinite for all groups of a
     /// hierarchy that was not measured ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
+    /// Error of the whole mesh drawn at the level that this group is simplified to, in local units, as
+    /// pictures of it look: a mesh drawn as a whole is chosen by it. Never less than that of a finer
+    /// level; 0 for a terminal group, and for all groups of a hierarchy of which no pictures were drawn.
+    pub whole_mesh_error_in_local: f32,
     /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
     /// piece, near 0 for a closed one.
     pub mean_normal: Vec3,

@@ -55,6 +55,7 @@ mod refinement;
 mod source;
 mod source_vertices;
 mod validate;
+mod whole_mesh;
 
 pub use bounds::{Aabb, Sphere};
 pub use file::{
@@ -64,3 +65,4 @@ pub use file::{
 pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
 pub use source::SourceHash;
 pub use validate::InvalidHierarchy;
+pub use whole_mesh::WholeMeshCut;

@@ -102,6 +102,12 @@ pub enum InvalidHierarchy {
          infinite where the error is not or the other way round"
     )]
     BadDeviation { group: usize, deviation: f32 },
+    /// Errors of the whole mesh are lengths and never shrink from finer to coarser.
+    #[error(
+        "group {group} has whole-mesh error {error}, which is negative, not finite or below a finer \
+         group's"
+    )]
+    BadWholeMeshError { group: usize, error: f32 },
     /// Bounds are finite and not negative.
     #[error("the bounds of {owner} {index} are not finite or negative")]
     BadBounds { owner: &'static str, index: usize },

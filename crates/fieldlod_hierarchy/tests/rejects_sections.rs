@@ -7,7 +7,7 @@ use fieldlod_hierarchy::{BakedFile, FileError, Precision};
 
 /// Places in the first section of the strip: a group, its unit of 4 vertices and 2 triangles.
 const GROUP_INDEX: usize = 4;
-const VERTEX_LIST: usize = GROUP_INDEX + 5 + (14 + 1 + 12) * 5;
+const VERTEX_LIST: usize = GROUP_INDEX + 5 + (15 + 1 + 12) * 5;
 const EDGES: usize = VERTEX_LIST + 5;
 const CORNERS: usize = EDGES + 3 + 4;
 const DISTANCES: usize = CORNERS + 5 + 4;

@@ -6,19 +6,17 @@
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere};
 use glam::Vec3;
 
-/// A level that keeps more than this share of the triangles of the one before is left out.
-const MOST_KEPT: f32 = 0.75;
-
 /// The levels of the whole mesh, one unit each, finest first; `None` if a level has more vertices
 /// than 16-bit indices reach.
 ///
 /// The result is a hierarchy itself, to be selected from like any other, which always draws exactly
 /// one unit: for props, of which one command draws all instances at a level. A level with more than
-/// three quarters of the triangles of the one before is left out. The step from one level to the next
-/// errs as much as the worst of the groups that it simplifies.
+/// three quarters of the triangles of the one before is left out. A level errs as much as
+/// [pictures of it](Group::whole_mesh_error_in_local) look, and without pictures as the worst of the
+/// groups that it simplifies; its deviation is that of the worst in any case.
 #[must_use]
 pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
-    let levels = kept_levels(baked);
+    let levels = baked.whole_mesh_cuts();
     // One unit and one group for each level that is kept.
     let mut whole = Hierarchy {
         source: baked.source,
@@ -35,12 +33,12 @@ pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
         let next = levels.get(index as usize + 1);
         let step = |error: fn(&Group) -> f32| {
             next.map_or(f32::INFINITY, |next| {
-                largest(baked, next.group_level, error)
+                baked.largest_below(next.group_level, error)
             })
         };
         let group = Group {
             bounds,
-            error_in_local: step(|group| group.error_in_local),
+            error_in_local: step(seen_error),
             deviation_in_local: step(|group| group.deviation_in_local),
             mean_normal: mean_normal(baked, &level.triangles),
             ..Group::default()
@@ -50,45 +48,12 @@ pub fn whole_mesh_levels(baked: &Hierarchy) -> Option<Hierarchy> {
     Some(whole)
 }
 
-/// One level of the whole mesh.
-struct Level {
-    /// Groups below this level are refined no more.
-    group_level: u32,
-    triangles: Vec<[u32; 3]>,
-}
-
-fn kept_levels(baked: &Hierarchy) -> Vec<Level> {
-    let mut kept: Vec<Level> = Vec::new();
-    for group_level in 0..baked.level_count() {
-        let triangles = triangles_from_level(baked, group_level);
-        let most = kept
-            .last()
-            .map(|last| last.triangles.len() as f32 * MOST_KEPT);
-        if most.is_none_or(|most| triangles.len() as f32 <= most) {
-            kept.push(Level {
-                group_level,
-                triangles,
-            });
-        }
+/// What the step to a level errs by: as pictures of it look, if some were drawn.
+fn seen_error(group: &Group) -> f32 {
+    match group.whole_mesh_error_in_local {
+        0.0 => group.error_in_local,
+        seen => seen,
     }
-    kept
-}
-
-/// The cut that keeps nothing finer than `group_level`, unless there is nothing coarser.
-fn triangles_from_level(baked: &Hierarchy, group_level: u32) -> Vec<[u32; 3]> {
-    let units = baked.units_at_level(group_level).into_iter();
-    units
-        .flat_map(|unit| baked.triangles_of(&baked.units[unit]))
-        .collect()
-}
-
-/// The largest of the groups whose simplification is drawn from `group_level` on.
-fn largest(baked: &Hierarchy, group_level: u32, length: fn(&Group) -> f32) -> f32 {
-    let simplified = baked.groups.iter();
-    simplified
-        .filter(|group| group.level < group_level && !group.is_terminal())
-        .map(length)
-        .fold(0.0, f32::max)
 }
 
 /// Area-weighted mean of the unit normals.
@@ -145,7 +110,7 @@ mod tests {
         let counts: Vec<u32> = whole.units.iter().map(|u| u.triangle_count).collect();
         assert!(counts.len() > 2, "{counts:?}");
         for pair in counts.windows(2) {
-            assert!(pair[1] as f32 <= pair[0] as f32 * MOST_KEPT, "{counts:?}");
+            assert!(pair[1] * 4 <= pair[0] * 3, "{counts:?}");
         }
         assert!(whole.groups.is_sorted_by_key(|g| g.error_in_local));
     }

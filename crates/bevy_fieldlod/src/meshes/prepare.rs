@@ -147,12 +147,15 @@ async fn find_or_bake(
     }
     #[cfg(not(feature = "bake"))]
     return Err(LodError::BakeDisabled);
-    // What was baked once is not baked again.
     #[cfg(feature = "bake")]
-    bake_unless_cached(
-        source,
-        job.cache_folder.as_deref(),
-        &job.bake,
-        job.threads.as_ref(),
-    )
+    {
+        // Only of what is drawn as a whole it counts how the whole looks.
+        let config = BakeConfig {
+            measure_appearance: job.bake.measure_appearance && job.kind == LodKind::WholeMesh,
+            ..job.bake.clone()
+        };
+        // What was baked once is not baked again.
+        let (folder, threads) = (job.cache_folder.as_deref(), job.threads.as_ref());
+        bake_unless_cached(source, folder, &config, threads)
+    }
 }

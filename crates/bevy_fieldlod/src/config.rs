@@ -101,11 +101,10 @@ pub enum LodKind {
     /// The whole mesh is drawn at one level: by one entity, so that instances of a level are still drawn
     /// together. All views draw the same level, the finest that one of them asks for.
     ///
-    /// A level has vertices of its own, with all attributes mixed or taken from those of the source. A
-    /// material that moves vertices (wind in trees, say) finds positions, normals, colours and texture
-    /// coordinates to go by, but must not go by the number of a vertex; what leaves it moves as a whole
-    /// are fewer and larger. Where it needs every vertex of the source, the mesh is to be
-    /// [`Plain`](Self::Plain).
+    /// A level has vertices of its own, with all attributes mixed or taken from those of the source, and
+    /// fewer, larger leaves. A material that moves vertices, as wind does, finds positions, normals,
+    /// colours and texture coordinates to go by, but must not go by the number of a vertex. Where it
+    /// needs every vertex of the source, the mesh is to be [`Plain`](Self::Plain).
     WholeMesh,
     /// Each piece of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,

@@ -47,4 +47,16 @@ impl Generated {
             mesh: || fixtures::height_field(768),
         },
     ];
+
+    /// Plants, which are drawn as whole meshes.
+    pub const PLANTS: [Self; 2] = [
+        Self {
+            name: "crown",
+            mesh: || fixtures::crown(4_000, 1),
+        },
+        Self {
+            name: "cards",
+            mesh: || fixtures::cards(4_000, 1),
+        },
+    ];
 }

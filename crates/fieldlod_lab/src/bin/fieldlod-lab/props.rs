@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use fieldlod_bake::BakeConfig;
 use fieldlod_cli::output::{Failure, print};
+use fieldlod_lab::chart::Generated;
 use fieldlod_lab::props::{self, PropResult};
 use fieldlod_lab::render::Renderer;
 
@@ -29,8 +30,12 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let renderer = Renderer::new()?;
-    let models = arguments.models.iter().cloned().map(Model::File);
-    let measured = models.map(|model| {
+    let files = arguments.models.iter().cloned().map(Model::File);
+    let mut models: Vec<Model> = files.collect();
+    if models.is_empty() {
+        models.extend(Generated::PLANTS.map(Model::Generated));
+    }
+    let measured = models.iter().map(|model| {
         let baked = model.bake_ours(&BakeConfig::default())?;
         Ok(props::measure(
             &renderer,

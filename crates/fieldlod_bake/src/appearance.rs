@@ -21,10 +21,9 @@ const LARGEST_PX: f32 = 64.0;
 const SIZES: usize = 5;
 /// Samples of a pixel along each axis in the largest pictures; smaller ones have more.
 const SAMPLES: usize = 2;
-/// The root of the mean squared difference, relative to the source's detail, that is as good as 1 px.
-/// Smooth meshes at 1 px of error have 0.8 to 1.6, and 1.2 in the mean; plants are asked for a little
-/// more, so that they look at least as good as levels by the worst of their leaves did.
-const AS_GOOD_AS_1_PX: f32 = 1.0;
+/// The root of the mean squared difference, relative to the source's detail, that is as good as 1 px: the
+/// mean of what smooth meshes have at 1 px of error, which is 0.8 to 1.6.
+const AS_GOOD_AS_1_PX: f32 = 1.25;
 /// No picture has less detail than this, of 1.
 const LEAST_DETAIL: f32 = 0.002;
 /// By what the criterion multiplies the error of a mesh that faces all ways: √(1 + 0.4).
@@ -156,9 +155,9 @@ mod tests {
     use super::*;
     use crate::{BakeConfig, bake_mesh, fixtures};
 
-    /// What is asked for lies among what pictures of smooth meshes differ by where their error is 1 px.
+    /// What is allowed is what pictures of smooth meshes differ by where their error is 1 px.
     #[test]
-    fn smooth_meshes_at_1_px_look_about_as_good_as_is_asked_for() {
+    fn smooth_meshes_at_1_px_look_as_good_as_is_asked_for() {
         let mut found = Vec::new();
         for mesh in [
             fixtures::rock(5, 3),
@@ -184,9 +183,8 @@ mod tests {
             }
         }
         let mean = found.iter().sum::<f32>() / found.len() as f32;
-        let least = found.iter().copied().fold(f32::MAX, f32::min);
-        println!("mean {mean}, least {least}");
-        assert!((1.0..1.4).contains(&mean), "{mean}");
-        assert!(least < AS_GOOD_AS_1_PX, "{least}");
+        println!("mean {mean}");
+        let share = mean / AS_GOOD_AS_1_PX;
+        assert!((0.9..1.1).contains(&share), "{mean}");
     }
 }

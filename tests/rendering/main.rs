@@ -6,6 +6,7 @@
 mod cameras;
 mod debug;
 mod device;
+mod gpu_culling;
 mod holes;
 mod motion;
 mod picking;

@@ -66,6 +66,10 @@ pub struct FieldLodConfig {
     pub units_per_frame: Option<usize>,
     /// How many frames the entity of a unit outlives the last frame in which a view drew it.
     pub idle_frames: u32,
+    /// Whether objects with levels of detail are culled by the GPU alone, where Bevy's GPU preprocessing can and
+    /// no camera has [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing): the CPU then looks at none that
+    /// has not changed, and no list of the main world has them.
+    pub gpu_culling: bool,
 }
 
 impl Default for FieldLodConfig {
@@ -85,6 +89,7 @@ impl Default for FieldLodConfig {
             upload_bytes_per_frame: None,
             units_per_frame: None,
             idle_frames: 60,
+            gpu_culling: true,
         }
     }
 }

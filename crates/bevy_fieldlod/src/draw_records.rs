@@ -48,6 +48,10 @@ pub(crate) struct DrawRecords {
     freed: Vec<u32>,
     /// Records to be used again.
     free: Vec<u32>,
+    /// Records of units and of their sources that got an entity, and entities that lost their record, since
+    /// this was last asked for.
+    placed: Vec<u32>,
+    dropped: Vec<Entity>,
 }
 
 const NO_RECORD: u32 = u32::MAX;
@@ -105,6 +109,18 @@ impl DrawRecords {
         }
         self.record_of_entity[index] = record;
         self.records[record as usize].entity = Some(entity);
+        if self.records[record as usize].kind != DrawKind::WholeMesh {
+            self.placed.push(record);
+        }
+    }
+
+    /// Records of units and of their sources that got an entity since this was last called, and entities that
+    /// went.
+    pub(crate) fn take_moves(&mut self) -> (Vec<u32>, Vec<Entity>) {
+        (
+            std::mem::take(&mut self.placed),
+            std::mem::take(&mut self.dropped),
+        )
     }
 
     /// The indices of the instance and of the unit, if the record is that of a unit.
@@ -113,6 +129,11 @@ impl DrawRecords {
             DrawKind::Unit { instance, unit } => Some((instance, unit)),
             _ => None,
         }
+    }
+
+    /// Whether the record is that of a source of units.
+    pub(crate) fn is_source(&self, record: u32) -> bool {
+        self.records[record as usize].kind == DrawKind::Source
     }
 
     /// The entity of a record, if it was spawned.
@@ -133,6 +154,7 @@ impl DrawRecords {
         // The entity of a mesh does not come back, and a despawned unit has no record any more.
         self.unit(index)?;
         self.records[index as usize].entity = None;
+        self.dropped.push(entity);
         self.record_of_entity[entity.index_u32() as usize] = NO_RECORD;
         Some(index)
     }
@@ -166,6 +188,7 @@ impl DrawRecords {
         record.kind = DrawKind::Free;
         self.freed.push(index);
         let entity = record.entity.take()?;
+        self.dropped.push(entity);
         // The index of the entity may belong to a later one by now.
         let record_of_entity = &mut self.record_of_entity[entity.index_u32() as usize];
         if *record_of_entity == index {

@@ -15,6 +15,7 @@ use bevy::light::{DirectionalLight, PointLight, SpotLight};
 use bevy::prelude::*;
 
 use crate::draw_records::{DrawKind, DrawRecord};
+use crate::gpu_culling::GpuCulling;
 use crate::lod_scene::LodScene;
 use crate::stats::FieldLodViewStats;
 use crate::systems::FieldLodSystems;
@@ -23,8 +24,13 @@ use crate::view_cut::{ViewCut, ViewState};
 /// Filters after Bevy's culling, where anything is cut into units.
 pub(crate) fn plugin(app: &mut App) {
     let filters = |scene: Res<LodScene>| scene.is_filtered();
-    let systems = (filter_visible_entities, filter_shadow_views.run_if(filters));
+    let systems = (filter_visible_entities, filter_shadow_views.run_if(filters))
+        .distributive_run_if(is_culled_on_cpu);
     app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
+}
+
+fn is_culled_on_cpu(culling: Res<GpuCulling>) -> bool {
+    !culling.is_on
 }
 
 /// Whether a view draws the entity of a record.
@@ -82,7 +88,7 @@ fn filter_visible_entities(
     }
 }
 
-type ShadowCasters<'w, 's> = Query<
+pub(crate) type ShadowCasters<'w, 's> = Query<
     'w,
     's,
     (
@@ -117,7 +123,7 @@ fn filter_shadow_views(
         }
     }
     // All cameras share the shadow maps of point and spot lights.
-    let Some(cut) = shared_shadow_cut(&cameras) else {
+    let Some((_, cut)) = shared_shadow_cut(&cameras) else {
         return;
     };
     for mut light in &mut point {
@@ -130,7 +136,7 @@ fn filter_shadow_views(
 
 /// The cut that the shadows of point and spot lights use: that of the marked camera, else of one that
 /// draws to a window, else of any, as Bevy chooses for its visibility ranges.
-fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<&'a ViewCut> {
+pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entity, &'a ViewCut)> {
     cameras
         .iter()
         .filter(|(_, camera, cut, _, _)| camera.is_active && cut.state != ViewState::Inactive)
@@ -138,5 +144,5 @@ fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<&'a ViewCut> {
             let to_window = matches!(target, RenderTarget::Window(_));
             (!is_origin, !to_window, *entity)
         })
-        .map(|(_, _, cut, _, _)| cut)
+        .map(|(entity, _, cut, _, _)| (entity, cut))
 }

@@ -72,6 +72,7 @@
 mod auto_lod;
 mod baked_lods;
 mod config;
+mod count;
 mod cut_of;
 #[cfg(feature = "debug")]
 mod debug;
@@ -82,8 +83,11 @@ mod draw_records;
 mod events;
 mod filter;
 mod glb;
+mod gpu_culling;
+mod gpu_lists;
 mod inherit;
 mod levels;
+mod list_changes;
 mod lod_mesh;
 mod lod_scene;
 mod meshes;
@@ -174,8 +178,14 @@ impl Plugin for FieldLodPlugin {
                 whole_meshes::plugin,
                 units::plugin,
                 filter::plugin,
+                count::plugin,
                 diagnostics::plugin,
             ))
-            .add_plugins(motion::plugin);
+            .add_plugins((
+                gpu_culling::plugin,
+                list_changes::plugin,
+                gpu_lists::plugin,
+                motion::plugin,
+            ));
     }
 }

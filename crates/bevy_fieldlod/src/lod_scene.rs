@@ -44,6 +44,8 @@ pub(crate) struct LodScene {
     retired: Vec<Arc<LodMesh>>,
     unused: Vec<Arc<LodMesh>>,
     frame: u32,
+    /// Counts changes of what views may draw.
+    pub(crate) revision: u64,
 }
 
 /// An entity with levels of detail.
@@ -81,6 +83,7 @@ impl LodScene {
         layers: u64,
     ) {
         let LodObject { mesh, auto_lod } = object;
+        self.revision += 1;
         // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_placement(id, transform.affine());
@@ -136,6 +139,7 @@ impl LodScene {
         let Some(&id) = self.instance_of.get(&entity) else {
             return;
         };
+        self.revision += 1;
         self.scene.set_layers(id, layers);
         if let Some(instance) = &mut self.instances[id.index()] {
             instance.layers = layers;
@@ -149,6 +153,7 @@ impl LodScene {
         let Some(id) = self.instance_of.remove(&entity) else {
             return Vec::new();
         };
+        self.revision += 1;
         self.scene.remove(id);
         self.records.free_entity(entity);
         // Units go with their object.
@@ -181,6 +186,13 @@ impl LodScene {
         self.instance(self.instance_of.get(&entity)?.index() as u32)
     }
 
+    /// The entities that are cut into units.
+    pub(crate) fn sources(&self) -> impl Iterator<Item = Entity> {
+        let instances = self.instances.iter().flatten();
+        let sources = instances.filter(|one| matches!(one.drawn_as, DrawnAs::Units(_)));
+        sources.map(|instance| instance.entity)
+    }
+
     #[cfg(feature = "debug")]
     pub(crate) fn instances(&self) -> impl Iterator<Item = &LodInstance> {
         self.instances.iter().flatten()
@@ -191,6 +203,7 @@ impl LodScene {
         let Some(instance) = &mut self.instances[index as usize] else {
             return;
         };
+        self.revision += 1;
         instance.drawn_as = DrawnAs::WholeMesh { level };
         let triangles = instance.mesh.pieces[level as usize].triangles;
         self.records.set_triangles(instance.entity, triangles);

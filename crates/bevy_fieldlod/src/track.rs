@@ -1,7 +1,7 @@
 //! Tracks mesh entities: which come under an [`AutoLod`], which leave it, and which change their mesh.
 
 use bevy::camera::primitives::Aabb;
-use bevy::camera::visibility::NoAutoAabb;
+use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -183,7 +183,7 @@ fn forget_meshless(
 
 /// Takes off what came with levels of detail, or with the clone of an entity that has them.
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<(LodSource, LodClusters, LodSimplified)>();
+    commands.try_remove::<(LodSource, LodClusters, LodSimplified, NoCpuCulling)>();
     if source.keeps_aabb {
         // Bevy puts a box around the source again.
         commands.try_remove::<(NoAutoAabb, Aabb)>();

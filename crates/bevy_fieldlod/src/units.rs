@@ -2,7 +2,7 @@
 //! when none has for a while.
 
 use bevy::camera::primitives::Aabb;
-use bevy::camera::visibility::NoAutoAabb;
+use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::pbr::PreviousGlobalTransform;
 use bevy::prelude::*;
 
@@ -99,6 +99,7 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     let transform = object.get::<GlobalTransform>().copied();
     let visibility = object.get::<InheritedVisibility>().copied();
     let last_transform = object.get::<PreviousGlobalTransform>().cloned();
+    let is_culled_on_gpu = object.contains::<NoCpuCulling>();
     let unit = world.spawn((
         spawn.unit,
         Mesh3d(spawn.mesh),
@@ -108,6 +109,9 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
         ChildOf(spawn.unit.object),
     ));
     let unit = unit.id();
+    if is_culled_on_gpu {
+        world.entity_mut(unit).insert(NoCpuCulling);
+    }
     // It moves with its object from its first frame on.
     if let Some(last_transform) = last_transform {
         world.entity_mut(unit).insert(last_transform);

@@ -1,13 +1,13 @@
 //! What there is to select from: meshes and where they stand.
 
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, Mat3};
+use glam::{Affine3A, Mat3, Vec4};
 
 use crate::boxes::AxisBox;
 use crate::error_bounds::or_infinity;
 use crate::stretch::largest_stretch;
 use crate::table::GroupTable;
-use crate::tree::{Node, Tree};
+use crate::tree::{FAN, Node, Tree};
 
 /// A mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -276,6 +276,12 @@ impl Scene {
             .flatten()
     }
 
+    /// Where an instance is, or was last.
+    #[must_use]
+    pub fn placement(&self, instance: InstanceId) -> Affine3A {
+        self.instances[instance.index()].world_from_local
+    }
+
     /// Brings the bounds of the scene up to date.
     pub fn update(&mut self) {
         // What has changed goes to the leaves that have to be fitted again.
@@ -297,6 +303,42 @@ impl Scene {
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
         self.changed.is_empty()
+    }
+
+    /// Visits every instance that may have something on the inner side of all `planes`, each a normal of length 1
+    /// and a distance along it, as those of a frustum are; with it, whether all of it certainly is.
+    pub fn visit_within(&self, planes: &[Vec4], visit: &mut impl FnMut(InstanceId, bool)) {
+        if !self.tree.order.is_empty() {
+            self.visit_node(planes, self.tree.levels.len() - 1, 0, false, visit);
+        }
+    }
+
+    fn visit_node(
+        &self,
+        planes: &[Vec4],
+        level: usize,
+        index: usize,
+        is_within: bool,
+        visit: &mut impl FnMut(InstanceId, bool),
+    ) {
+        let Some(is_within) = side(&self.tree.levels[level][index], planes, is_within) else {
+            return;
+        };
+        let first = index * FAN;
+        if level > 0 {
+            let end = self.tree.levels[level - 1].len().min(first + FAN);
+            for child in first..end {
+                self.visit_node(planes, level - 1, child, is_within, visit);
+            }
+            return;
+        }
+        let end = self.tree.order.len().min(first + FAN);
+        for &instance in &self.tree.order[first..end] {
+            let node = &self.instances[instance as usize].node;
+            if let Some(is_within) = side(node, planes, is_within) {
+                visit(self.instance_at(instance), is_within);
+            }
+        }
     }
 
     /// How many instances there are.
@@ -347,4 +389,25 @@ impl Scene {
             },
         }
     }
+}
+
+/// Whether a node is certainly on the inner side of all planes; `None` if it is certainly not.
+fn side(node: &Node, planes: &[Vec4], is_within: bool) -> Option<bool> {
+    let sphere = &node.bounds.sphere;
+    if node.bounds.is_empty() {
+        return None;
+    }
+    if is_within {
+        return Some(true);
+    }
+    let inside_by = |plane: &Vec4| plane.dot(sphere.center.extend(1.0));
+    let mut all = true;
+    for plane in planes {
+        let inside_by = inside_by(plane);
+        if inside_by < -sphere.radius {
+            return None;
+        }
+        all &= inside_by > sphere.radius;
+    }
+    Some(all)
 }

@@ -14,8 +14,8 @@ pub(crate) struct FrameNumbers {
     pub(crate) triangles_full: u64,
     pub(crate) units_drawn: u64,
     pub(crate) selection_time: Duration,
-    /// Time of the whole frame, on CPU and GPU; `None` if nothing was drawn.
-    pub(crate) frame_time: Option<Duration>,
+    /// Time of the whole frame, on CPU and GPU; on the main thread alone if nothing was drawn.
+    pub(crate) frame_time: Duration,
 }
 
 /// What does not change from frame to frame.
@@ -48,7 +48,7 @@ struct Summary {
     drawn_share: f64,
     units_drawn: Spread,
     selection_ms: Spread,
-    frame_ms: Option<Spread>,
+    frame_ms: Percentiles,
 }
 
 /// Mean and extremes of a number over the frames, rounded to a thousandth.
@@ -71,6 +71,33 @@ impl Spread {
     }
 }
 
+/// How a number is distributed over the frames, rounded to a thousandth.
+#[derive(Debug, PartialEq, Serialize)]
+struct Percentiles {
+    p50: f64,
+    p95: f64,
+    p99: f64,
+    max: f64,
+}
+
+impl Percentiles {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = values.collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let last = sorted.len().saturating_sub(1);
+        let at = |share: f64| {
+            let value = sorted.get((share * last as f64).round() as usize);
+            value.map_or(0.0, |value| (value * 1e3).round() / 1e3)
+        };
+        Self {
+            p50: at(0.5),
+            p95: at(0.95),
+            p99: at(0.99),
+            max: at(1.0),
+        }
+    }
+}
+
 /// Prints the summary of a run on stdout.
 pub(crate) fn print(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) {
     let summary = summarise(quality, scene, frames);
@@ -82,7 +109,6 @@ fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -
     let spread = |value: fn(&FrameNumbers) -> f64| Spread::of(frames.iter().map(value));
     let triangles_drawn = spread(|f| f.triangles_drawn as f64);
     let triangles_full = spread(|f| f.triangles_full as f64);
-    let frame_ms = frames.iter().filter_map(|f| f.frame_time).map(milliseconds);
     let drawn_share = triangles_drawn.mean / triangles_full.mean.max(1.0);
     Summary {
         adapter: scene.adapter.clone(),
@@ -100,7 +126,7 @@ fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -
         drawn_share: (drawn_share * 1e5).round() / 1e5,
         units_drawn: spread(|f| f.units_drawn as f64),
         selection_ms: spread(|f| milliseconds(f.selection_time)),
-        frame_ms: (frame_ms.clone().count() > 0).then(|| Spread::of(frame_ms)),
+        frame_ms: Percentiles::of(frames.iter().map(|f| milliseconds(f.frame_time))),
     }
 }
 
@@ -142,7 +168,19 @@ mod tests {
         };
         assert_eq!(summary.triangles_drawn, spread);
         assert!((summary.drawn_share - 0.2).abs() < 1e-9);
-        assert_eq!(summary.frame_ms, None);
+    }
+
+    #[test]
+    fn percentiles_are_numbers_of_the_run() {
+        let percentiles = Percentiles::of((0..=100).rev().map(f64::from));
+        let expected = Percentiles {
+            p50: 50.0,
+            p95: 95.0,
+            p99: 99.0,
+            max: 100.0,
+        };
+        assert_eq!(percentiles, expected);
+        assert_eq!(Percentiles::of(std::iter::empty()).max, 0.0);
     }
 
     #[test]

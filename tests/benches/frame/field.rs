@@ -3,18 +3,26 @@
 use std::any::TypeId;
 use std::collections::HashMap;
 
-use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
+use bevy::camera::visibility::{NoCpuCulling, VisibilityRange, VisibleEntities};
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
-use fieldlod_tests::apps::{bevy_mesh, rendererless_app, run_until_ready, spawn_camera};
+#[cfg(not(feature = "no_device"))]
+use fieldlod_tests::apps::rendererless as plugins;
+use fieldlod_tests::apps::{bevy_mesh, finish, run_until_ready, spawn_camera};
+
+use crate::frame_times::FrameTimes;
+#[cfg(feature = "no_device")]
+use crate::no_device::plugins;
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {
     /// As Bevy does it.
     Full,
+    /// The same, culled on the GPU alone.
+    FullNoCpuCulling,
     /// Three levels by hand: one entity each, by distance.
     Ranges,
     /// By the plugin.
@@ -34,7 +42,9 @@ const SPACING: f32 = 5.0;
 impl Field {
     /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
     pub(crate) fn new(method: Method, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
-        let mut app = rendererless_app();
+        let mut app = App::new();
+        app.add_plugins((plugins(), FieldLodPlugin));
+        finish(&mut app);
         let world = app.world_mut();
         spawn_rocks(world, method, rocks, count);
         if sun {
@@ -52,12 +62,12 @@ impl Field {
     }
 
     /// A frame in which nothing moves.
-    pub(crate) fn still(&mut self) {
-        self.app.update();
+    pub(crate) fn still(&mut self) -> FrameTimes {
+        FrameTimes::of_update(&mut self.app)
     }
 
     /// A frame of a brisk walk: 1.8 m/s at 60 Hz, on a wide circle.
-    pub(crate) fn walk(&mut self) {
+    pub(crate) fn walk(&mut self) -> FrameTimes {
         self.step += 1;
         let angle = self.step as f32 * 0.03 / 20.0;
         let eye = Vec3::new(20.0 * angle.cos(), 1.7, 20.0 * angle.sin());
@@ -68,7 +78,7 @@ impl Field {
             .world_mut()
             .get_mut::<Transform>(self.camera)
             .unwrap() = pose;
-        self.app.update();
+        FrameTimes::of_update(&mut self.app)
     }
 
     /// Goes back to where the walk begins.
@@ -117,6 +127,9 @@ fn spawn_rocks(world: &mut World, method: Method, rocks: &[SourceMesh], count: u
         match method {
             Method::Full => {
                 world.spawn(one(&levels[0]));
+            }
+            Method::FullNoCpuCulling => {
+                world.spawn((one(&levels[0]), NoCpuCulling));
             }
             Method::AutoLod(kind) => {
                 world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));

@@ -1,6 +1,6 @@
 //! Gives levels of detail to the mesh entities that wait for them.
 
-use bevy::camera::visibility::NoAutoAabb;
+use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::platform::collections::HashSet;
@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::config::LodKind;
 use crate::events::{LodFailed, LodReady, asset_name};
+use crate::gpu_culling::GpuCulling;
 use crate::lod_mesh::{
     LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
 };
@@ -59,6 +60,7 @@ pub(super) fn give_levels_to_objects(
     mut commands: Commands,
     waiting: Query<(Entity, &Mesh3d, &LodWaiting, Has<NoAutoAabb>)>,
     mut lookup: LodMeshLookup,
+    culling: Res<GpuCulling>,
 ) {
     for (entity, mesh, wanted, has_no_auto_aabb) in &waiting {
         let mut commands = commands.entity(entity);
@@ -86,6 +88,9 @@ pub(super) fn give_levels_to_objects(
                     mesh: mesh.0.clone(),
                     keeps_aabb,
                 };
+                if culling.is_on {
+                    commands.try_insert(NoCpuCulling);
+                }
                 if lod.kind == LodKind::Clusters {
                     commands.try_insert(LodClusters);
                 }

@@ -1,0 +1,104 @@
+//! Counts what views draw where the GPU culls, and no list of the main world tells it.
+
+use bevy::camera::primitives::{Aabb, Frustum};
+use bevy::camera::visibility::RenderLayers;
+use bevy::prelude::*;
+
+use crate::gpu_culling::GpuCulling;
+use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
+use crate::stats::FieldLodViewStats;
+use crate::systems::FieldLodSystems;
+use crate::view_cut::{ViewCut, ViewState, layer_bits};
+
+/// Counts after levels and units have been chosen.
+pub(crate) fn plugin(app: &mut App) {
+    let is_culled_on_gpu = |culling: Res<GpuCulling>| culling.is_on;
+    let systems = count_drawn.run_if(is_culled_on_gpu);
+    app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
+}
+
+/// Counts what is in the frustum of each camera, where it or the scene has changed.
+fn count_drawn(
+    mut cameras: Query<(
+        &Camera,
+        Ref<Frustum>,
+        Option<&RenderLayers>,
+        &mut ViewCut,
+        &mut FieldLodViewStats,
+    )>,
+    scene: Res<LodScene>,
+) {
+    for (camera, frustum, layers, mut cut, mut stats) in &mut cameras {
+        let layers = layer_bits(layers);
+        let counted = Some([scene.revision, cut.visibility.revision, layers]);
+        if !camera.is_active || (cut.counted == counted && !frustum.is_changed()) {
+            continue;
+        }
+        cut.counted = counted;
+        let mut count = Count::default();
+        let planes = frustum.half_spaces.map(|half_space| half_space.normal_d());
+        // All but the far one, as Bevy culls.
+        scene
+            .scene
+            .visit_within(&planes[..5], &mut |id, is_within| {
+                let instance = scene.instance(id.index() as u32);
+                if let Some(instance) = instance.filter(|instance| instance.layers & layers != 0) {
+                    let frustum = (!is_within).then_some(&*frustum);
+                    count.add(instance, &cut, &scene, frustum);
+                }
+            });
+        stats.triangles_drawn = count.drawn;
+        stats.triangles_full = count.full;
+        stats.units_drawn = count.units;
+    }
+}
+
+/// What a view draws.
+#[derive(Default)]
+struct Count {
+    drawn: u64,
+    full: u64,
+    units: u32,
+}
+
+impl Count {
+    /// Counts an instance, as far as it is in the frustum; `None` if it is as a whole.
+    fn add(
+        &mut self,
+        instance: &LodInstance,
+        cut: &ViewCut,
+        scene: &LodScene,
+        frustum: Option<&Frustum>,
+    ) {
+        let world_from_local = scene.scene.placement(instance.id);
+        let is_seen = |aabb: &Aabb| {
+            frustum
+                .is_none_or(|frustum| frustum.intersects_obb(aabb, &world_from_local, true, false))
+        };
+        let mesh = &instance.mesh;
+        if !mesh.aabb.as_ref().is_none_or(is_seen) {
+            return;
+        }
+        self.full += u64::from(mesh.triangles_full);
+        let is_marked = cut.visibility.contains(instance.record);
+        match &instance.drawn_as {
+            DrawnAs::WholeMesh { level } if !is_marked => {
+                self.drawn += u64::from(mesh.pieces[*level as usize].triangles);
+                self.units += 1;
+            }
+            DrawnAs::Units(_) if is_marked || cut.state != ViewState::Cut => {
+                self.drawn += u64::from(mesh.triangles_full);
+            }
+            DrawnAs::WholeMesh { .. } => {}
+            DrawnAs::Units(units) => {
+                for &(unit, record) in units {
+                    let piece = &mesh.pieces[unit as usize];
+                    if cut.visibility.contains(record) && is_seen(&piece.aabb) {
+                        self.drawn += u64::from(piece.triangles);
+                        self.units += 1;
+                    }
+                }
+            }
+        }
+    }
+}

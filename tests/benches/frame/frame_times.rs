@@ -1,0 +1,44 @@
+//! How long the parts of a frame take.
+
+use std::time::{Duration, Instant};
+
+use bevy::prelude::*;
+
+/// The parts of one frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FrameTimes {
+    /// The main world.
+    pub(crate) main: Duration,
+    /// Both worlds wait for this.
+    pub(crate) extract: Duration,
+    /// The render world, up to the device.
+    pub(crate) render: Duration,
+}
+
+impl FrameTimes {
+    /// Runs a frame as [`App::update`] does.
+    pub(crate) fn of_update(app: &mut App) -> Self {
+        let mut times = Self::default();
+        let apps = app.sub_apps_mut();
+        let start = Instant::now();
+        apps.main.run_default_schedule();
+        times.main = start.elapsed();
+        for sub_app in apps.sub_apps.values_mut() {
+            let start = Instant::now();
+            sub_app.extract(apps.main.world_mut());
+            times.extract += start.elapsed();
+            let start = Instant::now();
+            sub_app.update();
+            times.render += start.elapsed();
+        }
+        apps.main.world_mut().clear_trackers();
+        times
+    }
+}
+
+/// The element in the middle.
+pub(crate) fn median(times: impl Iterator<Item = Duration>) -> Duration {
+    let mut times: Vec<Duration> = times.collect();
+    times.sort_unstable();
+    times[times.len() / 2]
+}

@@ -1,0 +1,217 @@
+//! Where the GPU culls, every picture is the one that filtered lists give.
+
+use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
+use bevy::color::palettes::css;
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy::prelude::*;
+use bevy::render::view::NoIndirectDrawing;
+use bevy_fieldlod::LodUnit;
+use bevy_fieldlod::prelude::*;
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::{Eye, Stage};
+use image::RgbaImage;
+
+use crate::picture::{count, difference};
+
+/// A scene in which everything happens that changes what a view draws.
+struct Story {
+    stage: Stage,
+    boulder: Entity,
+    prop: Entity,
+    glass: Entity,
+    sun: Entity,
+    eyes: Vec<Eye>,
+}
+
+impl Story {
+    fn new(gpu_culling: bool) -> Option<Self> {
+        let mut stage = Stage::new()?;
+        stage.app.insert_resource(FieldLodConfig {
+            gpu_culling,
+            ..default()
+        });
+        let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
+        let clear = stage.add(StandardMaterial::from(Color::srgba(0.4, 0.6, 0.5, 0.5)));
+        let mut add_rock = |subdivisions, material: &Handle<StandardMaterial>, x| {
+            let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(subdivisions, 7)));
+            let place = Transform::from_xyz(x, 1.5, 0.0);
+            let material = MeshMaterial3d(material.clone());
+            stage.spawn((Mesh3d(mesh), material, place, AutoLod::default()))
+        };
+        let boulder = add_rock(5, &stone, 0.0);
+        let prop = add_rock(3, &stone, -2.5);
+        let glass = add_rock(3, &clear, 2.5);
+        let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(20.0))));
+        let layers = RenderLayers::from_layers(&[0, 1]);
+        stage.spawn((Mesh3d(ground), MeshMaterial3d(stone), layers.clone()));
+        let sun = stage.spawn((
+            DirectionalLight {
+                illuminance: 5_000.0,
+                shadow_maps_enabled: true,
+                ..default()
+            },
+            CascadeShadowConfigBuilder::default().build(),
+            Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+            layers,
+        ));
+        stage.spawn((
+            PointLight {
+                shadow_maps_enabled: true,
+                intensity: 300_000.0,
+                ..default()
+            },
+            Transform::from_xyz(1.0, 5.0, 4.0),
+        ));
+        let mut story = Self {
+            stage,
+            boulder,
+            prop,
+            glass,
+            sun,
+            eyes: Vec::new(),
+        };
+        story.add_eye(1.0, -1.5);
+        story.add_eye(300.0, 1.5);
+        story.stage.run_until_ready();
+        Some(story)
+    }
+
+    fn add_eye(&mut self, error_px: f32, x: f32) {
+        let pose = Transform::from_xyz(x, 4.0, 7.0).looking_at(Vec3::new(0.0, 0.7, 0.0), Vec3::Y);
+        let settings = FieldLodSettings::with_error_px(error_px);
+        let eye = self.stage.add_eye(pose, css::SKY_BLUE.into(), settings);
+        self.eyes.push(eye);
+    }
+
+    fn pictures(&mut self) -> Vec<RgbaImage> {
+        self.stage.app.update();
+        let eyes: Vec<&Eye> = self.eyes.iter().collect();
+        let pending = self.stage.request(&eyes);
+        pending.iter().map(|one| self.stage.wait(one)).collect()
+    }
+
+    fn set_active(&mut self, eye: usize, is_active: bool) {
+        let eye = self.eyes[eye].entity;
+        let mut camera = self.stage.app.world_mut().get_mut::<Camera>(eye).unwrap();
+        camera.is_active = is_active;
+    }
+}
+
+type Step = (&'static str, fn(&mut Story));
+
+const STEPS: [Step; 14] = [
+    ("at first", |_| {}),
+    ("a camera moves", |story| {
+        let pose = Transform::from_xyz(-1.0, 2.5, 4.0).looking_at(Vec3::Y, Vec3::Y);
+        story.stage.insert(story.eyes[0].entity, pose);
+    }),
+    ("another camera comes", |story| story.add_eye(20.0, 0.0)),
+    ("an object is on another layer", |story| {
+        story.stage.insert(story.boulder, RenderLayers::layer(1));
+    }),
+    ("a camera sees it there", |story| {
+        let layers = RenderLayers::from_layers(&[0, 1]);
+        story.stage.insert(story.eyes[0].entity, layers);
+    }),
+    ("it comes back", |story| {
+        let mut boulder = story.stage.app.world_mut().entity_mut(story.boulder);
+        boulder.remove::<RenderLayers>();
+    }),
+    ("an object is hidden", |story| {
+        story.stage.insert(story.prop, Visibility::Hidden);
+    }),
+    ("it is shown, and another moves", |story| {
+        story.stage.insert(story.prop, Visibility::Visible);
+        story
+            .stage
+            .insert(story.glass, Transform::from_xyz(1.5, 2.5, 1.0));
+    }),
+    ("a camera sees full detail", |story| {
+        let settings = FieldLodSettings {
+            full_detail: true,
+            ..default()
+        };
+        story.stage.insert(story.eyes[1].entity, settings);
+    }),
+    ("and a cut again", |story| {
+        let settings = FieldLodSettings::with_error_px(100.0);
+        story.stage.insert(story.eyes[1].entity, settings);
+        story.set_active(0, false);
+        story.stage.app.update();
+        story.set_active(0, true);
+    }),
+    ("a light goes", |story| {
+        story.stage.insert(story.sun, Visibility::Hidden);
+    }),
+    ("it comes back, later", |story| {
+        story.stage.app.update();
+        story.stage.insert(story.sun, Visibility::Visible);
+    }),
+    ("an object loses its levels", |story| {
+        let mut boulder = story.stage.app.world_mut().entity_mut(story.boulder);
+        boulder.remove::<AutoLod>();
+    }),
+    ("an object is gone", |story| {
+        story.stage.app.world_mut().entity_mut(story.prop).despawn();
+    }),
+];
+
+#[test]
+fn kept_lists_draw_what_filtered_lists_draw() {
+    let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
+        return;
+    };
+    let on_gpu = |story: &mut Story| {
+        let world = story.stage.app.world_mut();
+        let mut units = world.query_filtered::<Has<NoCpuCulling>, With<LodUnit>>();
+        let units: Vec<bool> = units.iter(world).collect();
+        assert!(!units.is_empty());
+        units.iter().all(|&is_on| is_on) && world.entity(story.prop).contains::<NoCpuCulling>()
+    };
+    assert!(on_gpu(&mut kept), "the adapter does not cull");
+    assert!(!on_gpu(&mut filtered));
+    let mut before = kept.pictures();
+    for (name, step) in STEPS {
+        step(&mut kept);
+        step(&mut filtered);
+        let pictures = kept.pictures();
+        for (index, (kept, filtered)) in pictures.iter().zip(filtered.pictures()).enumerate() {
+            let differing = count(&difference(kept, &filtered));
+            assert_eq!(differing, 0, "{name}, in the picture of camera {index}");
+        }
+        let has_changed = |(now, before): (&RgbaImage, &RgbaImage)| now != before;
+        let changes =
+            pictures.len() > before.len() || pictures.iter().zip(&before).any(has_changed);
+        assert!(changes || name == "at first", "{name}: nothing changes");
+        for (one, other) in kept.eyes.iter().zip(&filtered.eyes) {
+            let numbers = |story: &Story, eye: &Eye| {
+                let stats = story.stage.stats(eye);
+                (
+                    stats.triangles_drawn,
+                    stats.triangles_full,
+                    stats.units_drawn,
+                )
+            };
+            assert_eq!(numbers(&kept, one), numbers(&filtered, other), "{name}");
+        }
+        before = pictures;
+    }
+}
+
+#[test]
+fn with_a_camera_that_draws_directly_lists_are_filtered() {
+    let (Some(mut kept), Some(mut direct)) = (Story::new(true), Story::new(true)) else {
+        return;
+    };
+    direct.add_eye(300.0, 1.5);
+    direct
+        .stage
+        .insert(direct.eyes[2].entity, NoIndirectDrawing);
+    let before = kept.pictures();
+    let pictures = direct.pictures();
+    let prop = direct.stage.app.world().entity(direct.prop);
+    assert!(!prop.contains::<NoCpuCulling>());
+    for (one, other) in before.iter().zip(&pictures) {
+        assert_eq!(count(&difference(one, other)), 0);
+    }
+}

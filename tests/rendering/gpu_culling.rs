@@ -99,7 +99,7 @@ impl Story {
 
 type Step = (&'static str, fn(&mut Story));
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     ("at first", |_| {}),
     ("a camera moves", |story| {
         let pose = Transform::from_xyz(-1.0, 2.5, 4.0).looking_at(Vec3::Y, Vec3::Y);
@@ -128,7 +128,7 @@ const STEPS: [Step; 14] = [
     }),
     ("a camera sees full detail", |story| {
         let settings = FieldLodSettings {
-            full_detail: true,
+            forced_level: Some(0),
             ..default()
         };
         story.stage.insert(story.eyes[1].entity, settings);
@@ -139,6 +139,13 @@ const STEPS: [Step; 14] = [
         story.set_active(0, false);
         story.stage.app.update();
         story.set_active(0, true);
+    }),
+    ("a camera leaves out what is small", |story| {
+        let settings = FieldLodSettings {
+            cull_below_px: Some(1000.0),
+            ..default()
+        };
+        story.stage.insert(story.eyes[2].entity, settings);
     }),
     ("a light goes", |story| {
         story.stage.insert(story.sun, Visibility::Hidden);

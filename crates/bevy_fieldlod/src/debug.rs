@@ -10,9 +10,11 @@ use bevy::pbr::MaterialPlugin;
 use bevy::prelude::*;
 
 use crate::debug_options::FieldLodDebug;
+use crate::filter::is_drawn;
 use crate::lod_scene::LodScene;
 use crate::systems::FieldLodSystems;
 use crate::units::LodUnit;
+use crate::view_cut::ViewCut;
 use material::{DebugMaterials, LodDebugMaterial, level_color};
 
 /// Shows what the selection does, as [`FieldLodDebug`] says. Add it after
@@ -75,6 +77,7 @@ impl Plugin for FieldLodDebugPlugin {
 fn draw_bounds(
     mut gizmos: Gizmos<FieldLodGizmos>,
     scene: Res<LodScene>,
+    views: Query<&ViewCut>,
     drawn: Query<(
         &bevy::camera::primitives::Aabb,
         &GlobalTransform,
@@ -85,7 +88,11 @@ fn draw_bounds(
         let Ok((aabb, transform, visibility)) = drawn.get(entity) else {
             continue;
         };
-        if visibility.get() {
+        // Where the GPU culls, whatever is not hidden counts as visible.
+        let record = scene.records.find(entity);
+        let is_drawn = record
+            .is_some_and(|(index, record)| views.iter().any(|cut| is_drawn(cut, index, record)));
+        if is_drawn && visibility.get() {
             let aabb = bevy::math::bounding::Aabb3d {
                 min: aabb.min(),
                 max: aabb.max(),

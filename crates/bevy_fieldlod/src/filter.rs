@@ -34,7 +34,7 @@ fn is_culled_on_cpu(culling: Res<GpuCulling>) -> bool {
 }
 
 /// Whether a view draws the entity of a record.
-fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
+pub(crate) fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     match record.kind {
         DrawKind::Free => true,
         DrawKind::WholeMesh => !cut.visibility.contains(index),

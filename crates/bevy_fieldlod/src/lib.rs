@@ -45,8 +45,9 @@
 //! - Of large meshes, each view draws its own *cut*: every piece of the surface at the coarsest level
 //!   that errs by no more than the pixels that its camera allows. The entities of the pieces
 //!   (*units*, [`LodUnit`]) are children of the mesh's entity, spawned when a view first draws them.
-//!   After Bevy's culling, each camera's list of visible entities, and those of its shadow maps, are
-//!   filtered down to what its cut draws.
+//!   Each camera's list of what it draws, and those of its shadow maps, have only what its cut draws: where the
+//!   GPU culls, the render world's lists are kept up to date as cuts change; elsewhere those that Bevy's
+//!   culling makes anew in each frame are filtered.
 //!
 //! The standard renderer draws all of them, with the material of their mesh, whatever it is; no shader
 //! and no special hardware is involved. [`FieldLodSystems`] names what happens in a frame, in order.
@@ -60,8 +61,9 @@
 //! [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes are left as they are. Entities with `NoCpuCulling` bypass the lists of
-//! visible entities and must not be marked. Whoever reads the [`Mesh3d`] of a prop gets that of a level,
+//! Skinned and morphed meshes are left as they are. Where the GPU culls
+//! ([`FieldLodConfig::gpu_culling`]), the plugin puts `NoCpuCulling` on what has levels and takes it off again, and
+//! `VisibleEntities` of cameras and lights have none of it. Whoever reads the [`Mesh3d`] of a prop gets that of a level,
 //! and the source from [`LodSource`]; removing [`AutoLod`] puts it back.
 //!
 //! # Features

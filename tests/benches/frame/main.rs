@@ -100,7 +100,9 @@ fn checked_field(method: Method, count: u32, sun: bool) -> Field {
     let mut field = Field::new(method, &rocks(), count, sun);
     if let Method::AutoLod(_) = method {
         let before = field.levels();
-        (0..WALK).for_each(|_| drop(field.walk()));
+        for _ in 0..WALK {
+            field.walk();
+        }
         let stats = field.stats();
         assert!(
             stats.triangles_drawn * 2 < stats.triangles_full,
@@ -137,7 +139,9 @@ fn kinds(criterion: &mut Criterion) {
 fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
     let rocks = [rock(subdivisions, 1)];
     let mut field = Field::new(Method::AutoLod(kind), &rocks, count, true);
-    (0..100).for_each(|_| field.walk());
+    for _ in 0..100 {
+        field.walk();
+    }
     let stats = field.stats();
     let has_levels = kind != LodKind::Plain;
     assert_eq!(stats.triangles_drawn < stats.triangles_full, has_levels);

@@ -37,7 +37,7 @@ fn glb_of(shape: &Shape) -> Vec<u8> {
         buffer.extend_from_slice(bytes);
     };
     for vectors in [&shape.positions, &shape.normals, &shape.colors] {
-        let numbers = vectors.iter().flat_map(|vector| vector.to_array());
+        let numbers = vectors.iter().flat_map(bevy::prelude::Vec3::to_array);
         add_view(numbers.map(f32::to_le_bytes).collect());
     }
     add_view(shape.indices.iter().map(|i| i.to_le_bytes()).collect());

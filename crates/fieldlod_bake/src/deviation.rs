@@ -21,12 +21,12 @@ use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use self::closer_look::{SAMPLING_MARGIN, Suspect, Target, WITHIN, look_closely};
+use self::closer_look::{AGGREGATE_MARGIN, SAMPLING_MARGIN, Suspect, Target, WITHIN, look_closely};
 use self::handed_on::handed_on;
 use self::seen::Seen;
 use crate::clusters::{Cluster, Place};
 use crate::mesh::SourceMesh;
-use crate::simplify::Simplified;
+use crate::simplify::{Means, Simplified};
 use crate::triangle_tree::TriangleTree;
 use crate::vertices::LevelVertices;
 
@@ -143,8 +143,12 @@ impl Ruler {
             effort,
             &mut furthest,
         );
+        let margin = match simplified.means {
+            Means::Aggregate => AGGREGATE_MARGIN,
+            _ => SAMPLING_MARGIN,
+        };
         Measured {
-            deviation_in_scaled: (furthest.sqrt() * SAMPLING_MARGIN).max(least_in_scaled),
+            deviation_in_scaled: (furthest.sqrt() * margin).max(least_in_scaled),
             places: handed_on(&seen, clusters, effort.places_per_triangle),
         }
     }

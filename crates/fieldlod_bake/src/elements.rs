@@ -17,6 +17,9 @@ const NEIGHBOURS: usize = 24;
 /// Of two elements one gets their area, relative to its own, raised to this power, beside what
 /// [coverage](crate::coverage) asks for: large leaves look worse than a few that are missing.
 const GROWTH: f32 = 0.7;
+/// Open elements of more triangles keep their border where the source has it: they may come to lie in several
+/// groups, each of which sees a part of it.
+const MOST_MOVED_IF_OPEN: usize = 16;
 /// Elements grow no more than this when they are flattened.
 const MOST_FLATTENED: f32 = 4.0;
 
@@ -95,7 +98,12 @@ impl Task<'_> {
         mean: &[f32],
     ) {
         let factor = (area / element.area).sqrt();
-        if !factor.is_finite() {
+        let is_border = |&own: &u32| {
+            let vertex = self.piece.vertices[own as usize];
+            self.vertices.is_border[vertex as usize]
+        };
+        let is_large = element.triangles.len() > MOST_MOVED_IF_OPEN;
+        if !factor.is_finite() || is_large && element.vertices().iter().any(is_border) {
             return;
         }
         let layout = &self.vertices.layout;

@@ -27,6 +27,8 @@ pub(crate) enum Method {
     Ranges,
     /// By the plugin.
     AutoLod(LodKind),
+    /// By the plugin, with `FieldLodConfig::gpu_culling` off.
+    AutoLodCpuCulling,
 }
 
 /// A square of instances around a camera, which may walk.
@@ -46,13 +48,16 @@ impl Field {
         app.add_plugins((plugins(), FieldLodPlugin));
         finish(&mut app);
         let world = app.world_mut();
+        if method == Method::AutoLodCpuCulling {
+            world.resource_mut::<FieldLodConfig>().gpu_culling = false;
+        }
         spawn_rocks(world, method, rocks, count);
         if sun {
             spawn_sun(world);
         }
         let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
         let camera = spawn_camera(world, UVec2::new(1920, 1080), pose);
-        let has_plugin = matches!(method, Method::AutoLod(_));
+        let has_plugin = matches!(method, Method::AutoLod(_) | Method::AutoLodCpuCulling);
         run_until_ready(&mut app, if has_plugin { count } else { 0 });
         Self {
             app,
@@ -130,6 +135,9 @@ fn spawn_rocks(world: &mut World, method: Method, rocks: &[SourceMesh], count: u
             }
             Method::FullNoCpuCulling => {
                 world.spawn((one(&levels[0]), NoCpuCulling));
+            }
+            Method::AutoLodCpuCulling => {
+                world.spawn((one(&levels[0]), AutoLod::default()));
             }
             Method::AutoLod(kind) => {
                 world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));

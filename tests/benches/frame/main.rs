@@ -23,11 +23,12 @@ use frame_times::{FrameTimes, median};
 
 /// Sizes of the field, in props.
 const SIZES: [u32; 4] = [1_000, 10_000, 100_000, 1_000_000];
-const METHODS: [(&str, Method); 4] = [
+const METHODS: [(&str, Method); 5] = [
     ("full detail", Method::Full),
     ("NoCpuCulling", Method::FullNoCpuCulling),
     ("VisibilityRange", Method::Ranges),
     ("AutoLod", Method::AutoLod(LodKind::Auto)),
+    ("AutoLod, CPU", Method::AutoLodCpuCulling),
 ];
 /// Rounds in which each field runs some frames that are timed.
 const ROUNDS: usize = 8;

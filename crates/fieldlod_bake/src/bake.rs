@@ -46,8 +46,9 @@ pub(crate) fn bake_mesh_with_progress(
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);
-    // Draw what may be drawn as a whole, and see how good it looks.
-    if config.measure_appearance {
+    // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
+    // by their errors, by which that is calibrated.
+    if config.measure_appearance && report.has_aggregates {
         measure_levels(&mut hierarchy);
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));

@@ -51,8 +51,9 @@ pub struct BakeConfig {
     pub first_moved_level: u32,
     /// Whether deviations from the source are measured. Without, a guarantee draws full detail.
     pub measure_deviation: bool,
-    /// Whether pictures tell how far away the levels of the whole mesh are good enough, of meshes with no
-    /// more vertices than can be drawn as a whole. Without, a level is as bad as its worst piece.
+    /// Whether pictures tell how far away the levels of the whole mesh are good enough, of meshes of many
+    /// loose pieces, such as leaves, with no more vertices than can be drawn as a whole. Without, a level is
+    /// as bad as its worst piece.
     pub measure_appearance: bool,
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,

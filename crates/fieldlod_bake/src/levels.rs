@@ -106,6 +106,7 @@ pub(crate) fn build_levels(
             };
         }
     }
+    report.has_aggregates = coverage.is_some();
     report.coarsest_triangles = triangle_count(&pool);
     groups.add_terminal(pool);
     (groups, report)

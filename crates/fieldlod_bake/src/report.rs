@@ -10,6 +10,8 @@ pub struct BakeReport {
     pub stuck_groups: usize,
     /// Levels of the whole mesh above the last clusters.
     pub whole_mesh_levels: usize,
+    /// Whether some groups are aggregates of many loose pieces, such as leaves.
+    pub has_aggregates: bool,
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
     /// What was done where simplification got stuck altogether. If `coarsest_triangles` is above

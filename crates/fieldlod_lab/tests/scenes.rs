@@ -56,8 +56,8 @@ fn what_is_hidden_takes_fewer_triangles_at_equal_error() {
         least_share: VisibleFlux::default().least_share,
     };
     assert_eq!(share(Visibility::Unknown), 1.0);
-    assert!(share(flux) < 0.9, "{result:?}");
-    assert!(share(Visibility::HiddenInPicture) < 0.95, "{result:?}");
+    assert!(share(flux) < 0.85, "{result:?}");
+    assert!(share(Visibility::HiddenInPicture) < 0.85, "{result:?}");
     // Nothing that the picture does not show changes it.
     assert_eq!(result.pixels_changed[1], 0);
     let base = result.rows[0].rmse;

@@ -72,18 +72,24 @@ fn the_curl_vanishes_in_the_middle() {
     assert!(corner > middle + 50, "{middle} {corner}");
 }
 
-/// The depth image shows what hides others, and goes when it is not wanted.
-#[test]
-fn the_depth_image_is_shown_in_the_corner() {
-    let Some(mut stage) = Stage::unfinished() else {
-        return;
-    };
+/// A rock with the debug plugin, and where from to look at it.
+fn stage_with_a_rock() -> Option<(Stage, Transform)> {
+    let mut stage = Stage::unfinished()?;
     stage.app.add_plugins(FieldLodDebugPlugin);
     stage.finish();
     let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 1)));
     let grey = stage.add(StandardMaterial::from(Color::WHITE));
     stage.spawn((Mesh3d(rock), MeshMaterial3d(grey), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y);
+    Some((stage, pose))
+}
+
+/// The depth image shows what hides others, and goes when it is not wanted.
+#[test]
+fn the_depth_image_is_shown_in_the_corner() {
+    let Some((mut stage, pose)) = stage_with_a_rock() else {
+        return;
+    };
     let flux = FieldLodSettings {
         visible_flux: true,
         ..default()
@@ -109,15 +115,9 @@ fn the_depth_image_is_shown_in_the_corner() {
 
 #[test]
 fn boxes_are_gizmos_of_a_group_of_their_own() {
-    let Some(mut stage) = Stage::unfinished() else {
+    let Some((mut stage, pose)) = stage_with_a_rock() else {
         return;
     };
-    stage.app.add_plugins(FieldLodDebugPlugin);
-    stage.finish();
-    let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 1)));
-    let grey = stage.add(StandardMaterial::from(Color::WHITE));
-    stage.spawn((Mesh3d(rock), MeshMaterial3d(grey), AutoLod::default()));
-    let pose = Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y);
     let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
     stage.run_until_ready();
     let [without] = stage.shoot([&eye]);

@@ -1,4 +1,4 @@
-//! How far away each level of the whole mesh looks as the source does, measured on pictures.
+//! How far away each level of an aggregate, drawn as a whole, looks as the source does, measured on pictures.
 //!
 //! The deviation of a crown's level is that of its worst leaf, but what is seen of a crown is its
 //! outline, its light and its colours. So each level is drawn beside the source from [`DIRECTIONS`]

@@ -52,8 +52,12 @@ pub(crate) fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity,
 
 /// An app with the plugin that may get more plugins before [`finish`].
 pub(crate) fn unfinished(assets: AssetPlugin) -> App {
+    unfinished_in(App::new(), assets)
+}
+
+/// As [`unfinished`], in an app that has something already.
+pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     listen();
-    let mut app = App::new();
     app.add_plugins((rendererless().set(assets), FieldLodPlugin))
         .init_resource::<Events>()
         .add_systems(Last, note_events);
@@ -165,10 +169,17 @@ pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
 
 /// Whether a line at `level` was logged that holds all of `words`.
 pub(crate) fn logged(level: Level, words: &[&str]) -> bool {
+    logged_times(level, words) > 0
+}
+
+/// How many lines at `level` were logged that hold all of `words`.
+pub(crate) fn logged_times(level: Level, words: &[&str]) -> usize {
     let lines = LINES.lock().unwrap();
+    let has_all = |line: &str| words.iter().all(|word| line.contains(word));
+    let lines = lines.iter();
     lines
-        .iter()
-        .any(|(at, line)| *at == level && words.iter().all(|word| line.contains(word)))
+        .filter(|(at, line)| *at == level && has_all(line))
+        .count()
 }
 
 static LINES: Mutex<Vec<(Level, String)>> = Mutex::new(Vec::new());

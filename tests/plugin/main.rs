@@ -20,6 +20,7 @@ mod scenes;
 mod soak;
 mod standalone;
 mod stock;
+mod streamed;
 mod textures;
 mod views;
 mod visible_flux;

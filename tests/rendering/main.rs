@@ -12,4 +12,5 @@ mod motion;
 mod picking;
 mod picture;
 mod stock;
+mod streamed;
 mod swap;

@@ -1,4 +1,4 @@
-//! `.fieldlod` files as Bevy assets.
+//! `.fieldlod` and `.fieldpages` files as Bevy assets.
 
 use std::sync::Arc;
 
@@ -7,18 +7,40 @@ use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 use fieldlod_hierarchy::BakedFile;
 
-/// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`.
+use crate::pages::LodPages;
+
+/// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`, or a `.fieldpages` file made
+/// by `fieldlod bake --pages`, of which only the coarsest levels are in memory.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct BakedLods {
-    /// The contents of the file. Hierarchies may lack the vertices of their source, which are then taken
-    /// from the meshes that they are used for.
+    /// The contents of a `.fieldlod` file; nothing for a `.fieldpages` file. Hierarchies may lack the vertices
+    /// of their source, which are then taken from the meshes that they are used for.
     pub file: Arc<BakedFile>,
+    /// What is known of a `.fieldpages` file.
+    pub(crate) pages: Option<Arc<LodPages>>,
 }
 
-/// Lets the asset server load `.fieldlod` files.
+impl BakedLods {
+    /// Hierarchies that are in memory as a whole.
+    #[must_use]
+    pub fn new(file: Arc<BakedFile>) -> Self {
+        Self { file, pages: None }
+    }
+
+    fn in_pages(pages: LodPages) -> Self {
+        let primitives = Vec::new();
+        Self {
+            file: Arc::new(BakedFile { primitives }),
+            pages: Some(Arc::new(pages)),
+        }
+    }
+}
+
+/// Lets the asset server load such files.
 pub(crate) fn plugin(app: &mut App) {
     app.init_asset::<BakedLods>()
-        .init_asset_loader::<BakedLodsLoader>();
+        .init_asset_loader::<BakedLodsLoader>()
+        .init_asset_loader::<LodPagesLoader>();
 }
 
 /// Loads `.fieldlod` files.
@@ -38,11 +60,35 @@ impl AssetLoader for BakedLodsLoader {
     ) -> Result<BakedLods, BevyError> {
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
-        let file = Arc::new(BakedFile::from_bytes_beside_source(&bytes)?);
-        Ok(BakedLods { file })
+        let file = BakedFile::from_bytes_beside_source(&bytes)?;
+        Ok(BakedLods::new(Arc::new(file)))
     }
 
     fn extensions(&self) -> &[&str] {
         &["fieldlod"]
+    }
+}
+
+/// Loads what of `.fieldpages` files stays in memory.
+#[derive(Debug, Default, TypePath)]
+struct LodPagesLoader;
+
+impl AssetLoader for LodPagesLoader {
+    type Asset = BakedLods;
+    type Settings = ();
+    type Error = BevyError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        load_context: &mut LoadContext<'_>,
+    ) -> Result<BakedLods, BevyError> {
+        let path = load_context.path().clone_owned();
+        Ok(BakedLods::in_pages(LodPages::read(reader, path).await?))
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["fieldpages"]
     }
 }

@@ -70,6 +70,31 @@ pub struct FieldLodConfig {
     /// no camera has [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing): the CPU then looks at none that
     /// has not changed, and no list of the main world has them.
     pub gpu_culling: bool,
+    /// How much memory the meshes of `.fieldpages` files may take.
+    pub memory: LodMemory,
+}
+
+/// How much memory the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)) may take. Where views want
+/// more, the error that they allow grows by small steps, until what they want fits: that of
+/// everything, in the same measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]
+#[reflect(Clone, Default, PartialEq)]
+pub struct LodMemory {
+    /// Bytes of meshes on the GPU. The coarsest levels of all meshes are always there; nothing else exceeds it.
+    pub gpu_bytes: u64,
+    /// Bytes of main memory of what is being read, decoded and sent to the GPU, where it does not stay. Tables
+    /// of contents, about 170 kB for a million triangles, come on top.
+    pub main_bytes: u64,
+}
+
+impl Default for LodMemory {
+    /// 512 MiB on the GPU, as adapters do not tell how much they have; 64 MiB on the way there.
+    fn default() -> Self {
+        Self {
+            gpu_bytes: 512 << 20,
+            main_bytes: 64 << 20,
+        }
+    }
 }
 
 impl Default for FieldLodConfig {
@@ -90,6 +115,7 @@ impl Default for FieldLodConfig {
             units_per_frame: None,
             idle_frames: 60,
             gpu_culling: true,
+            memory: LodMemory::default(),
         }
     }
 }

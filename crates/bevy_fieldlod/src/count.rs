@@ -93,7 +93,7 @@ impl Count {
             DrawnAs::Units(units) => {
                 for &(unit, record) in units {
                     let piece = &mesh.pieces[unit as usize];
-                    if cut.visibility.contains(record) && is_seen(&piece.aabb) {
+                    if cut.visibility.contains(record) && is_seen(&piece.aabb()) {
                         self.drawn += u64::from(piece.triangles);
                         self.units += 1;
                     }

@@ -175,11 +175,14 @@ impl DrawRecords {
         record.view_count == 0
     }
 
+    /// Whether the record is that of a unit which no view draws.
+    pub(crate) fn is_idle(&self, record: u32) -> bool {
+        self.unit(record).is_some() && self.records[record as usize].view_count == 0
+    }
+
     /// Whether the record is that of a unit which no view has drawn since `frame`.
     pub(crate) fn is_idle_since(&self, record: u32, frame: u32) -> bool {
-        let is_unit = self.unit(record).is_some();
-        let record = &self.records[record as usize];
-        is_unit && record.view_count == 0 && record.idle_since == frame
+        self.is_idle(record) && self.records[record as usize].idle_since == frame
     }
 
     /// Frees a record and returns the entity that it had.

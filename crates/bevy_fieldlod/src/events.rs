@@ -3,6 +3,7 @@
 use bevy::asset::{AssetId, UntypedAssetId};
 use bevy::mesh::{MeshAccessError, PrimitiveTopology};
 use bevy::prelude::*;
+use fieldlod_hierarchy::FileError;
 use thiserror::Error;
 
 use crate::config::LodKind;
@@ -155,6 +156,20 @@ pub enum LodError {
     VerticesLeftOut {
         /// The `.fieldlod` file.
         file: String,
+    },
+    /// A `.fieldpages` file is drawn by itself, with [`LodMesh3d`](crate::LodMesh3d).
+    #[error("{file} is read in parts, which only LodMesh3d does")]
+    InPages {
+        /// The `.fieldpages` file.
+        file: String,
+    },
+    /// What the coarsest levels of a mesh draw cannot be read.
+    #[error("{file} cannot be drawn: {fault}")]
+    Unreadable {
+        /// The `.fieldpages` file.
+        file: String,
+        /// What is wrong with it.
+        fault: FileError,
     },
     /// The mesh cannot be baked.
     #[cfg(feature = "bake")]

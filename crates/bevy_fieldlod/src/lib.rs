@@ -94,6 +94,7 @@ mod lod_mesh;
 mod lod_scene;
 mod meshes;
 mod motion;
+mod pages;
 #[cfg(feature = "bake")]
 mod processor;
 mod restart;
@@ -114,7 +115,7 @@ use bevy::prelude::*;
 
 pub use auto_lod::{AutoLod, NoLod};
 pub use baked_lods::BakedLods;
-pub use config::{FieldLodConfig, LodKind};
+pub use config::{FieldLodConfig, LodKind, LodMemory};
 pub use cut_of::FieldLodCutOf;
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
@@ -127,6 +128,7 @@ pub use fieldlod_select::LodSettings;
 pub use inherit::FieldLodAppExt;
 pub use levels::LodLevels;
 pub use lod_mesh::{LodSimplified, LodSource, LodState};
+pub use pages::FieldLodMemory;
 #[cfg(feature = "bake")]
 pub use processor::FieldLodProcessorPlugin;
 pub use settings::FieldLodSettings;
@@ -140,8 +142,9 @@ pub use units::LodUnit;
 pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodCutOf, FieldLodDebug,
-        FieldLodEvent, FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats,
-        LodFailed, LodKind, LodLevels, LodMesh3d, LodReady, LodState, NoLod,
+        FieldLodEvent, FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodSettings,
+        FieldLodViewStats, LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState,
+        NoLod,
     };
 }
 
@@ -169,6 +172,7 @@ impl Plugin for FieldLodPlugin {
                 baked_lods::plugin,
                 standalone::plugin,
                 upload::plugin,
+                pages::plugin,
             ))
             // What happens in a frame, in the order of `FieldLodSystems`.
             .add_plugins((

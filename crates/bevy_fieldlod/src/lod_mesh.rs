@@ -1,10 +1,11 @@
 //! The levels of detail of mesh assets, and what the plugin keeps on the entities that share them.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
+use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
@@ -31,17 +32,21 @@ pub(crate) struct LodMesh {
     pub(crate) uv_per_area: f32,
     /// The mesh of the level that was asked for, for rays and physics.
     pub(crate) simplified: Option<Handle<Mesh>>,
-    /// Whether the GPU has all pieces. The render world sets it.
-    pub(crate) uploaded: AtomicBool,
+    /// Whether the GPU has all pieces, or those that are there from the beginning. The render world sets it.
+    pub(crate) uploaded: Arc<AtomicBool>,
+    /// Of a mesh that is read in parts, the meshes of units in pages that the GPU has; not those of the first
+    /// page, which stays.
+    pub(crate) in_pages: Mutex<HashMap<u32, Handle<Mesh>>>,
 }
 
 /// The mesh that draws one unit.
 #[derive(Debug)]
 pub(crate) struct LodPiece {
-    /// `None` for a whole mesh at its finest level, which is the source mesh.
+    /// `None` for a whole mesh at its finest level, which is the source mesh, and for what comes and goes with
+    /// its page.
     pub(crate) mesh: Option<Handle<Mesh>>,
-    /// The box around it in local space.
-    pub(crate) aabb: Aabb,
+    /// The box around it in local space, once its page has been read.
+    pub(crate) aabb: OnceLock<Aabb>,
     /// 0 is the finest.
     pub(crate) level: u32,
     pub(crate) triangles: u32,
@@ -53,12 +58,29 @@ pub(crate) struct LodPiece {
     pub(crate) error_in_local: f32,
 }
 
+impl LodPiece {
+    /// The box around it in local space; nothing before its page was read.
+    pub(crate) fn aabb(&self) -> Aabb {
+        self.aabb.get().copied().unwrap_or_default()
+    }
+}
+
 impl LodMesh {
     /// The mesh of a level, if it is drawn as a whole mesh.
     pub(crate) fn mesh_at<'a>(&'a self, level: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
         let piece = self.pieces.get(level as usize);
         let mesh = piece.and_then(|piece| piece.mesh.as_ref());
         mesh.unwrap_or(&source.mesh)
+    }
+
+    /// The mesh of a unit; `None` while that is not on the GPU.
+    pub(crate) fn mesh_of_unit(&self, unit: u32) -> Option<Handle<Mesh>> {
+        let stays = self.pieces[unit as usize].mesh.clone();
+        stays.or_else(|| self.in_pages().get(&unit).cloned())
+    }
+
+    pub(crate) fn in_pages(&self) -> MutexGuard<'_, HashMap<u32, Handle<Mesh>>> {
+        self.in_pages.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn is_uploaded(&self) -> bool {

@@ -46,6 +46,8 @@ pub(crate) struct LodScene {
     frame: u32,
     /// Counts changes of what views may draw.
     pub(crate) revision: u64,
+    /// By how much errors count for less, as memory is short; `None` if no mesh is read in parts.
+    pub(crate) coarsening: Option<f32>,
 }
 
 /// An entity with levels of detail.

@@ -25,6 +25,7 @@ use crate::stats::FieldLodProgress;
 use crate::systems::FieldLodSystems;
 use crate::upload::{PiecesToSend, send_pieces};
 pub(crate) use lookup::LodMeshes;
+pub(crate) use unit_mesh::unit_mesh;
 
 /// Prepares meshes while entities wait for them.
 pub(crate) fn plugin(app: &mut App) {

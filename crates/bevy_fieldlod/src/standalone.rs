@@ -1,4 +1,4 @@
-//! Meshes that are drawn from their `.fieldlod` file alone.
+//! Meshes that are drawn from their `.fieldlod` or `.fieldpages` file alone.
 
 use std::sync::Arc;
 
@@ -11,14 +11,21 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::events::{LodError, LodFailed, asset_name};
+use crate::meshes::LodMeshes;
+use crate::pages::MeshInPages;
 use crate::systems::FieldLodSystems;
 
-/// Draws a primitive of a `.fieldlod` file, with any material beside it, where the glTF file that it was
-/// baked from is not at hand: the file must have all vertices, as it has unless baked `--beside-source`.
+/// Draws a primitive of a `.fieldlod` or `.fieldpages` file, with any material beside it, where the glTF file that
+/// it was baked from is not at hand. A `.fieldlod` file must have all vertices, as it has unless baked
+/// `--beside-source`.
 ///
-/// Once the file is loaded, the entity gets a [`Mesh3d`] of the source geometry and an [`AutoLod`] with the
-/// levels; one that it has keeps what else it says. Entities of the same primitive share both, and lose
-/// them with this component.
+/// Once the file is loaded, the entity gets a [`Mesh3d`] and an [`AutoLod`] with the levels; one that it has
+/// keeps what else it says. Entities of the same primitive share both, and lose them with this component.
+/// - Of a `.fieldlod` file, which is in memory as a whole, the mesh is the source geometry.
+/// - Of a `.fieldpages` file (`fieldlod bake --pages`) it is the coarsest level; finer ones are read in the
+///   background as views want them, and leave again, under the budgets of
+///   [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). What is not there is drawn coarser. It is always cut
+///   into units, and [`AutoLod::simplified_level`] has no say.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -66,7 +73,8 @@ struct StandaloneMeshes(HashMap<PrimitiveKey, Result<StandaloneMesh, LodError>>)
 #[derive(Clone)]
 struct StandaloneMesh {
     source: Handle<Mesh>,
-    lods: Handle<BakedLods>,
+    /// Of a file that is in memory as a whole.
+    lods: Option<Handle<BakedLods>>,
 }
 
 /// An entity whose file is being loaded.
@@ -118,19 +126,24 @@ fn give_meshes(
     mut commands: Commands,
     waiting: Query<(Entity, &LodMesh3d, Option<&AutoLod>), With<AwaitsFile>>,
     mut known: ResMut<StandaloneMeshes>,
+    mut lods: ResMut<LodMeshes>,
     mut files: ResMut<Assets<BakedLods>>,
     mut meshes: ResMut<Assets<Mesh>>,
     assets: Res<AssetServer>,
 ) {
     for (entity, wanted, auto_lod) in &waiting {
         let name = asset_name(&assets, wanted.file.id().untyped());
-        let file = files.get(&wanted.file).map(|loaded| loaded.file.clone());
+        let file = files.get(&wanted.file).cloned();
         let made = match (known.0.get(&wanted.key()), file) {
             (Some(made), _) => made.clone(),
             (None, Some(file)) => {
-                let made = find(&file, wanted, &name)
-                    .inspect_err(|error| error!("a mesh is not drawn: {error}"))
-                    .map(|primitive| StandaloneMesh::new(primitive, &mut meshes, &mut files));
+                let made = match &file.pages {
+                    Some(pages) => MeshInPages::find(pages, wanted, &name)
+                        .and_then(|mesh| StandaloneMesh::in_pages(mesh, &mut meshes, &mut lods)),
+                    None => find(&file.file, wanted, &name)
+                        .map(|primitive| StandaloneMesh::new(primitive, &mut meshes, &mut files)),
+                };
+                let made = made.inspect_err(|error| error!("a mesh is not drawn: {error}"));
                 known.0.insert(wanted.key(), made.clone());
                 made
             }
@@ -144,7 +157,7 @@ fn give_meshes(
         match made {
             Ok(StandaloneMesh { source, lods }) => {
                 let auto_lod = AutoLod {
-                    baked: Some(lods),
+                    baked: lods,
                     ..auto_lod.cloned().unwrap_or_default()
                 };
                 commands.try_insert((Mesh3d(source), auto_lod));
@@ -191,10 +204,19 @@ impl StandaloneMesh {
         };
         Self {
             source: meshes.add(source),
-            lods: files.add(BakedLods {
-                file: Arc::new(file),
-            }),
+            lods: Some(files.add(BakedLods::new(Arc::new(file)))),
         }
+    }
+
+    /// The coarsest level, which stays; all others come and go.
+    fn in_pages(
+        mesh: MeshInPages,
+        meshes: &mut Assets<Mesh>,
+        lods: &mut LodMeshes,
+    ) -> Result<Self, LodError> {
+        let source = meshes.add(mesh.coarsest()?);
+        lods.set_pages(source.id(), mesh);
+        Ok(Self { source, lods: None })
     }
 }
 
@@ -205,7 +227,7 @@ fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
 }
 
 /// The mesh that a hierarchy was baked from, but for the order of its triangles.
-fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
+pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     let vertices = hierarchy.source_vertices();
     let usage = RenderAssetUsages::default();
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);

@@ -82,8 +82,8 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
         let piece = &instance.mesh.pieces[unit as usize];
         Some(UnitSpawn {
             record,
-            mesh: piece.mesh.clone()?,
-            aabb: piece.aabb,
+            mesh: instance.mesh.mesh_of_unit(unit)?,
+            aabb: piece.aabb(),
             unit: LodUnit {
                 level: piece.level,
                 object: instance.entity,

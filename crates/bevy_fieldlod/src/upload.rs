@@ -1,4 +1,5 @@
-//! Notes when the GPU has the pieces of meshes, so that a cut is never drawn with pieces missing.
+//! Sends the pieces of meshes to the GPU and notes when it has them, so that a cut is never drawn with pieces
+//! missing.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,26 +13,32 @@ use bevy::render::render_asset::RenderAssets;
 use bevy::render::{Render, RenderApp, RenderStartup, RenderSystems};
 
 use crate::config::FieldLodConfig;
-use crate::lod_mesh::LodMesh;
 
-/// The meshes on their way to the GPU: one queue, shared by the main and the render world.
+/// Pieces on their way to the GPU: one queue, shared by the main and the render world.
 #[derive(Resource, Clone, Default)]
 pub(crate) struct UploadQueue {
     /// `None` without a renderer, where there is nothing to wait for.
-    waiting: Option<Arc<Mutex<Vec<Arc<LodMesh>>>>>,
+    waiting: Option<Arc<Mutex<Vec<SentPieces>>>>,
     /// Whether there is another device than that which the pieces were sent to.
     is_lost: Arc<AtomicBool>,
 }
 
+/// Pieces that are used together.
+#[derive(Default)]
+struct SentPieces {
+    pieces: Vec<Handle<Mesh>>,
+    uploaded: Arc<AtomicBool>,
+}
+
 impl UploadQueue {
-    /// Lets a mesh be noted once the GPU has all its pieces.
-    pub(crate) fn push(&self, lod: Arc<LodMesh>) {
+    /// Lets pieces be noted once the GPU has all of them.
+    fn push(&self, sent: SentPieces) {
         match &self.waiting {
             Some(queue) => queue
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
-                .push(lod),
-            None => lod.uploaded.store(true, Ordering::Release),
+                .push(sent),
+            None => sent.uploaded.store(true, Ordering::Release),
         }
     }
 
@@ -41,14 +48,21 @@ impl UploadQueue {
     }
 }
 
-/// Pieces that are to be sent to the GPU, mesh by mesh.
+/// Pieces that are to be sent to the GPU.
 #[derive(Resource, Default)]
-pub(crate) struct PiecesToSend(VecDeque<(Arc<LodMesh>, Vec<(AssetId<Mesh>, Mesh)>)>);
+pub(crate) struct PiecesToSend(VecDeque<(Vec<(Handle<Mesh>, Mesh)>, SentPieces)>);
 
 impl PiecesToSend {
-    /// Sends the pieces of a mesh as soon as those before it are sent.
-    pub(crate) fn push(&mut self, lod: Arc<LodMesh>, pieces: Vec<(AssetId<Mesh>, Mesh)>) {
-        self.0.push_back((lod, pieces));
+    /// Sends pieces as soon as those before them are sent. What is returned becomes true once the GPU has all of
+    /// them.
+    pub(crate) fn push(&mut self, pieces: Vec<(Handle<Mesh>, Mesh)>) -> Arc<AtomicBool> {
+        let uploaded = Arc::<AtomicBool>::default();
+        let sent = SentPieces {
+            pieces: Vec::with_capacity(pieces.len()),
+            uploaded: uploaded.clone(),
+        };
+        self.0.push_back((pieces, sent));
+        uploaded
     }
 
     /// Whether there are none.
@@ -67,18 +81,18 @@ pub(crate) fn send_pieces(
     let most = config.upload_bytes_per_frame.unwrap_or(usize::MAX);
     let mut sent = 0;
     while sent < most
-        && let Some((lod, pieces)) = to_send.0.front_mut()
+        && let Some((pieces, done)) = to_send.0.front_mut()
     {
-        let Some((id, mesh)) = pieces.pop() else {
-            uploads.push(lod.clone());
+        let Some((handle, mesh)) = pieces.pop() else {
+            uploads.push(std::mem::take(done));
             to_send.0.pop_front();
             continue;
         };
         sent += size_of_mesh(&mesh);
-        // Its handle is that of a piece, which the queue keeps.
-        if let Err(error) = meshes.insert(id, mesh) {
+        if let Err(error) = meshes.insert(&handle, mesh) {
             error!("a piece cannot be drawn: {error}");
         }
+        done.pieces.push(handle);
     }
 }
 
@@ -119,14 +133,13 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
     let Some(waiting) = &queue.waiting else {
         return;
     };
-    // A mesh leaves the queue as soon as the GPU has its last piece.
+    // They leave the queue as soon as the GPU has the last of them.
     let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
     let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-    waiting.retain(|lod| {
-        let mut pieces = lod.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
-        let is_complete = pieces.all(is_uploaded);
+    waiting.retain(|sent| {
+        let is_complete = sent.pieces.iter().all(is_uploaded);
         if is_complete {
-            lod.uploaded.store(true, Ordering::Release);
+            sent.uploaded.store(true, Ordering::Release);
         }
         !is_complete
     });

@@ -126,7 +126,7 @@ type CutView = (
 );
 
 /// Selects the cut of every active view, and applies what changed to the scene.
-fn select_views(
+pub(crate) fn select_views(
     mut scene: ResMut<LodScene>,
     mut cameras: Query<CutView>,
     entities: Query<Entity, With<ViewCut>>,
@@ -171,7 +171,7 @@ fn select_view(
 ) {
     let start = Instant::now();
     let settings = settings.copied().unwrap_or_default();
-    let (state, view) = desired_view(camera, pose, &settings);
+    let (state, view) = desired_view(camera, pose, &settings, scene.coarsening.is_some());
     // What was drawn in another state, or as another camera does, is drawn no longer.
     if cut.state != state || cut.leader.is_some() {
         cut.state = state;
@@ -185,7 +185,7 @@ fn select_view(
         // A frozen view selects from where it was.
         let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
         let view = view.with_layers(cut.layers).with_shadow_lights(&lit.lights);
-        let settings = settings.to_lod_settings(lit.layers != 0);
+        let settings = lod_settings(&settings, lit.layers != 0, scene.coarsening);
         scene.culls |= settings.cull_below_px.is_some();
         select_cut(&mut cut, view, &settings, scene);
     }
@@ -196,6 +196,22 @@ fn select_view(
         triangles + points / 16
     });
     stats.selection_time = start.elapsed();
+}
+
+/// What selection reads. `coarsening` is by how much errors count for less where meshes are read in parts: there,
+/// what is beside the view is kept for when that turns.
+fn lod_settings(
+    settings: &FieldLodSettings,
+    has_shadows: bool,
+    coarsening: Option<f32>,
+) -> LodSettings {
+    let settings = settings.to_lod_settings(has_shadows || coarsening.is_some());
+    let coarser = |px: f32| px * coarsening.unwrap_or(1.0);
+    LodSettings {
+        error_px: settings.error_px.map(coarser),
+        displacement_px: settings.displacement_px.map(coarser),
+        ..settings
+    }
 }
 
 /// Lets a camera draw the cut that was selected for another; whether that has one.
@@ -238,11 +254,13 @@ fn desired_view(
     camera: &Camera,
     pose: &GlobalTransform,
     settings: &FieldLodSettings,
+    is_streaming: bool,
 ) -> (ViewState, Option<View>) {
     let Some(viewport_px) = drawn_px(camera) else {
         return (ViewState::Inactive, None);
     };
-    let wants_cut = settings.forced_level != Some(0);
+    // Of what is read in parts there is no source to draw, but a cut of the same triangles.
+    let wants_cut = settings.forced_level != Some(0) || is_streaming;
     let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
     match view.flatten() {
         Some(view) => (ViewState::Cut, Some(view)),

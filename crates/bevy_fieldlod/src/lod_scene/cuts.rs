@@ -1,8 +1,9 @@
 //! How the cuts of views reach the scene: which units are drawn, which must be spawned, and which are
 //! idle.
 
+use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use fieldlod_select::{Change, InstanceId, Selector};
+use fieldlod_select::{Change, InstanceId, MeshId, Selector};
 
 use super::{DrawnAs, LodScene};
 use crate::deferred_cuts::{DeferredCut, DeferredCuts};
@@ -230,6 +231,47 @@ impl LodScene {
             }
         }
         entities
+    }
+
+    /// Removes the units of meshes whose page goes, unless a view still draws them, and returns their entities.
+    pub(crate) fn remove_units_of_pages(
+        &mut self,
+        pages: &HashMap<MeshId, Vec<u32>>,
+    ) -> Vec<Entity> {
+        let mut records = Vec::new();
+        for instance in self.instances.iter().flatten() {
+            if let (Some(gone), DrawnAs::Units(units)) =
+                (pages.get(&instance.mesh.id), &instance.drawn_as)
+            {
+                let of_pages = gone.iter().filter_map(|&unit| find_unit(units, unit).ok());
+                records.extend(of_pages.map(|position| units[position].1));
+            }
+        }
+        records.retain(|&record| self.records.is_idle(record));
+        let entities = records.into_iter();
+        entities
+            .filter_map(|record| self.remove_unit(record))
+            .collect()
+    }
+
+    /// Tells `visit` of the units that a view draws, or is to draw as soon as all are spawned, of instances whose
+    /// cut is deferred.
+    pub(crate) fn visit_deferred(
+        &self,
+        deferred: &DeferredCuts,
+        mut visit: impl FnMut(MeshId, u32),
+    ) {
+        for cut in &deferred.0 {
+            let instance = self.instance(cut.instance.index() as u32);
+            let Some(instance) = instance.filter(|instance| instance.id == cut.instance) else {
+                continue;
+            };
+            if let DrawnAs::Units(units) = &instance.drawn_as {
+                let drawn = units.iter().map(|&(unit, _)| unit);
+                let wanted = cut.units().iter().copied();
+                (drawn.chain(wanted)).for_each(|unit| visit(instance.mesh.id, unit));
+            }
+        }
     }
 
     fn remove_unit(&mut self, record: u32) -> Option<Entity> {

@@ -1,7 +1,6 @@
 //! Collects what background tasks have prepared.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use bevy::prelude::*;
 use bevy::tasks::{block_on, poll_once};
@@ -12,6 +11,7 @@ use crate::config::LodKind;
 use crate::events::{FieldLodEvent, asset_name, asset_path};
 use crate::lod_mesh::{LodMesh, LodPiece};
 use crate::lod_scene::LodScene;
+use crate::pages::PageStreams;
 use crate::upload::PiecesToSend;
 
 /// Collects the meshes whose tasks have ended.
@@ -20,6 +20,7 @@ pub(super) fn collect_prepared_meshes(
     mut scene: ResMut<LodScene>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut to_send: ResMut<PiecesToSend>,
+    mut streams: ResMut<PageStreams>,
     assets: Res<AssetServer>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
@@ -45,11 +46,14 @@ pub(super) fn collect_prepared_meshes(
                     let name = asset_name(&assets, mesh.untyped());
                     scene.unmeasured.push(name);
                 }
-                let (lod, pieces) = add_mesh(prepared, &mut scene, &mut meshes);
+                let in_pages = prepared.in_pages.clone();
+                let lod = add_mesh(prepared, &mut scene, &mut meshes, &mut to_send);
                 if lod.kind == LodKind::WholeMesh {
                     levels_of.extend(lod.piece_meshes().map(|level| (level, mesh)));
                 }
-                to_send.push(lod.clone(), pieces);
+                if let Some(in_pages) = in_pages {
+                    streams.add(&lod, in_pages, &mut scene);
+                }
                 *entry = LodMeshEntry::Ready(lod);
             }
             Err(error) => {
@@ -66,16 +70,17 @@ pub(super) fn collect_prepared_meshes(
     }
 }
 
-/// Adds a mesh to the scene. What draws its units is still to be sent.
+/// Adds a mesh to the scene, and lets what draws its units be sent.
 fn add_mesh(
     prepared: PreparedMesh,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
-) -> (Arc<LodMesh>, Vec<(AssetId<Mesh>, Mesh)>) {
-    let mut to_send = Vec::new();
+    to_send: &mut PiecesToSend,
+) -> Arc<LodMesh> {
+    let mut sent = Vec::new();
     let mut reserve = |mesh: Mesh| {
         let handle = meshes.reserve_handle();
-        to_send.push((handle.id(), mesh));
+        sent.push((handle.clone(), mesh));
         handle
     };
     let pieces = prepared.pieces.into_iter().map(|(piece, mesh)| LodPiece {
@@ -91,7 +96,8 @@ fn add_mesh(
         aabb: prepared.aabb,
         uv_per_area: prepared.uv_per_area,
         simplified: prepared.simplified.map(|mesh| meshes.add(mesh)),
-        uploaded: AtomicBool::new(false),
+        uploaded: to_send.push(sent),
+        in_pages: default(),
     };
-    (Arc::new(lod), to_send)
+    Arc::new(lod)
 }

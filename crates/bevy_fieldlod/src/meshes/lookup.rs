@@ -11,7 +11,7 @@ use bevy::tasks::Task;
 use fieldlod_hierarchy::BakedFile;
 
 use super::changing::ChangingMeshes;
-use super::prepare::{PrepareJob, PreparedMesh, prepare};
+use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
 use super::threads::PrepareThreads;
 use crate::auto_lod::AutoLod;
@@ -19,6 +19,7 @@ use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
 use crate::lod_mesh::{LodMesh, LodRequest};
+use crate::pages::MeshInPages;
 
 /// All meshes that levels of detail were asked for.
 #[derive(Resource, Default)]
@@ -29,6 +30,8 @@ pub(crate) struct LodMeshes {
     pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
     /// The file that the levels of a mesh come from, or should.
     file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
+    /// By the mesh that draws the coarsest cut, where all else is read from in parts.
+    pages_of: HashMap<AssetId<Mesh>, MeshInPages>,
     pub(super) sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
     pub(super) changing: ChangingMeshes,
@@ -100,7 +103,13 @@ impl LodMeshes {
     pub(crate) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
         self.source_of_level.remove(&mesh);
         self.file_of.remove(&mesh);
+        self.pages_of.remove(&mesh);
         self.changing.forget(mesh);
+    }
+
+    /// Lets the levels of a mesh, which draws the coarsest cut, be read in parts.
+    pub(crate) fn set_pages(&mut self, coarsest: AssetId<Mesh>, pages: MeshInPages) {
+        self.pages_of.insert(coarsest, pages);
     }
 
     /// The meshes that `file` has levels of; with `only_failed`, those that have got none.
@@ -180,7 +189,11 @@ impl LodMeshLookup<'_> {
             return Some(&LodMeshEntry::Plain(None));
         }
         // The first entity that asks starts the task; all others that ask for the same share its result.
-        let request = LodRequest::of(auto_lod);
+        // All entities share what is read in parts.
+        let request = match self.known.pages_of.contains_key(&mesh) {
+            true => LodRequest::of(&AutoLod::default()),
+            false => LodRequest::of(auto_lod),
+        };
         let known = |(one, _): &(LodRequest, LodMeshEntry)| *one == request;
         let entries = self.known.entries.get(&mesh);
         let index = match entries.and_then(|entries| entries.iter().position(known)) {
@@ -199,6 +212,9 @@ impl LodMeshLookup<'_> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
         let triangles = triangle_count(source);
+        if let Some(pages) = self.known.pages_of.get(&mesh).cloned() {
+            return self.start_pages(pages, source.clone(), triangles);
+        }
         let kind = self.config.kind_for(request.kind, triangles);
         if kind == LodKind::Plain {
             return Some(LodMeshEntry::Plain(None));
@@ -245,6 +261,24 @@ impl LodMeshLookup<'_> {
         Some(LodMeshEntry::Preparing(task, triangles))
     }
 
+    /// Prepares what of a mesh is there before its pages are read.
+    fn start_pages(
+        &mut self,
+        pages: MeshInPages,
+        coarsest: Mesh,
+        triangles: usize,
+    ) -> Option<LodMeshEntry> {
+        let triangles = triangles.min(u32::MAX as usize) as u32;
+        if !self.known.in_preparation.has_room(triangles, &self.config) {
+            return None;
+        }
+        let new_threads = || PrepareThreads::new(&self.config);
+        let threads = self.known.threads.get_or_insert_with(new_threads);
+        let task = threads.tasks.spawn(prepare_pages(pages, coarsest));
+        self.known.in_preparation = self.known.in_preparation.with(triangles);
+        Some(LodMeshEntry::Preparing(task, triangles))
+    }
+
     /// A `.fieldlod` file, with its name; `None` while it is being loaded.
     fn file(
         &self,
@@ -252,6 +286,9 @@ impl LodMeshLookup<'_> {
     ) -> Option<Result<(String, Arc<BakedFile>), LodError>> {
         let file = asset_name(&self.assets, handle.id().untyped());
         if let Some(loaded) = self.files.get(handle) {
+            if loaded.pages.is_some() {
+                return Some(Err(LodError::InPages { file }));
+            }
             return Some(Ok((file, loaded.file.clone())));
         }
         let has_failed = self.assets.load_state(handle).is_failed();

@@ -3,7 +3,7 @@
 
 #[cfg(feature = "bake")]
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
@@ -24,6 +24,7 @@ use super::unit_mesh::{simplified_mesh, unit_mesh};
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
+use crate::pages::MeshInPages;
 
 /// What a background task is asked to do.
 pub(super) struct PrepareJob {
@@ -61,6 +62,8 @@ pub(super) struct PreparedMesh {
     pub(super) uv_per_area: f32,
     /// The mesh of the level that was asked for.
     pub(super) simplified: Option<Mesh>,
+    /// Where what is not there yet comes from, if it is read in parts.
+    pub(super) in_pages: Option<MeshInPages>,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
@@ -92,6 +95,35 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         simplified: job
             .simplified_level
             .map(|level| simplified_mesh(&hierarchy, level)),
+        in_pages: None,
+    })
+}
+
+/// What of a mesh that is read in parts is there from the beginning. `coarsest` is what its coarsest cut draws.
+pub(super) async fn prepare_pages(
+    mesh: MeshInPages,
+    coarsest: Mesh,
+) -> Result<PreparedMesh, LodError> {
+    let hierarchy = &mesh.paged().graph;
+    let mut pieces: Vec<(LodPiece, Option<Mesh>)> = (hierarchy.units.iter())
+        .map(|unit| (piece_of(hierarchy, unit, OnceLock::new()), None))
+        .collect();
+    for unit in mesh.first_page()? {
+        let (piece, mesh) = &mut pieces[unit.index as usize];
+        piece.aabb = OnceLock::from(unit.aabb);
+        *mesh = Some(unit.mesh);
+    }
+    Ok(PreparedMesh {
+        kind: LodKind::Clusters,
+        origin: LodOrigin::File,
+        table: GroupTable::new(hierarchy),
+        pieces,
+        triangles_full: hierarchy.source_triangle_count() as u32,
+        is_measured: hierarchy.is_measured(),
+        aabb: mesh.aabb(),
+        uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),
+        simplified: None,
+        in_pages: Some(mesh),
     })
 }
 
@@ -110,20 +142,24 @@ fn pieces_of(
         let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
         let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
         let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
-        // The finest units are the source itself: no group has simplified them.
-        let simplified_by = unit.producer();
-        let error_in_local =
-            simplified_by.map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local);
-        let piece = LodPiece {
-            mesh: None,
-            aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
-            level: hierarchy.level_of(unit),
-            triangles: unit.triangle_count,
-            error_in_local,
-        };
+        let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
+        let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
         Ok((piece, mesh.transpose()?))
     };
     hierarchy.units.iter().enumerate().map(piece).collect()
+}
+
+fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiece {
+    // The finest units are the source itself: no group has simplified them.
+    let simplified_by = unit.producer();
+    LodPiece {
+        mesh: None,
+        aabb,
+        level: hierarchy.level_of(unit),
+        triangles: unit.triangle_count,
+        error_in_local: simplified_by
+            .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
+    }
 }
 
 /// Takes the hierarchy from the file that was named, else from one beside the asset, else from the cache,

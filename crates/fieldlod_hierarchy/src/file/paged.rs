@@ -165,6 +165,16 @@ impl PagedMesh {
         &self.groups[start as usize..end as usize]
     }
 
+    /// The units of a page as indices into those of [`PagedMesh::graph`], in the order in which
+    /// [`PagedMesh::read_page`] gives them.
+    pub fn units_of(&self, page: usize) -> impl Iterator<Item = u32> + '_ {
+        let groups = self.groups_of(page).iter();
+        groups.flat_map(|&group| {
+            let units = self.graph.groups[group as usize].units();
+            units.start as u32..units.end as u32
+        })
+    }
+
     /// The page that holds the units which `group` consumes.
     #[must_use]
     pub fn page_of(&self, group: u32) -> u32 {
@@ -208,9 +218,8 @@ impl PagedMesh {
 
     /// Checks that a page has the units that the table of contents announces.
     fn check_page(&self, page: usize, read: &Hierarchy) -> Result<(), FileError> {
-        let groups = self.groups_of(page).iter();
-        let groups = groups.map(|&group| &self.graph.groups[group as usize]);
-        let announced = groups.flat_map(|group| &self.graph.units[group.units()]);
+        let announced = self.units_of(page);
+        let announced = announced.map(|unit| &self.graph.units[unit as usize]);
         let counts = announced.map(|unit| [unit.vertex_count, unit.triangle_count]);
         let found = read.units.iter();
         match counts.eq(found.map(|unit| [unit.vertex_count, unit.triangle_count])) {

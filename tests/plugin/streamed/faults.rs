@@ -1,0 +1,200 @@
+//! What becomes of files that are broken, slow or gone: what can be drawn is drawn, and one line of the log names
+//! file and fault.
+
+use bevy::log::tracing::Level;
+use bevy::prelude::*;
+use bevy_fieldlod::LodError;
+use bevy_fieldlod::prelude::*;
+use fieldlod_hierarchy::{FileError, PagedFile};
+
+use super::shelf::Shelf;
+use super::{
+    PAGES, ROOMY, app_of, assert_no_hole, drawn, memory, one_rock, run_until_sharp, spawn,
+};
+use crate::headless::{logged_times, move_camera, ready, run_until};
+
+/// Runs frames until so many pages could not be read, and some more.
+fn run_until_failed(app: &mut App, camera: Entity, count: u64) {
+    run_until(app, "pages fail", |app| memory(app).failures >= count);
+    for _ in 0..100 {
+        app.update();
+        assert_no_hole(app, camera);
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+/// The pages of the first rock but for the first.
+fn finer_pages() -> Vec<std::ops::Range<usize>> {
+    let file = PagedFile::from_contents(&PAGES).unwrap();
+    let pages = file.meshes[0].pages[1..].iter();
+    pages
+        .map(|page| page.bytes.start as usize..page.bytes.end as usize)
+        .collect()
+}
+
+#[test]
+fn a_page_that_is_corrupt_leaves_its_place_coarser() {
+    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
+    // The second and the third finer page: others depend on them.
+    for page in &finer_pages()[1..3] {
+        bytes[page.start + page.len() / 2] ^= 0x10;
+    }
+    shelf.put("corrupt.fieldpages", bytes);
+    let (mut app, camera) = app_of(&shelf, ROOMY);
+    spawn(&mut app, "corrupt.fieldpages", 0);
+    ready(&mut app, 1);
+    run_until_failed(&mut app, camera, 2);
+    assert!(memory(&app).loaded_pages > 1, "{:?}", memory(&app));
+    assert!(memory(&app).missing_pages > 0);
+    let said = logged_times(Level::ERROR, &["shelf://corrupt.fieldpages", "checksum"]);
+    assert_eq!(said, 1);
+    // Once it can be read, it is.
+    shelf.put("corrupt.fieldpages", PAGES.clone());
+    run_until(&mut app, "all is there", |app| {
+        memory(app).missing_pages == 0
+    });
+}
+
+#[test]
+fn a_corrupt_coarsest_level_costs_its_mesh_alone() {
+    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
+    let file = PagedFile::from_contents(&PAGES).unwrap();
+    bytes[file.meshes[0].pages[0].bytes.start as usize + 9] ^= 0x10;
+    shelf.put("coarsest.fieldpages", bytes);
+    let (mut app, camera) = app_of(&shelf, ROOMY);
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, "coarsest.fieldpages", 0);
+    spawn(&mut app, "coarsest.fieldpages", 1);
+    ready(&mut app, 1);
+    run_until_sharp(&mut app);
+    assert_no_hole(&app, camera);
+    let file = "shelf://coarsest.fieldpages";
+    let failures = &app.world().resource::<Failures>().0;
+    let unreadable = LodError::Unreadable {
+        file: file.into(),
+        fault: FileError::Checksum,
+    };
+    assert_eq!(failures, &[unreadable]);
+    assert_eq!(logged_times(Level::ERROR, &[file, "checksum"]), 1);
+}
+
+#[test]
+fn a_file_that_is_missing_is_named() {
+    let (mut app, _) = app_of(&Shelf::default(), ROOMY);
+    app.init_resource::<Failures>().add_observer(note_failure);
+    spawn(&mut app, "missing.fieldpages", 0);
+    run_until(&mut app, "it fails", |app| {
+        !app.world().resource::<Failures>().0.is_empty()
+    });
+    assert!(logged_times(Level::ERROR, &["missing.fieldpages", "not found"]) >= 1);
+}
+
+#[test]
+fn a_truncated_file_is_drawn_as_far_as_it_goes() {
+    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
+    bytes.truncate(finer_pages()[5].start + 100);
+    shelf.put("short.fieldpages", bytes);
+    let (mut app, camera) = app_of(&shelf, ROOMY);
+    spawn(&mut app, "short.fieldpages", 0);
+    ready(&mut app, 1);
+    run_until_failed(&mut app, camera, 1);
+    assert!(memory(&app).loaded_pages > 3, "{:?}", memory(&app));
+    let said = logged_times(Level::ERROR, &["shelf://short.fieldpages", "truncated"]);
+    assert_eq!(said, 1);
+}
+
+#[test]
+fn a_file_that_goes_while_in_use_is_drawn_as_far_as_it_was_read() {
+    let (shelf, mut app, camera) = one_rock("going.fieldpages", ROOMY);
+    run_until_sharp(&mut app);
+    let before = drawn(&app, camera);
+    shelf.remove("going.fieldpages");
+    move_camera(&mut app, camera, 2.7);
+    run_until_failed(&mut app, camera, 1);
+    assert!(drawn(&app, camera).len() >= before.len());
+    let said = logged_times(Level::ERROR, &["shelf://going.fieldpages", "not found"]);
+    assert_eq!(said, 1);
+}
+
+#[test]
+fn a_file_that_is_replaced_is_never_mixed_with_the_other() {
+    let (shelf, mut app, camera) = one_rock("new.fieldpages", ROOMY);
+    // Another rock, whose pages are elsewhere.
+    let mut other = super::ROCKS.clone();
+    other.primitives.swap(0, 1);
+    for (index, primitive) in (0..).zip(&mut other.primitives) {
+        primitive.primitive_index = index;
+    }
+    let options = fieldlod_hierarchy::PageOptions {
+        page_bytes: 16 << 10,
+        ..Default::default()
+    };
+    let other = PagedFile::to_bytes(&other, options);
+    shelf.put("new.fieldpages", other.clone());
+    run_until_failed(&mut app, camera, 1);
+    let said = logged_times(Level::ERROR, &["shelf://new.fieldpages", "checksum"]);
+    assert_eq!(said, 1);
+    // Loaded anew, the other is drawn, as it is by itself.
+    app.world()
+        .resource::<AssetServer>()
+        .reload("shelf://new.fieldpages");
+    run_until(&mut app, "it is begun anew", |app| {
+        memory(app).failures == 0 || memory(app).missing_pages == 0
+    });
+    shelf.put("alone.fieldpages", other);
+    let (mut alone, its_camera) = app_of(&shelf, ROOMY);
+    spawn(&mut alone, "alone.fieldpages", 0);
+    ready(&mut alone, 1);
+    run_until_sharp(&mut alone);
+    let expected = drawn(&alone, its_camera);
+    run_until(&mut app, "the other is drawn", |app| {
+        drawn(app, camera) == expected
+    });
+    assert_no_hole(&app, camera);
+}
+
+#[test]
+fn a_reader_that_stalls_stops_nothing() {
+    let (shelf, mut app, camera) = one_rock("slow.fieldpages", ROOMY);
+    shelf.stall(true);
+    let coarse = drawn(&app, camera);
+    let begun = std::time::Instant::now();
+    let file = "shelf://slow.fieldpages";
+    move_camera(&mut app, camera, 2.5);
+    run_until(&mut app, "it is said", |app| {
+        assert_no_hole(app, camera);
+        logged_times(Level::WARN, &[file, "has not been read"]) > 0
+    });
+    assert!(begun.elapsed().as_secs() < 20, "frames wait for the reader");
+    for _ in 0..50 {
+        app.update();
+    }
+    assert_eq!(logged_times(Level::WARN, &[file, "has not been read"]), 1);
+    assert!(memory(&app).missing_pages > 0);
+    shelf.stall(false);
+    run_until_sharp(&mut app);
+    assert!(drawn(&app, camera).len() > coarse.len());
+}
+
+#[test]
+fn with_less_memory_than_the_coarsest_levels_take_they_are_drawn() {
+    let tiny = LodMemory {
+        gpu_bytes: 100,
+        main_bytes: 100,
+    };
+    let (_, mut app, camera) = one_rock("tiny.fieldpages", tiny);
+    for _ in 0..50 {
+        app.update();
+        assert_no_hole(&app, camera);
+    }
+    assert_eq!(memory(&app).loaded_pages, 1);
+    assert!(!drawn(&app, camera).is_empty());
+    assert!(logged_times(Level::WARN, &["coarsest levels", "100 bytes"]) > 0);
+}
+
+#[derive(Resource, Default)]
+struct Failures(Vec<LodError>);
+
+fn note_failure(failed: On<LodFailed>, mut failures: ResMut<Failures>) {
+    failures.0.push(failed.error.clone());
+}

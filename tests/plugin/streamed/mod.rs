@@ -1,0 +1,317 @@
+//! Meshes of `.fieldpages` files, which come and go in parts.
+
+mod faults;
+mod shelf;
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use bevy::asset::io::AssetSourceBuilder;
+use bevy::mesh::VertexAttributeValues;
+use bevy::prelude::*;
+use bevy_fieldlod::LodUnit;
+use bevy_fieldlod::prelude::*;
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile};
+use fieldlod_tests::apps::finish;
+
+use crate::headless::{
+    insert, move_camera, ready, run_until, spawn_camera, stats, unfinished_in, units, visible,
+};
+use shelf::Shelf;
+
+/// Levels of two rocks of 81,920 triangles.
+static ROCKS: LazyLock<BakedFile> = LazyLock::new(|| {
+    let bake = |seed| {
+        let rock = bake_mesh(&fixtures::rock(6, seed), &BakeConfig::fast()).unwrap();
+        BakedPrimitive::new(0, seed, "rock", rock)
+    };
+    BakedFile {
+        primitives: [0, 1].map(bake).into(),
+    }
+});
+
+/// In small pages, so that there are many.
+static PAGES: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let options = PageOptions {
+        page_bytes: 16 << 10,
+        ..PageOptions::default()
+    };
+    PagedFile::to_bytes(&ROCKS, options)
+});
+
+const ROOMY: LodMemory = LodMemory {
+    gpu_bytes: 1 << 30,
+    main_bytes: 1 << 20,
+};
+
+/// An app that reads from a shelf with a budget, and a camera that sees the rocks as a whole.
+fn app_of(shelf: &Shelf, memory: LodMemory) -> (App, Entity) {
+    let mut app = App::new();
+    let shelf = shelf.clone();
+    let source = AssetSourceBuilder::new(move || Box::new(shelf.clone()));
+    app.register_asset_source("shelf", source);
+    let mut app = unfinished_in(app, AssetPlugin::default());
+    app.insert_resource(FieldLodConfig {
+        memory,
+        ..default()
+    });
+    finish(&mut app);
+    let camera = spawn_camera(&mut app, 3.0);
+    (app, camera)
+}
+
+fn spawn(app: &mut App, file: &str, primitive: u32) -> Entity {
+    let assets = app.world().resource::<AssetServer>();
+    let mesh = LodMesh3d::new(assets.load(format!("shelf://{file}")), 0, primitive);
+    app.world_mut().spawn(mesh).id()
+}
+
+/// One rock of a file that is in order.
+fn one_rock(file: &str, memory: LodMemory) -> (Shelf, App, Entity) {
+    let shelf = Shelf::default();
+    shelf.put(file, PAGES.clone());
+    let (mut app, camera) = app_of(&shelf, memory);
+    spawn(&mut app, file, 0);
+    ready(&mut app, 1);
+    (shelf, app, camera)
+}
+
+fn memory(app: &App) -> FieldLodMemory {
+    *app.world().resource::<FieldLodMemory>()
+}
+
+/// Runs frames until nothing is missing any more.
+fn run_until_sharp(app: &mut App) {
+    (0..3).for_each(|_| app.update());
+    run_until(app, "all that is wanted is there", |app| {
+        memory(app).missing_pages == 0 && memory(app).wanted_bytes > 0
+    });
+    (0..2).for_each(|_| app.update());
+}
+
+/// Each unit that a camera draws: its level and triangles, sorted.
+fn drawn(app: &App, camera: Entity) -> Vec<(u32, usize)> {
+    let (world, meshes) = (app.world(), app.world().resource::<Assets<Mesh>>());
+    let visible = visible(app, camera).into_iter();
+    let units = visible.filter_map(|entity| {
+        let unit = world.get::<LodUnit>(entity)?;
+        let mesh = meshes.get(world.get::<Mesh3d>(entity).unwrap());
+        let mesh = mesh.expect("what is drawn is there");
+        Some((unit.level, mesh.indices().unwrap().len() / 3))
+    });
+    let mut drawn: Vec<(u32, usize)> = units.collect();
+    drawn.sort_unstable();
+    drawn
+}
+
+/// Checks that what a camera draws is closed, as rocks are: each edge is that of two triangles, by the places of
+/// its ends.
+fn assert_no_hole(app: &App, camera: Entity) {
+    let (world, meshes) = (app.world(), app.world().resource::<Assets<Mesh>>());
+    let mut edges: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
+    let mut triangles = 0;
+    for entity in visible(app, camera) {
+        let mesh = meshes.get(world.get::<Mesh3d>(entity).unwrap());
+        let mesh = mesh.expect("what is drawn is there");
+        let Some(VertexAttributeValues::Float32x3(places)) =
+            mesh.attribute(Mesh::ATTRIBUTE_POSITION)
+        else {
+            panic!("no positions");
+        };
+        let corners: Vec<[u32; 3]> = mesh
+            .indices()
+            .unwrap()
+            .iter()
+            .map(|vertex| places[vertex].map(f32::to_bits))
+            .collect();
+        for triangle in corners.chunks_exact(3) {
+            triangles += 1;
+            for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+                let (from, to) = (triangle[from], triangle[to]);
+                // One way and back.
+                if from < to {
+                    *edges.entry([from, to]).or_default() += 1;
+                } else {
+                    *edges.entry([to, from]).or_default() -= 1;
+                }
+            }
+        }
+    }
+    assert!(triangles > 0, "nothing is drawn");
+    let open = edges.values().filter(|count| **count != 0).count();
+    assert_eq!(open, 0, "open edges in {triangles} triangles");
+}
+
+#[test]
+fn what_comes_in_parts_is_drawn_as_the_whole_is() {
+    let shelf = Shelf::default();
+    shelf.put("whole.fieldlod", ROCKS.to_bytes());
+    shelf.put("parts.fieldpages", PAGES.clone());
+    // Once more with a reader that cannot seek.
+    for _ in 0..2 {
+        let [whole, parts] = ["whole.fieldlod", "parts.fieldpages"].map(|file| {
+            let (mut app, camera) = app_of(&shelf, ROOMY);
+            let rock = spawn(&mut app, file, 1);
+            ready(&mut app, 1);
+            assert_no_hole(&app, camera);
+            if file == "parts.fieldpages" {
+                run_until_sharp(&mut app);
+            }
+            let state = app.world().get::<LodState>(rock);
+            assert_eq!(state, Some(&LodState::Ready(LodKind::Clusters)));
+            assert_no_hole(&app, camera);
+            let stats = stats(&app, camera);
+            (
+                drawn(&app, camera),
+                stats.triangles_drawn,
+                stats.triangles_full,
+            )
+        });
+        assert_eq!(whole, parts);
+        assert!(whole.0.len() > 10, "{whole:?}");
+        shelf.stream_only();
+    }
+}
+
+/// What a view from the camera's place wants with all memory there is.
+fn wanted_bytes() -> u64 {
+    let (_, mut app, _) = one_rock("wanted.fieldpages", ROOMY);
+    run_until_sharp(&mut app);
+    memory(&app).wanted_bytes
+}
+
+/// With half and a tenth of what a view wants: coarser, whole, within the budgets, and at rest.
+#[test]
+fn with_too_little_memory_it_is_coarser_whole_and_at_rest() {
+    let wanted = wanted_bytes();
+    for share in [2, 10] {
+        let budget = LodMemory {
+            gpu_bytes: wanted / share,
+            main_bytes: 256 << 10,
+        };
+        let (_, mut app, camera) = one_rock("small.fieldpages", budget);
+        let (mut peak, mut loading, mut last) = (0, 0, 0);
+        let mut frames = |app: &mut App, count: u32| {
+            for _ in 0..count {
+                app.update();
+                let now = memory(app);
+                peak = peak.max(now.resident_bytes + now.coming_bytes);
+                loading = loading.max(now.loading_bytes);
+                // Of what has changed.
+                let triangles = stats(app, camera).triangles_drawn;
+                if std::mem::replace(&mut last, triangles) != triangles {
+                    assert_no_hole(app, camera);
+                }
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+        };
+        // Until it has settled, and for the two seconds of a game.
+        frames(&mut app, 400);
+        let (settled, before) = (drawn(&app, camera), memory(&app));
+        frames(&mut app, 120);
+        assert_eq!(memory(&app), before);
+        assert_eq!(drawn(&app, camera), settled);
+        assert!(
+            before.coarsening > 1.0 && before.missing_pages == 0,
+            "{before:?}"
+        );
+        assert!(peak <= budget.gpu_bytes, "{peak} of {budget:?}");
+        assert!(loading <= budget.main_bytes, "{loading} of {budget:?}");
+        assert!(stats(&app, camera).error_px > 1.0);
+        assert!(settled.len() > 1);
+    }
+}
+
+#[test]
+fn what_is_evicted_leaves_nothing_behind() {
+    let wanted = wanted_bytes();
+    let budget = LodMemory {
+        gpu_bytes: wanted * 6 / 5,
+        main_bytes: 1 << 20,
+    };
+    let (_, mut app, camera) = one_rock("walk.fieldpages", budget);
+    run_until_sharp(&mut app);
+    let fine = drawn(&app, camera);
+    // Up to one side, where what the other wanted has to go, and back again.
+    move_camera(&mut app, camera, 1.6);
+    for _ in 0..300 {
+        app.update();
+        assert_no_hole_in_view(&app, camera);
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let near = memory(&app);
+    assert!(near.evicted_pages > 0, "{near:?}");
+    let held = near.resident_bytes + near.coming_bytes;
+    assert!(held <= budget.gpu_bytes, "{near:?}");
+    // Only what is resident has meshes: those, and that of the coarsest level.
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    let bytes = |mesh: &Mesh| mesh.get_vertex_size() as usize * mesh.count_vertices();
+    let there: usize = meshes.iter().map(|(_, mesh)| bytes(mesh)).sum();
+    assert!((there as u64) < budget.gpu_bytes * 5 / 4, "{there}");
+    move_camera(&mut app, camera, 3.0);
+    run_until(&mut app, "it is fine again", |app| {
+        drawn(app, camera) == fine
+    });
+}
+
+/// Checks that what is not drawn is not there: each visible unit has its mesh.
+fn assert_no_hole_in_view(app: &App, camera: Entity) {
+    assert!(!drawn(app, camera).is_empty());
+}
+
+#[test]
+fn full_detail_is_read_where_it_is_asked_for() {
+    let (_, mut app, camera) = one_rock("full.fieldpages", ROOMY);
+    let full = FieldLodSettings {
+        forced_level: Some(0),
+        ..default()
+    };
+    insert(&mut app, camera, full);
+    run_until_sharp(&mut app);
+    let all = stats(&app, camera);
+    assert_eq!(all.triangles_drawn, 81_920);
+    assert_eq!(all.triangles_full, 81_920);
+    assert!(drawn(&app, camera).iter().all(|(level, _)| *level == 0));
+    assert_no_hole(&app, camera);
+}
+
+#[test]
+fn what_is_gone_takes_no_memory() {
+    let shelf = Shelf::default();
+    shelf.put("gone.fieldpages", PAGES.clone());
+    let (mut app, _) = app_of(&shelf, ROOMY);
+    app.update();
+    let meshes = |app: &App| app.world().resource::<Assets<Mesh>>().len();
+    let before = meshes(&app);
+    let rock = spawn(&mut app, "gone.fieldpages", 0);
+    ready(&mut app, 1);
+    run_until_sharp(&mut app);
+    assert!(meshes(&app) > before + 10);
+    app.world_mut().despawn(rock);
+    run_until(&mut app, "all is forgotten", |app| {
+        memory(app).resident_bytes == 0 && memory(app).coarsening == 1.0
+    });
+    assert!(units(&mut app).is_empty());
+    run_until(&mut app, "no mesh is left", |app| meshes(app) == before);
+}
+
+#[test]
+fn a_file_in_parts_needs_its_own_component() {
+    let shelf = Shelf::default();
+    shelf.put("beside.fieldpages", PAGES.clone());
+    let (mut app, _) = app_of(&shelf, ROOMY);
+    let file = app
+        .world()
+        .resource::<AssetServer>()
+        .load("shelf://beside.fieldpages");
+    let rock = crate::headless::spawn_rock(&mut app, 5);
+    insert(&mut app, rock, AutoLod::from_file(file));
+    run_until(&mut app, "it is drawn as it is", |app| {
+        crate::headless::progress(app).plain == 1
+    });
+    assert!(crate::headless::logged(
+        bevy::log::tracing::Level::ERROR,
+        &["beside.fieldpages", "LodMesh3d"]
+    ));
+}

@@ -1,0 +1,118 @@
+//! Files in memory, with all that may happen to them.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use bevy::asset::io::{
+    AssetReader, AssetReaderError, PathStream, Reader, ReaderNotSeekableError, SeekableReader,
+    VecReader,
+};
+use futures_io::{AsyncRead, AsyncSeek};
+
+/// Where an app finds its files. Clones share all.
+#[derive(Clone, Default)]
+pub(super) struct Shelf(Arc<Contents>);
+
+#[derive(Default)]
+struct Contents {
+    files: Mutex<HashMap<String, Vec<u8>>>,
+    /// Who reads waits as long as this is set.
+    stalls: AtomicBool,
+    /// Files can only be read from their beginning on.
+    streams_only: AtomicBool,
+}
+
+impl Shelf {
+    pub(super) fn put(&self, name: &str, bytes: Vec<u8>) {
+        self.0.files.lock().unwrap().insert(name.into(), bytes);
+    }
+
+    pub(super) fn remove(&self, name: &str) {
+        self.0.files.lock().unwrap().remove(name);
+    }
+
+    /// Lets whoever reads wait from now on, or no longer.
+    pub(super) fn stall(&self, stalls: bool) {
+        self.0.stalls.store(stalls, Ordering::Release);
+    }
+
+    pub(super) fn stream_only(&self) {
+        self.0.streams_only.store(true, Ordering::Release);
+    }
+}
+
+impl AssetReader for Shelf {
+    async fn read<'a>(&'a self, path: &'a Path) -> Result<impl Reader + 'a, AssetReaderError> {
+        // The thread itself is kept, as by a disk that does not answer.
+        while self.0.stalls.load(Ordering::Acquire) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let bytes = self
+            .0
+            .files
+            .lock()
+            .unwrap()
+            .get(path.to_str().unwrap())
+            .cloned();
+        let bytes = bytes.ok_or_else(|| AssetReaderError::NotFound(path.into()))?;
+        Ok(ShelfReader {
+            bytes: VecReader::new(bytes),
+            can_seek: !self.0.streams_only.load(Ordering::Acquire),
+        })
+    }
+
+    async fn read_meta<'a>(&'a self, path: &'a Path) -> Result<impl Reader + 'a, AssetReaderError> {
+        Err::<VecReader, _>(AssetReaderError::NotFound(path.into()))
+    }
+
+    async fn read_directory<'a>(
+        &'a self,
+        path: &'a Path,
+    ) -> Result<Box<PathStream>, AssetReaderError> {
+        Err(AssetReaderError::NotFound(path.into()))
+    }
+
+    async fn is_directory<'a>(&'a self, _path: &'a Path) -> Result<bool, AssetReaderError> {
+        Ok(false)
+    }
+}
+
+struct ShelfReader {
+    bytes: VecReader,
+    can_seek: bool,
+}
+
+impl AsyncRead for ShelfReader {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        into: &mut [u8],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.bytes).poll_read(context, into)
+    }
+}
+
+impl AsyncSeek for ShelfReader {
+    fn poll_seek(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        to: io::SeekFrom,
+    ) -> Poll<io::Result<u64>> {
+        Pin::new(&mut self.bytes).poll_seek(context, to)
+    }
+}
+
+impl Reader for ShelfReader {
+    fn seekable(&mut self) -> Result<&mut dyn SeekableReader, ReaderNotSeekableError> {
+        match self.can_seek {
+            true => Ok(self),
+            false => Err(ReaderNotSeekableError),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Meshes of `.fieldpages` files, read from a folder, on the GPU.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use bevy::light::GlobalAmbientLight;
+use bevy::prelude::*;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::{RenderApp, RenderPlugin, RenderStartup};
+use bevy_fieldlod::prelude::*;
+use fieldlod_bake::{BakeConfig, bake_mesh};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile};
+use fieldlod_tests::apps::windowless;
+use fieldlod_tests::stage::{Eye, Stage};
+
+use crate::picture::{count_beyond, enclosed};
+
+const BACKGROUND: Color = Color::srgb(1.0, 0.0, 1.0);
+
+/// Writes a rock as a whole and in small pages.
+fn write_rock(folder: &Path) {
+    let rock = bake_mesh(&fieldlod_tests::rock(6, 3), &BakeConfig::fast()).unwrap();
+    let file = BakedFile {
+        primitives: vec![BakedPrimitive::new(0, 0, "rock", rock)],
+    };
+    std::fs::write(folder.join("rock.fieldlod"), file.to_bytes()).unwrap();
+    let options = PageOptions {
+        page_bytes: 16 << 10,
+        ..PageOptions::default()
+    };
+    let pages = PagedFile::to_bytes(&file, options);
+    std::fs::write(folder.join("rock.fieldpages"), pages).unwrap();
+}
+
+/// A stage on which a file of `folder` is drawn.
+fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Stage, Eye)> {
+    let plugins = windowless()
+        .disable::<PipelinedRenderingPlugin>()
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: true,
+            ..default()
+        })
+        .set(AssetPlugin {
+            file_path: folder.display().to_string(),
+            ..default()
+        });
+    let mut stage = Stage::unfinished_with(plugins)?;
+    stage.app.insert_resource(FieldLodConfig {
+        memory,
+        ..default()
+    });
+    stage.finish();
+    let white = stage.add(StandardMaterial {
+        unlit: true,
+        ..Color::WHITE.into()
+    });
+    stage.app.insert_resource(GlobalAmbientLight::NONE);
+    let file = stage.app.world().resource::<AssetServer>().load(file);
+    stage.spawn((LodMesh3d::new(file, 0, 0), MeshMaterial3d(white)));
+    let pose = Transform::from_xyz(0.0, 0.0, 2.2).looking_at(Vec3::ZERO, Vec3::Y);
+    let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while stage.app.world().resource::<FieldLodProgress>().ready == 0 {
+        assert!(Instant::now() < deadline, "never ready");
+        stage.app.update();
+    }
+    Some((stage, eye))
+}
+
+fn memory(stage: &Stage) -> FieldLodMemory {
+    *stage.app.world().resource::<FieldLodMemory>()
+}
+
+/// Draws frames until all is there that is wanted, each whole.
+fn run_until_sharp(stage: &mut Stage, eye: &Eye) -> Vec<u64> {
+    let empty = image::Rgba([255, 0, 255, 255]);
+    let (mut triangles, deadline) = (Vec::new(), Instant::now() + Duration::from_secs(60));
+    loop {
+        let [picture] = stage.shoot([eye]);
+        assert_eq!(enclosed(&picture, empty), 0);
+        assert!(picture.pixels().any(|pixel| *pixel != empty));
+        triangles.push(stage.stats(eye).triangles_drawn);
+        let now = memory(stage);
+        if now.missing_pages == 0 && now.wanted_bytes > 0 && triangles.len() > 3 {
+            return triangles;
+        }
+        assert!(Instant::now() < deadline, "never sharp: {now:?}");
+    }
+}
+
+#[test]
+fn what_is_read_in_parts_looks_as_the_whole_does() {
+    let folder = tempfile::tempdir().unwrap();
+    write_rock(folder.path());
+    let roomy = LodMemory::default();
+    let Some((mut whole, its_eye)) = stage_of(folder.path(), "rock.fieldlod", roomy) else {
+        return;
+    };
+    whole.run_until_ready();
+    let [expected] = whole.shoot([&its_eye]);
+    let (mut parts, eye) = stage_of(folder.path(), "rock.fieldpages", roomy).unwrap();
+    let triangles = run_until_sharp(&mut parts, &eye);
+    assert!(triangles[0] < *triangles.last().unwrap(), "{triangles:?}");
+    let [picture] = parts.shoot([&eye]);
+    assert_eq!(count_beyond(&picture, &expected, 2), 0);
+    let drawn = |stage: &Stage, eye: &Eye| stage.stats(eye).triangles_drawn;
+    assert_eq!(drawn(&parts, &eye), drawn(&whole, &its_eye));
+    // On a new device it begins anew.
+    let before = memory(&parts).loaded_pages;
+    let render_app = parts.app.sub_app_mut(RenderApp);
+    render_app.world_mut().run_schedule(RenderStartup);
+    parts.app.update();
+    parts.app.update();
+    parts.run_until_ready();
+    run_until_sharp(&mut parts, &eye);
+    assert!(memory(&parts).loaded_pages > before);
+    let [picture] = parts.shoot([&eye]);
+    assert_eq!(count_beyond(&picture, &expected, 2), 0);
+}
+
+#[test]
+fn with_little_memory_pictures_are_whole_and_the_gpu_gets_it_back() {
+    let folder = tempfile::tempdir().unwrap();
+    write_rock(folder.path());
+    let little = LodMemory {
+        gpu_bytes: 400 << 10,
+        main_bytes: 64 << 10,
+    };
+    let Some((mut stage, eye)) = stage_of(folder.path(), "rock.fieldpages", little) else {
+        return;
+    };
+    let allocated = |stage: &Stage| {
+        let render_world = stage.app.sub_app(RenderApp).world();
+        let meshes = render_world.resource::<bevy::render::mesh::allocator::MeshAllocator>();
+        meshes.slabs_size()
+    };
+    // Around it, where each side wants what the last one has.
+    for index in 0..24u8 {
+        let angle = f32::from(index) * 0.5;
+        let place = Vec3::new(angle.sin(), 0.2, angle.cos()) * 1.8;
+        let pose = Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y);
+        stage.insert(eye.entity, pose);
+        for _ in 0..4 {
+            let [picture] = stage.shoot([&eye]);
+            assert_eq!(enclosed(&picture, image::Rgba([255, 0, 255, 255])), 0);
+            let now = memory(&stage);
+            assert!(
+                now.resident_bytes + now.coming_bytes <= little.gpu_bytes,
+                "{now:?}"
+            );
+        }
+    }
+    let now = memory(&stage);
+    assert!(now.evicted_pages > 10 && now.coarsening > 1.0, "{now:?}");
+    // Slabs have room to grow, but not for what was evicted.
+    let all: u64 = now.loaded_pages * (16 << 10);
+    assert!(allocated(&stage) < all, "{} of {all}", allocated(&stage));
+}

@@ -11,6 +11,7 @@ mod holes;
 mod motion;
 mod picking;
 mod picture;
+mod released_sources;
 mod stock;
 mod streamed;
 mod swap;

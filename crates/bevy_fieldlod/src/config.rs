@@ -70,6 +70,11 @@ pub struct FieldLodConfig {
     /// no camera has [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing): the CPU then looks at none that
     /// has not changed, and no list of the main world has them.
     pub gpu_culling: bool,
+    /// Whether source meshes stay on the GPU while all that has them is drawn as units in all views. Where they do
+    /// not, they come back from main memory, in the frame in which a view or an entity draws them: nobody else may
+    /// use them on the GPU. They stay with [`units_per_frame`](Self::units_per_frame), which draws them now and
+    /// then, and where main memory has them not.
+    pub sources_on_gpu: bool,
     /// How much memory the meshes of `.fieldpages` files may take.
     pub memory: LodMemory,
 }
@@ -115,6 +120,7 @@ impl Default for FieldLodConfig {
             units_per_frame: None,
             idle_frames: 60,
             gpu_culling: true,
+            sources_on_gpu: true,
             memory: LodMemory::default(),
         }
     }

@@ -38,4 +38,7 @@ pub enum FieldLodHeatMap {
     /// [`visible_flux`](crate::FieldLodSettings::visible_flux): blue where it is hidden, red where it is
     /// seen as a whole, or no camera asks for it.
     VisibleShare,
+    /// By how many pixels what is drawn in place of pieces that are not in memory errs: blue where nothing is
+    /// missing, red from eight pixels on.
+    Missing,
 }

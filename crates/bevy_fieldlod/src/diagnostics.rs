@@ -17,6 +17,7 @@
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
+use crate::pages::FieldLodMemory;
 use crate::stats::FieldLodViewStats;
 
 /// Triangles drawn of meshes with levels of detail.
@@ -28,6 +29,14 @@ pub const UNITS_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/uni
 /// Triangles drawn on the CPU to tell what is hidden.
 pub const OCCLUDER_TRIANGLES: DiagnosticPath =
     DiagnosticPath::const_new("field_lod/occluder_triangles");
+/// Bytes on the GPU of meshes that are read in parts ([`FieldLodMemory`]).
+pub const RESIDENT_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/resident_bytes");
+/// Bytes on the GPU of all that views want of those.
+pub const WANTED_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/wanted_bytes");
+/// Bytes of main memory of what of those is being loaded.
+pub const LOADING_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/loading_bytes");
+/// Pages of those that are wanted and not there.
+pub const MISSING_PAGES: DiagnosticPath = DiagnosticPath::const_new("field_lod/missing_pages");
 /// Time that selection took, in milliseconds.
 pub const SELECTION_MS: DiagnosticPath = DiagnosticPath::const_new("field_lod/selection_ms");
 
@@ -38,7 +47,24 @@ pub(crate) fn plugin(app: &mut App) {
         .register_diagnostic(Diagnostic::new(UNITS_DRAWN))
         .register_diagnostic(Diagnostic::new(OCCLUDER_TRIANGLES))
         .register_diagnostic(Diagnostic::new(SELECTION_MS).with_suffix("ms"))
-        .add_systems(Last, measure_views);
+        .register_diagnostic(Diagnostic::new(RESIDENT_BYTES))
+        .register_diagnostic(Diagnostic::new(WANTED_BYTES))
+        .register_diagnostic(Diagnostic::new(LOADING_BYTES))
+        .register_diagnostic(Diagnostic::new(MISSING_PAGES))
+        .add_systems(
+            Last,
+            (
+                measure_views,
+                measure_memory.run_if(resource_changed::<FieldLodMemory>),
+            ),
+        );
+}
+
+fn measure_memory(mut diagnostics: Diagnostics, memory: Res<FieldLodMemory>) {
+    diagnostics.add_measurement(&RESIDENT_BYTES, || memory.resident_bytes as f64);
+    diagnostics.add_measurement(&WANTED_BYTES, || memory.wanted_bytes as f64);
+    diagnostics.add_measurement(&LOADING_BYTES, || memory.loading_bytes as f64);
+    diagnostics.add_measurement(&MISSING_PAGES, || f64::from(memory.missing_pages));
 }
 
 fn measure_views(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLodViewStats)>) {

@@ -1,5 +1,7 @@
 //! Messages about meshes: which have levels of detail, and why others have none.
 
+use std::time::Duration;
+
 use bevy::asset::{AssetId, UntypedAssetId};
 use bevy::mesh::{MeshAccessError, PrimitiveTopology};
 use bevy::prelude::*;
@@ -95,6 +97,29 @@ pub struct LodFailed {
     pub entity: Entity,
     /// Why it has none.
     pub error: LodError,
+}
+
+/// A camera draws all that it wants of `.fieldpages` files, after some of it was missing. Cameras that draw the cut of
+/// another are not told.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn(Camera3d::default()).observe(|sharp: On<FieldLodSharp>| {
+///         println!("sharp after {:.1} s", sharp.missing_for.as_secs_f32());
+///     });
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
+#[derive(EntityEvent, Clone, Copy, Debug, PartialEq)]
+pub struct FieldLodSharp {
+    /// The camera.
+    pub entity: Entity,
+    /// For how long something was missing.
+    pub missing_for: Duration,
+    /// The error that it draws with, in pixels: more than it asked for where memory is short.
+    pub error_px: f32,
 }
 
 /// Why a mesh has no levels of detail.

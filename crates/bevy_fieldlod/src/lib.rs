@@ -97,6 +97,7 @@ mod motion;
 mod pages;
 #[cfg(feature = "bake")]
 mod processor;
+mod released_sources;
 mod restart;
 mod settings;
 mod shadow_lights;
@@ -120,7 +121,7 @@ pub use cut_of::FieldLodCutOf;
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
 pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
-pub use events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
+pub use events::{FieldLodEvent, FieldLodSharp, LodError, LodFailed, LodOrigin, LodReady};
 #[cfg(feature = "bake")]
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
@@ -143,8 +144,8 @@ pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodCutOf, FieldLodDebug,
         FieldLodEvent, FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodSettings,
-        FieldLodViewStats, LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState,
-        NoLod,
+        FieldLodSharp, FieldLodViewStats, LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d,
+        LodReady, LodState, NoLod,
     };
 }
 
@@ -192,6 +193,7 @@ impl Plugin for FieldLodPlugin {
                 list_changes::plugin,
                 gpu_lists::plugin,
                 motion::plugin,
+                released_sources::plugin,
             ));
     }
 }

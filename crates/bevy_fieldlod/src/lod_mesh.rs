@@ -50,6 +50,12 @@ pub(crate) struct LodPiece {
     /// 0 is the finest.
     pub(crate) level: u32,
     pub(crate) triangles: u32,
+    /// The group whose simplification it is; `None` for source geometry.
+    #[cfg_attr(
+        not(feature = "debug"),
+        expect(dead_code, reason = "heat-maps show it")
+    )]
+    pub(crate) produced_by: Option<u32>,
     /// Geometric error against the source in local units.
     #[cfg_attr(
         not(feature = "debug"),

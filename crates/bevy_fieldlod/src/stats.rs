@@ -23,6 +23,12 @@ pub struct FieldLodViewStats {
     pub occluder_triangles: u32,
     /// Time that selecting this camera's cut took on the CPU, telling what is hidden included.
     pub selection_time: Duration,
+    /// Pieces of `.fieldpages` files that this camera would refine and that are not in memory, and the most that
+    /// what is drawn in their place errs by, in pixels. [`FieldLodSharp`](crate::FieldLodSharp) tells when
+    /// there are none any more.
+    pub missing_pieces: u32,
+    /// See [`missing_pieces`](Self::missing_pieces).
+    pub missing_px: f32,
 }
 
 /// How far the meshes of the world have come. Counts entities with a [`Mesh3d`] under an

@@ -10,7 +10,7 @@ use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
 /// What is the same for the whole entity comes by its mesh tag: the level in the upper eight bits, below
-/// it the upper bits of a 32-bit float: the error in world units, or the share that is visible.
+/// it the upper bits of a 32-bit float: the error in world units, or a share.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Copy, Debug, Default)]
 pub(crate) struct LodDebugMaterial {
     #[uniform(0)]
@@ -46,7 +46,7 @@ impl DebugMaterials {
             Some(FieldLodHeatMap::AspectRatio) => 2,
             Some(FieldLodHeatMap::Curl) => 3,
             Some(FieldLodHeatMap::PixelError) => 4,
-            Some(FieldLodHeatMap::VisibleShare) => 5,
+            Some(FieldLodHeatMap::VisibleShare | FieldLodHeatMap::Missing) => 5,
             None if debug.color_levels => 0,
             None => return None,
         };
@@ -54,8 +54,8 @@ impl DebugMaterials {
     }
 }
 
-/// The mesh tag of an entity at `level`, with the error of its surface in world units or its visible
-/// share.
+/// The mesh tag of an entity at `level`, with the error of its surface in world units or a share
+/// from 0 to 1.
 pub(super) fn mesh_tag(level: u32, quantity: f32) -> u32 {
     level.min(255) << 24 | quantity.to_bits() >> 8
 }

@@ -51,6 +51,12 @@ fn text(views: &Query<(&Camera, &FieldLodViewStats)>, progress: &FieldLodProgres
             stats.error_px,
             stats.selection_time.as_secs_f64() * 1e3,
         );
+        if stats.missing_pieces > 0 {
+            text += &format!(
+                "\n{} pieces are not in memory, by up to {:.1} px",
+                stats.missing_pieces, stats.missing_px
+            );
+        }
     }
     text
 }

@@ -1,8 +1,9 @@
 //! Swaps the materials of what is drawn for the debug view's, and restores them.
 
 use bevy::mesh::MeshTag;
+use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use fieldlod_select::OcclusionBuffer;
+use fieldlod_select::{InstanceId, OcclusionBuffer};
 
 use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
 use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
@@ -69,19 +70,52 @@ fn painted_pieces(world: &mut World, heat_map: Option<FieldLodHeatMap>) -> Vec<(
         shares.reduce(f32::max).unwrap_or(1.0)
     };
     let shares_wanted = heat_map == Some(FieldLodHeatMap::VisibleShare);
+    let missing = match heat_map {
+        Some(FieldLodHeatMap::Missing) => Some(missing_px(views.iter(world), scene)),
+        _ => None,
+    };
     scene
         .instances()
         .flat_map(|instance| {
             let share = shares_wanted.then(|| visible_share(instance));
+            let missing = missing.as_ref();
             scene.pieces_of(instance).map(move |(entity, piece)| {
                 // Errors are in local units, what the shader shows in those of the world.
                 let transform = world.get::<GlobalTransform>(entity);
                 let scale = transform.map_or(1.0, |at| at.scale().abs().max_element());
+                let missing = missing.map(|missing| {
+                    let px = piece
+                        .produced_by
+                        .and_then(|group| missing.get(&(instance.id, group)));
+                    px.map_or(0.0, |px| px / MOST_MISSING_PX)
+                });
+                let share = share.or(missing);
                 let quantity = share.unwrap_or(piece.error_in_local * scale);
                 (entity, MeshTag(mesh_tag(piece.level, quantity)))
             })
         })
         .collect()
+}
+
+/// What is painted red.
+const MOST_MISSING_PX: f32 = 8.0;
+
+/// The groups that some view would refine and that are not in memory, with the error of what is drawn instead: of
+/// each instance, the units that these have produced.
+fn missing_px<'a>(
+    views: impl Iterator<Item = &'a ViewCut>,
+    scene: &LodScene,
+) -> HashMap<(InstanceId, u32), f32> {
+    let mut missing = HashMap::default();
+    for cut in views {
+        cut.selector.demand(&scene.scene, |demand| {
+            if let Some(px) = demand.missing_px {
+                let most: &mut f32 = missing.entry((demand.instance, demand.group)).or_default();
+                *most = most.max(px);
+            }
+        });
+    }
+    missing
 }
 
 /// Paints one entity that is drawn.

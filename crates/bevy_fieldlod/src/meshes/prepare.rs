@@ -157,6 +157,7 @@ fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiec
         aabb,
         level: hierarchy.level_of(unit),
         triangles: unit.triangle_count,
+        produced_by: simplified_by,
         error_in_local: simplified_by
             .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
     }

@@ -1,6 +1,6 @@
 //! What of a `.fieldpages` file is always in memory.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use bevy::asset::{AssetPath, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
@@ -45,7 +45,7 @@ pub(crate) struct UnitOfPage {
     /// Its index in the hierarchy.
     pub(crate) index: u32,
     pub(crate) mesh: Mesh,
-    pub(crate) aabb: OnceLock<Aabb>,
+    pub(crate) aabb: Aabb,
 }
 
 impl MeshInPages {
@@ -120,7 +120,7 @@ impl MeshInPages {
             Ok(UnitOfPage {
                 index,
                 mesh: unit_mesh(&all, read, unit, RenderAssetUsages::RENDER_WORLD)?,
-                aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max).into(),
+                aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
             })
         };
         units.map(unit).collect()

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
+use bevy::ecs::entity::EntityHashMap;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -16,8 +17,10 @@ use super::contents::{MeshInPages, UnitOfPage};
 use super::read::PageError;
 use super::tell::FieldLodMemory;
 use crate::config::FieldLodConfig;
+use crate::events::FieldLodSharp;
 use crate::lod_mesh::LodMesh;
 use crate::lod_scene::LodScene;
+use crate::stats::FieldLodViewStats;
 use crate::upload::PiecesToSend;
 use crate::view_cut::{ViewCut, ViewState};
 
@@ -39,6 +42,8 @@ pub(crate) struct PageStreams {
     /// Files of which the log has said that something cannot be read, and that it takes long.
     said: [HashSet<String>; 2],
     said_too_small: bool,
+    /// Since when something is missing in a view.
+    missing_since: EntityHashMap<Instant>,
 }
 
 struct StreamedMesh {
@@ -71,6 +76,7 @@ impl Default for PageStreams {
             sending: default(),
             said: default(),
             said_too_small: false,
+            missing_since: default(),
         }
     }
 }
@@ -103,28 +109,44 @@ impl PageStreams {
         }
     }
 
-    /// Notes what every view refines, or would.
-    fn note_demand<'a>(&mut self, scene: &LodScene, views: impl Iterator<Item = &'a ViewCut>) {
+    /// Notes what a view refines, or would. Returns how many groups are missing, and by how many pixels.
+    fn note_demand(&mut self, scene: &LodScene, cut: &ViewCut) -> (u32, f32) {
         let Self {
             residency,
             by_mesh,
             meshes,
             ..
         } = self;
-        for cut in views {
-            if cut.state == ViewState::Cut && cut.leader.is_none() {
-                cut.selector.demand(&scene.scene, |demand| {
-                    if let Some(&stream) = by_mesh.get(&demand.mesh) {
-                        residency.demand(stream, demand.group, demand.missing_px);
-                    }
-                });
-            }
-            // What is drawn until the units of the next cut are spawned stays too, and so do those.
-            scene.visit_deferred(&cut.deferred, |mesh, unit| {
-                if let Some(&stream) = by_mesh.get(&mesh) {
-                    let units = &meshes[&stream].source.paged().graph.units;
-                    residency.demand(stream, units[unit as usize].consumed_by, None);
+        let mut missing = (0, 0.0f32);
+        if cut.state == ViewState::Cut && cut.leader.is_none() {
+            cut.selector.demand(&scene.scene, |demand| {
+                if let Some(&stream) = by_mesh.get(&demand.mesh) {
+                    residency.demand(stream, demand.group, demand.missing_px);
                 }
+                if let Some(px) = demand.missing_px {
+                    missing = (missing.0 + 1, missing.1.max(px));
+                }
+            });
+        }
+        // What is drawn until the units of the next cut are spawned stays too, and so do those.
+        scene.visit_deferred(&cut.deferred, |mesh, unit| {
+            if let Some(&stream) = by_mesh.get(&mesh) {
+                let units = &meshes[&stream].source.paged().graph.units;
+                residency.demand(stream, units[unit as usize].consumed_by, None);
+            }
+        });
+        missing
+    }
+
+    /// Tells a view when nothing is missing any more.
+    fn note_sharpness(&mut self, view: Entity, stats: &FieldLodViewStats, commands: &mut Commands) {
+        if stats.missing_pieces > 0 {
+            self.missing_since.entry(view).or_insert_with(Instant::now);
+        } else if let Some(since) = self.missing_since.remove(&view) {
+            commands.entity(view).trigger(|entity| FieldLodSharp {
+                entity,
+                missing_for: since.elapsed(),
+                error_px: stats.error_px,
             });
         }
     }
@@ -241,6 +263,7 @@ pub(super) fn forget_gone_meshes(
         .retain(|one| meshes.contains_key(&one.page.mesh));
     if meshes.is_empty() {
         scene.coarsening = None;
+        streams.missing_since.clear();
         *memory = FieldLodMemory::of(&streams.residency);
     }
 }
@@ -264,8 +287,7 @@ pub(super) fn collect_pages(
                 for unit in units {
                     let handle = meshes.reserve_handle();
                     // It is the same each time.
-                    let aabb = unit.aabb.get().copied().unwrap_or_default();
-                    let _ = lod.pieces[unit.index as usize].aabb.set(aabb);
+                    let _ = lod.pieces[unit.index as usize].aabb.set(unit.aabb);
                     named.push((unit.index, handle.clone()));
                     sent.push((handle, unit.mesh));
                 }
@@ -306,7 +328,7 @@ pub(super) fn order_pages(
     mut streams: ResMut<PageStreams>,
     mut scene: ResMut<LodScene>,
     mut memory: ResMut<FieldLodMemory>,
-    views: Query<&ViewCut>,
+    mut views: Query<(Entity, &ViewCut, &mut FieldLodViewStats)>,
     config: Res<FieldLodConfig>,
     assets: Res<AssetServer>,
 ) {
@@ -318,7 +340,10 @@ pub(super) fn order_pages(
         gpu_bytes: config.memory.gpu_bytes,
         loading_bytes: config.memory.main_bytes,
     });
-    streams.note_demand(scene, views.iter());
+    for (view, cut, mut stats) in &mut views {
+        (stats.missing_pieces, stats.missing_px) = streams.note_demand(scene, cut);
+        streams.note_sharpness(view, &stats, &mut commands);
+    }
     let Orders { evict, load } = streams.residency.update();
     for entity in streams.evict(&evict, scene) {
         commands.entity(entity).try_despawn();

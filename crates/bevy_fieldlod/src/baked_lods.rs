@@ -39,41 +39,16 @@ impl BakedLods {
 /// Lets the asset server load such files.
 pub(crate) fn plugin(app: &mut App) {
     app.init_asset::<BakedLods>()
-        .init_asset_loader::<BakedLodsLoader>()
-        .init_asset_loader::<LodPagesLoader>();
+        .init_asset_loader::<BakedLodsLoader>();
 }
 
-/// Loads `.fieldlod` files.
+/// Loads `.fieldlod` files, and what of `.fieldpages` files stays in memory.
 #[derive(Debug, Default, TypePath)]
 struct BakedLodsLoader;
 
+const IN_PAGES: &str = "fieldpages";
+
 impl AssetLoader for BakedLodsLoader {
-    type Asset = BakedLods;
-    type Settings = ();
-    type Error = BevyError;
-
-    async fn load(
-        &self,
-        reader: &mut dyn Reader,
-        _settings: &(),
-        _load_context: &mut LoadContext<'_>,
-    ) -> Result<BakedLods, BevyError> {
-        let mut bytes = Vec::new();
-        reader.read_to_end(&mut bytes).await?;
-        let file = BakedFile::from_bytes_beside_source(&bytes)?;
-        Ok(BakedLods::new(Arc::new(file)))
-    }
-
-    fn extensions(&self) -> &[&str] {
-        &["fieldlod"]
-    }
-}
-
-/// Loads what of `.fieldpages` files stays in memory.
-#[derive(Debug, Default, TypePath)]
-struct LodPagesLoader;
-
-impl AssetLoader for LodPagesLoader {
     type Asset = BakedLods;
     type Settings = ();
     type Error = BevyError;
@@ -85,10 +60,16 @@ impl AssetLoader for LodPagesLoader {
         load_context: &mut LoadContext<'_>,
     ) -> Result<BakedLods, BevyError> {
         let path = load_context.path().clone_owned();
-        Ok(BakedLods::in_pages(LodPages::read(reader, path).await?))
+        if path.path().extension().is_some_and(|ext| ext == IN_PAGES) {
+            return Ok(BakedLods::in_pages(LodPages::read(reader, path).await?));
+        }
+        let mut bytes = Vec::new();
+        reader.read_to_end(&mut bytes).await?;
+        let file = BakedFile::from_bytes_beside_source(&bytes)?;
+        Ok(BakedLods::new(Arc::new(file)))
     }
 
     fn extensions(&self) -> &[&str] {
-        &["fieldpages"]
+        &["fieldlod", IN_PAGES]
     }
 }

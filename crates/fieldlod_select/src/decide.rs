@@ -9,6 +9,7 @@
 mod bounds_test;
 mod facing;
 mod interval;
+mod level;
 mod local_view;
 
 use std::cell::OnceCell;

@@ -6,6 +6,7 @@ mod decide_context;
 mod demand;
 mod hidden_test;
 mod instance_cut;
+mod level_cuts;
 mod memory;
 mod pool;
 mod scene_cuts;
@@ -155,6 +156,7 @@ impl Selector {
                 continue;
             }
             let refined = cut.map(InstanceCut::refined);
+            let refined = refined.or_else(|| self.cuts.refined_at_level(index));
             let shares = match cut {
                 Some(cut) => cut.shares().shares(settings),
                 None => hidden.map_or(Shares::FULL, |hidden| hidden.shares(scene, index)),
@@ -203,6 +205,9 @@ impl Selector {
                 .map_or(0, |last| last.revision),
             is_first,
             hidden: HiddenTest::new(visible.buffer.as_ref(), settings),
+            view,
+            parts: &parts,
+            last_step,
         };
         self.cuts.traverse(&context);
         // What remains, group by group.

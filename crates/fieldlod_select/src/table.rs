@@ -58,6 +58,9 @@ pub struct GroupTable {
     pub(crate) available: Option<Vec<u64>>,
     /// Counts changes of that.
     pub(crate) available_revision: u32,
+    /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies what the one before
+    /// produces, all in the same place.
+    is_chain: bool,
     /// The cut in which terminal groups alone are refined.
     pub(crate) coarsest_units: Vec<u32>,
     pub(crate) coarsest_refined: Vec<u64>,
@@ -122,6 +125,7 @@ impl GroupTable {
             coarsest_units: Vec::new(),
             coarsest_refined: Vec::new(),
             coarsest_triangle_count: 0,
+            is_chain: is_chain(hierarchy),
         };
         table.find_coarsest();
         table
@@ -155,6 +159,11 @@ impl GroupTable {
         *self = Self {
             coarsest_units: std::mem::take(&mut self.coarsest_units),
             coarsest_triangle_count: self.coarsest_triangle_count,
+            // What left may have been at any level.
+            units: match self.is_chain {
+                true => std::mem::take(&mut self.units),
+                false => Vec::new(),
+            },
             ..Self::new(&Hierarchy::default())
         };
     }
@@ -166,6 +175,27 @@ impl GroupTable {
     /// Whether all groups stand for the whole mesh: levels of the mesh as a whole do.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
+    }
+
+    /// Whether the mesh is drawn as a whole at one level, any of which may be.
+    pub(crate) fn is_chain(&self) -> bool {
+        self.is_chain && self.available.is_none()
+    }
+
+    /// What is drawn of a mesh as a whole at a level, and its triangles.
+    pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
+        let triangle_count = self.units[level].triangle_count;
+        (&UNITS[level..=level], u64::from(triangle_count))
+    }
+
+    /// The bits of the groups that are refined where a mesh as a whole is drawn at a level.
+    pub(crate) fn refined_at_level(&self, level: usize) -> u64 {
+        REFINED[level] & self.present_in(0)
+    }
+
+    /// The same for a mesh of any number of levels.
+    pub(crate) fn closed_from_level(level: usize) -> &'static [u64] {
+        &REFINED[level..=level]
     }
 
     /// Lets those groups be refined which are `at_hand`, and whose coarser groups are too.
@@ -293,6 +323,45 @@ impl From<&Unit> for TableUnit {
             triangle_count: unit.triangle_count,
         }
     }
+}
+
+/// The units of a mesh as a whole, one for each level.
+static UNITS: [u32; CHUNK] = {
+    let mut units = [0; CHUNK];
+    let mut index = 0;
+    while index < CHUNK {
+        units[index] = index as u32;
+        index += 1;
+    }
+    units
+};
+
+/// The groups that are refined where a mesh is drawn as a whole, by its level.
+static REFINED: [u64; CHUNK] = {
+    let mut words = [0; CHUNK];
+    let mut level = 0;
+    while level < CHUNK {
+        words[level] = u64::MAX << level;
+        level += 1;
+    }
+    words
+};
+
+/// Whether each group consumes the one unit that the group before produces, in the same place, and the last one
+/// alone is terminal.
+fn is_chain(hierarchy: &Hierarchy) -> bool {
+    let Hierarchy { groups, units, .. } = hierarchy;
+    let has_size = (1..=CHUNK).contains(&groups.len()) && units.len() == groups.len();
+    let follows = |(index, group): (u32, &Group)| {
+        let unit = &units[index as usize];
+        let before = index.checked_sub(1);
+        unit.consumed_by == index
+            && unit.producer() == before
+            && hierarchy.finer_groups(group) == before.as_slice()
+            && group.bounds == groups[0].bounds
+            && group.is_terminal() == (index as usize + 1 == groups.len())
+    };
+    has_size && (0..).zip(groups).all(follows)
 }
 
 /// Vertices of all units and of occluders.

@@ -1,8 +1,9 @@
 //! For how long an answer stays valid: how far the camera may go and turn before it can change.
 //!
 //! Between two poses a point at distance ρ from the eye moves in camera space by at most
-//! `|Δeye| + |ΔR| ρ`, with R the rotation. A view sums up both; an answer keeps the sum at which it
-//! ends.
+//! `|Δeye| + |ΔR| ρ`, with R the rotation. A view sums up both; an answer keeps the sums at which it
+//! ends, so that the first end of many answers is a minimum of each sum, whatever their distances. What an answer
+//! tolerates is shared out to both as the camera goes and turns now.
 
 use crate::stretch::largest_stretch;
 use crate::view::View;
@@ -10,12 +11,23 @@ use crate::view::View;
 /// What rounding may take off a step of the camera, relative.
 const ROUNDING_ALLOWANCE: f32 = 1.001;
 
+/// The least share of a tolerance that either of moves and turns gets.
+const LEAST_SHARE: f64 = 0.1;
+
+/// The farthest move that is tolerated, as a share of the distance, and the farthest turn; and how much of both
+/// is tolerated at least, however fast the camera does the other.
+const FARTHEST_MOVE: f32 = 0.25;
+const FARTHEST_TURN: f32 = 0.5;
+const LEAST_AHEAD: f32 = 0.05;
+
 /// How far a view has moved and turned in all since its last reset.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CameraTravel {
     moved: f64,
     turned: f64,
     resets: u32,
+    /// Means of the latest steps, newer ones counting more.
+    pace: [f64; 2],
 }
 
 impl CameraTravel {
@@ -37,7 +49,34 @@ impl CameraTravel {
         Self {
             moved: f64::from(moved * ROUNDING_ALLOWANCE),
             turned: f64::from(turned * ROUNDING_ALLOWANCE),
-            resets: 0,
+            ..Self::default()
+        }
+    }
+
+    /// The latest step by itself.
+    pub(crate) fn step(&self) -> Tolerance {
+        Tolerance {
+            moved: self.moved as f32,
+            turned: self.turned as f32,
+        }
+    }
+
+    /// The most that is worth tolerating of what is `farthest` away: as far ahead as the camera goes and turns now.
+    pub(crate) fn ahead(&self, farthest: f32) -> Tolerance {
+        let most = Tolerance {
+            moved: farthest * FARTHEST_MOVE,
+            turned: FARTHEST_TURN,
+        };
+        let [moved, turned] = self.pace.map(|pace| pace as f32);
+        let steps = (most.moved / moved).min(most.turned / turned);
+        if !steps.is_finite() {
+            return most;
+        }
+        // It may begin to turn or to move. No clamp, which panics at NaN.
+        let within = |ahead: f32, most: f32| ahead.max(most * LEAST_AHEAD).min(most);
+        Tolerance {
+            moved: within(moved * steps, most.moved),
+            turned: within(turned * steps, most.turned),
         }
     }
 
@@ -49,6 +88,11 @@ impl CameraTravel {
     pub(crate) fn add(&mut self, step: &Self) {
         self.moved += step.moved;
         self.turned += step.turned;
+        let [moved, turned] = self.pace;
+        self.pace = [
+            (moved * 3.0 + step.moved) * 0.25,
+            (turned * 3.0 + step.turned) * 0.25,
+        ];
     }
 
     /// Ends every validity.
@@ -70,12 +114,40 @@ impl CameraTravel {
     }
 }
 
-/// How long an answer is valid: until points within a distance have moved so far, since the same
-/// reset.
+/// How far a camera moves and turns: a length, and the most that a unit vector changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tolerance {
+    pub(crate) moved: f32,
+    pub(crate) turned: f32,
+}
+
+impl Tolerance {
+    pub(crate) fn times(&self, factor: f32) -> Self {
+        Self {
+            moved: self.moved * factor,
+            turned: self.turned * factor,
+        }
+    }
+
+    /// The larger of each.
+    pub(crate) fn larger(&self, other: &Self) -> Self {
+        Self {
+            moved: self.moved.max(other.moved),
+            turned: self.turned.max(other.turned),
+        }
+    }
+
+    /// Whether both are more than of another.
+    pub(crate) fn holds(&self, other: &Self) -> bool {
+        self.moved > other.moved && self.turned > other.turned
+    }
+}
+
+/// How long an answer is valid: until the camera has moved or turned so far, since the same reset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Validity {
-    until: f64,
-    max_distance: f32,
+    moved_until: f64,
+    turned_until: f64,
     resets: u32,
 }
 
@@ -88,49 +160,65 @@ impl Default for Validity {
 impl Validity {
     /// Valid for no frame but this.
     pub(crate) const NONE: Self = Self {
-        until: f64::NEG_INFINITY,
-        max_distance: 0.0,
+        moved_until: f64::NEG_INFINITY,
+        turned_until: f64::NEG_INFINITY,
         resets: 0,
     };
 
     /// Valid while points within `max_distance` move no farther than `tolerance` from now on.
     pub(crate) fn tolerating(tolerance: f64, max_distance: f32, now: &CameraTravel) -> Self {
-        Self::until(
-            now.of_points_within(max_distance) + tolerance,
-            max_distance,
-            now,
-        )
-    }
-
-    /// Valid for good: what is true of nothing.
-    pub(crate) fn forever(now: &CameraTravel) -> Self {
-        Self::until(f64::INFINITY, 0.0, now)
-    }
-
-    /// Valid until points within `max_distance` have [moved](CameraTravel::of_points_within) so far.
-    pub(crate) fn until(until: f64, max_distance: f32, now: &CameraTravel) -> Self {
+        // NaN is never valid.
+        if tolerance.is_nan() || tolerance <= 0.0 {
+            return Self::NONE;
+        }
+        let max_distance = f64::from(max_distance);
+        if max_distance == 0.0 {
+            return Self {
+                moved_until: now.moved + tolerance,
+                turned_until: f64::INFINITY,
+                resets: now.resets,
+            };
+        }
+        let [moving, turning] = [now.pace[0], now.pace[1] * max_distance];
+        let share = moving / (moving + turning);
+        // Where it stands, either may come.
+        let share = if share.is_nan() { 0.5 } else { share };
+        let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        let turn = tolerance * (1.0 - share) / max_distance;
         Self {
-            until,
-            max_distance,
+            moved_until: now.moved + tolerance * share,
+            turned_until: now.turned + if turn.is_nan() { 0.0 } else { turn },
             resets: now.resets,
         }
     }
 
-    fn remaining(&self, now: &CameraTravel) -> f64 {
-        if self.resets == now.resets {
-            self.until - now.of_points_within(self.max_distance)
-        } else {
-            f64::NEG_INFINITY
+    /// Valid while the camera goes and turns no farther than a tolerance.
+    pub(crate) fn within(tolerance: &Tolerance, now: &CameraTravel) -> Self {
+        Self {
+            moved_until: now.moved + f64::from(tolerance.moved * 0.999),
+            turned_until: now.turned + f64::from(tolerance.turned * 0.999),
+            resets: now.resets,
         }
     }
 
+    /// Valid for good: what is true of nothing.
+    pub(crate) fn forever(now: &CameraTravel) -> Self {
+        Self::tolerating(f64::INFINITY, 0.0, now)
+    }
+
     pub(crate) fn lasts(&self, now: &CameraTravel) -> bool {
-        self.remaining(now) > 0.0
+        self.resets == now.resets && now.moved < self.moved_until && now.turned < self.turned_until
     }
 
     /// Valid while both are.
     pub(crate) fn and(&self, other: &Self, now: &CameraTravel) -> Self {
-        let remaining = self.remaining(now).min(other.remaining(now));
-        Self::tolerating(remaining, self.max_distance.max(other.max_distance), now)
+        if self.resets != now.resets || other.resets != now.resets {
+            return Self::NONE;
+        }
+        Self {
+            moved_until: self.moved_until.min(other.moved_until),
+            turned_until: self.turned_until.min(other.turned_until),
+            resets: now.resets,
+        }
     }
 }

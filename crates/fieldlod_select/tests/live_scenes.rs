@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use camera_field::Camera;
 use common::{
-    any_camera, any_placement, any_settings, hierarchies, look, perspective, synthetic, vector,
+    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, perspective,
+    synthetic, vector,
 };
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
@@ -28,16 +29,18 @@ struct Placed {
 
 fn any_placed() -> impl Strategy<Value = Placed> {
     let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
-    (0usize..5, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
-        let shift = Affine3A::from_translation(shift * 40.0);
-        Placed {
-            mesh,
-            placement: shift * placement,
-            bias,
-            layers: u64::MAX,
-            forced_level: None,
-        }
-    })
+    (0usize..HIERARCHIES, any_placement(), vector(), bias).prop_map(
+        |(mesh, placement, shift, bias)| {
+            let shift = Affine3A::from_translation(shift * 40.0);
+            Placed {
+                mesh,
+                placement: shift * placement,
+                bias,
+                layers: u64::MAX,
+                forced_level: None,
+            }
+        },
+    )
 }
 
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{any_placement, any_settings, any_view, hierarchies};
+use common::{HIERARCHIES, any_placement, any_settings, any_view, hierarchies};
 use fieldlod_select::{GroupTable, InstanceView, group_error_px, refine};
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ proptest! {
 
     #[test]
     fn lanes_and_conservative_tests_equal_the_scalar_criterion(
-        which in 0usize..5,
+        which in 0usize..HIERARCHIES,
         view in any_view(),
         placement in any_placement(),
         settings in any_settings(),

@@ -4,8 +4,8 @@ mod common;
 
 use camera_field::Camera;
 use common::{
-    any_camera, any_placement, any_settings, hierarchies, look, orthographic, perspective,
-    synthetic, vector,
+    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, orthographic,
+    perspective, synthetic, vector,
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
@@ -117,8 +117,8 @@ struct Placed {
 
 fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
     let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
-    let one =
-        (0usize..5, any_placement(), vector(), bias).prop_map(|(mesh, placement, shift, bias)| {
+    let one = (0usize..HIERARCHIES, any_placement(), vector(), bias).prop_map(
+        |(mesh, placement, shift, bias)| {
             let placement =
                 Affine3A::from_translation(shift * shift.length_squared() * 100.0) * placement;
             Placed {
@@ -126,7 +126,8 @@ fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
                 placement,
                 bias,
             }
-        });
+        },
+    );
     prop::collection::vec(one, 1..60)
 }
 
@@ -242,7 +243,7 @@ fn any_crowd() -> impl Strategy<Value = Vec<Placed>> {
         let place = at * Vec3::new(6.0, 1.0, 2.0) - Vec3::Z * 6.0;
         scaled(0, place, Vec3::new(size, size, 0.2))
     });
-    let small = (0usize..5, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
+    let small = (0usize..HIERARCHIES, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
         let place = at * Vec3::new(15.0, 2.0, 20.0) - Vec3::Z * 32.0;
         scaled(mesh, place, Vec3::splat(size))
     });

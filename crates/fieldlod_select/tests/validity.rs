@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{any_camera, any_placement, any_settings, hierarchies, look, perspective, vector};
+use common::{
+    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, perspective, vector,
+};
 use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, select};
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -78,7 +80,7 @@ proptest! {
         camera in prop_oneof![any_camera(), Just(perspective(1.0))],
         settings in any_settings(),
         is_plain in any::<bool>(),
-        placements in prop::collection::vec((any_placement(), vector()), 4),
+        placements in prop::collection::vec((any_placement(), vector()), HIERARCHIES),
         distance in prop_oneof![0.5f32..4.0, 4.0f32..40.0],
         start in vector(),
         (go, turn) in (vector(), vector()),

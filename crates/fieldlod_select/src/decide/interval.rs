@@ -1,12 +1,13 @@
 //! The test that tells both ways: which of eight groups are certainly below their thresholds and which
 //! certainly above, wherever in a ball around it the camera stands and however it has turned to there.
 //!
-//! For similarities and perspective views, which most are. Points move by at most `D` in camera space; all
-//! lengths are local. With `X = φ + δ` the widest angle of the sphere to the axis, `t² = ρ² − r²`:
+//! For similarities and perspective views, which most are. Points move by at most `D` in camera space, and then
+//! turn about the eye by at most `θ`; all lengths are local. With `X = φ + δ` the widest angle of the sphere to
+//! the axis, `t² = ρ² − r²`:
 //! ```text
-//! |∇ cos X| = 1/t ≤ 1/(ρ − r)                       so  cos X ± y,  y = D/(ρ − r − D)
-//! κ = 1/sec = max(cos X, 1/S)
-//! depth = max(z − r, (ρ − r) κ),  |∇ depth| < 1.15   so  depth ± 1.15 D
+//! |∇ X| = 1/t ≤ 1/(ρ − r)                           so  X ± β,  β = y + θ,  y = D/(ρ − r − D)
+//! κ = 1/sec = max(cos X, 1/S)                        so  cos X ± (sin X β + β²/2)
+//! depth = max(z − r, (ρ − r) κ),  |∇ depth| < 1.15   so  depth ± (1.15 D + (ρ + D) ((sin X + y) θ + θ²/2))
 //! μ = m·s,  |∇ s| = 1/ρ                              so  μ ± y
 //!
 //! e² C W o < τ² κ depth²     below, with the least of the right and the most of the left; else above
@@ -26,6 +27,7 @@ use crate::lane::{Lane, M3, V3, mask_of};
 use crate::settings::{Offscreen, Thresholds};
 use crate::sides::PerspectiveSides;
 use crate::table::GroupTable;
+use crate::validity::Tolerance;
 use crate::view_parts::ViewParts;
 
 const ZERO: f32x8 = f32x8::splat(0.0);
@@ -33,6 +35,8 @@ const ZERO: f32x8 = f32x8::splat(0.0);
 const ALLOWANCE: f32 = 2e-3;
 /// The same of cosines.
 const COSINE_ALLOWANCE: f32 = 4e-6;
+/// The angle of a turn is at most so many times [the change of a unit vector](Tolerance::turned).
+const ANGLE_PER_TURN: f32 = 1.02;
 /// How fast depth changes at most.
 const DEPTH_SLOPE: f32 = 1.15;
 /// Errors whose squares can be trusted.
@@ -50,8 +54,9 @@ pub(super) struct IntervalTest<'a> {
     eye: V3<f32x8>,
     /// To camera space in local lengths.
     camera_from_local: M3<f32x8>,
-    /// `D` of the module's formulas.
+    /// `D` and `θ` of the module's formulas.
     max_move: f32x8,
+    max_turn: f32x8,
     thresholds: Thresholds,
     tells_above: bool,
 }
@@ -65,7 +70,9 @@ struct SeenInterval {
     /// Whether the eye stays out of the sphere, farther than what the bounds need; and inside.
     is_apart: f32x8,
     holds_eye: f32x8,
-    /// `y`: how much cosines change at most.
+    /// How far it moves at most, turns included.
+    max_shift: f32x8,
+    /// `y`: how much its direction changes at most for one who does not turn.
     change: f32x8,
     /// `κ` at least and at most, and depths.
     cosine: [f32x8; 2],
@@ -106,6 +113,7 @@ impl<'a> IntervalTest<'a> {
             camera_from_local: M3::splat(&in_local_lengths),
             // Rounding at this place and at the other.
             max_move: f32x8::splat(local.slack + local.rounding),
+            max_turn: ZERO,
             thresholds,
             // What relaxes the criterion makes it smaller than these bounds; with no error at all
             // nothing is above.
@@ -113,6 +121,13 @@ impl<'a> IntervalTest<'a> {
                 && parts.settings.min_aspect_ratio == 0.0
                 && (camera.constant_px2.is_some() || camera.focal_px.is_some()),
         })
+    }
+
+    /// Asks for all poses within some of this one from now on.
+    pub(super) fn tolerate(&mut self, local: &LocalView, tolerance: &Tolerance) {
+        let moved = tolerance.moved / local.instance.camera_per_local * 1.001;
+        self.max_move = f32x8::splat(local.rounding * 2.0 + moved);
+        self.max_turn = f32x8::splat(tolerance.turned * ANGLE_PER_TURN);
     }
 
     /// What is certain of the groups of one block, of which `was_refined` has the bits and `share` the
@@ -185,21 +200,30 @@ impl<'a> IntervalTest<'a> {
         let inverse_distance = f32x8::splat(1.0) / distance;
         let gap = distance - radius;
         let nearest_gap = gap - self.max_move;
-        // cos X, and what the move of the eye does to it and to the depth.
-        let change = self.max_move / nearest_gap + f32x8::splat(COSINE_ALLOWANCE);
+        // cos X, and what the moves and turns of the eye do to it and to the depth.
         let tangent_length = (gap * (distance + radius)).sqrt();
-        let cosine = (z * tangent_length - off_axis_squared.sqrt() * radius)
-            * (inverse_distance * inverse_distance);
+        let off_axis = off_axis_squared.sqrt();
+        let per_square = inverse_distance * inverse_distance;
+        let cosine = (z * tangent_length - off_axis * radius) * per_square;
+        let sine = (off_axis * tangent_length + z * radius) * per_square;
+        let sine = sine.abs().larger(off_axis * inverse_distance);
+        let move_angle = self.max_move / nearest_gap;
+        let angle = move_angle + self.max_turn;
+        let half = f32x8::splat(0.5);
+        let change = angle * (sine + angle * half) + f32x8::splat(COSINE_ALLOWANCE);
+        let turn = self.max_turn * (sine + move_angle + self.max_turn * half);
+        let farthest = distance + self.max_move;
+        let slope = self.max_move * f32x8::splat(DEPTH_SLOPE) + farthest * turn;
         let ahead = z - radius;
         let depth = |cosine: f32x8| ahead.larger(gap * cosine.larger(least_cosine));
-        let slope = self.max_move * f32x8::splat(DEPTH_SLOPE);
         SeenInterval {
             center,
             radius,
             distance,
             is_apart: self.max_move.is_below(nearest_gap),
             holds_eye: (distance + self.max_move).is_below(radius * f32x8::splat(1.0 - ALLOWANCE)),
-            change,
+            max_shift: self.max_move + farthest * self.max_turn,
+            change: move_angle + f32x8::splat(COSINE_ALLOWANCE),
             cosine: [
                 (cosine - change).larger(least_cosine),
                 (cosine + change).larger(least_cosine),
@@ -259,7 +283,7 @@ impl<'a> IntervalTest<'a> {
     fn placement(&self, seen: &SeenInterval, was_refined: u32, was: f32x8) -> Placement {
         let entered = self.placement_in(seen, self.parts.entering.perspective_sides());
         // What touches the view that is entered, and is wholly ahead, touches the wider one too.
-        let ahead = self.max_move.is_below(seen.center.z - seen.radius);
+        let ahead = seen.max_shift.is_below(seen.center.z - seen.radius);
         let entered = Placement {
             inside: entered.inside & ahead,
             ..entered
@@ -278,8 +302,8 @@ impl<'a> IntervalTest<'a> {
     #[inline]
     fn placement_in(&self, seen: &SeenInterval, sides: &PerspectiveSides<f32x8>) -> Placement {
         let inside_by = sides.least_inside(seen.center);
-        let at_most = seen.radius * f32x8::splat(1.0 + ALLOWANCE) + self.max_move;
-        let at_least = seen.radius * f32x8::splat(1.0 - ALLOWANCE) - self.max_move;
+        let at_most = seen.radius * f32x8::splat(1.0 + ALLOWANCE) + seen.max_shift;
+        let at_least = seen.radius * f32x8::splat(1.0 - ALLOWANCE) - seen.max_shift;
         Placement {
             outside: (inside_by + at_most).is_below(ZERO),
             inside: ZERO.is_below(inside_by + at_least) & ZERO.is_below(seen.center.z + at_least),

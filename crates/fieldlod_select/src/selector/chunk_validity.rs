@@ -113,6 +113,7 @@ impl ChunkValidity {
             self.tolerance *= SHRINKAGE;
         }
         let first = self.until.iter().copied().fold(f64::INFINITY, f64::min);
-        Validity::until(first, self.max_distance, now)
+        let tolerance = first - now.of_points_within(self.max_distance);
+        Validity::tolerating(tolerance, self.max_distance, now)
     }
 }

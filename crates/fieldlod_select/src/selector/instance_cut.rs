@@ -77,6 +77,19 @@ impl InstanceCut {
         self.gather(table);
     }
 
+    /// Begins with a mesh that was drawn as a whole at a level.
+    pub(super) fn begin_at_level(&mut self, table: &GroupTable, level: usize) {
+        self.refined.clear();
+        self.refined.push(table.refined_at_level(level));
+        self.own.clone_from(&self.refined);
+        self.chunk_validity.forget();
+        self.validity = Validity::NONE;
+        self.units.clear();
+        self.triangle_count = table.gather_units(&self.refined, &mut self.units);
+        // What is at hand was not asked for.
+        self.available_revision = table.available_revision.wrapping_sub(1);
+    }
+
     /// Decides the next cut of the same instance: the words whose answers are not valid any more. None
     /// is if the instance `has_moved`.
     pub(super) fn decide_again(

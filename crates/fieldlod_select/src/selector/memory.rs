@@ -20,11 +20,13 @@ pub(super) enum InstanceState {
     Culled,
     /// Only what always is refined is refined. The scene may have removed the instance since.
     Coarsest(MeshId),
+    /// The mesh as a whole at one level, finer than the coarsest.
+    AtLevel(MeshId, u8),
     /// A cut of its own, by its key in the pool.
     Mixed(u32),
 }
 
-/// What the last visit to a node found.
+/// What the last visit to a node, or to an instance by itself, found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeMemory {
     pub(super) validity: Validity,
@@ -46,6 +48,8 @@ pub(super) enum Below {
 #[derive(Debug)]
 pub(super) struct Pending {
     pub(super) instance: u32,
+    /// Where it stands in the tree.
+    pub(super) position: usize,
     pub(super) was: InstanceState,
     /// Whether the instance has changed since it was decided last.
     pub(super) has_moved: bool,
@@ -61,30 +65,29 @@ pub(super) struct Pending {
 
 impl InstanceState {
     /// The units drawn without a cut of one's own, and their triangles.
-    pub(super) fn coarsest(self, scene: &Scene) -> (&[u32], u64) {
+    pub(super) fn drawn_whole(self, scene: &Scene) -> (&[u32], u64) {
         match self {
             Self::Coarsest(mesh) => {
                 let table = scene.table(mesh);
                 (&table.coarsest_units, table.coarsest_triangle_count)
             }
+            Self::AtLevel(mesh, level) => scene.table(mesh).drawn_at_level(usize::from(level)),
             _ => (&[], 0),
         }
     }
-}
 
-impl InstanceState {
     /// What a node of this instance alone says of it.
     pub(super) fn below(self) -> Below {
         match self {
             Self::Culled => Below::Culled,
             Self::Empty | Self::Coarsest(_) => Below::Coarsest,
-            Self::Mixed(_) => Below::Mixed,
+            Self::AtLevel(..) | Self::Mixed(_) => Below::Mixed,
         }
     }
 
     /// Whether a view draws it.
     pub(super) fn is_drawn(self) -> bool {
-        matches!(self, Self::Coarsest(_) | Self::Mixed(_))
+        matches!(self, Self::Coarsest(_) | Self::AtLevel(..) | Self::Mixed(_))
     }
 }
 

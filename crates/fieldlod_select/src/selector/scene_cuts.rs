@@ -30,9 +30,9 @@ pub struct Statistics {
 #[derive(Debug, Default)]
 pub(super) struct SceneCuts {
     pub(super) memories: Vec<InstanceMemory>,
-    /// For how long each instance, tested by itself, stays as it is.
-    pub(super) validities: Vec<Validity>,
-    /// By level of the tree.
+    /// What was found of each instance, by its position in the tree, and for how long.
+    pub(super) leaves: Vec<NodeMemory>,
+    /// What was found of nodes, by level of the tree.
     pub(super) nodes: Vec<Vec<NodeMemory>>,
     pub(super) pending: Vec<Pending>,
     pub(super) pool: Pool,
@@ -72,11 +72,15 @@ impl SceneCuts {
     pub(super) fn resize(&mut self, scene: &Scene, is_first: bool, is_new_tree: bool) {
         let count = scene.instances.len();
         self.memories.resize(count, InstanceMemory::default());
-        self.validities.resize(count, Validity::NONE);
         if is_new_tree {
             self.nodes.iter_mut().for_each(Vec::clear);
+            self.leaves.clear();
             self.drop_removed(scene);
         }
+        let (memories, positions) = (&self.memories, &scene.tree.order);
+        let new = positions.iter().skip(self.leaves.len());
+        let new = new.map(|&instance| NodeMemory::new(memories[instance as usize].state.below()));
+        self.leaves.extend(new);
         let levels = &scene.tree.levels;
         let level_count = levels.len().max(self.nodes.len());
         self.nodes.resize_with(level_count, Vec::new);
@@ -105,6 +109,7 @@ impl SceneCuts {
         {
             return;
         }
+        self.give_cuts_to_loaded_levels(scene);
         for key in self.pool.keys() {
             let cut = self.pool.at_mut(key);
             let Some(index) = cut.instance() else {
@@ -158,10 +163,12 @@ impl SceneCuts {
 
     /// Ends what is known of an instance and of the nodes above it.
     fn wake(&mut self, scene: &Scene, instance: u32) {
-        self.validities[instance as usize] = Validity::NONE;
         let Some(mut node) = scene.tree.position(instance) else {
             return;
         };
+        if let Some(leaf) = self.leaves.get_mut(node) {
+            leaf.validity = Validity::NONE;
+        }
         for level in &mut self.nodes {
             node /= FAN;
             if let Some(memory) = level.get_mut(node) {
@@ -203,7 +210,12 @@ impl SceneCuts {
                 .is_some()
                 .then(|| visible.seen(table, pending.instance, instance, share));
             cut.begin_shares(pending.instance, table.terminal.len(), seen);
-            cut.decide_first(table, instance, context);
+            if let InstanceState::AtLevel(_, level) = was {
+                cut.begin_at_level(table, usize::from(level));
+                cut.decide_again(table, instance, context, true);
+            } else {
+                cut.decide_first(table, instance, context);
+            }
             self.memories[index].state = InstanceState::Mixed(pending.cut);
         }
         self.statistics.instances_decided += 1;
@@ -211,17 +223,20 @@ impl SceneCuts {
         // The next visit tells whether it needs a cut of its own any more.
         let is_free = pending.forced_level.is_none();
         let may_end = is_free && cut.has_changed() && cut.is_coarsest(table);
-        self.validities[index] = if may_end {
-            Validity::NONE
-        } else {
-            cut.validity().and(&pending.size_validity, &context.now)
+        self.leaves[pending.position] = NodeMemory {
+            validity: if may_end {
+                Validity::NONE
+            } else {
+                cut.validity().and(&pending.size_validity, &context.now)
+            },
+            below: Below::Mixed,
         };
         // What that changes.
         if !is_mixed || cut.has_changed() {
             let (before, triangles_before) = if is_mixed {
                 cut.drawn_before()
             } else {
-                was.coarsest(scene)
+                was.drawn_whole(scene)
             };
             let (now, triangles) = cut.drawn();
             let id = scene.instance_at(pending.instance);
@@ -272,7 +287,6 @@ impl SceneCuts {
                 self.change_state(scene, index, InstanceState::Empty);
             }
             self.memories[index as usize].generation = generation;
-            self.validities[index as usize] = Validity::NONE;
         }
     }
 
@@ -280,10 +294,10 @@ impl SceneCuts {
     pub(super) fn change_state(&mut self, scene: &Scene, index: u32, state: InstanceState) {
         let memory = &mut self.memories[index as usize];
         let was = std::mem::replace(&mut memory.state, state);
-        let (now, triangles) = state.coarsest(scene);
+        let (now, triangles) = state.drawn_whole(scene);
         let (before, triangles_before) = match was {
             InstanceState::Mixed(key) => self.pool.at(key).drawn(),
-            other => other.coarsest(scene),
+            other => other.drawn_whole(scene),
         };
         // What that changes.
         let instance = InstanceId {
@@ -304,7 +318,7 @@ impl SceneCuts {
         match memory.state {
             _ if memory.generation != instance.generation => &[],
             InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
-            other => other.coarsest(scene).0,
+            other => other.drawn_whole(scene).0,
         }
     }
 
@@ -325,6 +339,7 @@ impl SceneCuts {
     /// Forgets all cuts.
     pub(super) fn clear(&mut self) {
         self.memories.clear();
+        self.leaves.clear();
         self.nodes.iter_mut().for_each(Vec::clear);
         self.pool.clear();
         self.changes.clear();
@@ -337,7 +352,7 @@ impl SceneCuts {
     #[cfg(test)]
     pub(super) fn capacity(&self) -> usize {
         self.memories.capacity()
-            + self.validities.capacity()
+            + self.leaves.capacity()
             + self.nodes.iter().map(Vec::capacity).sum::<usize>()
             + self.pending.capacity()
             + self.changes.capacity()

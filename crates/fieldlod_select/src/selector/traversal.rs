@@ -10,6 +10,8 @@ use crate::scene::{MeshId, Scene};
 use crate::size_test::SizeTest;
 use crate::tree::{FAN, Node};
 use crate::validity::{CameraTravel, Validity};
+use crate::view::View;
+use crate::view_parts::ViewParts;
 
 /// What a frame traverses with.
 pub(super) struct TraversalContext<'a> {
@@ -28,6 +30,10 @@ pub(super) struct TraversalContext<'a> {
     pub(super) is_first: bool,
     /// What is visible, if hidden things count less.
     pub(super) hidden: Option<HiddenTest<'a>>,
+    pub(super) view: &'a View,
+    pub(super) parts: &'a ViewParts<'a>,
+    /// The camera's travel since the last frame.
+    pub(super) last_step: CameraTravel,
 }
 
 impl TraversalContext<'_> {
@@ -83,14 +89,21 @@ impl SceneCuts {
     pub(super) fn traverse(&mut self, context: &TraversalContext) {
         let tree = &context.scene.tree;
         if !tree.order.is_empty() {
-            self.visit(context, tree.levels.len() - 1, 0);
+            self.visit(context, tree.levels.len() - 1, 0, true);
         }
     }
 
-    fn visit(&mut self, context: &TraversalContext, level: usize, index: usize) -> NodeMemory {
+    /// Visits a node, which `may_have_changed` unless the one above has not.
+    fn visit(
+        &mut self,
+        context: &TraversalContext,
+        level: usize,
+        index: usize,
+        may_have_changed: bool,
+    ) -> NodeMemory {
         let node = &context.scene.tree.levels[level][index];
         let memory = self.nodes[level][index];
-        let is_unchanged = node.changed_at <= context.seen_revision;
+        let is_unchanged = !may_have_changed || node.changed_at <= context.seen_revision;
         if is_unchanged && memory.validity.lasts(&context.now) {
             return memory;
         }
@@ -103,7 +116,7 @@ impl SceneCuts {
         let found = match context.answer(node, was) {
             Some((below, validity)) if below == was => NodeMemory { validity, below },
             Some((below, validity)) => return self.mark(context, level, index, below, validity),
-            None => self.visit_children(context, level, index),
+            None => self.visit_children(context, level, index, !is_unchanged),
         };
         self.nodes[level][index] = found;
         found
@@ -114,13 +127,14 @@ impl SceneCuts {
         context: &TraversalContext,
         level: usize,
         index: usize,
+        may_have_changed: bool,
     ) -> NodeMemory {
         let (mut validity, mut below) = (Validity::forever(&context.now), None);
         for child in children(context.scene, level, index) {
             let one = if level > 0 {
-                self.visit(context, level - 1, child)
+                self.visit(context, level - 1, child, may_have_changed)
             } else {
-                self.visit_instance(context, context.scene.tree.order[child])
+                self.visit_instance(context, child, may_have_changed)
             };
             validity = validity.and(&one.validity, &context.now);
             below = match below {
@@ -134,64 +148,78 @@ impl SceneCuts {
         }
     }
 
-    fn visit_instance(&mut self, context: &TraversalContext, instance: u32) -> NodeMemory {
+    fn visit_instance(
+        &mut self,
+        context: &TraversalContext,
+        position: usize,
+        may_have_changed: bool,
+    ) -> NodeMemory {
+        // An answer that is valid still.
+        let last = self.leaves[position];
+        if !may_have_changed && last.validity.lasts(&context.now) {
+            return last;
+        }
+        let instance = context.scene.tree.order[position];
         let index = instance as usize;
         if !context.is_first {
             self.drop_previous_instance(context.scene, instance);
         }
         let memory = self.memories[index];
-        // An answer that is valid still.
         let instance_data = &context.scene.instances[index];
         let node = &instance_data.node;
         let is_unchanged = node.changed_at <= context.seen_revision;
-        let validity = self.validities[index];
-        if is_unchanged && validity.lasts(&context.now) {
-            return NodeMemory {
-                validity,
-                below: memory.state.below(),
-            };
+        if is_unchanged && last.validity.lasts(&context.now) {
+            return last;
         }
         // What no view of these layers sees, or is too small, is not drawn.
         self.statistics.instances_tested += 1;
         let forever = Validity::forever(&context.now);
         let entry = &context.scene.entries[index];
         let Some(mesh) = entry.seen_mesh(context.layers) else {
-            return self.mark_tested(context, instance, Below::Coarsest, forever);
+            return self.mark_tested(context, position, Below::Coarsest, forever);
         };
         let (is_drawn, size_validity) = match &context.size {
             Some(size) => size.of_instance(node, memory.state.is_drawn()),
             None => (true, forever),
         };
         if !is_drawn {
-            return self.mark_tested(context, instance, Below::Culled, size_validity);
+            return self.mark_tested(context, position, Below::Culled, size_validity);
         }
         // An answer for the instance as a whole.
         let forced_level = context.forced_level.or(instance_data.forced_level);
-        let is_mixed = matches!(memory.state, InstanceState::Mixed(_));
+        let was_coarsest = memory.state.below() != Below::Mixed;
         let coarsest = match forced_level {
             Some(_) => None,
-            None => context.test.coarsest(&node.bounds, !is_mixed),
+            None => context.test.coarsest(&node.bounds, was_coarsest),
         };
         if let Some(coarsest) = coarsest {
             let validity = coarsest.and(&size_validity, &context.now);
-            return self.mark_tested(context, instance, Below::Coarsest, validity);
+            return self.mark_tested(context, position, Below::Coarsest, validity);
         }
         // The same by what is visible of it, unless something was refined.
-        self.validities[index] = Validity::NONE;
         let share = match forced_level {
             Some(_) => None,
             None => self.share_if_coarsest(context, instance, mesh),
         };
         if context.stays_coarsest(node, share) {
-            return self.mark_instance(context, instance, Below::Coarsest, Validity::NONE);
+            return self.mark_tested(context, position, Below::Coarsest, Validity::NONE);
+        }
+        // One level of a mesh as a whole.
+        let table = context.scene.table(mesh);
+        if forced_level.is_none() && context.decides_levels() && table.is_chain() {
+            let found = self.decide_level(context, instance, mesh, &size_validity);
+            self.leaves[position] = found;
+            return found;
         }
         // Its groups have to be decided.
+        self.leaves[position] = NodeMemory::new(Below::Mixed);
         let cut = match memory.state {
             InstanceState::Mixed(key) => key,
-            _ => self.pool.make(context.scene.table(mesh)),
+            _ => self.pool.make(table),
         };
         self.pending.push(Pending {
             instance,
+            position,
             was: memory.state,
             has_moved: !is_unchanged,
             share,
@@ -217,6 +245,7 @@ impl SceneCuts {
                 let share = cut.shares().last_of_all();
                 share.filter(|_| cut.is_coarsest(table))
             }
+            InstanceState::AtLevel(..) => None,
             _ => {
                 let placed = &context.scene.instances[instance as usize];
                 hidden.buffer.share_of_all(table, instance, placed)
@@ -251,10 +280,10 @@ impl SceneCuts {
                 }
             } else {
                 let instance = context.scene.tree.order[child];
-                let had = self.memories[instance as usize].state.below();
-                self.mark_instance(context, instance, below, validity);
-                if has_changed || had != below {
-                    self.validities[instance as usize] = Validity::NONE;
+                self.mark_instance(context, instance, below);
+                let leaf = &mut self.leaves[child];
+                if has_changed || leaf.below != below {
+                    *leaf = NodeMemory::new(below);
                 }
             }
         }
@@ -262,25 +291,20 @@ impl SceneCuts {
         memory
     }
 
-    /// As [`Self::mark_instance`], of an instance that was tested by itself.
+    /// As [`Self::mark_instance`], of an instance that was tested by itself, by its position in the tree.
     fn mark_tested(
         &mut self,
         context: &TraversalContext,
-        instance: u32,
+        position: usize,
         below: Below,
         validity: Validity,
     ) -> NodeMemory {
-        self.validities[instance as usize] = validity;
-        self.mark_instance(context, instance, below, validity)
+        self.mark_instance(context, context.scene.tree.order[position], below);
+        self.leaves[position] = NodeMemory { validity, below };
+        self.leaves[position]
     }
 
-    fn mark_instance(
-        &mut self,
-        context: &TraversalContext,
-        instance: u32,
-        below: Below,
-        validity: Validity,
-    ) -> NodeMemory {
+    fn mark_instance(&mut self, context: &TraversalContext, instance: u32, below: Below) {
         let entry = &context.scene.entries[instance as usize];
         let state = match entry.seen_mesh(context.layers) {
             None => InstanceState::Empty,
@@ -295,7 +319,6 @@ impl SceneCuts {
         } else if state == InstanceState::Culled {
             self.memories[instance as usize].state = state;
         }
-        NodeMemory { validity, below }
     }
 }
 

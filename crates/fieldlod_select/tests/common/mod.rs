@@ -8,11 +8,14 @@ use std::sync::OnceLock;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Offscreen, View};
+use fieldlod_select::{LodSettings, Offscreen, View, whole_mesh_levels};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
-/// Closed and open, baked and synthetic, measured and not.
+/// How many [`hierarchies`] there are.
+pub(crate) const HIERARCHIES: usize = 7;
+
+/// Closed and open, baked and synthetic, measured and not, in pieces and as a whole.
 pub(crate) fn hierarchies() -> &'static [Hierarchy] {
     static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
     BAKED.get_or_init(|| {
@@ -28,6 +31,8 @@ pub(crate) fn hierarchies() -> &'static [Hierarchy] {
             bake(fixtures::islands(200)),
             synthetic::ball(4, 0.002),
             unmeasured(synthetic::ball(4, 0.002)),
+            synthetic::whole_mesh_levels(11, 0.002),
+            whole_mesh_levels(&bake(fixtures::height_field(16))).unwrap(),
         ]
     })
 }

@@ -1,0 +1,131 @@
+//! Selection of props, each drawn as a whole at one level: run with
+//! `cargo bench -p fieldlod_select --bench props`; sizes of the field may follow.
+//!
+//! The field and the walk of the whole-frame bench of the repository, without Bevy.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::look;
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{
+    LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View, whole_mesh_levels,
+};
+use glam::{Affine3A, Quat, Vec2, Vec3};
+
+/// Props are this far apart, in their radii.
+const SPACING: f32 = 5.0;
+const WARM_UP: u32 = 120;
+const FRAMES: u32 = 600;
+
+fn main() {
+    let mut sizes: Vec<u32> = std::env::args()
+        .filter_map(|arg| arg.parse().ok())
+        .collect();
+    if sizes.is_empty() {
+        sizes.extend([10_000, 100_000, 1_000_000]);
+    }
+    let config = fieldlod_bake::BakeConfig::default();
+    let rock = fieldlod_bake::bake_mesh(&fieldlod_bake::fixtures::rock(4, 1), &config).unwrap();
+    let levels = whole_mesh_levels(&rock).unwrap();
+    println!(
+        "levels: {:?}",
+        levels
+            .groups
+            .iter()
+            .map(|g| g.error_in_local)
+            .collect::<Vec<_>>()
+    );
+    println!(
+        "props, casters: first us, walking mean us, median us, most us; nodes, tested, decided, changes a frame"
+    );
+    for size in sizes {
+        let scene = field(&levels, size);
+        for has_sun in [false, true] {
+            measure(&scene, size, has_sun);
+        }
+    }
+}
+
+fn measure(scene: &Scene, size: u32, has_sun: bool) {
+    let settings = LodSettings {
+        offscreen_margin: 0.5,
+        offscreen: if has_sun {
+            Offscreen::OnAxis { bias: 1.0 }
+        } else {
+            Offscreen::Coarsest
+        },
+        ..LodSettings::default()
+    };
+    let mut selector = Selector::default();
+    let start = Instant::now();
+    selector.select(scene, &walk(0, has_sun), &settings);
+    let first = start.elapsed();
+    let mut times = Vec::new();
+    let mut sums = [0usize; 4];
+    for step in 1..=WARM_UP + FRAMES {
+        let view = walk(step, has_sun);
+        let start = Instant::now();
+        selector.select(scene, &view, &settings);
+        let time = start.elapsed();
+        if step > WARM_UP {
+            times.push(time);
+            let Statistics {
+                nodes_visited,
+                instances_tested,
+                instances_decided,
+                ..
+            } = selector.statistics();
+            let changes = selector.changes().count();
+            for (sum, one) in
+                sums.iter_mut()
+                    .zip([nodes_visited, instances_tested, instances_decided, changes])
+            {
+                *sum += one;
+            }
+        }
+    }
+    times.sort_unstable();
+    let us = |time: Duration| time.as_secs_f64() * 1e6;
+    let mean = us(times.iter().sum()) / f64::from(FRAMES);
+    let a_frame = sums.map(|sum| sum as f64 / f64::from(FRAMES));
+    println!(
+        "{size:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
+        if has_sun { "a sun" } else { "none" },
+        us(first),
+        us(times[times.len() / 2]),
+        us(times[times.len() - 1]),
+        selector.triangle_count(),
+    );
+}
+
+/// Props in a square.
+fn field(levels: &Hierarchy, count: u32) -> Scene {
+    let mut scene = Scene::default();
+    let mesh = scene.add_mesh(levels);
+    let side = (count as f32).sqrt().ceil() as u32;
+    for index in 0..count {
+        let cell = Vec2::new((index % side) as f32, (index / side) as f32);
+        let at = (cell - Vec2::splat(side as f32 * 0.5)) * SPACING;
+        let turn = Quat::from_rotation_y(index as f32);
+        let placement = Affine3A::from_rotation_translation(turn, Vec3::new(at.x, 0.0, at.y));
+        scene.add_instance(mesh, placement, 1.0);
+    }
+    scene.update();
+    scene
+}
+
+/// A brisk walk on a wide circle: 1.8 m/s at 60 Hz.
+fn walk(step: u32, has_sun: bool) -> View {
+    let angle = step as f32 * 0.03 / 20.0;
+    let eye = Vec3::new(20.0 * angle.cos(), 1.7, 20.0 * angle.sin());
+    let ahead = Vec3::new(-angle.sin(), -0.05, angle.cos());
+    let view = look(eye, eye + ahead);
+    let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
+    if has_sun {
+        view.with_shadow_lights(&[sun])
+    } else {
+        view.with_shadow_lights(&[])
+    }
+}

@@ -1,0 +1,73 @@
+//! The level of a mesh that is drawn as a whole, and how far the camera may move until it is another.
+//!
+//! Of a chain of levels, each simplified from the one before, the finest group that is refined tells what is
+//! drawn: coarser ones are refined whatever their errors. The answer holds while that group stays so and none
+//! finer becomes so, which [`interval`](super::interval) tells for all poses within a distance. The largest such
+//! distance is sought by halves.
+
+use super::Decision;
+use crate::bits::{CHUNK, LANES, block_bits};
+use crate::lane::bits_of;
+use crate::table::GroupTable;
+use crate::validity::Tolerance;
+
+/// What is drawn of a mesh as a whole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LevelAnswer {
+    pub(crate) level: usize,
+    /// How far the camera may move and turn with the same answer; `None` if that is not known.
+    pub(crate) tolerance: Option<Tolerance>,
+}
+
+impl Decision<'_> {
+    /// The level of a [chain](GroupTable::is_chain) that was drawn at the level `was`, tolerating as much
+    /// of `largest` as it can, but at least `least`.
+    pub(crate) fn level(
+        &mut self,
+        table: &GroupTable,
+        was: usize,
+        least: &Tolerance,
+        largest: Tolerance,
+    ) -> LevelAnswer {
+        let mut tolerance = largest;
+        while tolerance.holds(least) {
+            if let Some(level) = self.certain_level(table, was, &tolerance) {
+                let tolerance = Some(tolerance);
+                return LevelAnswer { level, tolerance };
+            }
+            tolerance = tolerance.times(0.5);
+        }
+        let refined = [table.refined_at_level(was)];
+        let mut own = [table.terminal[0]];
+        self.decide_words(table, 0, &refined, &mut own, 1);
+        LevelAnswer {
+            level: own[0].trailing_zeros() as usize,
+            tolerance: None,
+        }
+    }
+
+    /// The level for all poses within `tolerance`, if it is the same one and that can be told.
+    fn certain_level(
+        &mut self,
+        table: &GroupTable,
+        was: usize,
+        tolerance: &Tolerance,
+    ) -> Option<usize> {
+        let interval = self.interval.as_mut().filter(|_| self.zero_is_below)?;
+        interval.tolerate(&self.local, tolerance);
+        let (refined, terminal) = (table.refined_at_level(was), table.terminal[0]);
+        for block in 0..table.group_count().div_ceil(LANES) {
+            let was_refined = block_bits(refined, block);
+            let certain = interval.certain(table, block, was_refined, self.shares.of_block(block));
+            let above = bits_of(certain.above) | block_bits(terminal, block);
+            let below = bits_of(certain.below) & !above;
+            // Those before the first that is not below.
+            let first = (!below).trailing_zeros() as usize;
+            if first < LANES {
+                return (above >> first & 1 == 1).then_some(block * LANES + first);
+            }
+        }
+        debug_assert!(table.group_count() <= CHUNK, "the last group is terminal");
+        None
+    }
+}

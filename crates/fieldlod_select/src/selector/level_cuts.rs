@@ -1,0 +1,113 @@
+//! The levels of meshes that are drawn as a whole: a comparison with what the last answer was, and for how far
+//! the camera may go until it is another. They need no storage of their own.
+
+use super::memory::{InstanceState, NodeMemory};
+use super::scene_cuts::SceneCuts;
+use super::traversal::TraversalContext;
+use crate::decide::Decision;
+use crate::scene::{InstanceId, MeshId, Scene};
+use crate::shares::Shares;
+use crate::table::GroupTable;
+use crate::validity::{Tolerance, Validity};
+use crate::view::InstanceView;
+
+/// The least share of what may be tolerated that is worth it.
+const LEAST_SHARE: f32 = 1.0 / 256.0;
+
+impl TraversalContext<'_> {
+    /// Whether levels are decided without what is visible.
+    pub(super) fn decides_levels(&self) -> bool {
+        self.parts.settings.visible_flux.is_none()
+    }
+
+    /// The level of an instance in the view, which had another one or the same.
+    fn level(&self, instance: u32, table: &GroupTable, was: usize) -> (usize, Validity) {
+        let placed = &self.scene.instances[instance as usize];
+        let view = InstanceView::new(self.view, &placed.world_from_local);
+        let mut decision = Decision::new(table, &view, self.parts, placed.bias, 0.0, Shares::FULL);
+        let farthest = self.test.farthest(&placed.node.bounds.sphere);
+        let largest = match self.test.is_usable() {
+            true => self.now.ahead(farthest),
+            false => Tolerance::default(),
+        };
+        // Less than a step is not worth it.
+        let least = self.last_step.step().larger(&largest.times(LEAST_SHARE));
+        let mut answer = decision.level(table, was, &least, largest);
+        // Thresholds depend on what was drawn.
+        let level = answer.level;
+        if let Some(tolerance) = answer.tolerance.filter(|_| level != was) {
+            answer = decision.level(table, level, &least, tolerance);
+        }
+        let tolerance = answer.tolerance.filter(|_| answer.level == level);
+        let validity = tolerance.map_or(Validity::NONE, |tolerance| {
+            Validity::within(&tolerance, &self.now)
+        });
+        (level, validity)
+    }
+}
+
+impl SceneCuts {
+    /// Decides the level of an instance that is drawn as a whole.
+    pub(super) fn decide_level(
+        &mut self,
+        context: &TraversalContext,
+        instance: u32,
+        mesh: MeshId,
+        size_validity: &Validity,
+    ) -> NodeMemory {
+        let table = context.scene.table(mesh);
+        let coarsest = table.group_count() - 1;
+        let was = match self.memories[instance as usize].state {
+            InstanceState::AtLevel(_, level) => usize::from(level),
+            InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
+            _ => coarsest,
+        };
+        let (level, validity) = context.level(instance, table, was);
+        self.statistics.instances_decided += 1;
+        self.statistics.groups_decided += table.group_count();
+        let state = match level == coarsest {
+            true => InstanceState::Coarsest(mesh),
+            false => InstanceState::AtLevel(mesh, level as u8),
+        };
+        // A first frame lists what is at its coarsest in the end.
+        let is_listed_later = context.is_first && level == coarsest;
+        if !is_listed_later && self.memories[instance as usize].state != state {
+            self.memories[instance as usize].generation =
+                context.scene.instance_at(instance).generation;
+            self.change_state(context.scene, instance, state);
+        }
+        NodeMemory {
+            validity: validity.and(size_validity, &context.now),
+            below: state.below(),
+        }
+    }
+
+    /// Gives instances that are drawn at a level cuts of their own, where their meshes are loaded in parts now.
+    pub(super) fn give_cuts_to_loaded_levels(&mut self, scene: &Scene) {
+        for index in 0..self.memories.len() as u32 {
+            let memory = self.memories[index as usize];
+            let generation = memory.generation;
+            if let InstanceState::AtLevel(mesh, level) = memory.state
+                && scene.mesh_of(InstanceId { index, generation }) == Some(mesh)
+                && scene.table(mesh).available.is_some()
+            {
+                let table = scene.table(mesh);
+                let key = self.pool.make(table);
+                let cut = self.pool.at_mut(key);
+                cut.begin_shares(index, table.terminal.len(), None);
+                cut.begin_at_level(table, usize::from(level));
+                self.memories[index as usize].state = InstanceState::Mixed(key);
+            }
+        }
+    }
+
+    /// The bits of the groups that are refined of an instance, if it is drawn as a whole at a level.
+    pub(super) fn refined_at_level(&self, index: usize) -> Option<&'static [u64]> {
+        match self.memories.get(index)?.state {
+            InstanceState::AtLevel(_, level) => {
+                Some(GroupTable::closed_from_level(usize::from(level)))
+            }
+            _ => None,
+        }
+    }
+}

@@ -26,6 +26,7 @@ use crate::view::InstanceView;
 use crate::view_parts::ViewParts;
 use bounds_test::BoundsTest;
 use interval::IntervalTest;
+pub(crate) use level::LevelAnswer;
 use local_view::LocalView;
 
 /// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,

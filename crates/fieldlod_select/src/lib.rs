@@ -54,6 +54,9 @@
 //! 4. The same interval, taken over all places and turns that the camera can reach within a distance,
 //!    tells for how long the decisions on 64 groups stay valid: a walking camera decides few of them
 //!    anew.
+//! 5. Of a mesh that is drawn as a whole ([`whole_mesh_levels`]) an instance keeps its level and for how far the
+//!    camera may move and turn with it, sought so that it is about as far as it can be. `benches/props.rs` walks
+//!    through a million of them.
 //!
 //! A first frame lists every instance, since whoever draws them has to hear of each: its time is
 //! linear in their number, at 3 to 4 ns for each that is outside the view or far away. Later frames

@@ -1,4 +1,5 @@
 //! What the benches share: a camera, a threshold and medians.
+#![allow(dead_code, reason = "each bench uses its part")]
 
 use std::time::{Duration, Instant};
 

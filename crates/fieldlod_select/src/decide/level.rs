@@ -3,13 +3,17 @@
 //! Of a chain of levels, each simplified from the one before, the finest group that is refined tells what is
 //! drawn: coarser ones are refined whatever their errors. The answer holds while that group stays so and none
 //! finer becomes so, which [`interval`](super::interval) tells for all poses within a distance. The largest such
-//! distance is sought by halves.
+//! distance is sought by halves and doubles.
 
 use super::Decision;
 use crate::bits::{CHUNK, LANES, block_bits};
 use crate::lane::bits_of;
 use crate::table::GroupTable;
 use crate::validity::Tolerance;
+
+/// The share of the largest tolerance that is asked for first, and how often that doubles to all of it.
+const FIRST_SHARE: f32 = 0.125;
+const DOUBLINGS: u32 = 3;
 
 /// What is drawn of a mesh as a whole.
 #[derive(Clone, Copy, Debug)]
@@ -29,13 +33,25 @@ impl Decision<'_> {
         least: &Tolerance,
         largest: Tolerance,
     ) -> LevelAnswer {
-        let mut tolerance = largest;
+        // From where most answers end, up by twice as much or down by half.
+        let mut tolerance = largest.times(FIRST_SHARE);
+        if let Some(level) = self.certain_level(table, was, &tolerance) {
+            for _ in 0..DOUBLINGS {
+                let more = tolerance.times(2.0);
+                if self.certain_level(table, was, &more).is_none() {
+                    break;
+                }
+                tolerance = more;
+            }
+            let tolerance = Some(tolerance);
+            return LevelAnswer { level, tolerance };
+        }
         while tolerance.holds(least) {
+            tolerance = tolerance.times(0.5);
             if let Some(level) = self.certain_level(table, was, &tolerance) {
                 let tolerance = Some(tolerance);
                 return LevelAnswer { level, tolerance };
             }
-            tolerance = tolerance.times(0.5);
         }
         let refined = [table.refined_at_level(was)];
         let mut own = [table.terminal[0]];
@@ -47,7 +63,7 @@ impl Decision<'_> {
     }
 
     /// The level for all poses within `tolerance`, if it is the same one and that can be told.
-    fn certain_level(
+    pub(crate) fn certain_level(
         &mut self,
         table: &GroupTable,
         was: usize,

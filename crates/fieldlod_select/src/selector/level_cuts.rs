@@ -4,7 +4,7 @@
 use super::memory::{InstanceState, NodeMemory};
 use super::scene_cuts::SceneCuts;
 use super::traversal::TraversalContext;
-use crate::decide::Decision;
+use crate::decide::{Decision, LevelAnswer};
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::shares::Shares;
 use crate::table::GroupTable;
@@ -32,13 +32,12 @@ impl TraversalContext<'_> {
         };
         // Less than a step is not worth it.
         let least = self.last_step.step().larger(&largest.times(LEAST_SHARE));
-        let mut answer = decision.level(table, was, &least, largest);
+        let LevelAnswer { level, tolerance } = decision.level(table, was, &least, largest);
         // Thresholds depend on what was drawn.
-        let level = answer.level;
-        if let Some(tolerance) = answer.tolerance.filter(|_| level != was) {
-            answer = decision.level(table, level, &least, tolerance);
-        }
-        let tolerance = answer.tolerance.filter(|_| answer.level == level);
+        let stays = |tolerance: &Tolerance| {
+            level == was || decision.certain_level(table, level, tolerance) == Some(level)
+        };
+        let tolerance = tolerance.filter(stays);
         let validity = tolerance.map_or(Validity::NONE, |tolerance| {
             Validity::within(&tolerance, &self.now)
         });

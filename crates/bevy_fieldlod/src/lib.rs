@@ -99,6 +99,7 @@ mod pages;
 mod processor;
 mod released_sources;
 mod restart;
+mod scene_pages;
 mod settings;
 mod shadow_lights;
 mod standalone;
@@ -171,6 +172,7 @@ impl Plugin for FieldLodPlugin {
             .add_plugins((
                 systems::plugin,
                 baked_lods::plugin,
+                scene_pages::plugin,
                 standalone::plugin,
                 upload::plugin,
                 pages::plugin,

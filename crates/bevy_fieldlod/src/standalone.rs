@@ -14,13 +14,14 @@ use crate::events::{LodError, LodFailed, asset_name};
 use crate::meshes::LodMeshes;
 use crate::pages::MeshInPages;
 use crate::systems::FieldLodSystems;
+use crate::track::AutoLodLookup;
 
 /// Draws a primitive of a `.fieldlod` or `.fieldpages` file, with any material beside it, where the glTF file that
 /// it was baked from is not at hand. A `.fieldlod` file must have all vertices, as it has unless baked
 /// `--beside-source`.
 ///
 /// Once the file is loaded, the entity gets a [`Mesh3d`] and an [`AutoLod`] with the levels; one that it has
-/// keeps what else it says. Entities of the same primitive share both, and lose them with this component.
+/// keeps what else it says, and one above it that speaks for a `.fieldpages` file. Entities of the same primitive share both, and lose them with this component.
 /// - Of a `.fieldlod` file, which is in memory as a whole, the mesh is the source geometry.
 /// - Of a `.fieldpages` file (`fieldlod bake --pages`) it is the coarsest level; finer ones are read in the
 ///   background as views want them, and leave again, under the budgets of
@@ -115,7 +116,7 @@ fn forget_changed_files(
     }
 }
 
-fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>>) {
+pub(crate) fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>>) {
     for entity in &changed {
         commands.entity(entity).try_insert(AwaitsFile);
     }
@@ -125,6 +126,7 @@ fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>
 fn give_meshes(
     mut commands: Commands,
     waiting: Query<(Entity, &LodMesh3d, Option<&AutoLod>), With<AwaitsFile>>,
+    auto_lods: AutoLodLookup,
     mut known: ResMut<StandaloneMeshes>,
     mut lods: ResMut<LodMeshes>,
     mut files: ResMut<Assets<BakedLods>>,
@@ -156,11 +158,14 @@ fn give_meshes(
         commands.try_remove::<AwaitsFile>();
         match made {
             Ok(StandaloneMesh { source, lods }) => {
-                let auto_lod = AutoLod {
-                    baked: lods,
-                    ..auto_lod.cloned().unwrap_or_default()
-                };
-                commands.try_insert((Mesh3d(source), auto_lod));
+                commands.try_insert(Mesh3d(source));
+                // What is read in parts needs but some mark, perhaps that of a scene.
+                if lods.is_some() || auto_lods.find(entity).is_none() {
+                    commands.try_insert(AutoLod {
+                        baked: lods,
+                        ..auto_lod.cloned().unwrap_or_default()
+                    });
+                }
             }
             Err(error) => {
                 commands.trigger(|entity| LodFailed { entity, error });

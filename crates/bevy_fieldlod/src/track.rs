@@ -31,7 +31,7 @@ pub(crate) fn plugin(app: &mut App) {
 
 /// Finds the [`AutoLod`] that an entity stands under.
 #[derive(SystemParam)]
-struct AutoLodLookup<'w, 's> {
+pub(crate) struct AutoLodLookup<'w, 's> {
     roots: Query<'w, 's, (Option<&'static AutoLod>, Has<NoLod>), Or<(With<AutoLod>, With<NoLod>)>>,
     parents: Query<'w, 's, &'static ChildOf>,
     config: Res<'w, FieldLodConfig>,
@@ -39,7 +39,7 @@ struct AutoLodLookup<'w, 's> {
 
 impl AutoLodLookup<'_, '_> {
     /// The nearest [`AutoLod`] above `entity` or on it, unless a [`NoLod`] is nearer.
-    fn find(&self, entity: Entity) -> Option<AutoLod> {
+    pub(crate) fn find(&self, entity: Entity) -> Option<AutoLod> {
         let mut lineage = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
         match lineage.find_map(|ancestor| self.roots.get(ancestor).ok()) {
             Some((_, true)) => None,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
@@ -12,6 +12,7 @@ use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precisi
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
+use crate::scene::Scene;
 use crate::summary::PrimitiveSummary;
 
 /// Bake the static meshes of a glTF file.
@@ -32,6 +33,10 @@ pub(crate) struct Arguments {
     /// Write a .fieldpages file, which is read in parts: for worlds that are larger than memory.
     #[arg(long, conflicts_with = "beside_source")]
     pages: bool,
+    /// Write a folder: the scene with its nodes, materials and small meshes, a .fieldpages file of its large meshes, which
+    /// the scene names, and a .fieldlod file of the small ones.
+    #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
+    scene: bool,
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
@@ -95,7 +100,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let output = arguments.output.clone().unwrap_or_else(beside);
     let started = Instant::now();
-    check_writable(input, &output)?;
+    if arguments.scene {
+        make_folder(&output)?;
+    } else {
+        check_writable(input, &output)?;
+    }
     let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
     // In the form asked for.
     let options = FileOptions {
@@ -111,18 +120,84 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
+    let page_options = PageOptions {
+        precision: options.precision,
+        ..PageOptions::default()
+    };
+    // What was rounded before is on the grid already.
     if arguments.pages {
-        let options = PageOptions {
-            precision: options.precision,
-            ..PageOptions::default()
-        };
-        // What was rounded before is on the grid already.
-        bytes = PagedFile::to_bytes(&outcome.file, options);
+        bytes = PagedFile::to_bytes(&outcome.file, page_options);
     }
-    write_whole(&output, &bytes)?;
+    let written = if arguments.scene {
+        write_scene(input, &output, &outcome.file, page_options)?
+    } else {
+        write_whole(&output, &bytes)?;
+        bytes.len() as u64
+    };
     let seconds = started.elapsed().as_secs_f64();
-    let report = Report::new(input, &output, &outcome, seconds, bytes.len() as u64);
+    let report = Report::new(input, &output, &outcome, seconds, written);
     print(&report, arguments.json, Report::text)
+}
+
+/// Makes a folder, unless it is there.
+fn make_folder(folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::new(folder, format!("cannot be made: {error}")))
+}
+
+/// Writes a scene and its files into a folder. Returns how many bytes they have.
+fn write_scene(
+    input: &Path,
+    folder: &Path,
+    baked: &BakedFile,
+    options: PageOptions,
+) -> Result<u64, Failure> {
+    let bytes = fs::read(input).map_err(|error| Failure::new(input, error))?;
+    let name = input.file_name().unwrap_or_default();
+    let scene_path = folder.join(name);
+    // The folder must not be that of the source.
+    check_writable(input, &scene_path)?;
+    let pages_path = scene_path.with_extension("fieldpages");
+    let pages_name = pages_path.file_name().unwrap_or_default();
+    let scene = Scene::new(&bytes, baked.clone(), &pages_name.to_string_lossy());
+    let scene = scene.map_err(|fault| Failure::new(input, fault))?;
+    let beside_scene = FileOptions {
+        precision: options.precision,
+        beside_source: true,
+    };
+    let mut files = vec![(scene_path.clone(), scene.glb)];
+    if !scene.large.primitives.is_empty() {
+        files.push((pages_path, PagedFile::to_bytes(&scene.large, options)));
+    }
+    if !scene.small.primitives.is_empty() {
+        let small_path = scene_path.with_extension("fieldlod");
+        files.push((small_path, scene.small.to_bytes_with(beside_scene)));
+    }
+    for (path, bytes) in &files {
+        write_whole(path, bytes)?;
+    }
+    for image in scene.images {
+        copy_image(input, folder, &image)?;
+    }
+    Ok(files.iter().map(|(_, bytes)| bytes.len() as u64).sum())
+}
+
+/// Copies an image that lies beside the source, or below.
+fn copy_image(input: &Path, folder: &Path, image: &str) -> Result<(), Failure> {
+    let is_plain = |part| matches!(part, Component::Normal(_));
+    let path = Path::new(image);
+    let from = input.with_file_name(image);
+    if image.contains(['%', ':']) || !path.components().all(is_plain) {
+        return Err(Failure::new(
+            &from,
+            "cannot be taken along: it is elsewhere",
+        ));
+    }
+    let to = folder.join(path);
+    let made = fs::create_dir_all(to.parent().unwrap_or(folder));
+    let copied = made.and_then(|()| fs::copy(&from, &to));
+    copied.map_err(|error| Failure::new(&from, format!("cannot be copied: {error}")))?;
+    Ok(())
 }
 
 fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, Failure> {

@@ -6,9 +6,11 @@
 
 mod bake;
 mod fallbacks;
+mod glb;
 mod inspect;
 mod levels;
 mod pages;
+mod scene;
 mod summary;
 mod verify;
 

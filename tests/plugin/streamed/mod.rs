@@ -1,6 +1,7 @@
 //! Meshes of `.fieldpages` files, which come and go in parts.
 
 mod faults;
+mod scene;
 mod shelf;
 
 use std::collections::HashMap;

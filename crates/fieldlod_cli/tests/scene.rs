@@ -1,0 +1,186 @@
+//! `bake --scene`: a folder of a scene and its files.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use fieldlod_bake::import_gltf;
+use fieldlod_hierarchy::{BakedFile, PagedFile};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+fn bake(input: &Path, folder: &Path) -> Output {
+    let arguments = ["bake", "--scene", "--preset", "fast", "-o"];
+    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
+        .args(arguments)
+        .args([folder, input])
+        .output()
+        .unwrap()
+}
+
+/// Positions and indices of a flat grid.
+fn grid(cells: u32) -> [Vec<u8>; 2] {
+    let side = cells + 1;
+    let corners = (0..side * side).map(|i| [(i / side) as f32, 0.0, (i % side) as f32]);
+    let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
+    let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
+    [
+        corners.flatten().flat_map(f32::to_le_bytes).collect(),
+        triangles.flat_map(u32::to_le_bytes).collect(),
+    ]
+}
+
+const IMAGE: &[u8] = b"an image, as far as this test goes";
+
+/// A scene of a large and a small grid, an animation and an image.
+fn scene() -> (Value, Vec<u8>) {
+    let ([large, large_indices], [small, small_indices]) = (grid(128), grid(20));
+    let times: Vec<u8> = [0.0f32, 1.0].iter().flat_map(|t| t.to_le_bytes()).collect();
+    let moves: Vec<u8> = [0.0f32; 6].iter().flat_map(|t| t.to_le_bytes()).collect();
+    let parts = [
+        large,
+        large_indices,
+        IMAGE.to_vec(),
+        small,
+        small_indices,
+        times,
+        moves,
+    ];
+    let (mut binary, mut views) = (Vec::new(), Vec::new());
+    for part in &parts {
+        views.push(json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": part.len() }));
+        binary.extend(part);
+        binary.resize(binary.len().next_multiple_of(4), 0);
+    }
+    let floats = |view: usize, kind: &str, most: u32| {
+        let width = if kind == "VEC3" { 12 } else { 4 };
+        json!({ "bufferView": view, "componentType": 5126, "type": kind, "count": parts[view].len() / width,
+            "min": [0, 0, 0], "max": [most, 0, most] })
+    };
+    let indices = |view: usize| json!({ "bufferView": view, "componentType": 5125, "type": "SCALAR", "count": parts[view].len() / 4 });
+    let json = json!({
+        "asset": { "version": "2.0" },
+        "buffers": [{ "byteLength": binary.len() }],
+        "bufferViews": views,
+        "accessors": [
+            floats(0, "VEC3", 128), indices(1), floats(3, "VEC3", 20), indices(4),
+            { "bufferView": 5, "componentType": 5126, "type": "SCALAR", "count": 2, "min": [0], "max": [1] },
+            floats(6, "VEC3", 0),
+        ],
+        "images": [{ "bufferView": 2, "mimeType": "image/png" }],
+        "textures": [{ "source": 0 }],
+        "materials": [{ "name": "stone", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
+        "meshes": [
+            { "name": "ground", "primitives": [
+                { "attributes": { "POSITION": 0 }, "indices": 1, "material": 0, "extras": { "of": "the game" } },
+            ] },
+            { "name": "tile", "primitives": [{ "attributes": { "POSITION": 2 }, "indices": 3 }] },
+        ],
+        "nodes": [{ "mesh": 0, "translation": [1, 2, 3], "children": [1] }, { "mesh": 1, "name": "door" }],
+        "animations": [{
+            "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
+            "samplers": [{ "input": 4, "output": 5 }],
+        }],
+        "scenes": [{ "nodes": [0] }],
+        "scene": 0,
+    });
+    (json, binary)
+}
+
+fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let length = (12 + 8 + json.len() + 8 + binary.len()) as u32;
+    let numbers = |numbers: [u32; 2]| numbers.map(u32::to_le_bytes).concat();
+    [
+        b"glTF",
+        &numbers([2, length])[..],
+        &(json.len() as u32).to_le_bytes(),
+        b"JSON",
+        &json,
+        &(binary.len() as u32).to_le_bytes(),
+        b"BIN\0",
+        binary,
+    ]
+    .concat()
+}
+
+/// JSON and data of a file.
+fn parts(glb: &[u8]) -> (Value, &[u8]) {
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let json = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+    (json, &glb[28 + length..])
+}
+
+#[test]
+fn a_scene_keeps_all_but_its_large_meshes() {
+    let folder = TempDir::new().unwrap();
+    let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
+    let (json, binary) = scene();
+    fs::write(&input, glb(&json, &binary)).unwrap();
+    let baked = bake(&input, &output);
+    assert!(baked.status.success(), "{baked:?}");
+
+    let bytes = fs::read(output.join("world.glb")).unwrap();
+    let (written, data) = parts(&bytes);
+    for kept in ["nodes", "materials", "scenes", "textures"] {
+        assert_eq!(written[kept], json[kept], "{kept}");
+    }
+    let ground = &written["meshes"][0]["primitives"][0];
+    assert_eq!(
+        (&ground["material"], &ground["extras"]["of"]),
+        (&json!(0), &json!("the game"))
+    );
+    let place = json!({ "pages": "world.fieldpages", "mesh": 0, "primitive": 0 });
+    assert_eq!(ground["extras"]["fieldlod"], place);
+    let times = written["animations"][0]["samplers"][0]["input"]
+        .as_u64()
+        .unwrap();
+    let times = &written["accessors"][times as usize];
+    assert_eq!((&times["count"], &times["max"]), (&json!(2), &json!([1])));
+    let image = written["images"][0]["bufferView"].as_u64().unwrap() as usize;
+    let view = &written["bufferViews"][image];
+    let start = view["byteOffset"].as_u64().unwrap() as usize;
+    assert_eq!(&data[start..start + IMAGE.len()], IMAGE);
+    assert!(
+        data.len() * 10 < binary.len(),
+        "{} of {}",
+        data.len(),
+        binary.len()
+    );
+
+    // It is read again: the large mesh as its coarsest level, the small one as it was.
+    let again = import_gltf(&output.join("world.glb")).unwrap();
+    let triangles: Vec<usize> = again
+        .primitives
+        .iter()
+        .map(|p| p.mesh.triangle_count())
+        .collect();
+    assert!(triangles[0] < 100, "{triangles:?}");
+    assert_eq!(triangles[1], 800);
+    let pages = fs::read(output.join("world.fieldpages")).unwrap();
+    let pages = PagedFile::from_contents(&pages).unwrap();
+    assert_eq!(pages.meshes[0].graph.source_triangle_count(), 32_768);
+    assert_eq!(pages.meshes.len(), 1);
+    let small = fs::read(output.join("world.fieldlod")).unwrap();
+    let small = BakedFile::from_bytes_beside_source(&small).unwrap();
+    assert!(small.find(1, 0).is_some() && small.find(0, 0).is_none());
+}
+
+#[test]
+fn what_cannot_be_a_scene_is_named() {
+    let folder = TempDir::new().unwrap();
+    let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
+    let (mut json, binary) = scene();
+    json["images"] = json!([{ "uri": "../stone.png" }]);
+    fs::write(&input, glb(&json, &binary)).unwrap();
+    let baked = bake(&input, &output);
+    let said = String::from_utf8(baked.stderr).unwrap();
+    assert!(said.contains("stone.png: cannot be taken along"), "{said}");
+    // The folder of the source is not a place for it.
+    let (json, binary) = scene();
+    fs::write(&input, glb(&json, &binary)).unwrap();
+    let baked = bake(&input, folder.path());
+    let said = String::from_utf8(baked.stderr).unwrap();
+    assert!(said.contains("would overwrite"), "{said}");
+}

@@ -3,9 +3,10 @@
 use bevy::camera::primitives::{Aabb, Frustum};
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
+use fieldlod_select::InstanceId;
 
 use crate::gpu_culling::GpuCulling;
-use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
+use crate::lod_scene::{DrawnAs, FIRST_LAYER, LodInstance, LodScene};
 use crate::stats::FieldLodViewStats;
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState, layer_bits};
@@ -37,19 +38,21 @@ fn count_drawn(
         cut.counted = counted;
         let mut count = Count::default();
         let planes = frustum.half_spaces.map(|half_space| half_space.normal_d());
+        // What is drawn by all views on the first layer alike is summed up.
+        let sums = layers & FIRST_LAYER != 0 && cut.state == ViewState::Cut && !scene.culls;
+        let mut visit = |id: InstanceId, is_within: bool| {
+            let instance = scene.instance(id.index() as u32);
+            if let Some(instance) = instance.filter(|instance| instance.layers & layers != 0) {
+                let frustum = (!is_within).then_some(&*frustum);
+                count.add(instance, &cut, &scene, frustum);
+            }
+        };
         // All but the far one, as Bevy culls.
-        scene
-            .scene
-            .visit_within(&planes[..5], &mut |id, is_within| {
-                let instance = scene.instance(id.index() as u32);
-                if let Some(instance) = instance.filter(|instance| instance.layers & layers != 0) {
-                    let frustum = (!is_within).then_some(&*frustum);
-                    count.add(instance, &cut, &scene, frustum);
-                }
-            });
-        stats.triangles_drawn = count.drawn;
-        stats.triangles_full = count.full;
-        stats.units_drawn = count.units;
+        let within = scene.scene.tally_within(&planes[..5], sums, &mut visit);
+        let [full, drawn] = within.sums;
+        stats.triangles_full = full + count.full;
+        stats.triangles_drawn = drawn + count.drawn;
+        stats.units_drawn = within.with_numbers + count.units;
     }
 }
 

@@ -73,6 +73,7 @@
 
 mod auto_lod;
 mod baked_lods;
+mod changed;
 mod config;
 mod count;
 mod cut_of;

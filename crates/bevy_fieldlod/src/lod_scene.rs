@@ -50,6 +50,9 @@ pub(crate) struct LodScene {
     pub(crate) coarsening: Option<f32>,
 }
 
+/// The layer that entities are on unless told otherwise, as [`layer_bits`](crate::view_cut::layer_bits).
+pub(crate) const FIRST_LAYER: u64 = 1;
+
 /// An entity with levels of detail.
 pub(crate) struct LodInstance {
     pub(crate) id: InstanceId,
@@ -119,6 +122,22 @@ impl LodScene {
             drawn_as,
         });
         self.instance_of.insert(entity, id);
+        self.update_numbers(id);
+    }
+
+    /// Brings up to date what is counted of an instance without a look at it.
+    fn update_numbers(&mut self, id: InstanceId) {
+        let Some(Some(instance)) = self.instances.get(id.index()) else {
+            return;
+        };
+        let mesh = &instance.mesh;
+        let numbers = match &instance.drawn_as {
+            DrawnAs::WholeMesh { level } if instance.layers == FIRST_LAYER => {
+                Some([mesh.triangles_full, mesh.pieces[*level as usize].triangles])
+            }
+            _ => None,
+        };
+        self.scene.set_numbers(id, numbers);
     }
 
     /// Sets how much the errors of an entity count, and whether its level is forced.
@@ -147,6 +166,7 @@ impl LodScene {
             instance.layers = layers;
             // Views without a cut hear of it here.
             self.whole_meshes_to_swap.push(id.index() as u32);
+            self.update_numbers(id);
         }
     }
 
@@ -209,6 +229,8 @@ impl LodScene {
         instance.drawn_as = DrawnAs::WholeMesh { level };
         let triangles = instance.mesh.pieces[level as usize].triangles;
         self.records.set_triangles(instance.entity, triangles);
+        let id = instance.id;
+        self.update_numbers(id);
     }
 
     /// Notes that someone else gave a whole mesh its finest level.

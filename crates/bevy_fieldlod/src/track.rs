@@ -7,6 +7,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
+use crate::changed::ChangedOn;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::lod_mesh::{
     LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
@@ -52,11 +53,10 @@ impl AutoLodLookup<'_, '_> {
 /// Changes that may bring a mesh entity under an [`AutoLod`] or from under it.
 #[derive(SystemParam)]
 struct ChangedEntities<'w, 's> {
-    meshes: Query<'w, 's, Entity, (Changed<Mesh3d>, Without<LodUnit>)>,
-    // One by one: a filter of all three would be asked for every entity that has any of them.
-    auto_lod: Query<'w, 's, Entity, Changed<AutoLod>>,
+    meshes: ChangedOn<'w, 's, Mesh3d, Without<LodUnit>>,
+    auto_lod: ChangedOn<'w, 's, AutoLod>,
     no_lod: Query<'w, 's, Entity, Added<NoLod>>,
-    child_of: Query<'w, 's, Entity, (Changed<ChildOf>, Without<LodUnit>)>,
+    child_of: ChangedOn<'w, 's, ChildOf, Without<LodUnit>>,
     removed_auto_lod: RemovedComponents<'w, 's, AutoLod>,
     removed_no_lod: RemovedComponents<'w, 's, NoLod>,
     removed_child_of: RemovedComponents<'w, 's, ChildOf>,
@@ -71,17 +71,17 @@ impl ChangedEntities<'_, '_> {
     /// goes through them in every frame.
     fn take(&mut self, all: bool) -> Vec<Entity> {
         // A mark that comes or goes, or a new parent, concerns all descendants.
-        let added = self.auto_lod.iter().chain(&self.no_lod);
-        let removed = self
-            .removed_auto_lod
-            .read()
-            .chain(self.removed_no_lod.read());
-        let moved = self.child_of.iter().chain(self.removed_child_of.read());
-        let roots = added.chain(removed).chain(moved);
-        let children = &self.children;
-        let below =
-            roots.flat_map(|root| std::iter::once(root).chain(children.iter_descendants(root)));
-        let mut changed: Vec<Entity> = self.meshes.iter().chain(below).collect();
+        let mut roots: Vec<Entity> = self.no_lod.iter().collect();
+        self.auto_lod.add_to(&mut roots);
+        self.child_of.add_to(&mut roots);
+        roots.extend(self.removed_auto_lod.read());
+        roots.extend(self.removed_no_lod.read());
+        roots.extend(self.removed_child_of.read());
+        let mut changed = self.meshes.entities();
+        for root in roots {
+            changed.push(root);
+            changed.extend(self.children.iter_descendants(root));
+        }
         if all {
             changed.extend(&self.all);
         }

@@ -10,6 +10,7 @@ use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, View};
 
+use crate::changed::ChangedOn;
 use crate::config::FieldLodConfig;
 use crate::cut_of::FieldLodCutOf;
 use crate::debug_options::FieldLodDebug;
@@ -62,20 +63,18 @@ type Placement = (
     Option<&'static RenderLayers>,
 );
 
-/// Objects whose material may be another one.
-type NewMaterial = Or<(Added<LodObject>, Changed<MeshMaterial3d<StandardMaterial>>)>;
-
 /// Tells which objects hide others: those whose material is certainly opaque.
 fn mark_occluders(
     mut scene: ResMut<LodScene>,
-    objects: Query<
-        (Entity, Option<&MeshMaterial3d<StandardMaterial>>),
-        (With<LodObject>, NewMaterial),
-    >,
+    new: ChangedOn<LodObject>,
+    changed: ChangedOn<MeshMaterial3d<StandardMaterial>, With<LodObject>>,
+    objects: Query<(Entity, Option<&MeshMaterial3d<StandardMaterial>>), With<LodObject>>,
     materials: Option<Res<Assets<StandardMaterial>>>,
 ) {
     let scene = scene.bypass_change_detection();
-    for (entity, material) in &objects {
+    let mut entities = new.entities();
+    changed.add_to(&mut entities);
+    for (entity, material) in objects.iter_many(entities) {
         let material = material.and_then(|material| materials.as_ref()?.get(material));
         let is_opaque = material.is_some_and(|material| {
             material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
@@ -87,10 +86,9 @@ fn mark_occluders(
 /// Places objects that are new or have moved in the scene that cuts are selected from.
 fn place_instances(
     mut scene: ResMut<LodScene>,
-    moved: Query<Placement, Changed<GlobalTransform>>,
+    moved: ChangedOn<GlobalTransform, With<LodObject>>,
     objects: Query<Placement>,
-    // One by one: a filter of both would be asked for every object.
-    shown: Query<Entity, (With<LodObject>, Changed<InheritedVisibility>)>,
+    shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
 ) {
@@ -101,14 +99,15 @@ fn place_instances(
             0
         }
     };
-    let new = std::mem::take(&mut scene.new_objects);
-    for (entity, transform, object, is_shown, layers) in moved.iter().chain(objects.iter_many(new))
-    {
+    let mut placed = moved.entities();
+    placed.append(&mut scene.new_objects);
+    for (entity, transform, object, is_shown, layers) in objects.iter_many(placed) {
         let layers = drawn_layers(is_shown, layers);
         scene.place(entity, transform, object, layers);
     }
     // What is hidden, or on layers that no view sees, is not selected.
-    let changed = shown.iter().chain(&on_layers).chain(removed_layers.read());
+    let mut changed = shown.entities();
+    changed.extend(on_layers.iter().chain(removed_layers.read()));
     for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
         scene.set_layers(entity, drawn_layers(is_shown, layers));
     }

@@ -111,5 +111,6 @@ pub use selector::{Change, GroupDemand, Selector, Statistics};
 pub use settings::{LodSettings, Offscreen, VisibleFlux};
 pub use shadow_lights::ShadowLight;
 pub use table::GroupTable;
+pub use tree::Tally;
 pub use view::{InstanceView, View};
 pub use whole_mesh_levels::whole_mesh_levels;

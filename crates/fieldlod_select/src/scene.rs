@@ -7,7 +7,7 @@ use crate::boxes::AxisBox;
 use crate::error_bounds::or_infinity;
 use crate::stretch::largest_stretch;
 use crate::table::GroupTable;
-use crate::tree::{FAN, Node, Tree};
+use crate::tree::{FAN, Node, Tally, Tree};
 
 /// A mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -245,9 +245,27 @@ impl Scene {
             return;
         };
         self.revision += 1;
-        self.instances[instance.index()] =
-            self.instance(mesh, world_from_local, bias, forced_level);
+        let tally = self.instances[instance.index()].node.tally;
+        let mut changed = self.instance(mesh, world_from_local, bias, forced_level);
+        changed.node.tally = tally;
+        self.instances[instance.index()] = changed;
         self.changed.push(instance.index);
+    }
+
+    /// Gives an instance numbers that [`Scene::tally_within`] adds up, or takes them off; to begin with it has
+    /// none. That changes nothing that is selected. Nothing if it was removed.
+    pub fn set_numbers(&mut self, instance: InstanceId, numbers: Option<[u32; 2]>) {
+        if self.mesh_of(instance).is_none() {
+            return;
+        }
+        let tally = Tally::of(numbers);
+        let was = std::mem::replace(&mut self.instances[instance.index()].node.tally, tally);
+        // What has changed, or has not been there, is counted when the tree is brought up to date.
+        if !self.is_up_to_date() {
+            self.changed.push(instance.index);
+        } else if was != tally {
+            self.tree.replace_tally(instance.index, &was, &tally);
+        }
     }
 
     /// Removes an instance: its cut is empty from now on. Nothing if it was removed before.
@@ -305,40 +323,29 @@ impl Scene {
         self.changed.is_empty()
     }
 
-    /// Visits every instance that may have something on the inner side of all `planes`, each a normal of length 1
-    /// and a distance along it, as those of a frustum are; with it, whether all of it certainly is.
-    pub fn visit_within(&self, planes: &[Vec4], visit: &mut impl FnMut(InstanceId, bool)) {
-        if !self.tree.order.is_empty() {
-            self.visit_node(planes, self.tree.levels.len() - 1, 0, false, visit);
-        }
-    }
-
-    fn visit_node(
+    /// The tally of instances with numbers that are certainly on the inner side of all `planes`, each a
+    /// normal of length 1 and a distance along it, as those of a frustum are. Visits every other
+    /// instance that may have something there; with it, whether all of it certainly is. With `sums` off it
+    /// visits all.
+    pub fn tally_within(
         &self,
         planes: &[Vec4],
-        level: usize,
-        index: usize,
-        is_within: bool,
+        sums: bool,
         visit: &mut impl FnMut(InstanceId, bool),
-    ) {
-        let Some(is_within) = side(&self.tree.levels[level][index], planes, is_within) else {
-            return;
-        };
-        let first = index * FAN;
-        if level > 0 {
-            let end = self.tree.levels[level - 1].len().min(first + FAN);
-            for child in first..end {
-                self.visit_node(planes, level - 1, child, is_within, visit);
-            }
-            return;
+    ) -> Tally {
+        let mut tally = Tally::default();
+        if !self.tree.order.is_empty() {
+            let root = self.tree.levels.len() - 1;
+            let mut within = Within {
+                scene: self,
+                planes,
+                sums,
+                visit,
+                tally: &mut tally,
+            };
+            within.visit_node(root, 0, false);
         }
-        let end = self.tree.order.len().min(first + FAN);
-        for &instance in &self.tree.order[first..end] {
-            let node = &self.instances[instance as usize].node;
-            if let Some(is_within) = side(node, planes, is_within) {
-                visit(self.instance_at(instance), is_within);
-            }
-        }
+        tally
     }
 
     /// How many instances there are.
@@ -386,8 +393,52 @@ impl Scene {
                 },
                 surface_box: AxisBox::placed(&table.surface_box, &world_from_local),
                 changed_at: self.revision,
+                tally: Tally::of(None),
             },
         }
+    }
+}
+
+/// The traversal of what is within planes.
+struct Within<'a, F> {
+    scene: &'a Scene,
+    planes: &'a [Vec4],
+    sums: bool,
+    visit: &'a mut F,
+    tally: &'a mut Tally,
+}
+
+impl<F: FnMut(InstanceId, bool)> Within<'_, F> {
+    fn visit_node(&mut self, level: usize, index: usize, is_within: bool) {
+        let tree = &self.scene.tree;
+        let Some(is_within) = self.side(&tree.levels[level][index], is_within) else {
+            return;
+        };
+        let first = index * FAN;
+        if level > 0 {
+            let end = tree.levels[level - 1].len().min(first + FAN);
+            for child in first..end {
+                self.visit_node(level - 1, child, is_within);
+            }
+            return;
+        }
+        let end = tree.order.len().min(first + FAN);
+        for &instance in &tree.order[first..end] {
+            let node = &self.scene.instances[instance as usize].node;
+            if let Some(is_within) = self.side(node, is_within) {
+                (self.visit)(self.scene.instance_at(instance), is_within);
+            }
+        }
+    }
+
+    /// Whether a node is certainly within; `None` if it is certainly not, or was counted.
+    fn side(&mut self, node: &Node, is_within: bool) -> Option<bool> {
+        let is_within = side(node, self.planes, is_within)?;
+        if is_within && self.sums && node.tally.without_numbers == 0 {
+            self.tally.add(&node.tally);
+            return None;
+        }
+        Some(is_within)
     }
 }
 

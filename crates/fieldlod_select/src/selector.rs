@@ -238,7 +238,9 @@ impl Selector {
         let is_same_criterion = last.is_some_and(|last| {
             last.settings == frame.settings && last.view.camera() == frame.view.camera()
         });
-        if !(is_same_criterion && lights.is_some() && self.travel.is_finite()) {
+        if is_same_criterion && lights.is_some() && self.travel.is_finite() {
+            self.travel.go_on();
+        } else {
             self.travel.reset();
         }
         step

@@ -33,6 +33,42 @@ pub(crate) struct Node {
     pub(crate) is_forced: bool,
     /// When an instance below last changed.
     pub(crate) changed_at: u64,
+    /// The tallies of all instances below.
+    pub(crate) tally: Tally,
+}
+
+/// What is counted of instances: sums over those that have been given numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Sums of the [numbers](crate::Scene::set_numbers) of instances.
+    pub sums: [u64; 2],
+    /// How many instances have numbers.
+    pub with_numbers: u32,
+    /// How many have none.
+    pub without_numbers: u32,
+}
+
+impl Tally {
+    /// The tally of one instance.
+    pub(crate) fn of(numbers: Option<[u32; 2]>) -> Self {
+        Self {
+            sums: numbers.unwrap_or_default().map(u64::from),
+            with_numbers: u32::from(numbers.is_some()),
+            without_numbers: u32::from(numbers.is_none()),
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.sums = [self.sums[0] + other.sums[0], self.sums[1] + other.sums[1]];
+        self.with_numbers += other.with_numbers;
+        self.without_numbers += other.without_numbers;
+    }
+
+    fn subtract(&mut self, other: &Self) {
+        self.sums = [self.sums[0] - other.sums[0], self.sums[1] - other.sums[1]];
+        self.with_numbers -= other.with_numbers;
+        self.without_numbers -= other.without_numbers;
+    }
 }
 
 #[derive(Clone, Debug, Default)]
@@ -120,6 +156,19 @@ impl Tree {
         (position != NOWHERE).then_some(position as usize)
     }
 
+    /// Lets the nodes above an instance count another tally of it. Their bounds are up to date.
+    pub(crate) fn replace_tally(&mut self, instance: u32, was: &Tally, now: &Tally) {
+        let Some(mut index) = self.position(instance) else {
+            return;
+        };
+        for level in &mut self.levels {
+            index /= FAN;
+            let tally = &mut level[index].tally;
+            tally.subtract(was);
+            tally.add(now);
+        }
+    }
+
     /// Whether so much is out of bounds that the tree should be built anew.
     pub(crate) fn needs_rebuild(&self) -> bool {
         self.out_of_bounds_count > self.order.len() / 4 + FEW
@@ -181,6 +230,11 @@ impl Node {
         radii: [f32::INFINITY, 0.0],
         is_forced: false,
         changed_at: 0,
+        tally: Tally {
+            sums: [0; 2],
+            with_numbers: 0,
+            without_numbers: 0,
+        },
     };
 
     fn around(nodes: &[Self]) -> Self {
@@ -198,6 +252,10 @@ impl Node {
             }),
             is_forced: nodes.iter().any(|node| node.is_forced),
             changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
+            tally: nodes.iter().fold(Tally::default(), |mut all, node| {
+                all.add(&node.tally);
+                all
+            }),
         }
     }
 }

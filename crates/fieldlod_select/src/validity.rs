@@ -28,6 +28,8 @@ pub(crate) struct CameraTravel {
     resets: u32,
     /// Means of the latest steps, newer ones counting more.
     pace: [f64; 2],
+    /// How many frames in a row have ended every validity.
+    resets_in_a_row: u32,
 }
 
 impl CameraTravel {
@@ -99,8 +101,19 @@ impl CameraTravel {
     pub(crate) fn reset(&mut self) {
         *self = Self {
             resets: self.resets.wrapping_add(1),
+            resets_in_a_row: self.resets_in_a_row.saturating_add(1),
             ..Self::default()
         };
+    }
+
+    /// Notes a frame that has ended none.
+    pub(crate) fn go_on(&mut self) {
+        self.resets_in_a_row = 0;
+    }
+
+    /// Whether validities will end before they are asked for, as while a lens zooms.
+    pub(crate) fn is_restless(&self) -> bool {
+        self.resets_in_a_row > 1
     }
 
     /// Whether sums of both can be compared.

@@ -23,19 +23,44 @@ pub(crate) struct LevelAnswer {
     pub(crate) tolerance: Option<Tolerance>,
 }
 
+impl LevelAnswer {
+    fn here(level: usize) -> Self {
+        Self {
+            level,
+            tolerance: None,
+        }
+    }
+}
+
 impl Decision<'_> {
     /// The level of a [chain](GroupTable::is_chain) that was drawn at the level `was`, tolerating as much
-    /// of `largest` as it can, but at least `least`.
+    /// as it can from the least to the largest of `tolerances`, if there are any.
     pub(crate) fn level(
+        &mut self,
+        table: &GroupTable,
+        was: usize,
+        tolerances: Option<[Tolerance; 2]>,
+    ) -> LevelAnswer {
+        let tolerating = tolerances
+            .and_then(|[least, largest]| self.level_tolerating(table, was, &least, largest));
+        let mut level_here = || self.certain_level(table, was, &Tolerance::default());
+        tolerating
+            .or_else(|| level_here().map(LevelAnswer::here))
+            .unwrap_or_else(|| LevelAnswer::here(self.exact_level(table, was)))
+    }
+
+    /// The level with the largest tolerance that can be told; `None` if that is too little.
+    fn level_tolerating(
         &mut self,
         table: &GroupTable,
         was: usize,
         least: &Tolerance,
         largest: Tolerance,
-    ) -> LevelAnswer {
+    ) -> Option<LevelAnswer> {
         // From where most answers end, up by twice as much or down by half.
         let mut tolerance = largest.times(FIRST_SHARE);
-        if let Some(level) = self.certain_level(table, was, &tolerance) {
+        let mut level = self.certain_level(table, was, &tolerance);
+        if level.is_some() {
             for _ in 0..DOUBLINGS {
                 let more = tolerance.times(2.0);
                 if self.certain_level(table, was, &more).is_none() {
@@ -43,23 +68,23 @@ impl Decision<'_> {
                 }
                 tolerance = more;
             }
-            let tolerance = Some(tolerance);
-            return LevelAnswer { level, tolerance };
         }
-        while tolerance.holds(least) {
+        while level.is_none() && tolerance.holds(least) {
             tolerance = tolerance.times(0.5);
-            if let Some(level) = self.certain_level(table, was, &tolerance) {
-                let tolerance = Some(tolerance);
-                return LevelAnswer { level, tolerance };
-            }
+            level = self.certain_level(table, was, &tolerance);
         }
+        level.map(|level| LevelAnswer {
+            level,
+            tolerance: Some(tolerance),
+        })
+    }
+
+    /// The level by the criterion.
+    fn exact_level(&self, table: &GroupTable, was: usize) -> usize {
         let refined = [table.refined_at_level(was)];
         let mut own = [table.terminal[0]];
         self.decide_words(table, 0, &refined, &mut own, 1);
-        LevelAnswer {
-            level: own[0].trailing_zeros() as usize,
-            tolerance: None,
-        }
+        own[0].trailing_zeros() as usize
     }
 
     /// The level for all poses within `tolerance`, if it is the same one and that can be told.

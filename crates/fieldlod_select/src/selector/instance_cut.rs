@@ -107,7 +107,7 @@ impl InstanceCut {
         let farthest = test.farthest(&instance.node.bounds.sphere);
         self.chunk_validity
             .begin(self.own.len(), farthest, now, &context.last_step);
-        let tolerance = if test.is_usable() {
+        let tolerance = if test.is_usable() && !now.is_restless() {
             self.chunk_validity.tolerance()
         } else {
             0.0

@@ -26,13 +26,12 @@ impl TraversalContext<'_> {
         let view = InstanceView::new(self.view, &placed.world_from_local);
         let mut decision = Decision::new(table, &view, self.parts, placed.bias, 0.0, Shares::FULL);
         let farthest = self.test.farthest(&placed.node.bounds.sphere);
-        let largest = match self.test.is_usable() {
-            true => self.now.ahead(farthest),
-            false => Tolerance::default(),
-        };
         // Less than a step is not worth it.
+        let largest = self.now.ahead(farthest);
         let least = self.last_step.step().larger(&largest.times(LEAST_SHARE));
-        let LevelAnswer { level, tolerance } = decision.level(table, was, &least, largest);
+        let may_stay = self.test.is_usable() && !self.now.is_restless();
+        let tolerances = may_stay.then_some([least, largest]);
+        let LevelAnswer { level, tolerance } = decision.level(table, was, tolerances);
         // Thresholds depend on what was drawn.
         let stays = |tolerance: &Tolerance| {
             level == was || decision.certain_level(table, level, tolerance) == Some(level)

@@ -42,7 +42,11 @@ pub(crate) fn run(args: &Args, quality: &Quality, folder: &Path) -> Result<(), S
     }
     // Pictures and figures.
     let renderer = Renderer::new().map_err(|fault| fault.to_string())?;
-    let options = Options { shadows: false };
+    // Limits would take every level of six thousand things in every frame.
+    let options = Options {
+        shadows: false,
+        limits: false,
+    };
     let result = measure(&renderer, &world, options, folder);
     println!("{}", table(&result.map_err(|fault| fault.to_string())?));
     Ok(())
@@ -53,6 +57,7 @@ fn source_mesh(shape: Shape) -> SourceMesh {
         positions: shape.positions,
         normals: shape.normals,
         uvs: shape.uvs,
+        colors: shape.colors.iter().map(|color| color.extend(1.0)).collect(),
         indices: shape.indices,
         ..SourceMesh::default()
     }

@@ -66,12 +66,12 @@ impl Visibility {
                 by_shares(frame, threshold, |index| hidden_alone(&shares(index)))
             }
             Self::Picture => by_shares(frame, threshold, |index| {
-                frame.shares_in_picture[index].clone()
+                frame.limits().shares_in_picture[index].clone()
             }),
             Self::HiddenInPicture => by_shares(frame, threshold, |index| {
-                hidden_alone(&frame.shares_in_picture[index])
+                hidden_alone(&frame.limits().shares_in_picture[index])
             }),
-            Self::Oracle => frame.oracle.choose(&frame.views, threshold),
+            Self::Oracle => frame.limits().oracle.choose(&frame.views, threshold),
         }
     }
 }

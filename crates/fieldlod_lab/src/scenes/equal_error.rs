@@ -115,7 +115,7 @@ pub(super) fn rows(
 /// A threshold of the oracle in the middle of what matters.
 fn oracle_threshold(frames: &[Frame]) -> f64 {
     let thresholds = frames.iter().filter_map(|frame| {
-        let thresholds = frame.oracle.thresholds(13);
+        let thresholds = frame.limits().oracle.thresholds(13);
         thresholds.get(thresholds.len() / 2).copied()
     });
     let sorted = thresholds.map(f64::from).collect::<Vec<_>>();

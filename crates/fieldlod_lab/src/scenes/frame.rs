@@ -38,6 +38,11 @@ pub(super) struct Frame<'a> {
     pub(super) eye: &'a Eye,
     pub(super) views: Vec<ObjectView<'a>>,
     reference: Picture,
+    limits: Option<Limits>,
+}
+
+/// What only the pictures of full detail and of all levels tell.
+pub(super) struct Limits {
     /// The share of each group that the picture of full detail shows, by instance.
     pub(super) shares_in_picture: Vec<Vec<f32>>,
     pub(super) oracle: Oracle,
@@ -84,20 +89,37 @@ impl<'a> Stage<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Draws full detail, and every level.
-    pub(super) fn new(stage: &'a Stage, eye: &'a Eye) -> Result<Self, RenderError> {
+    /// Draws full detail, and every level where limits are asked for.
+    pub(super) fn new(
+        stage: &'a Stage,
+        eye: &'a Eye,
+        with_limits: bool,
+    ) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
         let sources = views.iter().map(|view| view.object.source_units());
         let (reference, map) = stage.draw(&views, eye, &sources.collect())?;
         let draw = |cuts: &UnitsOfAll| stage.draw(&views, eye, cuts);
+        let limits = || -> Result<Limits, RenderError> {
+            Ok(Limits {
+                oracle: Oracle::new(&reference, &views, draw)?,
+                shares_in_picture: shares_in_picture(&views, &map),
+            })
+        };
         Ok(Self {
-            oracle: Oracle::new(&reference, &views, draw)?,
-            shares_in_picture: shares_in_picture(&views, &map),
+            limits: with_limits.then(limits).transpose()?,
             stage,
             eye,
             views,
             reference,
         })
+    }
+
+    /// What methods are held against that know the pictures.
+    ///
+    /// # Panics
+    /// If the frame was made without.
+    pub(super) fn limits(&self) -> &Limits {
+        self.limits.as_ref().expect("a frame with limits")
     }
 
     /// The settings of selection, as the plugin has them; with visible flux if hidden things count a share.

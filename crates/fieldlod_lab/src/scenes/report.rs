@@ -28,6 +28,8 @@ const CASTER_SHARES: [f32; 6] = [0.0, 0.05, 0.1, 0.25, 0.5, 1.0];
 pub struct Options {
     /// Pictures with shadows, and how much hidden casters should count, in place of all methods.
     pub shadows: bool,
+    /// Also what could be reached by one who knows the pictures, for which every level is drawn.
+    pub limits: bool,
 }
 
 /// A world's results.
@@ -46,8 +48,8 @@ pub struct WorldResult {
     /// What each method draws at equal error.
     pub rows: Vec<Row>,
     /// Pixels of a frame that change if what is hidden is drawn at its coarsest, at the same threshold: by
-    /// the buffer, and by the picture of full detail. The worst frame.
-    pub pixels_changed: [usize; 2],
+    /// the buffer, and by the picture of full detail, where limits were asked for. The worst frame.
+    pub pixels_changed: [Option<usize>; 2],
     /// Times of selecting a frame from scratch, without and with visible flux: means over the frames, in
     /// milliseconds.
     pub selection_ms: [f64; 2],
@@ -67,7 +69,8 @@ pub fn measure(
 ) -> Result<WorldResult, ChartError> {
     make_folder(folder)?;
     let stage = Stage::new(renderer, world, options.shadows);
-    let frames = world.eyes.iter().map(|eye| Frame::new(&stage, eye));
+    let new = |eye| Frame::new(&stage, eye, options.limits);
+    let frames = world.eyes.iter().map(new);
     let frames = frames.collect::<Result<Vec<Frame>, RenderError>>()?;
     let methods: Vec<Visibility> = if options.shadows {
         let shares = CASTER_SHARES.into_iter();
@@ -76,13 +79,18 @@ pub fn measure(
             .collect()
     } else {
         let least_share = VisibleFlux::default().least_share;
-        vec![
+        let mut methods = vec![
             Visibility::Buffer { least_share },
             Visibility::HiddenInBuffer,
-            Visibility::Picture,
-            Visibility::HiddenInPicture,
-            Visibility::Oracle,
-        ]
+        ];
+        if options.limits {
+            methods.extend([
+                Visibility::Picture,
+                Visibility::HiddenInPicture,
+                Visibility::Oracle,
+            ]);
+        }
+        methods
     };
     let buffers = world.eyes.iter().map(|eye| buffer(world, eye));
     let buffers: Vec<OcclusionBuffer> = buffers.collect();
@@ -93,7 +101,14 @@ pub fn measure(
         frames: frames.len(),
         adapter: renderer.adapter().to_owned(),
         rows: rows(world, &frames, ERROR_PX, &methods)?,
-        pixels_changed: pixels_changed(world, &frames)?,
+        pixels_changed: [
+            Some(pixels_changed(world, &frames, Visibility::HiddenInBuffer)?),
+            if options.limits {
+                Some(pixels_changed(world, &frames, Visibility::HiddenInPicture)?)
+            } else {
+                None
+            },
+        ],
         selection_ms: selection_ms(world, &frames),
         occluders: [0, 1].map(|kind| {
             let drawn = buffers.iter().map(|buffer| f64::from(buffer.drawn()[kind]));
@@ -117,19 +132,19 @@ fn buffer(world: &World, eye: &crate::eye::Eye) -> OcclusionBuffer {
 }
 
 /// The most pixels of a frame that differ once what is hidden is drawn at its coarsest.
-fn pixels_changed(world: &World, frames: &[Frame]) -> Result<[usize; 2], RenderError> {
-    let mut most = [0; 2];
-    for frame in frames {
+fn pixels_changed(
+    world: &World,
+    frames: &[Frame],
+    hidden: Visibility,
+) -> Result<usize, RenderError> {
+    let changed = |frame: &Frame| -> Result<usize, RenderError> {
         let draw = |it: Visibility| frame.draw(&it.choose(world, frame, ERROR_PX as f32));
-        let all = draw(Visibility::Unknown)?;
-        let methods = [Visibility::HiddenInBuffer, Visibility::HiddenInPicture];
-        for (most, method) in most.iter_mut().zip(methods) {
-            let picture = draw(method)?;
-            let pairs = all.colors.iter().zip(&picture.colors);
-            *most = (*most).max(pairs.filter(|(a, b)| a != b).count());
-        }
-    }
-    Ok(most)
+        let (all, without) = (draw(Visibility::Unknown)?, draw(hidden)?);
+        let pairs = all.colors.iter().zip(&without.colors);
+        Ok(pairs.filter(|(a, b)| a != b).count())
+    };
+    let most = |most: usize, frame| Ok(most.max(changed(frame)?));
+    frames.iter().try_fold(0, most)
 }
 
 fn selection_ms(world: &World, frames: &[Frame]) -> [f64; 2] {
@@ -198,6 +213,8 @@ pub fn table(result: &WorldResult) -> String {
             row.flip
         );
     }
+    let pixels = |pixels: &Option<usize>| pixels.map_or("-".to_owned(), |it| it.to_string());
+    let (by_buffer, by_picture) = (pixels(by_buffer), pixels(by_picture));
     let _ = writeln!(
         text,
         "\nPixels of the worst frame that change if only what is hidden is drawn at its coarsest: {by_buffer} by \

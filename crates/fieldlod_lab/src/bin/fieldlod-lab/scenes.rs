@@ -34,6 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let worlds = generated_worlds(arguments.frames as usize, (640.0, 360.0).into())?;
     let options = Options {
         shadows: arguments.shadows,
+        limits: !arguments.shadows,
     };
     let mut results = Vec::new();
     for world in &worlds {

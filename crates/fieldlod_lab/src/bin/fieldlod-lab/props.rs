@@ -6,7 +6,7 @@ use clap::Args;
 use fieldlod_bake::BakeConfig;
 use fieldlod_cli::output::{Failure, print};
 use fieldlod_lab::chart::Generated;
-use fieldlod_lab::props::{self, PropResult};
+use fieldlod_lab::props::{self, Pop, PropResult};
 use fieldlod_lab::render::Renderer;
 
 use crate::models::Model;
@@ -23,6 +23,9 @@ pub(crate) struct Arguments {
     /// Directions that each is seen from.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     directions: u32,
+    /// Fly towards each instead, and tell what changes of level do to a frame.
+    #[arg(long, conflicts_with = "directions")]
+    flight: bool,
     /// Print all figures as a JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -35,6 +38,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if models.is_empty() {
         models.extend(Generated::PLANTS.map(Model::Generated));
     }
+    if arguments.flight {
+        return fly(&renderer, &models, arguments.json);
+    }
     let measured = models.iter().map(|model| {
         let baked = model.bake_ours(&BakeConfig::default())?;
         Ok(props::measure(
@@ -46,4 +52,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     let results: Vec<PropResult> = measured.collect::<Result<_, Failure>>()?;
     print(&results, arguments.json, |results| props::table(results))
+}
+
+fn fly(renderer: &Renderer, models: &[Model], as_json: bool) -> Result<(), Failure> {
+    let flown = models.iter().map(|model| {
+        let baked = model.bake_ours(&BakeConfig::default())?;
+        Ok((model.name(), props::pops(&props::fly(renderer, &baked)?)))
+    });
+    let results: Vec<(String, Vec<Pop>)> = flown.collect::<Result<_, Failure>>()?;
+    print(&results, as_json, |results| props::pop_table(results))
 }

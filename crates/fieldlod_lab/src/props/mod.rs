@@ -4,6 +4,8 @@
 //! sphere, so small that its bounding sphere has one of [`RADII_PX`], and the pictures are compared.
 //! What the selection draws at [`ASKED_PX`] of quality is drawn and compared, too.
 
+mod flight;
+
 use std::fmt::Write;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
@@ -13,7 +15,9 @@ use serde::Serialize;
 
 use crate::eye::Eye;
 use crate::measure::image_error;
-use crate::render::{RenderError, Renderer};
+use crate::render::{Picture, RenderError, Renderer};
+
+pub use flight::{FlightFrame, Pop, fly, pop_table, pops};
 
 /// Radii of the mesh on screen, in pixels.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
@@ -68,7 +72,7 @@ pub fn measure(
     directions: u32,
 ) -> Result<PropResult, RenderError> {
     let whole = whole_mesh_levels(baked).unwrap_or_else(|| baked.clone());
-    let sphere = whole.groups.first().map_or(Sphere::default(), |g| g.bounds);
+    let sphere = sphere_of(&whole);
     let model = renderer.upload(&whole);
     let count = whole.units.len();
     let mut looks = vec![vec![Look::default(); RADII_PX.len()]; count];
@@ -83,13 +87,7 @@ pub fn measure(
             }];
             for unit in 1..count as u32 {
                 let picture = renderer.draw(&model, &eye, &[unit])?;
-                let error = image_error(&reference, &picture, true);
-                let area = |covered: &[bool]| covered.iter().filter(|c| **c).count() as f64;
-                of_units.push(Look {
-                    rmse: error.rmse,
-                    flip: error.flip.unwrap_or_default(),
-                    covered: area(&picture.covered) / area(&reference.covered).max(1.0),
-                });
+                of_units.push(look_of(&reference, &picture));
             }
             let share = f64::from(directions).recip();
             for (look, of_unit) in looks.iter_mut().zip(&of_units) {
@@ -121,6 +119,20 @@ impl Look {
         self.rmse += other.rmse * share;
         self.flip += other.flip * share;
         self.covered += other.covered * share;
+    }
+}
+
+fn sphere_of(whole: &Hierarchy) -> Sphere {
+    whole.groups.first().map_or(Sphere::default(), |g| g.bounds)
+}
+
+fn look_of(reference: &Picture, picture: &Picture) -> Look {
+    let error = image_error(reference, picture, true);
+    let area = |covered: &[bool]| covered.iter().filter(|c| **c).count() as f64;
+    Look {
+        rmse: error.rmse,
+        flip: error.flip.unwrap_or_default(),
+        covered: area(&picture.covered) / area(&reference.covered).max(1.0),
     }
 }
 

@@ -19,7 +19,7 @@ pub struct FieldLodViewStats {
     /// there is one.
     pub error_px: f32,
     /// Triangles drawn on the CPU to tell what is hidden
-    /// ([`visible_flux`](crate::FieldLodSettings::visible_flux)); sixteen points count as one.
+    /// ([`visible_flux`](crate::FieldLodSettings::visible_flux)); thirty-two points count as one.
     pub occluder_triangles: u32,
     /// Time that selecting this camera's cut took on the CPU, telling what is hidden included.
     pub selection_time: Duration,

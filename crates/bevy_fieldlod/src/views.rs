@@ -8,7 +8,7 @@ use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 use bevy::ecs::query::QueryItem;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
-use fieldlod_select::{LodSettings, View};
+use fieldlod_select::{LodSettings, OcclusionBuffer, View};
 
 use crate::changed::ChangedOn;
 use crate::config::FieldLodConfig;
@@ -190,10 +190,7 @@ fn select_view(
     }
     stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
     let occlusion = cut.selector.occlusion();
-    stats.occluder_triangles = occlusion.map_or(0, |buffer| {
-        let [triangles, points] = buffer.drawn();
-        triangles + points / 16
-    });
+    stats.occluder_triangles = occlusion.map_or(0, OcclusionBuffer::cost_in_triangles);
     stats.selection_time = start.elapsed();
 }
 

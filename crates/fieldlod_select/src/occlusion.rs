@@ -9,7 +9,7 @@
 //! # Conventions
 //! A texel holds the *nearness* of what it shows: `1/z` in a perspective view, which is linear over a
 //! triangle in the image, `−z` in an orthographic one; `−∞` where nothing is. Occluders cover the texels
-//! whose centres they cover, with their front faces, pushed back by how much their level errs.
+//! whose centres they cover, with the front faces of a level: an estimate, which may err both ways.
 //!
 //! Only operations that IEEE 754 rounds exactly are used, on eight texels at once or on one in the same
 //! order; `occlusion/tests.rs` draws the same bits texel by texel.
@@ -170,6 +170,12 @@ impl OcclusionBuffer {
         [self.choice.triangle_count, self.choice.point_count]
     }
 
+    /// What was drawn, in triangles: thirty-two points count as one.
+    #[must_use]
+    pub fn cost_in_triangles(&self) -> u32 {
+        self.choice.cost_in_triangles()
+    }
+
     /// Whether all that was drawn where a sphere is in the image is nearer.
     fn covers(&self, sphere: &Sphere) -> bool {
         let from_eye = sphere.center - self.view.eye_in_world;
@@ -230,9 +236,8 @@ impl OcclusionBuffer {
     fn draw_mesh(&mut self, mesh: &OccluderMesh, linear: &Mat3, origin: Vec3, owner: u32) {
         let mut corners = std::mem::take(&mut self.corners);
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
-        let pushed_back = mesh.pushed_back(linear, origin);
         for part in mesh.parts_in_view(&plane, linear, origin) {
-            for triangle in part.triangles_in_camera(linear, pushed_back, &mut corners) {
+            for triangle in part.triangles_in_camera(linear, origin, &mut corners) {
                 for triangle in front_triangles(&plane, triangle, is_mirrored, NEAREST) {
                     self.fill(&triangle, owner);
                 }

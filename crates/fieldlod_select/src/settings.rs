@@ -28,7 +28,7 @@ pub enum Offscreen {
 /// shadows, no displacement is left out. Nothing is culled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleFlux {
-    /// The most triangles that are drawn into the depth image; sixteen points count as one.
+    /// The most triangles that are drawn into the depth image; thirty-two points count as one.
     pub occluder_triangles: u32,
     /// How many selections in a row must see less of something before it is coarsened; at most 254. It is
     /// refined in the selection that sees more of it.
@@ -39,12 +39,12 @@ pub struct VisibleFlux {
 }
 
 impl Default for VisibleFlux {
-    /// 16,000 triangles; 45 frames, longer than a step of one who walks; what seems hidden counts a twentieth.
+    /// 16,000 triangles; 45 frames, longer than a step of one who walks; what seems hidden counts a hundredth.
     fn default() -> Self {
         Self {
             occluder_triangles: 16_000,
             hold_frames: 45,
-            least_share: 0.05,
+            least_share: 0.01,
         }
     }
 }

@@ -5,7 +5,6 @@ mod lanes;
 use std::ops::Range;
 
 use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Sphere, Unit};
-use glam::Vec3;
 use wide::f32x8;
 
 use crate::bits::{CHUNK, LANES, block_bits, is_set, set_bits};
@@ -46,7 +45,7 @@ pub struct GroupTable {
     pub(crate) samples: SurfaceSamples,
     /// What the mesh hides others with, finest first.
     pub(crate) occluders: Vec<OccluderMesh>,
-    /// Around its surface, and what it hides others with.
+    /// Around the vertices of all levels.
     pub(crate) surface_box: LocalBox,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
@@ -92,7 +91,6 @@ impl GroupTable {
             ErrorBounds::around(bounds).unwrap_or_default()
         };
         let (first_coarser, coarser) = coarser_links(hierarchy);
-        let occluders = occluder_levels(hierarchy);
         let samples = SurfaceSamples::new(hierarchy);
         let mut table = Self {
             group_count: groups.len(),
@@ -104,10 +102,10 @@ impl GroupTable {
             // What cannot be asked for is everywhere, and so never hidden.
             surface_box: match samples.of_mesh(1) {
                 [] => LocalBox::EVERYWHERE,
-                _ => LocalBox::around(surface(hierarchy, &occluders)),
+                _ => LocalBox::around(hierarchy.vertices.positions.iter().copied()),
             },
             samples,
-            occluders,
+            occluders: occluder_levels(hierarchy),
             radius: radius_of(hierarchy),
             levels: groups.iter().map(|group| group.level).collect(),
             facings: FacingLanes::new(groups, 1, words * LANES),
@@ -362,15 +360,6 @@ fn is_chain(hierarchy: &Hierarchy) -> bool {
             && group.is_terminal() == (index as usize + 1 == groups.len())
     };
     has_size && (0..).zip(groups).all(follows)
-}
-
-/// Vertices of all units and of occluders.
-fn surface<'a>(
-    hierarchy: &'a Hierarchy,
-    occluders: &'a [OccluderMesh],
-) -> impl Iterator<Item = Vec3> + 'a {
-    let of_units = hierarchy.vertices.positions.iter().copied();
-    of_units.chain(occluders.iter().flat_map(OccluderMesh::positions))
 }
 
 /// The radius of a sphere around all vertices of the source; that around all groups if there are none.

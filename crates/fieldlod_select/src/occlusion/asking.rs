@@ -1,10 +1,12 @@
-//! What a depth image leaves visible: boxes that are hidden as a whole, and shares of instances and groups.
+//! What a depth image leaves visible: boxes that are hidden as a whole, and shares of instances and groups. What
+//! is not in the image shows nothing, and counts as hidden.
 
 use glam::Vec3;
 use wide::f32x8;
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
+use super::image_plane::NEAREST;
 use super::nearness_pyramid::NearnessPyramid;
 use crate::bits::{LANES, set_bits_of};
 use crate::boxes::AxisBox;
@@ -62,9 +64,9 @@ impl OcclusionBuffer {
         groups.iter().map(share).collect()
     }
 
-    /// The step of everything in a box of world space that is behind what the image shows: hidden for
-    /// certain, or as it seems; `None` where something may be seen. Of a box inside of another the answer is
-    /// the same or surer.
+    /// The step of everything in a box of world space that is behind what the image shows, or not in it: hidden
+    /// for certain, or as it seems; `None` where something may be seen. Of a box inside of another the answer
+    /// is the same or surer.
     pub(crate) fn hides(&self, bounds: &AxisBox) -> Option<u8> {
         // The corners in the image, all of which must have a place there.
         let center = (bounds.min + bounds.max) * 0.5;
@@ -79,26 +81,37 @@ impl OcclusionBuffer {
         };
         let center = V3::splat(linear * (center - self.view.eye_in_world));
         let corner = M3::splat(&linear).of(corner).plus(center);
+        let is_behind = corner.z.is_below(f32x8::splat(NEAREST));
+        match bits_of(is_behind) {
+            0 => {}
+            0xff => return Some(HIDDEN),
+            _ => return None,
+        }
         let at = self.plane.project(corner);
-        if bits_of(self.plane.has_place(at, corner.z)) != 0xff {
+        let is_finite = (at.x + at.y + at.z).abs().is_below(f32x8::infinity());
+        if bits_of(is_finite) != 0xff {
             return None;
         }
+        let is_whole = bits_of(self.plane.has_place(at, corner.z)) == 0xff;
         // Every texel of their rectangle is nearer than the nearest of them.
         let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
         let texels = |at: [f32; LANES], count: usize| {
             let least = at.iter().copied().fold(f32::INFINITY, f32::min) - TEXEL_SLACK;
-            let most = at.iter().copied().fold(0.0, f32::max) + TEXEL_SLACK;
-            least as usize..=(most as usize).min(count - 1)
+            let most = at.iter().copied().fold(f32::NEG_INFINITY, f32::max) + TEXEL_SLACK;
+            let is_beyond = most < 0.0 || least >= count as f32;
+            (!is_beyond).then(|| least as usize..=(most as usize).min(count - 1))
         };
         let nearest = nearness.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         let [width, height] = self.size();
-        let (columns, rows) = (texels(x, width), texels(y, height));
+        let (Some(columns), Some(rows)) = (texels(x, width), texels(y, height)) else {
+            return Some(HIDDEN);
+        };
         let farthest = nearest + nearest.abs() * FARTHER;
         let hides = |image: &[f32], pyramid: &NearnessPyramid| {
             farthest < pyramid.least(image, width, columns.clone(), rows.clone())
         };
         let certain = self.certain.as_ref().map(|(image, _)| image);
-        if certain.is_some_and(|image| hides(&image.nearness, &image.pyramid)) {
+        if is_whole && certain.is_some_and(|image| hides(&image.nearness, &image.pyramid)) {
             return Some(CERTAINLY_HIDDEN);
         }
         hides(&self.nearness, &self.pyramid).then_some(HIDDEN)
@@ -188,13 +201,14 @@ impl OcclusionBuffer {
     }
 
     /// The share of points that are visible. Those of the same instance hide only what is farther by more
-    /// than `thickness`. Full if no point has a place in the image.
+    /// than `thickness`. Full if there are none.
     fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: f32) -> u8 {
         let (mut count, mut visible) = (0, 0);
         for sample in samples {
             let point = query.linear.of(*sample).plus(query.origin);
             let at = self.plane.project(point);
             let has_place = self.plane.has_place(at, point.z);
+            count += bits_of(point.dot(point).is_below(f32x8::infinity())).count_ones();
             let texels = self.plane.texels_at(at, has_place);
             let front = self
                 .plane
@@ -205,7 +219,6 @@ impl OcclusionBuffer {
             let nearness = nearness.to_array();
             for lane in set_bits_of(bits_of(has_place)) {
                 let texel = texels[lane] as usize;
-                count += 1;
                 let is_visible = if self.owners[texel] == query.instance {
                     is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
                 } else {

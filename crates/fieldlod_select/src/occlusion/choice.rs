@@ -8,6 +8,7 @@ use glam::{Affine3A, Mat3, Vec3};
 use super::ImagePlane;
 use super::occluder::OccluderPart;
 use super::solid::SolidLevel;
+use super::surface_samples::MESH_SAMPLES;
 use crate::lane::V3;
 use crate::scene::{Instance, MeshId, Scene};
 use crate::sides::Sides;
@@ -18,17 +19,34 @@ use crate::view::View;
 
 /// The least radius in the image of an instance that hides others, in texels.
 const LEAST_RADIUS: f32 = 1.0;
-/// Texels that a sphere covers up to which its instance is drawn by points.
-const LARGEST_POINT_AREA: f32 = 1400.0;
-/// Points, and triangles, for each texel that a sphere covers.
-const POINTS_PER_TEXEL: f32 = 1.5;
-const TRIANGLES_PER_TEXEL: f32 = 0.05;
+/// Points for each texel that a sphere covers.
+const POINTS_PER_TEXEL: f32 = 0.75;
+/// How meshes are drawn that have levels in pieces, and those that have levels as a whole. The finest piece by
+/// piece: what is near in a ground hides much, and a coarse one hides what stands on it. Points show the gaps in
+/// crowns, and close them no more than their coarse levels do.
+const IN_PIECES: Fineness = Fineness {
+    largest_point_area: 1400.0,
+    triangles_per_texel: 0.12,
+};
+const AS_A_WHOLE: Fineness = Fineness {
+    largest_point_area: 20_000.0,
+    triangles_per_texel: 0.012,
+};
+/// The most of what is left of the budget that one instance may take.
+const SHARE_OF_REST: u32 = 4;
 /// The least radius of what hides for certain, and by how much a level of it may err where there is a
 /// coarser one; in texels.
 const LEAST_SOLID_RADIUS: f32 = 4.0;
 const SOLID_ERROR: f32 = 0.5;
 /// Points that cost as much as a triangle.
-const POINTS_PER_TRIANGLE: u32 = 16;
+const POINTS_PER_TRIANGLE: u32 = 32;
+
+struct Fineness {
+    /// Texels that a sphere covers up to which its instance is drawn by points.
+    largest_point_area: f32,
+    /// Triangles for each texel that a sphere covers, at most.
+    triangles_per_texel: f32,
+}
 
 /// The choice of one view, in storage that is used again.
 #[derive(Clone, Debug, Default)]
@@ -90,10 +108,15 @@ impl OccluderChoice {
         Candidate { instance, area }: Candidate,
     ) -> Option<ChosenOccluder> {
         let mesh = scene.entries[instance as usize].occluder_mesh(view.layers)?;
-        let spent = self.triangle_count + self.point_count / POINTS_PER_TRIANGLE;
-        let rest = budget.saturating_sub(spent);
-        let drawn_by = if area <= LARGEST_POINT_AREA {
-            let points = (area * POINTS_PER_TEXEL) as u32;
+        let rest = budget.saturating_sub(self.cost_in_triangles());
+        let table = scene.table(mesh);
+        let fineness = if table.has_one_place() {
+            AS_A_WHOLE
+        } else {
+            IN_PIECES
+        };
+        let drawn_by = if area <= fineness.largest_point_area {
+            let points = ((area * POINTS_PER_TEXEL) as u32).min(MESH_SAMPLES);
             if points / POINTS_PER_TRIANGLE > rest {
                 return None;
             }
@@ -102,14 +125,15 @@ impl OccluderChoice {
         } else {
             let placement = &scene.instances[instance as usize].world_from_local;
             let (linear, origin) = camera_from_local(view, placement);
-            let worth = (area * TRIANGLES_PER_TEXEL) as u32;
+            let worth = (area * fineness.triangles_per_texel) as u32;
+            let most = worth.min(rest / SHARE_OF_REST);
             // The finest level that is worth its texels.
-            let levels = scene.table(mesh).occluders.iter().enumerate();
+            let levels = table.occluders.iter().enumerate();
             let mut counted = levels.map(|(level, mesh)| {
                 let parts = mesh.parts_in_view(plane, &linear, origin);
                 (level, parts.map(OccluderPart::triangle_count).sum::<u32>())
             });
-            let (level, count) = counted.find(|&(_, count)| count <= worth.min(rest))?;
+            let (level, count) = counted.find(|&(_, count)| count <= most)?;
             self.triangle_count += count;
             DrawnBy::Level(level)
         };
@@ -120,6 +144,11 @@ impl OccluderChoice {
         };
         self.chosen.push(chosen);
         Some(chosen)
+    }
+
+    /// What was chosen so far, in triangles.
+    pub(crate) fn cost_in_triangles(&self) -> u32 {
+        self.triangle_count + self.point_count / POINTS_PER_TRIANGLE
     }
 
     /// Begins another image: lists what may hide others, the largest first.

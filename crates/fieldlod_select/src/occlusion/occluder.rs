@@ -6,7 +6,6 @@ use glam::{Mat3, Vec3};
 use super::image_plane::ImagePlane;
 use super::solid::SolidLevel;
 use crate::boxes::{AxisBox, LocalBox};
-use crate::stretch::largest_stretch;
 
 /// The most triangles of an occluder's levels.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
@@ -15,8 +14,6 @@ const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct OccluderMesh {
     parts: Vec<OccluderPart>,
-    /// How far the level errs, in local units.
-    error_in_local: f32,
     /// The level as it hides for certain, if that is known.
     pub(crate) solid: Option<SolidLevel>,
 }
@@ -62,29 +59,19 @@ fn refined_from_level(hierarchy: &Hierarchy, group_level: u32) -> Vec<bool> {
 }
 
 impl OccluderMesh {
-    /// The units of a cut, and the greatest error of what it simplifies.
+    /// The units of a cut.
     fn new(hierarchy: &Hierarchy, refined: &[bool]) -> Self {
-        let simplified = hierarchy.groups.iter().zip(refined);
-        let errors = simplified.filter(|(_, refined)| !**refined);
-        let errors = errors.map(|(group, _)| group.error_in_local);
-        let error_in_local = errors.fold(0.0, f32::max);
         let units = hierarchy.drawn_units(refined);
         Self {
             parts: units
-                .map(|unit| OccluderPart::new(hierarchy, &hierarchy.units[unit], error_in_local))
+                .map(|unit| OccluderPart::new(hierarchy, &hierarchy.units[unit]))
                 .collect(),
-            error_in_local,
             solid: SolidLevel::new(hierarchy, refined),
         }
     }
 
     fn triangle_count(&self) -> usize {
         self.parts.iter().map(|part| part.triangles.len()).sum()
-    }
-
-    /// Where its vertices are.
-    pub(crate) fn positions(&self) -> impl Iterator<Item = Vec3> + '_ {
-        self.parts.iter().flat_map(|part| &part.positions).copied()
     }
 
     #[cfg(test)]
@@ -104,24 +91,10 @@ impl OccluderMesh {
         };
         self.parts.iter().filter(is_in_view)
     }
-
-    /// Where it is drawn: pushed back by how far it errs.
-    pub(crate) fn pushed_back(&self, linear: &Mat3, origin: Vec3) -> Vec3 {
-        let back = self.error_in_local * largest_stretch(linear);
-        origin.with_z(origin.z + back)
-    }
-}
-
-/// A vertex, moved inward.
-fn inward(hierarchy: &Hierarchy, vertex: u32, distance: f32) -> Vec3 {
-    let vertices = &hierarchy.vertices;
-    let normal = vertices.normals.get(vertex as usize);
-    vertices.positions[vertex as usize] - normal.copied().unwrap_or_default() * distance
 }
 
 impl OccluderPart {
-    /// Of a level with an error, which its surface recedes by.
-    fn new(hierarchy: &Hierarchy, unit: &Unit, error: f32) -> Self {
+    fn new(hierarchy: &Hierarchy, unit: &Unit) -> Self {
         let vertices = hierarchy.vertices_of(unit).iter();
         let (triangles, _) = hierarchy.indices_of(unit).as_chunks::<3>();
         Self {
@@ -130,7 +103,7 @@ impl OccluderPart {
                 half_size: (unit.aabb.max - unit.aabb.min) * 0.5,
             },
             positions: vertices
-                .map(|&vertex| inward(hierarchy, vertex, error))
+                .map(|&vertex| hierarchy.vertices.positions[vertex as usize])
                 .collect(),
             triangles: triangles.to_vec(),
         }

@@ -11,7 +11,7 @@ use crate::bits::LANES;
 use crate::lane::V3;
 
 /// Points of a mesh, and of a group.
-const MESH_SAMPLES: u32 = 2048;
+pub(crate) const MESH_SAMPLES: u32 = 2048;
 pub(crate) const GROUP_SAMPLES: usize = 8;
 
 /// Points of a mesh, eight to an element.

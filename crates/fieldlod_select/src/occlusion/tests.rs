@@ -50,10 +50,9 @@ fn draw_naively(
     match drawn_by {
         DrawnBy::Level(level) => {
             let level = &table.occluders[level];
-            let pushed_back = level.pushed_back(&linear, origin);
             let mut corners = Vec::new();
             for part in level.parts() {
-                for corners in part.triangles_in_camera(&linear, pushed_back, &mut corners) {
+                for corners in part.triangles_in_camera(&linear, origin, &mut corners) {
                     let is_mirrored = linear.determinant() < 0.0;
                     for triangle in front_triangles(plane, corners, is_mirrored, NEAREST) {
                         for texel in 0..texels {
@@ -215,11 +214,11 @@ proptest! {
         let half = Vec3::from(half) * Vec3::from(half);
         let around = |center: Vec3, half: Vec3| AxisBox { min: center - half, max: center + half };
         let is_hidden = buffer.hides(&around(at, half)).is_some();
-        // Of any point in it the texel is nearer, and any box in it is hidden.
+        // Of any point in it the texel is nearer, if it is in the image, and any box in it is hidden.
         let point = at + Vec3::from(inner) * half;
         let camera = buffer.view.camera_from_world * point;
         let seen: V3<f32> = buffer.plane.project(V3::splat(camera));
-        let is_behind = buffer.plane.has_place(seen, camera.z) && {
+        let is_behind = !buffer.plane.has_place(seen, camera.z) || {
             let texel = seen.y as usize * buffer.plane.width + seen.x as usize;
             seen.z < buffer.nearness[texel]
         };

@@ -211,6 +211,26 @@ fn a_fast_turn() {
 }
 
 #[test]
+fn slow_turns_among_walls() {
+    let mut stage = Stage::default();
+    for index in 0..24u8 {
+        let turn = Quat::from_rotation_y(f32::from(index) * 0.2618);
+        let near = Vec3::new(1.4, 1.4, 0.3);
+        if index.is_multiple_of(3) {
+            stage.put(turn * Vec3::new(0.0, 0.0, -5.0), near);
+        }
+        let far = 9.0 + f32::from(index % 5) * 2.0;
+        stage.put(turn * Vec3::new(0.0, 0.0, -far), Vec3::ONE);
+    }
+    // 3 degrees a frame, to and fro.
+    let step = |frame: usize, _: &mut Stage| {
+        let turn = Quat::from_rotation_y(sway(frame, 160) * 0.0524 * 40.0);
+        look(perspective(1.0), Vec3::ZERO, turn * Vec3::NEG_Z * 10.0)
+    };
+    assert!(play(stage, step) > 0);
+}
+
+#[test]
 fn a_wall_that_is_removed_and_put_up_again() {
     let mut stage = Stage::default();
     stage.put_row(14.0);

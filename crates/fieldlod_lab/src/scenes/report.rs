@@ -21,7 +21,7 @@ const ERROR_PX: f64 = 1.0;
 /// How often a selection is timed, of which the fastest counts.
 const SELECTIONS: usize = 5;
 /// What hidden things count at least where they may throw shadows.
-const CASTER_SHARES: [f32; 6] = [0.0, 0.05, 0.1, 0.25, 0.5, 1.0];
+const CASTER_SHARES: [f32; 5] = [0.0, 0.01, 0.05, 0.25, 1.0];
 
 /// What to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,7 +21,8 @@ pub enum Offscreen {
 ///
 /// Instances are drawn into a small depth image on the CPU, the largest by triangles of a coarse level and
 /// the others by points. The screen-space error of what they leave the share `o` of visible counts `√o`
-/// times: the paper's flux is over the visible surface. `o` is an estimate from few triangles and points, so
+/// times: the paper's flux is over the visible surface. What is not in the image, within
+/// [`LodSettings::offscreen_margin`] too, counts as hidden. `o` is an estimate from few triangles and points, so
 /// displacements ([`LodSettings::displacement_px`]) count in full, unless something is hidden for certain:
 /// that counts nothing. It is so where solid levels, less by what they and a cut may be off, cover all of its
 /// place in the image and are nearer than its nearest point. Where [`Offscreen::OnAxis`] asks for what casts

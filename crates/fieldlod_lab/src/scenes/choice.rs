@@ -112,7 +112,8 @@ fn by_shares(
     frame.views.iter().enumerate().map(&mut choose).collect()
 }
 
-/// Full for all that is not wholly hidden.
+/// Full for all that is not wholly hidden, or seems so.
 fn hidden_alone(shares: &[f32]) -> Vec<f32> {
-    shares.iter().map(|share| share.ceil()).collect()
+    let is_seen = |&share: &f32| f32::from(share > f32::MIN_POSITIVE);
+    shares.iter().map(is_seen).collect()
 }

@@ -15,6 +15,9 @@ use thiserror::Error;
 
 use super::contents::{LodPages, MeshInPages, PagePlace, UnitOfPage};
 
+/// Bytes of a page that are asked for at once.
+const MOST_AT_ONCE: usize = 256 << 10;
+
 /// Why a page is not there.
 #[derive(Debug, Error)]
 pub(super) enum PageError {
@@ -117,18 +120,21 @@ async fn read_part(
     let mut reader = reader.read(path.path()).await?;
     let reader = reader.seekable().map_err(io::Error::other)?;
     reader.seek(SeekFrom::Start(range.start)).await?;
-    // A file that has become shorter is found out before memory is asked for.
-    let mut bytes = Vec::new();
-    let length = range.end - range.start;
-    AsyncReadExt::take(reader, length)
-        .read_to_end(&mut bytes)
-        .await?;
-    if (bytes.len() as u64) < length {
-        return Err(PageError::File(FileError::Truncated {
-            what: "the file",
-            needed: range.end,
-            available: range.start + bytes.len() as u64,
-        }));
+    // Much at once, since Bevy's reader of files reads ahead as long as it is there; and no more memory than bytes
+    // come, whatever the table of contents says.
+    let (length, mut bytes) = ((range.end - range.start) as usize, Vec::new());
+    while bytes.len() < length {
+        let read = bytes.len();
+        bytes.resize(length.min(read + MOST_AT_ONCE), 0);
+        let more = reader.read(&mut bytes[read..]).await?;
+        bytes.truncate(read + more);
+        if more == 0 {
+            return Err(PageError::File(FileError::Truncated {
+                what: "the file",
+                needed: range.end,
+                available: range.start + read as u64,
+            }));
+        }
     }
     Ok(bytes)
 }

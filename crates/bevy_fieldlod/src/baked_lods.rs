@@ -7,7 +7,7 @@ use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 use fieldlod_hierarchy::BakedFile;
 
-use crate::pages::LodPages;
+use crate::lod_pages::LodPages;
 
 /// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`, or a `.fieldpages` file made
 /// by `fieldlod bake --pages`, of which only the coarsest levels are in memory.

@@ -15,7 +15,6 @@ mod source_arrays;
 #[cfg(test)]
 mod tests;
 mod threads;
-mod unit_mesh;
 
 use bevy::prelude::*;
 
@@ -25,7 +24,6 @@ use crate::stats::FieldLodProgress;
 use crate::systems::FieldLodSystems;
 use crate::upload::{PiecesToSend, send_pieces};
 pub(crate) use lookup::LodMeshes;
-pub(crate) use unit_mesh::unit_mesh;
 
 /// Prepares meshes while entities wait for them.
 pub(crate) fn plugin(app: &mut App) {

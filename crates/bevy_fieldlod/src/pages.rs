@@ -1,18 +1,16 @@
 //! Meshes of `.fieldpages` files, which are read in parts as views want them.
 //!
-//! The asset is the table of contents and the coarsest levels of all meshes ([`LodPages`]); both stay. All else is
+//! The asset is the table of contents and the coarsest levels of all meshes ([`LodPages`](crate::lod_pages::LodPages)); both stay. All else is
 //! read page by page: selection says which groups views refine or would, [`fieldlod_stream::Residency`] which pages
 //! to load and which to evict, and here they are read, decoded, sent to the GPU and freed. A group is refined only
 //! once the GPU has the meshes of its units, so that there is never a hole.
 
-mod contents;
 mod read;
 mod streams;
 mod tell;
 
 use bevy::prelude::*;
 
-pub(crate) use contents::{LodPages, MeshInPages};
 pub(crate) use streams::PageStreams;
 pub use tell::FieldLodMemory;
 

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use bevy::asset::{AssetId, RenderAssetUsages};
-use bevy::mesh::{Indices, PrimitiveTopology};
+use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
@@ -11,10 +10,11 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::events::{LodError, LodFailed, asset_name};
+use crate::mesh_in_pages::MeshInPages;
 use crate::meshes::LodMeshes;
-use crate::pages::MeshInPages;
 use crate::systems::FieldLodSystems;
 use crate::track::AutoLodLookup;
+use crate::unit_mesh::source_mesh;
 
 /// Draws a primitive of a `.fieldlod` or `.fieldpages` file, with any material beside it, where the glTF file that
 /// it was baked from is not at hand. A `.fieldlod` file must have all vertices, as it has unless baked
@@ -140,8 +140,10 @@ fn give_meshes(
             (Some(made), _) => made.clone(),
             (None, Some(file)) => {
                 let made = match &file.pages {
-                    Some(pages) => MeshInPages::find(pages, wanted, &name)
-                        .and_then(|mesh| StandaloneMesh::in_pages(mesh, &mut meshes, &mut lods)),
+                    Some(pages) => {
+                        MeshInPages::find(pages, (wanted.mesh_index, wanted.primitive_index), &name)
+                            .and_then(|mesh| StandaloneMesh::in_pages(mesh, &mut meshes, &mut lods))
+                    }
                     None => find(&file.file, wanted, &name)
                         .map(|primitive| StandaloneMesh::new(primitive, &mut meshes, &mut files)),
                 };
@@ -229,30 +231,6 @@ fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
     let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
     triangles.flatten().collect()
-}
-
-/// The mesh that a hierarchy was baked from, but for the order of its triangles.
-pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
-    let vertices = hierarchy.source_vertices();
-    let usage = RenderAssetUsages::default();
-    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
-    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vertices.positions);
-    if !vertices.normals.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vertices.normals);
-    }
-    if !vertices.uvs.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, vertices.uvs);
-    }
-    if !vertices.tangents.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_TANGENT, vertices.tangents);
-    }
-    if !vertices.uvs_1.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, vertices.uvs_1);
-    }
-    if !vertices.colors.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vertices.colors);
-    }
-    mesh.with_inserted_indices(Indices::U32(indices))
 }
 
 /// Takes the mesh off an entity that is not to be drawn from a file any more.

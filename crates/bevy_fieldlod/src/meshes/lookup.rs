@@ -19,7 +19,7 @@ use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
 use crate::lod_mesh::{LodMesh, LodRequest};
-use crate::pages::MeshInPages;
+use crate::mesh_in_pages::MeshInPages;
 
 /// All meshes that levels of detail were asked for.
 #[derive(Resource, Default)]

@@ -20,11 +20,11 @@ use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 #[cfg(feature = "bake")]
 use super::threads::BakeThreads;
-use super::unit_mesh::{simplified_mesh, unit_mesh};
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
-use crate::pages::MeshInPages;
+use crate::mesh_in_pages::MeshInPages;
+use crate::unit_mesh::{simplified_mesh, unit_mesh};
 
 /// What a background task is asked to do.
 pub(super) struct PrepareJob {

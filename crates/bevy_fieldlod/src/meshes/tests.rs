@@ -11,8 +11,8 @@ use fieldlod_hierarchy::{
 use fieldlod_select::whole_mesh_levels;
 
 use super::source_arrays::SourceArrays;
-use super::unit_mesh::unit_mesh;
 use crate::events::LodError;
+use crate::unit_mesh::unit_mesh;
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);

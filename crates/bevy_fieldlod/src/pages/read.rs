@@ -13,7 +13,8 @@ use bevy::tasks::AsyncComputeTaskPool;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
 use thiserror::Error;
 
-use super::contents::{LodPages, MeshInPages, PagePlace, UnitOfPage};
+use crate::lod_pages::{LodPages, PagePlace};
+use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
 
 /// Bytes of a page that are asked for at once.
 const MOST_AT_ONCE: usize = 256 << 10;

@@ -13,13 +13,13 @@ use bevy::tasks::{IoTaskPool, Task, block_on};
 use fieldlod_select::MeshId;
 use fieldlod_stream::{Orders, Residency, StreamMeshId, StreamPageId, StreamSettings};
 
-use super::contents::{MeshInPages, UnitOfPage};
 use super::read::PageError;
 use super::tell::FieldLodMemory;
 use crate::config::FieldLodConfig;
 use crate::events::FieldLodSharp;
 use crate::lod_mesh::LodMesh;
 use crate::lod_scene::LodScene;
+use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
 use crate::stats::FieldLodViewStats;
 use crate::upload::PiecesToSend;
 use crate::view_cut::{ViewCut, ViewState};

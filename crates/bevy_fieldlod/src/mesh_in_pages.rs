@@ -1,36 +1,15 @@
-//! What of a `.fieldpages` file is always in memory.
+//! One mesh of a `.fieldpages` file, and Bevy's meshes of what has been read of it.
 
 use std::sync::Arc;
 
-use bevy::asset::{AssetPath, RenderAssetUsages};
+use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::prelude::*;
-use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile, PagedMesh};
+use fieldlod_hierarchy::{Hierarchy, PagedMesh};
 
 use crate::events::LodError;
-use crate::meshes::unit_mesh;
-use crate::standalone::{LodMesh3d, source_mesh};
-
-/// The table of contents of a file and the coarsest levels of its meshes.
-#[derive(Debug)]
-pub(crate) struct LodPages {
-    pub(super) file: PagedFile,
-    /// The first page of each mesh.
-    pub(super) first_pages: Vec<Result<Hierarchy, FileError>>,
-    /// Where all other pages are.
-    pub(super) place: PagePlace,
-    /// The path of the file.
-    pub(super) name: String,
-}
-
-/// Where pages are read from.
-#[derive(Debug)]
-pub(super) enum PagePlace {
-    /// A file of which parts can be read.
-    Path(AssetPath<'static>),
-    /// All bytes of a file that can only be read as a whole.
-    Memory(Vec<u8>),
-}
+use crate::lod_pages::LodPages;
+use crate::unit_mesh::{source_mesh, unit_mesh};
 
 /// One mesh of a file.
 #[derive(Clone, Debug)]
@@ -51,10 +30,9 @@ pub(crate) struct UnitOfPage {
 impl MeshInPages {
     pub(crate) fn find(
         pages: &Arc<LodPages>,
-        wanted: &LodMesh3d,
+        (mesh, primitive): (u32, u32),
         name: &str,
     ) -> Result<Self, LodError> {
-        let (mesh, primitive) = (wanted.mesh_index, wanted.primitive_index);
         let is_wanted =
             |one: &PagedMesh| (one.mesh_index, one.primitive_index) == (mesh, primitive);
         let index = pages.file.meshes.iter().position(is_wanted);
@@ -108,7 +86,7 @@ impl MeshInPages {
     }
 
     /// The meshes of the units of a page that was read.
-    pub(super) fn units_of_page(
+    pub(crate) fn units_of_page(
         &self,
         page: u32,
         read: &Hierarchy,

@@ -12,6 +12,30 @@ use bevy::mesh::{
 };
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
+/// The mesh that a hierarchy was baked from, but for the order of its triangles.
+pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
+    let vertices = hierarchy.source_vertices();
+    let usage = RenderAssetUsages::default();
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
+    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vertices.positions);
+    if !vertices.normals.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vertices.normals);
+    }
+    if !vertices.uvs.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, vertices.uvs);
+    }
+    if !vertices.tangents.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_TANGENT, vertices.tangents);
+    }
+    if !vertices.uvs_1.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, vertices.uvs_1);
+    }
+    if !vertices.colors.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vertices.colors);
+    }
+    mesh.with_inserted_indices(Indices::U32(indices))
+}
+
 /// The mesh of `unit`, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
 pub(crate) fn unit_mesh(
     source: &Mesh,

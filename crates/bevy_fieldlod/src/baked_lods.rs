@@ -7,6 +7,7 @@ use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 use fieldlod_hierarchy::BakedFile;
 
+use crate::file_parts::AssetFolder;
 use crate::lod_pages::LodPages;
 
 /// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`, or a `.fieldpages` file made
@@ -38,13 +39,16 @@ impl BakedLods {
 
 /// Lets the asset server load such files.
 pub(crate) fn plugin(app: &mut App) {
+    let folder = AssetFolder::of(app);
     app.init_asset::<BakedLods>()
-        .init_asset_loader::<BakedLodsLoader>();
+        .register_asset_loader(BakedLodsLoader { folder });
 }
 
 /// Loads `.fieldlod` files, and what of `.fieldpages` files stays in memory.
-#[derive(Debug, Default, TypePath)]
-struct BakedLodsLoader;
+#[derive(Debug, TypePath)]
+struct BakedLodsLoader {
+    folder: Option<AssetFolder>,
+}
 
 const IN_PAGES: &str = "fieldpages";
 
@@ -61,7 +65,8 @@ impl AssetLoader for BakedLodsLoader {
     ) -> Result<BakedLods, BevyError> {
         let path = load_context.path().clone_owned();
         if path.path().extension().is_some_and(|ext| ext == IN_PAGES) {
-            return Ok(BakedLods::in_pages(LodPages::read(reader, path).await?));
+            let pages = LodPages::read(reader, path, self.folder.as_ref()).await?;
+            return Ok(BakedLods::in_pages(pages));
         }
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;

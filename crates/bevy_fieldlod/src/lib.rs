@@ -84,6 +84,7 @@ mod deferred_cuts;
 pub mod diagnostics;
 mod draw_records;
 mod events;
+mod file_parts;
 mod filter;
 mod glb;
 mod gpu_culling;

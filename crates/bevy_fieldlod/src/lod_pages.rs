@@ -1,5 +1,7 @@
 //! What of a `.fieldpages` file is always in memory.
 
+use std::path::PathBuf;
+
 use bevy::asset::AssetPath;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
 
@@ -18,8 +20,10 @@ pub(crate) struct LodPages {
 /// Where pages are read from.
 #[derive(Debug)]
 pub(crate) enum PagePlace {
-    /// A file of which parts can be read.
-    Path(AssetPath<'static>),
+    /// A file of the system.
+    File(PathBuf),
+    /// A file of which Bevy's reader can read parts.
+    Asset(AssetPath<'static>),
     /// All bytes of a file that can only be read as a whole.
     Memory(Vec<u8>),
 }

@@ -9,7 +9,7 @@ use fieldlod_hierarchy::{
 };
 use glam::Vec3;
 use proptest::prelude::*;
-use xxhash_rust::xxh3::xxh3_64_with_seed;
+use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 fn file() -> BakedFile {
     let hierarchies = [
@@ -198,16 +198,61 @@ proptest! {
         for (at, value) in changes {
             bytes[32 + at % (end - 32)] = value;
         }
-        let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
-        let checksum = xxh3_64_with_seed(&bytes[32..end], u64::from(count));
-        bytes[24..32].copy_from_slice(&checksum.to_le_bytes());
-        if let Ok(paged) = PagedFile::from_contents(&bytes) {
-            for mesh in &paged.meshes {
-                for (number, page) in mesh.pages.iter().enumerate() {
-                    let range = page.bytes.start as usize..page.bytes.end as usize;
-                    if let Some(page) = bytes.get(range) {
-                        let _ = mesh.read_page(number, page);
-                    }
+        seal(&mut bytes, end);
+        read_all(&bytes);
+    }
+
+    /// Nor does a page, whatever is in it.
+    #[test]
+    fn no_page_panics(
+        changes in prop::collection::vec((any::<usize>(), any::<u8>()), 1..8),
+        page in any::<usize>(),
+        is_quantized: bool,
+    ) {
+        static FILES: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+            [Precision::Lossless, Precision::Quantized16]
+                .map(|precision| PagedFile::to_bytes(&file(), small_pages(precision)))
+        });
+        let mut bytes = FILES[usize::from(is_quantized)].clone();
+        let end = PagedFile::contents_end(&bytes).unwrap() as usize;
+        let paged = PagedFile::from_contents(&bytes).unwrap();
+        let mesh = &paged.meshes[0];
+        let range = &mesh.pages[page % mesh.pages.len()].bytes;
+        let range = range.start as usize..range.end as usize;
+        let before = xxh3_64(&bytes[range.clone()]).to_le_bytes();
+        for (at, value) in changes {
+            bytes[range.start + at % range.len()] = value;
+        }
+        // Checksums that fit let it be read to where it is wrong.
+        let after = xxh3_64(&bytes[range]).to_le_bytes();
+        let places = bytes[..end].windows(8).filter(|window| **window == before);
+        prop_assert_eq!(places.count(), 1);
+        let place = bytes.windows(8).position(|window| *window == before).unwrap();
+        bytes[place..place + 8].copy_from_slice(&after);
+        seal(&mut bytes, end);
+        read_all(&bytes);
+    }
+}
+
+/// Makes the checksum of a table fit, which ends at `end`.
+fn seal(bytes: &mut [u8], end: usize) {
+    let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
+    let checksum = xxh3_64_with_seed(&bytes[32..end], u64::from(count));
+    bytes[24..32].copy_from_slice(&checksum.to_le_bytes());
+}
+
+/// Reads all pages, of which each is sound as far as it can be read.
+fn read_all(bytes: &[u8]) {
+    let Ok(paged) = PagedFile::from_contents(bytes) else {
+        return;
+    };
+    for mesh in &paged.meshes {
+        for (number, page) in mesh.pages.iter().enumerate() {
+            let range = page.bytes.start as usize..page.bytes.end as usize;
+            let page = bytes.get(range).map(|page| mesh.read_page(number, page));
+            if let Some(Ok(page)) = page {
+                for unit in 0..page.units.len() {
+                    triangles(&page, unit);
                 }
             }
         }

@@ -3,6 +3,7 @@
 mod faults;
 mod scene;
 mod shelf;
+mod sources;
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -52,7 +53,12 @@ fn app_of(shelf: &Shelf, memory: LodMemory) -> (App, Entity) {
     let shelf = shelf.clone();
     let source = AssetSourceBuilder::new(move || Box::new(shelf.clone()));
     app.register_asset_source("shelf", source);
-    let mut app = unfinished_in(app, AssetPlugin::default());
+    app_from(app, AssetPlugin::default(), memory)
+}
+
+/// The same, from an app that knows its sources of assets.
+fn app_from(app: App, assets: AssetPlugin, memory: LodMemory) -> (App, Entity) {
+    let mut app = unfinished_in(app, assets);
     app.insert_resource(FieldLodConfig {
         memory,
         ..default()

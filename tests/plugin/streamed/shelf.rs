@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 use std::pin::Pin;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use std::time::Duration;
@@ -26,6 +26,7 @@ struct Contents {
     stalls: AtomicBool,
     /// Files can only be read from their beginning on.
     streams_only: AtomicBool,
+    bytes_read: AtomicU64,
 }
 
 impl Shelf {
@@ -45,6 +46,11 @@ impl Shelf {
     pub(super) fn stream_only(&self) {
         self.0.streams_only.store(true, Ordering::Release);
     }
+
+    /// Of all files so far.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.0.bytes_read.load(Ordering::Acquire)
+    }
 }
 
 impl AssetReader for Shelf {
@@ -63,6 +69,7 @@ impl AssetReader for Shelf {
         let bytes = bytes.ok_or_else(|| AssetReaderError::NotFound(path.into()))?;
         Ok(ShelfReader {
             bytes: VecReader::new(bytes),
+            shelf: self.clone(),
             can_seek: !self.0.streams_only.load(Ordering::Acquire),
         })
     }
@@ -85,6 +92,7 @@ impl AssetReader for Shelf {
 
 struct ShelfReader {
     bytes: VecReader,
+    shelf: Shelf,
     can_seek: bool,
 }
 
@@ -94,7 +102,12 @@ impl AsyncRead for ShelfReader {
         context: &mut Context<'_>,
         into: &mut [u8],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.bytes).poll_read(context, into)
+        let poll = Pin::new(&mut self.bytes).poll_read(context, into);
+        if let Poll::Ready(Ok(count)) = &poll {
+            let read = &self.shelf.0.bytes_read;
+            read.fetch_add(*count as u64, Ordering::AcqRel);
+        }
+        poll
     }
 }
 

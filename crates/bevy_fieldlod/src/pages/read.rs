@@ -2,6 +2,7 @@
 
 use std::io::{self, SeekFrom};
 use std::ops::Range;
+use std::path::PathBuf;
 
 use bevy::asset::io::{
     AssetReaderError, MissingAssetSourceError, MissingProcessedAssetReaderError, Reader,
@@ -13,11 +14,9 @@ use bevy::tasks::AsyncComputeTaskPool;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
 use thiserror::Error;
 
+use crate::file_parts::{AssetFolder, read_part};
 use crate::lod_pages::{LodPages, PagePlace};
 use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
-
-/// Bytes of a page that are asked for at once.
-const MOST_AT_ONCE: usize = 256 << 10;
 
 /// Why a page is not there.
 #[derive(Debug, Error)]
@@ -41,18 +40,29 @@ impl LodPages {
     pub(crate) async fn read(
         reader: &mut dyn Reader,
         path: AssetPath<'static>,
+        folder: Option<&AssetFolder>,
     ) -> Result<Self, BevyError> {
         let name = path.to_string();
         let can_seek = reader.seekable().is_ok();
-        let mut bytes = Vec::new();
-        read_up_to(reader, &mut bytes, PagedFile::HEADER_BYTES as u64).await?;
-        let contents = PagedFile::contents_end(&bytes)?;
-        read_up_to(reader, &mut bytes, contents).await?;
-        let contents = contents.min(bytes.len() as u64);
-        let file = PagedFile::from_contents(&bytes[..contents as usize])?;
-        let first_pages = file.meshes.iter().filter_map(|mesh| mesh.pages.first());
+        let file = match folder {
+            Some(folder) => folder.find(&path, reader).await,
+            None => None,
+        };
+        let mut beginning = Beginning {
+            bytes: Vec::new(),
+            file,
+            reader,
+        };
+        beginning.read_up_to(PagedFile::HEADER_BYTES as u64).await?;
+        let contents = PagedFile::contents_end(&beginning.bytes)?;
+        beginning.read_up_to(contents).await?;
+        let contents = contents.min(beginning.bytes.len() as u64);
+        let paged = PagedFile::from_contents(&beginning.bytes[..contents as usize])?;
+        let first_pages = paged.meshes.iter().filter_map(|mesh| mesh.pages.first());
         let end = first_pages.map(|page| page.bytes.end).max().unwrap_or(0);
-        read_up_to(reader, &mut bytes, if can_seek { end } else { u64::MAX }).await?;
+        let end = if can_seek { end } else { u64::MAX };
+        beginning.read_up_to(end).await?;
+        let Beginning { bytes, file, .. } = beginning;
         let first_page = |mesh: &fieldlod_hierarchy::PagedMesh| -> Result<Hierarchy, FileError> {
             let page = mesh
                 .pages
@@ -61,22 +71,46 @@ impl LodPages {
             mesh.read_page(0, part(&bytes, &page.bytes)?)
         };
         Ok(Self {
-            first_pages: file.meshes.iter().map(first_page).collect(),
-            place: match can_seek {
-                true => PagePlace::Path(path),
-                false => PagePlace::Memory(bytes),
+            first_pages: paged.meshes.iter().map(first_page).collect(),
+            place: match file {
+                Some(file) => PagePlace::File(file),
+                None if can_seek => PagePlace::Asset(path),
+                None => PagePlace::Memory(bytes),
             },
-            file,
+            file: paged,
             name,
         })
     }
 }
 
-/// Reads on until there are so many bytes, or no more.
-async fn read_up_to(reader: &mut dyn Reader, bytes: &mut Vec<u8>, end: u64) -> io::Result<()> {
-    let more = end.saturating_sub(bytes.len() as u64);
-    AsyncReadExt::take(reader, more).read_to_end(bytes).await?;
-    Ok(())
+/// What of a file was read so far.
+struct Beginning<'a> {
+    bytes: Vec<u8>,
+    /// Where it is read from, if not by the reader.
+    file: Option<PathBuf>,
+    reader: &'a mut dyn Reader,
+}
+
+impl Beginning<'_> {
+    /// Reads on until there are so many bytes, or no more.
+    async fn read_up_to(&mut self, end: u64) -> io::Result<()> {
+        let start = self.bytes.len() as u64;
+        let more = match &self.file {
+            Some(file) => read_part(file.clone(), start..end).await?,
+            None => read_next(self.reader, end.saturating_sub(start)).await?,
+        };
+        self.bytes.extend_from_slice(&more);
+        Ok(())
+    }
+}
+
+/// The next bytes of a reader, so many or fewer. No more memory is taken than bytes come, whatever a file says.
+async fn read_next(reader: &mut dyn Reader, count: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    AsyncReadExt::take(reader, count)
+        .read_to_end(&mut bytes)
+        .await?;
+    Ok(bytes)
 }
 
 fn part<'a>(bytes: &'a [u8], range: &Range<u64>) -> Result<&'a [u8], FileError> {
@@ -95,11 +129,19 @@ impl MeshInPages {
         page: u32,
         assets: AssetServer,
     ) -> Result<Vec<UnitOfPage>, PageError> {
-        let range = self.paged().pages[page as usize].bytes.clone();
+        let Range { start, end } = self.paged().pages[page as usize].bytes;
         let bytes = match &self.pages.place {
-            PagePlace::Path(path) => read_part(&assets, path, range).await?,
-            PagePlace::Memory(bytes) => part(bytes, &range)?.to_vec(),
+            PagePlace::File(file) => read_part(file.clone(), start..end).await?,
+            PagePlace::Asset(path) => read_asset_part(&assets, path, start..end).await?,
+            PagePlace::Memory(bytes) => part(bytes, &(start..end))?.to_vec(),
         };
+        if (bytes.len() as u64) < end - start {
+            return Err(PageError::File(FileError::Truncated {
+                what: "the file",
+                needed: end,
+                available: start + bytes.len() as u64,
+            }));
+        }
         let decode = async move {
             let read = self.paged().read_page(page as usize, &bytes)?;
             Ok(self.units_of_page(page, &read)?)
@@ -108,7 +150,8 @@ impl MeshInPages {
     }
 }
 
-async fn read_part(
+/// The bytes of an asset in a range, or fewer if it ends before.
+async fn read_asset_part(
     assets: &AssetServer,
     path: &AssetPath<'static>,
     range: Range<u64>,
@@ -119,23 +162,7 @@ async fn read_part(
         AssetServerMode::Processed => source.processed_reader()?,
     };
     let mut reader = reader.read(path.path()).await?;
-    let reader = reader.seekable().map_err(io::Error::other)?;
-    reader.seek(SeekFrom::Start(range.start)).await?;
-    // Much at once, since Bevy's reader of files reads ahead as long as it is there; and no more memory than bytes
-    // come, whatever the table of contents says.
-    let (length, mut bytes) = ((range.end - range.start) as usize, Vec::new());
-    while bytes.len() < length {
-        let read = bytes.len();
-        bytes.resize(length.min(read + MOST_AT_ONCE), 0);
-        let more = reader.read(&mut bytes[read..]).await?;
-        bytes.truncate(read + more);
-        if more == 0 {
-            return Err(PageError::File(FileError::Truncated {
-                what: "the file",
-                needed: range.end,
-                available: range.start + read as u64,
-            }));
-        }
-    }
-    Ok(bytes)
+    let seekable = reader.seekable().map_err(io::Error::other)?;
+    seekable.seek(SeekFrom::Start(range.start)).await?;
+    Ok(read_next(&mut *reader, range.end - range.start).await?)
 }

@@ -1,0 +1,77 @@
+//! Files in the folder of assets, which are read past Bevy's reader, and default sources that have others.
+
+use std::path::Path;
+
+use bevy::asset::io::{AssetSourceBuilder, AssetSourceId};
+use bevy::log::tracing::Level;
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+
+use super::shelf::Shelf;
+use super::{PAGES, ROOMY, app_from, assert_no_hole, drawn, memory, one_rock, run_until_sharp};
+use crate::headless::{logged_times, move_camera, ready, run_until};
+
+/// An app whose folder of assets has a file, and whose default source is a shelf; and what its camera draws.
+fn rock_in(folder: &Path, file: &str, shelf: &Shelf) -> (App, Entity) {
+    let mut app = App::new();
+    let shelf = shelf.clone();
+    let source = AssetSourceBuilder::new(move || Box::new(shelf.clone()));
+    app.register_asset_source(AssetSourceId::Default, source);
+    let assets = AssetPlugin {
+        file_path: folder.display().to_string(),
+        ..default()
+    };
+    let (mut app, camera) = app_from(app, assets, ROOMY);
+    let mesh = app.world().resource::<AssetServer>().load(file.to_owned());
+    app.world_mut().spawn(LodMesh3d::new(mesh, 0, 0));
+    ready(&mut app, 1);
+    run_until_sharp(&mut app);
+    (app, camera)
+}
+
+#[test]
+fn of_a_file_in_the_folder_no_more_is_read_than_is_wanted() {
+    let (_, mut other, its_camera) = one_rock("as-ever.fieldpages", ROOMY);
+    run_until_sharp(&mut other);
+    let (folder, shelf) = (tempfile::tempdir().unwrap(), Shelf::default());
+    let path = folder.path().join("of-folder.fieldpages");
+    std::fs::write(&path, &*PAGES).unwrap();
+    shelf.put("of-folder.fieldpages", PAGES.clone());
+    let (mut app, camera) = rock_in(folder.path(), "of-folder.fieldpages", &shelf);
+    assert_eq!(drawn(&app, camera), drawn(&other, its_camera));
+    assert_no_hole(&app, camera);
+    // By these it is known that both are the same.
+    assert_eq!(shelf.bytes_read(), 64);
+    // What it lacks it tells, and what it gets again is drawn.
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
+    file.set_len(PAGES.len() as u64 / 4).unwrap();
+    move_camera(&mut app, camera, 2.5);
+    run_until(&mut app, "it is said", |app| {
+        assert_no_hole(app, camera);
+        logged_times(Level::ERROR, &["of-folder.fieldpages", "truncated"]) == 1
+    });
+    std::fs::write(&path, &*PAGES).unwrap();
+    run_until(&mut app, "all is there", |app| {
+        memory(app).missing_pages == 0
+    });
+}
+
+#[test]
+fn a_default_source_that_has_another_file_is_asked() {
+    let (folder, shelf) = (tempfile::tempdir().unwrap(), Shelf::default());
+    let mut changed = PAGES.clone();
+    *changed.last_mut().unwrap() ^= 1;
+    for (name, bytes) in [
+        ("longer", [PAGES.as_slice(), &[0; 9]].concat()),
+        ("changed", changed),
+        ("short", vec![7; 9]),
+    ] {
+        let name = format!("{name}.fieldpages");
+        std::fs::write(folder.path().join(&name), bytes).unwrap();
+        shelf.put(&name, PAGES.clone());
+        let (app, camera) = rock_in(folder.path(), &name, &shelf);
+        assert_no_hole(&app, camera);
+        assert_eq!(memory(&app).failures, 0);
+    }
+    assert!(shelf.bytes_read() > PAGES.len() as u64);
+}

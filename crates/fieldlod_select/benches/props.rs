@@ -7,7 +7,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::look;
+use common::look_through;
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
     LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View, whole_mesh_levels,
@@ -35,12 +35,14 @@ fn main() {
     for size in sizes {
         let scene = field(&levels, size);
         for has_sun in [false, true] {
-            measure(&scene, size, has_sun);
+            for zooms in [false, true] {
+                measure(&scene, size, has_sun, zooms);
+            }
         }
     }
 }
 
-fn measure(scene: &Scene, size: u32, has_sun: bool) {
+fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
     let settings = LodSettings {
         offscreen_margin: 0.5,
         offscreen: if has_sun {
@@ -52,12 +54,12 @@ fn measure(scene: &Scene, size: u32, has_sun: bool) {
     };
     let mut selector = Selector::default();
     let start = Instant::now();
-    selector.select(scene, &walk(0, has_sun), &settings);
+    selector.select(scene, &walk(0, has_sun, zooms), &settings);
     let first = start.elapsed();
     let mut times = Vec::new();
     let mut sums = [0usize; 4];
     for step in 1..=WARM_UP + FRAMES {
-        let view = walk(step, has_sun);
+        let view = walk(step, has_sun, zooms);
         let start = Instant::now();
         selector.select(scene, &view, &settings);
         let time = start.elapsed();
@@ -83,8 +85,9 @@ fn measure(scene: &Scene, size: u32, has_sun: bool) {
     let mean = us(times.iter().sum()) / f64::from(FRAMES);
     let a_frame = sums.map(|sum| sum as f64 / f64::from(FRAMES));
     println!(
-        "{size:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
+        "{size:8} {:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
         if has_sun { "a sun" } else { "none" },
+        if zooms { "zooming" } else { "" },
         us(first),
         us(times[times.len() / 2]),
         us(times[times.len() - 1]),
@@ -108,11 +111,18 @@ fn field(levels: &Hierarchy, count: u32) -> Scene {
     scene
 }
 
-/// A brisk walk on a wide circle: 1.8 m/s at 60 Hz.
-fn walk(step: u32, has_sun: bool) -> View {
+/// A brisk walk on a wide circle: 1.8 m/s at 60 Hz. The lens zooms to and fro between 60 and 30 degrees in 3.3 s, if
+/// it does.
+fn walk(step: u32, has_sun: bool, zooms: bool) -> View {
     let turn = Quat::from_rotation_y(step as f32 * -0.03 / 20.0);
     let eye = turn * Vec3::new(20.0, 1.7, 0.0);
-    let view = look(eye, eye + turn * Vec3::new(0.0, -0.05, 1.0));
+    let to_and_fro = (step % 200).abs_diff(100) as f32 * 0.01;
+    let fov_y_in_deg = if zooms {
+        30.0 + 30.0 * to_and_fro
+    } else {
+        60.0
+    };
+    let view = look_through(fov_y_in_deg, eye, eye + turn * Vec3::new(0.0, -0.05, 1.0));
     let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
     let lights = if has_sun { &[sun][..] } else { &[] };
     view.with_shadow_lights(lights)

@@ -101,6 +101,7 @@ mod validity;
 mod view;
 mod view_parts;
 mod whole_mesh_levels;
+mod zoom;
 
 pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
 pub use cut::{Cut, select, select_with};

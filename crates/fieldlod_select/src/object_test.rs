@@ -10,7 +10,7 @@ use crate::settings::{Offscreen, Thresholds};
 use crate::shadow_lights::ShadowTest;
 use crate::sides::Sides;
 use crate::stretch::is_similarity;
-use crate::validity::{CameraTravel, Validity};
+use crate::validity::{CameraTravel, Levers, Validity};
 use crate::view::View;
 use crate::view_parts::ViewParts;
 
@@ -92,14 +92,15 @@ impl<'a> ObjectTest<'a> {
         } else {
             (self.parts.leaving(), self.thresholds.coarsen_below_px)
         };
-        let tolerating = |tolerance: f32, max_distance: f32| {
-            Validity::tolerating(f64::from(tolerance * 0.999), max_distance, &self.now)
+        let tolerating = |tolerance: f32, levers: Levers| {
+            Validity::tolerating(f64::from(tolerance * 0.999), &levers, &self.now)
         };
         // Far enough in any direction: turns do not matter.
         let error = |scale: &ErrorScale| scale.of(object) / threshold_px;
         let beyond_error = self.distance_beyond(error(&camera.scale), gap);
         if beyond_error > 0.0 {
-            return Some(tolerating(beyond_error, 0.0));
+            let zoom = distance * ROUNDING_ALLOWANCE;
+            return Some(tolerating(beyond_error, Levers { turn: 0.0, zoom }));
         }
         // Outside the view, and far enough there if that counts.
         let mut outside = self.distance_outside(&camera.sides, &sphere);
@@ -118,7 +119,12 @@ impl<'a> ObjectTest<'a> {
                 outside = unseen;
             }
         }
-        (outside > 0.0).then(|| tolerating(outside, (distance + outside) * ROUNDING_ALLOWANCE))
+        let farthest = (distance + outside) * ROUNDING_ALLOWANCE;
+        let levers = Levers {
+            turn: farthest,
+            zoom: farthest,
+        };
+        (outside > 0.0).then(|| tolerating(outside, levers))
     }
 
     /// By how much a gap to the camera is more than that at which an error reaches its threshold.

@@ -227,18 +227,16 @@ impl Selector {
 
     /// Adds the way from the last frame to the camera's travel, and returns it.
     fn travel(&mut self, last: Option<&Frame>, frame: &Frame) -> CameraTravel {
-        let step = last.map_or_else(CameraTravel::default, |last| {
-            CameraTravel::between(&last.view, &frame.view)
-        });
+        let step = last.map(|last| CameraTravel::between(&last.view, &frame.view));
+        let is_comparable = !matches!(step, Some(None));
+        let step = step.flatten().unwrap_or_default();
         self.travel.add(&step);
         let lights = last.and_then(|last| CameraTravel::of_lights(&last.view, &frame.view));
         if let Some(lights) = &lights {
             self.travel.add(lights);
         }
-        let is_same_criterion = last.is_some_and(|last| {
-            last.settings == frame.settings && last.view.camera() == frame.view.camera()
-        });
-        if is_same_criterion && lights.is_some() && self.travel.is_finite() {
+        let is_same_criterion = last.is_some_and(|last| last.settings == frame.settings);
+        if is_same_criterion && is_comparable && lights.is_some() && self.travel.is_finite() {
             self.travel.go_on();
         } else {
             self.travel.reset();

@@ -28,6 +28,14 @@ impl Sides<f32> {
         std::array::from_fn(|side| point.dot(self.inward[side]) + self.offset[side])
     }
 
+    /// How far the normals of each side are from those of others.
+    pub(crate) fn turned_to(&self, other: &Self) -> [f32; 4] {
+        std::array::from_fn(|side| {
+            let change = self.inward[side].minus(other.inward[side]);
+            change.dot(change).sqrt()
+        })
+    }
+
     /// How far a direction leads inwards over each side.
     pub(crate) fn towards(&self, direction: V3<f32>) -> [f32; 4] {
         self.inward.map(|inward| direction.dot(inward))

@@ -6,7 +6,7 @@
 //! r   radius of the instance, in the world      ρ  distance of its bounding sphere's centre to the eye
 //! b   its bias                                  f  focal length, the larger of the two
 //! ```
-//! It depends on the distance alone, so that turning the camera changes nothing.
+//! It depends on the distance and the lens alone, so that turning the camera changes nothing.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use crate::settings::LodSettings;
 use crate::tree::Node;
-use crate::validity::{CameraTravel, Validity};
+use crate::validity::{CameraTravel, Levers, Validity};
 use crate::view::View;
 
 /// Allowance for the rounding of distances, relative to the coordinates.
@@ -121,7 +121,10 @@ impl SizeTest {
     fn lasting(&self, margin: f32, sphere: &Sphere) -> Validity {
         let tolerance = margin * 0.999 - self.slack(sphere);
         if self.is_lasting && tolerance > 0.0 {
-            Validity::tolerating(f64::from(tolerance), 0.0, &self.now)
+            // The reach is no farther than that.
+            let zoom = self.distance(sphere) + sphere.radius + margin;
+            let levers = Levers { turn: 0.0, zoom };
+            Validity::tolerating(f64::from(tolerance), &levers, &self.now)
         } else {
             Validity::NONE
         }

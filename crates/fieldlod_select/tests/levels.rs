@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{any_camera, any_settings, look, perspective, synthetic, vector};
+use common::{any_camera, any_settings, look, perspective, synthetic, vector, zoomed};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, VisibleFlux, select};
 use glam::{Affine3A, Quat, Vec3};
@@ -70,6 +70,7 @@ proptest! {
         (start, go) in (vector(), vector()),
         (towards, turn) in (vector(), vector()),
         (pace, turn_pace) in (prop_oneof![Just(0.0f32), 1e-4f32..0.02], prop_oneof![Just(0.0f32), 1e-4f32..0.1]),
+        zoom in prop_oneof![Just(0.0f32), -1e-3f32..1e-3, -0.05f32..0.05],
     ) {
         let settings = if is_plain {
             LodSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings }
@@ -85,12 +86,13 @@ proptest! {
         let mut selector = Selector::default();
         let mut followed = vec![Vec::new(); field.ids.len()];
         for frame in 0u8..40 {
-            // It goes alone, turns alone, does both, and stands.
+            // It goes alone, turns alone, does both, and stands; and zooms now and then.
             let way = f32::from(frame.min(10) + frame.saturating_sub(20).min(10));
             let turned = f32::from(frame.saturating_sub(10).min(20));
             let eye = start * reach * 0.2 + go * reach * pace * way;
             let ahead = towards + Vec3::new(0.01, 0.02, 0.03) + turn * turn_pace * turned;
-            let view = look(camera, eye, eye + ahead * reach);
+            let zoom = 1.0 + zoom * f32::from(frame % 16).min(8.0);
+            let view = look(zoomed(camera, zoom), eye, eye + ahead * reach);
             selector.select(&field.scene, &view, &settings);
             for (cut, placement) in cuts.iter_mut().zip(&field.placements) {
                 select(&field.hierarchy, placement, &view, &settings, cut);
@@ -110,18 +112,33 @@ proptest! {
 }
 
 fn view_at(step: u16) -> View {
+    zoomed_view_at(step, 1.0)
+}
+
+fn zoomed_view_at(step: u16, zoom: f32) -> View {
     let eye = Vec3::new(f32::from(step) * 0.03, 1.7, 0.0);
     let ahead = Vec3::new(f32::from(step) * 0.0015, -0.05, -1.0);
-    look(perspective(1.0), eye, eye + ahead)
+    look(zoomed(perspective(1.0), zoom), eye, eye + ahead)
 }
 
 #[test]
 fn a_walk_through_many_decides_few_of_them() {
+    assert_few_are_decided(0.0, 12);
+}
+
+#[test]
+fn a_zoom_at_many_decides_few_of_them() {
+    assert_few_are_decided(0.005, 4);
+}
+
+/// While a lens grows longer by `zoom` a step, of so many one is decided.
+fn assert_few_are_decided(zoom: f32, of: usize) {
     let field = Field::square(60);
     let mut selector = Selector::default();
     let (mut decided, mut finer) = (0, 0);
     for step in 0..200 {
-        selector.select(&field.scene, &view_at(step), &LodSettings::default());
+        let view = zoomed_view_at(step, 1.0 + zoom * f32::from(step));
+        selector.select(&field.scene, &view, &LodSettings::default());
         if step > 20 {
             decided += selector.statistics().instances_decided;
             let coarsest = field.hierarchy.units.len() as u32 - 1;
@@ -129,7 +146,7 @@ fn a_walk_through_many_decides_few_of_them() {
             finer += levels.iter().filter(|drawn| drawn[0] < coarsest).count();
         }
     }
-    assert!(decided * 12 < finer, "{decided} of {finer}");
+    assert!(decided * of < finer, "{decided} of {finer}");
 }
 
 #[test]

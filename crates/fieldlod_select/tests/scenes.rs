@@ -5,7 +5,7 @@ mod common;
 use camera_field::Camera;
 use common::{
     HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, orthographic,
-    perspective, synthetic, vector,
+    perspective, synthetic, vector, zoomed,
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
@@ -181,7 +181,7 @@ struct Walk {
 /// Walks through a scene, and compares each cut with the naive one.
 fn check_walk(
     mut placed: Vec<Placed>,
-    camera: Camera,
+    mut camera: Camera,
     settings: &LodSettings,
     walk: Walk,
 ) -> Result<(), TestCaseError> {
@@ -206,6 +206,7 @@ fn check_walk(
                 scene.update();
             }
             3 => target += turn * 30.0,
+            4 => camera = zoomed(camera, 1.0 + turn.x * 0.02),
             _ => {
                 eye += go * 0.1;
                 target += turn * 0.1;

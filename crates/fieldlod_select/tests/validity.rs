@@ -4,6 +4,7 @@ mod common;
 
 use common::{
     HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, perspective, vector,
+    zoomed,
 };
 use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, select};
 use glam::{Affine3A, Vec3};
@@ -55,10 +56,10 @@ impl Watched {
     }
 }
 
-/// A camera that goes and turns slowly, at its own pace.
+/// A camera that goes and turns slowly, at its own pace, and whose lens grows longer by `zoom` a step.
 fn walk(
     watched: &mut Watched,
-    camera: camera_field::Camera,
+    (mut camera, zoom): (camera_field::Camera, f32),
     settings: &LodSettings,
     (mut eye, go): (Vec3, Vec3),
     (mut target, turn): (Vec3, Vec3),
@@ -68,6 +69,7 @@ fn walk(
         let pace = [1.0, 1.0, 1.0, 0.0, -0.7][usize::from(frame / 7) % 5];
         eye += go * pace;
         target += turn * pace;
+        camera = zoomed(camera, 1.0 + zoom * pace);
         watched.check(&look(camera, eye, target), settings);
     }
 }
@@ -85,6 +87,7 @@ proptest! {
         start in vector(),
         (go, turn) in (vector(), vector()),
         pace in prop_oneof![1e-5f32..1e-3, 1e-3f32..0.03],
+        zoom in prop_oneof![Just(0.0f32), -1e-3f32..1e-3, -0.03f32..0.03],
     ) {
         let place = |(placement, shift): (Affine3A, Vec3)| {
             Affine3A::from_translation(shift * distance * 0.5) * placement
@@ -98,7 +101,7 @@ proptest! {
         let mut watched = Watched::new(placements.into_iter().map(place).collect());
         let eye = (start + Vec3::new(0.02, 0.01, 0.03)) * distance * 2.0;
         let (go, turn) = (go * distance * pace, turn * distance * pace);
-        walk(&mut watched, camera, &settings, (eye, go), (Vec3::new(0.1, 0.0, 0.2), turn));
+        walk(&mut watched, (camera, zoom), &settings, (eye, go), (Vec3::new(0.1, 0.0, 0.2), turn));
     }
 }
 
@@ -113,7 +116,13 @@ fn a_slow_walk_decides_few_cuts_anew() {
     let settings = LodSettings::default();
     let (eye, go) = (Vec3::new(0.0, 0.5, 9.0), Vec3::new(0.001, 0.0, -0.004));
     let target = (Vec3::ZERO, Vec3::new(0.002, 0.0, 0.0));
-    walk(&mut watched, perspective(1.0), &settings, (eye, go), target);
+    walk(
+        &mut watched,
+        (perspective(1.0), 0.0),
+        &settings,
+        (eye, go),
+        target,
+    );
     assert!(
         watched.still_valid > 120,
         "{} of {}",

@@ -7,8 +7,9 @@ use camera_field::Camera;
 use fieldlod_select::{LodSettings, View};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
-fn camera() -> Camera {
-    let projection = Mat4::perspective_infinite_reverse_rh(60f32.to_radians(), 16.0 / 9.0, 0.1);
+fn camera(fov_y_in_deg: f32) -> Camera {
+    let fov_y = fov_y_in_deg.to_radians();
+    let projection = Mat4::perspective_infinite_reverse_rh(fov_y, 16.0 / 9.0, 0.1);
     Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
 }
 
@@ -21,8 +22,13 @@ pub(crate) fn settings() -> LodSettings {
 }
 
 pub(crate) fn look(eye: Vec3, target: Vec3) -> View {
+    look_through(60.0, eye, target)
+}
+
+/// The same with another field of view.
+pub(crate) fn look_through(fov_y_in_deg: f32, eye: Vec3, target: Vec3) -> View {
     let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
-    View::new(camera(), &Affine3A::from_mat4(world_from_view))
+    View::new(camera(fov_y_in_deg), &Affine3A::from_mat4(world_from_view))
 }
 
 /// Median times of several functions, run in turns.

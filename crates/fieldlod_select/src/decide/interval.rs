@@ -13,7 +13,8 @@
 //! e² C W o < τ² κ depth²     below, with the least of the right and the most of the left; else above
 //! d f    < τ  κ depth
 //! ```
-//! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. Above counts only where the sphere
+//! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. A zoom by `z` (see [`crate::zoom`]) takes
+//! `C`, `f`, `κ` and what the depth owes to it times `exp(±z)` at most, and a side nearer by `z ρ`. Above counts only where the sphere
 //! certainly touches the view. With D no more than what rounding moves a point by, the test decides most
 //! groups for less than the criterion costs.
 
@@ -29,6 +30,7 @@ use crate::sides::PerspectiveSides;
 use crate::table::GroupTable;
 use crate::validity::Tolerance;
 use crate::view_parts::ViewParts;
+use crate::zoom::GROWTH;
 
 const ZERO: f32x8 = f32x8::splat(0.0);
 /// Relative allowance for rounding, and for what a similarity may differ from one.
@@ -57,6 +59,10 @@ pub(super) struct IntervalTest<'a> {
     /// `D` and `θ` of the module's formulas.
     max_move: f32x8,
     max_turn: f32x8,
+    /// `z` of the formulas, its factors `1 − z` and `1 + 1.3 z`, and what all factors come to in the comparison.
+    max_zoom: f32x8,
+    depth_factors: [f32x8; 2],
+    factors: [f32x8; 2],
     thresholds: Thresholds,
     tells_above: bool,
 }
@@ -114,6 +120,9 @@ impl<'a> IntervalTest<'a> {
             // Rounding at this place and at the other.
             max_move: f32x8::splat(local.slack + local.rounding),
             max_turn: ZERO,
+            max_zoom: ZERO,
+            depth_factors: [f32x8::splat(1.0); 2],
+            factors: [1.0 + ALLOWANCE, 1.0 - ALLOWANCE].map(f32x8::splat),
             thresholds,
             // What relaxes the criterion makes it smaller than these bounds; with no error at all
             // nothing is above.
@@ -128,6 +137,14 @@ impl<'a> IntervalTest<'a> {
         let moved = tolerance.moved / local.instance.camera_per_local * 1.001;
         self.max_move = f32x8::splat(local.rounding * 2.0 + moved);
         self.max_turn = f32x8::splat(tolerance.turned * ANGLE_PER_TURN);
+        let (less, more) = (1.0 - tolerance.zoomed, 1.0 + GROWTH * tolerance.zoomed);
+        self.max_zoom = f32x8::splat(tolerance.zoomed);
+        self.depth_factors = [less, more].map(f32x8::splat);
+        self.factors = [
+            (1.0 + ALLOWANCE) * more * more / less,
+            (1.0 - ALLOWANCE) * less * less / more,
+        ]
+        .map(f32x8::splat);
     }
 
     /// What is certain of the groups of one block, of which `was_refined` has the bits and `share` the
@@ -215,20 +232,21 @@ impl<'a> IntervalTest<'a> {
         let farthest = distance + self.max_move;
         let slope = self.max_move * f32x8::splat(DEPTH_SLOPE) + farthest * turn;
         let ahead = z - radius;
-        let depth = |cosine: f32x8| ahead.larger(gap * cosine.larger(least_cosine));
+        let depth = ahead.larger(gap * cosine.larger(least_cosine));
+        let [less, more] = self.depth_factors;
         SeenInterval {
             center,
             radius,
             distance,
             is_apart: self.max_move.is_below(nearest_gap),
             holds_eye: (distance + self.max_move).is_below(radius * f32x8::splat(1.0 - ALLOWANCE)),
-            max_shift: self.max_move + farthest * self.max_turn,
+            max_shift: self.max_move + farthest * (self.max_turn + self.max_zoom),
             change: move_angle + f32x8::splat(COSINE_ALLOWANCE),
             cosine: [
                 (cosine - change).larger(least_cosine),
                 (cosine + change).larger(least_cosine),
             ],
-            depth: [(depth(cosine) - slope).larger(ZERO), depth(cosine) + slope],
+            depth: [(depth * less - slope).larger(ZERO), depth * more + slope],
             facing: -table.facings.normal(block).dot(from_eye) * inverse_distance,
         }
     }
@@ -260,7 +278,7 @@ impl<'a> IntervalTest<'a> {
         allowed_squared: impl Fn(usize) -> f32x8,
         allowed: impl Fn(usize) -> f32x8,
     ) -> Certain {
-        let (more, less) = (f32x8::splat(1.0 + ALLOWANCE), f32x8::splat(1.0 - ALLOWANCE));
+        let [more, less] = self.factors;
         let mut below = ZERO.is_at_most(ZERO);
         let mut above = ZERO;
         if let Some(constant) = self.parts.entering.constant_px2 {

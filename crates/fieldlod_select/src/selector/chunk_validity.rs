@@ -1,7 +1,7 @@
 //! For how long the answers of one instance stay valid, 64 groups at a time.
 
 use crate::bits::{LANES, set_bits_of};
-use crate::validity::{CameraTravel, Validity};
+use crate::validity::{CameraTravel, Levers, Validity};
 
 /// The move that is tolerated first, as a share of the greatest distance, and the most.
 const FIRST_TOLERANCE: f32 = 0.01;
@@ -55,8 +55,8 @@ impl ChunkValidity {
         now: &CameraTravel,
         last_step: &CameraTravel,
     ) {
-        // Nothing is valid after a reset, or where a group may be farther than was thought.
-        let is_comparable = self.since.is_some_and(|since| since.is_comparable(now));
+        // Nothing is valid through another lens, or where a group may be farther than was thought.
+        let is_comparable = self.since.is_some_and(|since| since.has_same_lens(now));
         if !is_comparable || self.until.len() != words || self.max_distance < farthest {
             self.until.clear();
             self.until.resize(words, f64::NEG_INFINITY);
@@ -114,6 +114,10 @@ impl ChunkValidity {
         }
         let first = self.until.iter().copied().fold(f64::INFINITY, f64::min);
         let tolerance = first - now.of_points_within(self.max_distance);
-        Validity::tolerating(tolerance, self.max_distance, now)
+        let levers = Levers {
+            turn: self.max_distance,
+            zoom: f32::INFINITY,
+        };
+        Validity::tolerating(tolerance, &levers, now)
     }
 }

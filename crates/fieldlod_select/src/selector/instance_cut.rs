@@ -107,7 +107,8 @@ impl InstanceCut {
         let farthest = test.farthest(&instance.node.bounds.sphere);
         self.chunk_validity
             .begin(self.own.len(), farthest, now, &context.last_step);
-        let tolerance = if test.is_usable() && !now.is_restless() {
+        let is_lasting = test.is_usable() && !now.is_restless() && !context.last_step.zooms();
+        let tolerance = if is_lasting {
             self.chunk_validity.tolerance()
         } else {
             0.0

@@ -5,7 +5,7 @@ pub(crate) mod synthetic;
 
 use std::sync::OnceLock;
 
-use camera_field::Camera;
+use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{LodSettings, Offscreen, View, whole_mesh_levels};
@@ -59,6 +59,22 @@ pub(crate) fn off_centre() -> Camera {
 pub(crate) fn orthographic() -> Camera {
     let projection = Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 1000.0, 0.0);
     Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap()
+}
+
+/// The same image through a lens that is `factor` times as long.
+pub(crate) fn zoomed(camera: Camera, factor: f32) -> Camera {
+    match camera {
+        Camera::Perspective(lens) => Camera::Perspective(Intrinsics {
+            focal_px: lens.focal_px * factor,
+            slope_min: lens.slope_min / factor,
+            slope_max: lens.slope_max / factor,
+        }),
+        Camera::Orthographic(lens) => Camera::Orthographic(OrthographicIntrinsics {
+            pixels_per_unit: lens.pixels_per_unit * factor,
+            min: lens.min / factor,
+            max: lens.max / factor,
+        }),
+    }
 }
 
 pub(crate) fn look(camera: Camera, eye: Vec3, target: Vec3) -> View {

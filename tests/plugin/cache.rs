@@ -96,6 +96,33 @@ fn a_cache_that_cannot_be_written_costs_a_line_and_no_more() {
     assert!(logged(Level::WARN, &["a-file", "cannot be written"]));
 }
 
+/// As on a disk that runs full: of no file more than 16 kB can be written.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_costs_a_line_and_no_more() {
+    const FOLDER: &str = "FIELDLOD_TEST_FULL_DISK";
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let folder = Path::new(&folder);
+        assert_eq!(run(folder, 1), LodOrigin::Baked);
+        assert!(logged(Level::WARN, &["fieldlod", "cannot be written"]));
+        assert!(entries(folder).is_empty(), "{:?}", entries(folder));
+        return;
+    }
+    // The limit is that of a process: the same test in another.
+    let folder = tempfile::tempdir().unwrap();
+    let limited = "trap '' XFSZ; ulimit -f 32; exec \"$@\"";
+    let test = "cache::a_full_disk_costs_a_line_and_no_more";
+    let ran = std::process::Command::new("sh")
+        .args(["-c", limited, "sh"])
+        .arg(std::env::current_exe().unwrap())
+        .args([test, "--exact", "--nocapture"])
+        .env(FOLDER, folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success() && said.contains("1 passed"), "{ran:?}");
+}
+
 #[test]
 fn without_baking_at_run_time_only_the_cache_is_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,6 +2,7 @@
 
 use bevy::color::palettes::css;
 use bevy::prelude::*;
+use bevy_fieldlod::FieldLodSystems;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::Stage;
@@ -59,4 +60,42 @@ fn no_frame_blinks_when_the_units_take_over() {
         kinds.is_sorted_by_key(|(is_before, _)| !is_before),
         "{kinds:?}"
     );
+}
+
+#[test]
+fn props_have_the_level_of_the_frame_in_which_the_camera_jumps() {
+    let Some(mut stage) = Stage::new() else {
+        return;
+    };
+    // However long it takes to select.
+    let long = || std::thread::sleep(std::time::Duration::from_millis(30));
+    let selection = FieldLodSystems::Select;
+    stage.app.add_systems(PostUpdate, long.in_set(selection));
+    let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(4, 5)));
+    let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
+    stage.spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+    ));
+    // From afar all are at one level, from near each is at its own.
+    for (x, z) in [
+        (-1.2, 0.0),
+        (1.2, 0.0),
+        (2.0, -10.0),
+        (-4.0, -25.0),
+        (8.0, -60.0),
+    ] {
+        let place = Transform::from_xyz(x, 0.0, z);
+        let material = MeshMaterial3d(stone.clone());
+        stage.spawn((Mesh3d(rock.clone()), material, place, AutoLod::default()));
+    }
+    let at = |z: f32| Transform::from_xyz(0.0, 0.0, z);
+    let eye = stage.add_eye(at(500.0), css::SKY_BLUE.into(), FieldLodSettings::default());
+    stage.run_until_ready();
+    for distance in [3.0, 500.0, 4.0, 40.0, 3.5] {
+        stage.insert(eye.entity, at(distance));
+        let [first] = stage.shoot([&eye]);
+        let [settled] = stage.shoot([&eye]);
+        assert_eq!(count(&difference(&first, &settled)), 0, "at {distance}");
+    }
 }

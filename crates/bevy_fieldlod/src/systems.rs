@@ -1,5 +1,6 @@
 //! The phases of a frame.
 
+use bevy::asset::AssetEventSystems;
 use bevy::camera::CameraUpdateSystems;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::light::SimulationLightSystems;
@@ -41,8 +42,11 @@ pub(crate) fn plugin(app: &mut App) {
                 .before(VisibilitySystems::CalculateBounds),
             // Units come after transforms have propagated and before culling: they are drawn in the
             // frame in which they are spawned, where their object is.
+            // And before Bevy, which goes by assets then, looks for meshes to bin anew: whole meshes at another
+            // level would be drawn at that of before for a frame.
             (Select, Swap, Spawn)
                 .chain()
+                .before(AssetEventSystems)
                 .after(Inherit)
                 .after(CameraUpdateSystems)
                 .after(TransformSystems::Propagate)

@@ -37,6 +37,9 @@ pub(crate) struct Arguments {
     /// the scene names, and a .fieldlod file of the small ones.
     #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
     scene: bool,
+    /// With --scene: meshes with fewer triangles stay in the scene, with all their levels in memory.
+    #[arg(long, default_value_t = 20_000, requires = "scene")]
+    large_from: u64,
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
@@ -129,7 +132,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes = PagedFile::to_bytes(&outcome.file, page_options);
     }
     let written = if arguments.scene {
-        write_scene(input, &output, &outcome.file, page_options)?
+        write_scene(arguments, &output, &outcome.file, page_options)?
     } else {
         write_whole(&output, &bytes)?;
         bytes.len() as u64
@@ -147,11 +150,12 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
 
 /// Writes a scene and its files into a folder. Returns how many bytes they have.
 fn write_scene(
-    input: &Path,
+    arguments: &Arguments,
     folder: &Path,
     baked: &BakedFile,
     options: PageOptions,
 ) -> Result<u64, Failure> {
+    let input = &arguments.input;
     let bytes = fs::read(input).map_err(|error| Failure::new(input, error))?;
     let name = input.file_name().unwrap_or_default();
     let scene_path = folder.join(name);
@@ -159,13 +163,17 @@ fn write_scene(
     check_writable(input, &scene_path)?;
     let pages_path = scene_path.with_extension("fieldpages");
     let pages_name = pages_path.file_name().unwrap_or_default();
-    let scene = Scene::new(&bytes, baked.clone(), &pages_name.to_string_lossy());
+    let pages_name = pages_name.to_string_lossy();
+    let scene = Scene::new(&bytes, baked.clone(), &pages_name, arguments.large_from);
     let scene = scene.map_err(|fault| Failure::new(input, fault))?;
     let beside_scene = FileOptions {
         precision: options.precision,
         beside_source: true,
     };
-    let mut files = vec![(scene_path.clone(), scene.glb)];
+    for image in scene.images {
+        copy_image(input, folder, &image)?;
+    }
+    let mut files = Vec::new();
     if !scene.large.primitives.is_empty() {
         files.push((pages_path, PagedFile::to_bytes(&scene.large, options)));
     }
@@ -173,11 +181,10 @@ fn write_scene(
         let small_path = scene_path.with_extension("fieldlod");
         files.push((small_path, scene.small.to_bytes_with(beside_scene)));
     }
+    // Last, so that what it names is there.
+    files.push((scene_path, scene.glb));
     for (path, bytes) in &files {
         write_whole(path, bytes)?;
-    }
-    for image in scene.images {
-        copy_image(input, folder, &image)?;
     }
     Ok(files.iter().map(|(_, bytes)| bytes.len() as u64).sum())
 }
@@ -194,10 +201,9 @@ fn copy_image(input: &Path, folder: &Path, image: &str) -> Result<(), Failure> {
         ));
     }
     let to = folder.join(path);
-    let made = fs::create_dir_all(to.parent().unwrap_or(folder));
-    let copied = made.and_then(|()| fs::copy(&from, &to));
-    copied.map_err(|error| Failure::new(&from, format!("cannot be copied: {error}")))?;
-    Ok(())
+    make_folder(to.parent().unwrap_or(folder))?;
+    let bytes = fs::read(&from).map_err(|error| Failure::new(&from, error))?;
+    write_whole(&to, &bytes)
 }
 
 fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, Failure> {

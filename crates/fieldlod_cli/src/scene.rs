@@ -2,8 +2,8 @@
 //!
 //! Nodes, materials, images, animations and small meshes stay as they are. A large primitive keeps its material and
 //! gets the triangles of its coarsest level, for programs that know nothing of levels, and `extras` that name the
-//! `.fieldpages` file beside the scene and its place in it:
-//! `{ "fieldlod": { "pages": "world.fieldpages", "mesh": 0, "primitive": 0 } }`.
+//! `.fieldpages` file beside the scene, its place in it and how many triangles it has there:
+//! `{ "fieldlod": { "pages": "world.fieldpages", "mesh": 0, "primitive": 0, "triangles": 327680 } }`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,8 +13,6 @@ use thiserror::Error;
 
 use crate::glb;
 
-/// Meshes with fewer triangles stay in the scene: they are drawn as a whole, or as they are.
-const LARGE_FROM_TRIANGLES: u64 = 20_000;
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 
@@ -46,12 +44,17 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// Takes the large meshes of `baked` out of `source`, and names `pages` in their place.
-    pub(crate) fn new(source: &[u8], baked: BakedFile, pages: &str) -> Result<Self, SceneFault> {
+    /// Takes meshes of so many triangles and more out of `source`, and names `pages` in their place.
+    pub(crate) fn new(
+        source: &[u8],
+        baked: BakedFile,
+        pages: &str,
+        large_from_triangles: u64,
+    ) -> Result<Self, SceneFault> {
         let (json, binary) = glb::parts(source).ok_or(SceneFault::NotGlb)?;
         let mut json: Value = serde_json::from_slice(json)?;
         let is_large = |primitive: &BakedPrimitive| {
-            primitive.hierarchy.source_triangle_count() >= LARGE_FROM_TRIANGLES
+            primitive.hierarchy.source_triangle_count() >= large_from_triangles
         };
         let (large, small) = baked.primitives.into_iter().partition(is_large);
         let (large, small) = (
@@ -114,7 +117,8 @@ fn replace(
     {
         extensions.remove("KHR_draco_mesh_compression");
     }
-    let place = json!({ "pages": pages, "mesh": mesh, "primitive": index });
+    let triangles = baked.hierarchy.source_triangle_count();
+    let place = json!({ "pages": pages, "mesh": mesh, "primitive": index, "triangles": triangles });
     let extras = primitive.entry("extras").or_insert_with(|| json!({}));
     if !extras.is_object() {
         *extras = json!({});

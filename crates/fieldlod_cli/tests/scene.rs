@@ -131,7 +131,8 @@ fn a_scene_keeps_all_but_its_large_meshes() {
         (&ground["material"], &ground["extras"]["of"]),
         (&json!(0), &json!("the game"))
     );
-    let place = json!({ "pages": "world.fieldpages", "mesh": 0, "primitive": 0 });
+    let place =
+        json!({ "pages": "world.fieldpages", "mesh": 0, "primitive": 0, "triangles": 32_768 });
     assert_eq!(ground["extras"]["fieldlod"], place);
     let times = written["animations"][0]["samplers"][0]["input"]
         .as_u64()
@@ -183,4 +184,51 @@ fn what_cannot_be_a_scene_is_named() {
     let baked = bake(&input, folder.path());
     let said = String::from_utf8(baked.stderr).unwrap();
     assert!(said.contains("would overwrite"), "{said}");
+}
+
+/// As on a disk that runs full: of no file more than 32 kB can be written.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_no_half_file_and_no_scene_without_its_files() {
+    let folder = TempDir::new().unwrap();
+    let input = folder.path().join("world.glb");
+    let (mut json, binary) = scene();
+    json["images"] = json!([{ "uri": "stone.png" }]);
+    fs::write(&input, glb(&json, &binary)).unwrap();
+    fs::write(folder.path().join("stone.png"), vec![7; 100_000]).unwrap();
+    let full = |arguments: &[&str], output: &Path| {
+        let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
+        Command::new("sh")
+            .args(["-c", limited, "sh", env!("CARGO_BIN_EXE_fieldlod"), "bake"])
+            .args(["--preset", "fast", "-o"])
+            .args([output, &input])
+            .args(arguments)
+            .output()
+            .unwrap()
+    };
+    for (arguments, output, failed) in [
+        (&[][..], "alone/world.fieldlod", "alone/world.fieldlod"),
+        (
+            &["--pages"],
+            "alone/world.fieldpages",
+            "alone/world.fieldpages",
+        ),
+        (&["--scene"], "scene", "scene/stone.png"),
+    ] {
+        let output = folder.path().join(output);
+        let failed = folder.path().join(failed);
+        fs::create_dir_all(failed.parent().unwrap()).unwrap();
+        let baked = full(arguments, &output);
+        assert_eq!(baked.status.code(), Some(1), "{baked:?}");
+        let said = String::from_utf8(baked.stderr).unwrap();
+        let expected = format!(
+            "error: {}: cannot be written: File too large",
+            failed.display()
+        );
+        assert!(said.starts_with(&expected), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        let left = fs::read_dir(failed.parent().unwrap()).unwrap();
+        let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
 }

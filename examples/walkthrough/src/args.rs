@@ -83,6 +83,19 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR", exclusive = true)]
     pub(crate) write_plants: Option<PathBuf>,
 
+    /// Only write the scene to FILE, as a binary glTF file to bake (`fieldlod bake --scene`).
+    #[arg(long, value_name = "FILE.glb", conflicts_with = "offscreen")]
+    pub(crate) write_scene: Option<PathBuf>,
+
+    /// Walk through the scene that `fieldlod bake --scene` wrote to DIR, of which only what is seen is in memory,
+    /// in place of a generated one.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) world: Option<PathBuf>,
+
+    /// The most MiB of that scene's large meshes on the GPU.
+    #[arg(long, value_name = "N", requires = "world", default_value_t = 512)]
+    pub(crate) gpu_mib: u64,
+
     /// Paint each level of detail in its own colour.
     #[arg(long)]
     pub(crate) levels: bool,

@@ -61,6 +61,9 @@ fn run(args: &Args) -> Result<(), String> {
         false => adapter::find(),
     };
     let quality = Quality::choose(args, adapter);
+    if let Some(path) = &args.write_scene {
+        return export::write_scene(path, &quality);
+    }
     if quality.is_reduced {
         eprintln!("walkthrough: quality: {}", quality.description());
     }

@@ -1,21 +1,26 @@
-//! Models named on the command line.
+//! Models named on the command line, and the scene as a model.
 
 use std::path::{Path, PathBuf};
 
 use bevy::asset::{AssetLoadError, LoadState};
 use bevy::camera::primitives::MeshAabb;
+use bevy::gltf::GltfExtras;
 use bevy::math::bounding::{Aabb3d, BoundingVolume};
 use bevy::mesh::Indices;
 use bevy::prelude::*;
 use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::prelude::*;
 
+use crate::args::Args;
 use crate::layout::{self, PLINTH_IN_M};
+use crate::scene;
 
 /// The models, and how far they have come.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Models {
     files: Vec<PathBuf>,
+    /// The folder of the scene, unless that is generated.
+    world: Option<PathBuf>,
     /// Models that are neither in the scene nor failed.
     pub(crate) awaited: usize,
     /// Mesh entities of the models in the scene.
@@ -25,10 +30,11 @@ pub(crate) struct Models {
 }
 
 impl Models {
-    pub(crate) fn new(files: &[PathBuf]) -> Self {
+    pub(crate) fn new(args: &Args) -> Self {
         Self {
-            files: files.to_vec(),
-            awaited: files.len(),
+            files: args.models.clone(),
+            world: args.world.clone(),
+            awaited: args.models.len() + usize::from(args.world.is_some()),
             ..Self::default()
         }
     }
@@ -48,16 +54,32 @@ pub(crate) fn plugin(app: &mut App) {
 }
 
 fn load(mut commands: Commands, models: Res<Models>, assets: Res<AssetServer>) {
-    for (path, spot) in models.files.iter().zip(layout::model_spots()) {
+    let awaited = |path: &Path| {
         // Bevy looks for relative paths in its assets folder; users mean the current directory.
-        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
-        let awaited = Awaited {
-            path: path.clone(),
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        Awaited {
+            path: path.into(),
             file: assets.load(absolute),
-        };
-        let model = (awaited, spot, Visibility::default());
-        commands.spawn(model).observe(fit_to_spot);
+        }
+    };
+    if let Some(folder) = &models.world {
+        let scene = (awaited(&scene_in(folder)), Transform::default());
+        let mut scene = commands.spawn((scene, Visibility::default()));
+        scene.observe(count).observe(scene::dress);
     }
+    for (path, spot) in models.files.iter().zip(layout::model_spots()) {
+        let model = (awaited(path), spot, Visibility::default());
+        commands.spawn(model).observe(count).observe(fit_to_spot);
+    }
+}
+
+/// The file of a scene that was written into a folder.
+fn scene_in(folder: &Path) -> PathBuf {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let mut paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let scene = paths.find(|path| path.extension().is_some_and(|ext| ext == "glb"));
+    // Bevy says what is wrong with it.
+    scene.unwrap_or_else(|| folder.join("world.glb"))
 }
 
 /// Spawns the default scene of each file that has been read.
@@ -114,11 +136,36 @@ fn report(path: &Path, fault: &str) {
     eprintln!("walkthrough: {}: {first_line}", path.display());
 }
 
+/// Counts what a model has.
+fn count(
+    ready: On<WorldInstanceReady>,
+    mut models: ResMut<Models>,
+    children: Query<&Children>,
+    things: Query<(&Mesh3d, Option<&GltfExtras>)>,
+    meshes: Res<Assets<Mesh>>,
+) {
+    models.awaited = models.awaited.saturating_sub(1);
+    for (mesh, extras) in things.iter_many(children.iter_descendants(ready.entity)) {
+        let triangles = extras.and_then(triangles_elsewhere).or_else(|| {
+            let mesh = meshes.get(mesh)?;
+            let corners = mesh.indices().map_or(mesh.count_vertices(), Indices::len);
+            Some(corners as u64 / 3)
+        });
+        models.instances += 1;
+        models.source_triangles += triangles.unwrap_or(0);
+    }
+}
+
+/// Triangles of a mesh that is in a file beside its scene.
+fn triangles_elsewhere(extras: &GltfExtras) -> Option<u64> {
+    let extras: serde_json::Value = serde_json::from_str(&extras.value).ok()?;
+    extras["fieldlod"]["triangles"].as_u64()
+}
+
 /// Scales a model to its spot once its meshes are known, and puts a plinth below it.
 fn fit_to_spot(
     ready: On<WorldInstanceReady>,
     mut commands: Commands,
-    mut models: ResMut<Models>,
     mut transforms: ParamSet<(TransformHelper, Query<&mut Transform>)>,
     children: Query<&Children>,
     mesh_of: Query<&Mesh3d>,
@@ -126,7 +173,6 @@ fn fit_to_spot(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let model = ready.entity;
-    models.awaited = models.awaited.saturating_sub(1);
     let helper = transforms.p0();
     let Ok(spot) = helper.compute_global_transform(model) else {
         return;
@@ -143,9 +189,6 @@ fn fit_to_spot(
         let (Some(mesh), Ok(place)) = (mesh, helper.compute_global_transform(entity)) else {
             continue;
         };
-        let corners = mesh.indices().map_or(mesh.count_vertices(), Indices::len);
-        models.instances += 1;
-        models.source_triangles += corners as u64 / 3;
         if let Some(local) = mesh.compute_aabb() {
             let model_from_mesh = model_from_world * place.affine();
             let center = model_from_mesh.transform_point3a(local.center);

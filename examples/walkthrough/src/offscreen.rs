@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
+use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{PipelineCache, PollType, TextureFormat};
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
@@ -22,7 +24,7 @@ use crate::models::Models;
 use crate::path::{CameraPath, Pose};
 use crate::pictures::PictureWriter;
 use crate::quality::Quality;
-use crate::report::{self, FrameNumbers, SceneNumbers};
+use crate::report::{self, FrameNumbers, SceneNumbers, Times};
 use crate::scene::{self, SceneSize};
 use crate::{adapter, hud};
 
@@ -32,16 +34,24 @@ const CAPTURE_UPDATES: u32 = 100;
 /// Goes along the path, then prints the summary. Renders pictures to `directory`; without one
 /// nothing is drawn.
 pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> Result<(), String> {
+    let begun = Instant::now();
     let frames = args.frames(quality.frames)?;
     let size_in_px = quality.size_in_px.into();
     let writer = |directory| PictureWriter::new(directory, &frames, size_in_px, args);
     let mut writer = directory.map(writer).transpose()?;
     let mut renderer = Renderer::new(args, quality, directory.is_some());
-    let bake_time = renderer.wait_for_levels();
+    let bake_time = renderer.wait_for_levels()?;
 
     // Every frame, and pictures as they come.
     let path = CameraPath::new();
     renderer.warm_up(path.pose(frames.first().map_or(0.0, |(_, round)| *round)));
+    let first_picture_time = begun.elapsed();
+    renderer.sharpen();
+    let times = Times {
+        bake: bake_time,
+        first_picture: first_picture_time,
+        sharp: begun.elapsed(),
+    };
     let mut numbers = Vec::new();
     for &(number, round) in &frames {
         numbers.push(renderer.render(number, path.pose(round)));
@@ -62,7 +72,7 @@ pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> R
         }
         writer.finish()?;
     }
-    report::print(quality, &renderer.scene_numbers(bake_time), &numbers);
+    report::print(quality, &renderer.scene_numbers(times), &numbers);
     Ok(())
 }
 
@@ -114,7 +124,7 @@ impl Renderer {
 
     /// Runs updates until every mesh has its levels of detail; returns how long that took. Nothing is
     /// drawn meanwhile: baking gets the processor.
-    fn wait_for_levels(&mut self) -> Duration {
+    fn wait_for_levels(&mut self) -> Result<Duration, String> {
         let start = Instant::now();
         let mut last_line = Instant::now();
         loop {
@@ -129,6 +139,9 @@ impl Renderer {
             if waiting + models_awaited as u32 == 0 && ready + plain > 0 {
                 break;
             }
+            if models_awaited == 0 && self.scene_size().0 == 0 {
+                return Err("there is nothing to walk through".into());
+            }
             if last_line.elapsed() > Duration::from_secs(2) {
                 last_line = Instant::now();
                 eprintln!("walkthrough: levels of detail: {ready} meshes ready, {waiting} waiting");
@@ -138,7 +151,7 @@ impl Renderer {
         let bake_time = start.elapsed();
         let seconds = bake_time.as_secs_f32();
         eprintln!("walkthrough: levels of detail ready after {seconds:.1} s");
-        bake_time
+        Ok(bake_time)
     }
 
     fn place_camera(&mut self, pose: Pose) {
@@ -167,9 +180,24 @@ impl Renderer {
         cache.is_some_and(|cache| cache.waiting_pipelines().next().is_some())
     }
 
+    /// Runs updates until a world that is read in parts is as fine as is wanted from here.
+    fn sharpen(&mut self) {
+        let memory = |app: &App| *app.world().resource::<FieldLodMemory>();
+        let is_in_parts = memory(&self.app).wanted_bytes > 0;
+        if !(is_in_parts && self.draws) {
+            return;
+        }
+        self.update();
+        while memory(&self.app).missing_pages > 0 {
+            self.update();
+        }
+        self.update();
+    }
+
     /// Renders one frame of the path; its picture arrives during a later update.
     fn render(&mut self, number: u32, pose: Pose) -> FrameNumbers {
         self.place_camera(pose);
+        self.sharpen();
         let start = Instant::now();
         if self.draws {
             self.ask_for_picture(number);
@@ -186,6 +214,7 @@ impl Renderer {
             units_drawn: u64::from(stats.units_drawn),
             selection_time: stats.selection_time,
             frame_time,
+            mesh_bytes: self.mesh_bytes(),
         }
     }
 
@@ -205,17 +234,45 @@ impl Renderer {
         pictures.try_for_each(|(number, picture)| writer.add(number, picture))
     }
 
-    fn scene_numbers(&self, bake_time: Duration) -> SceneNumbers {
+    /// What all meshes take on the GPU.
+    fn mesh_bytes(&self) -> u64 {
+        let render_world = self.app.get_sub_app(RenderApp).map(SubApp::world);
+        let meshes =
+            render_world.and_then(|world| world.get_resource::<RenderAssets<RenderMesh>>());
+        let bytes = |mesh: &RenderMesh| {
+            let indices = match mesh.buffer_info {
+                RenderMeshBufferInfo::Indexed {
+                    count,
+                    index_format,
+                } => u64::from(count) * index_format.byte_size() as u64,
+                RenderMeshBufferInfo::NonIndexed => 0,
+            };
+            u64::from(mesh.vertex_count) * mesh.layout.0.layout().array_stride + indices
+        };
+        let meshes = meshes.into_iter().flat_map(RenderAssets::iter);
+        meshes.map(|(_, mesh)| bytes(mesh)).sum()
+    }
+
+    /// Instances and their triangles.
+    fn scene_size(&self) -> (u64, u64) {
         let world = self.app.world();
-        let own = world.resource::<SceneSize>();
-        let models = world.resource::<Models>();
+        let (own, models) = (world.resource::<SceneSize>(), world.resource::<Models>());
+        (
+            own.instances + models.instances,
+            own.source_triangles + models.source_triangles,
+        )
+    }
+
+    fn scene_numbers(&self, times: Times) -> SceneNumbers {
+        let world = self.app.world();
         let adapter = world.get_resource::<RenderAdapterInfo>();
+        let (instances, source_triangles) = self.scene_size();
         SceneNumbers {
             adapter: adapter.map(|adapter| adapter.name.clone()),
-            instances: own.instances + models.instances,
-            source_triangles: own.source_triangles + models.source_triangles,
-            generation_time: own.generation_time,
-            bake_time,
+            instances,
+            source_triangles,
+            generation_time: world.resource::<SceneSize>().generation_time,
+            times,
         }
     }
 }

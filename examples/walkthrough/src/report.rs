@@ -16,6 +16,19 @@ pub(crate) struct FrameNumbers {
     pub(crate) selection_time: Duration,
     /// Time of the whole frame, on CPU and GPU; on the main thread alone if nothing was drawn.
     pub(crate) frame_time: Duration,
+    /// What all meshes take on the GPU.
+    pub(crate) mesh_bytes: u64,
+}
+
+/// How long a start takes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    /// Until every mesh had its levels of detail.
+    pub(crate) bake: Duration,
+    /// From the beginning to the first picture, of the coarsest levels where they are read in parts.
+    pub(crate) first_picture: Duration,
+    /// From the beginning until nothing that the picture wants is missing.
+    pub(crate) sharp: Duration,
 }
 
 /// What does not change from frame to frame.
@@ -26,8 +39,7 @@ pub(crate) struct SceneNumbers {
     pub(crate) source_triangles: u64,
     /// Time to make the meshes and the texture on the ground.
     pub(crate) generation_time: Duration,
-    /// Time until every mesh had its levels of detail.
-    pub(crate) bake_time: Duration,
+    pub(crate) times: Times,
 }
 
 #[derive(Debug, Serialize)]
@@ -41,12 +53,16 @@ struct Summary {
     source_triangles: u64,
     generate_s: f64,
     bake_s: f64,
+    first_picture_s: f64,
+    sharp_s: f64,
     frames: usize,
     triangles_drawn: Spread,
     triangles_full: Spread,
     /// Triangles drawn, as a share of those at full detail, over all frames.
     drawn_share: f64,
     units_drawn: Spread,
+    /// Megabytes of meshes on the GPU.
+    mesh_mb: Spread,
     selection_ms: Spread,
     frame_ms: Percentiles,
 }
@@ -119,12 +135,15 @@ fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -
         instances: scene.instances,
         source_triangles: scene.source_triangles,
         generate_s: seconds(scene.generation_time),
-        bake_s: seconds(scene.bake_time),
+        bake_s: seconds(scene.times.bake),
+        first_picture_s: seconds(scene.times.first_picture),
+        sharp_s: seconds(scene.times.sharp),
         frames: frames.len(),
         triangles_drawn,
         triangles_full,
         drawn_share: (drawn_share * 1e5).round() / 1e5,
         units_drawn: spread(|f| f.units_drawn as f64),
+        mesh_mb: spread(|f| f.mesh_bytes as f64 * 1e-6),
         selection_ms: spread(|f| milliseconds(f.selection_time)),
         frame_ms: Percentiles::of(frames.iter().map(|f| milliseconds(f.frame_time))),
     }

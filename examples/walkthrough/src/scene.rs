@@ -1,6 +1,6 @@
 //! The scene as Bevy entities.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -10,6 +10,7 @@ use bevy::camera::primitives::MeshAabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
+use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::FieldLodDebugPlugin;
 use bevy_fieldlod::prelude::*;
 
@@ -66,7 +67,7 @@ pub(crate) fn default_plugins(draws: bool) -> PluginGroupBuilder {
 
 /// Generates the scene and adds all that shows it.
 pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
-    let generated = generate(quality);
+    let generated = generate(quality, args.world.is_none());
     let seconds = generated.time.as_secs_f32();
     eprintln!("walkthrough: scene generated in {seconds:.1} s");
 
@@ -78,7 +79,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             split: args.split,
             night: args.night,
         })
-        .insert_resource(Models::new(&args.models))
+        .insert_resource(Models::new(args))
         .insert_resource(FieldLodDebug {
             color_levels: args.levels,
             heat_map: args.heat_map.map(Quantity::heat_map),
@@ -86,6 +87,10 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
         })
         .insert_resource(FieldLodConfig {
             cache_folder: cache_folder(args),
+            memory: LodMemory {
+                gpu_bytes: args.gpu_mib << 20,
+                ..default()
+            },
             ..default()
         })
         .add_plugins((
@@ -103,12 +108,15 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
         );
 }
 
-/// Makes the shapes and the picture on the ground, on all cores.
-fn generate(quality: &Quality) -> Generated {
+/// Makes the shapes, unless the world has them, and the picture on the ground, on all cores.
+fn generate(quality: &Quality, has_shapes: bool) -> Generated {
     let start = Instant::now();
     let (shapes, ground) = std::thread::scope(|scope| {
         let ground = scope.spawn(|| ground_texture::paint(quality.ground_anisotropy));
-        let shapes = shapes::generate_all(quality.ground_squares);
+        let shapes = match has_shapes {
+            true => shapes::generate_all(quality.ground_squares),
+            false => Vec::new(),
+        };
         let ground = ground.join();
         (
             shapes,
@@ -138,6 +146,7 @@ fn spawn(world: &mut World) {
     };
     // One mesh and one material for each shape.
     let ground = world.resource_mut::<Assets<Image>>().add(generated.ground);
+    world.insert_resource(Ground(ground.clone()));
     let mut shapes = HashMap::new();
     for (id, shape) in generated.shapes {
         let triangles = shape.triangle_count();
@@ -156,12 +165,16 @@ fn spawn(world: &mut World) {
         source_triangles: 0,
         generation_time: generated.time,
     };
-    for placed in layout::place_all(world.resource::<Quality>().vegetation) {
+    let placed = match shapes.is_empty() {
+        true => Vec::new(),
+        false => layout::place_all(world.resource::<Quality>().vegetation),
+    };
+    for placed in placed {
         let (mesh, material, bounds, triangles) = &shapes[&placed.shape];
         size.instances += 1;
         size.source_triangles += triangles;
         world.spawn((
-            Name::new(format!("{:?}", placed.shape)),
+            Name::new(placed.shape.name()),
             Mesh3d(mesh.clone()),
             MeshMaterial3d(material.clone()),
             placed.transform,
@@ -172,6 +185,43 @@ fn spawn(world: &mut World) {
         ));
     }
     world.insert_resource(size);
+}
+
+/// The texture on the ground.
+#[derive(Resource)]
+pub(crate) struct Ground(Handle<Image>);
+
+/// Gives what was loaded of a world the levels and the materials that it has when it is generated.
+pub(crate) fn dress(
+    ready: On<WorldInstanceReady>,
+    mut commands: Commands,
+    options: Res<ViewOptions>,
+    ground: Res<Ground>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    children: Query<&Children>,
+    names: Query<&Name>,
+    material_of: Query<&MeshMaterial3d<StandardMaterial>>,
+) {
+    let mut dressed = HashSet::new();
+    for node in children.iter_descendants(ready.entity) {
+        let name = names.get(node).ok();
+        let Some(shape) = name.and_then(|name| ShapeId::of_name(name)) else {
+            continue;
+        };
+        let levels = AutoLod::of_kind(lod_kind(shape, options.split));
+        commands.entity(node).insert((levels, HasShape(shape)));
+        for primitive in children.iter_descendants(node) {
+            let Ok(MeshMaterial3d(handle)) = material_of.get(primitive) else {
+                continue;
+            };
+            if dressed.insert(handle.id())
+                && let Some(mut loaded) = materials.get_mut(handle)
+            {
+                let color = loaded.base_color.to_linear().to_vec3();
+                *loaded = material(shape, color, &ground.0);
+            }
+        }
+    }
 }
 
 fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMaterial {

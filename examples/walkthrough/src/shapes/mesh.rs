@@ -41,15 +41,24 @@ impl Shape {
         self.indices.len() as u64 / 3
     }
 
-    /// The mesh, with vertex colours relative to their mean, and that mean.
-    pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
+    /// Vertex colours relative to their mean, and that mean.
+    pub(crate) fn relative_colors(&self) -> (Vec<Vec3>, Vec3) {
         let count = self.colors.len().max(1) as f32;
         let mean = match self.colors.iter().sum::<Vec3>() / count {
             Vec3::ZERO => Vec3::ONE,
             mean => mean,
         };
-        let relative = |color: &Vec3| (*color / mean).extend(1.0).to_array();
-        let colors: Vec<_> = self.colors.iter().map(relative).collect();
+        (
+            self.colors.iter().map(|color| *color / mean).collect(),
+            mean,
+        )
+    }
+
+    /// The mesh, with vertex colours relative to their mean, and that mean.
+    pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
+        let (colors, mean) = self.relative_colors();
+        let opaque = |color: &Vec3| color.extend(1.0).to_array();
+        let colors: Vec<_> = colors.iter().map(opaque).collect();
         let triangles = PrimitiveTopology::TriangleList;
         let mut mesh = Mesh::new(triangles, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)

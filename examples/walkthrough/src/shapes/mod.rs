@@ -69,6 +69,16 @@ impl ShapeId {
         Self::Stone,
     ];
 
+    /// What nodes of this shape are called.
+    pub(crate) fn name(self) -> String {
+        format!("{self:?}")
+    }
+
+    /// The shape of nodes of that name.
+    pub(crate) fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|id| id.name() == name)
+    }
+
     /// Makes the shape, the ground of so many squares along a side. Takes some 100 ms; always gives
     /// the same triangles.
     pub(crate) fn generate(self, ground_squares: u32) -> Shape {

@@ -2,7 +2,9 @@
 
 use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
 use bevy::color::palettes::css;
+use bevy::diagnostic::FrameCount;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy::post_process::motion_blur::MotionBlur;
 use bevy::prelude::*;
 use bevy::render::view::NoIndirectDrawing;
 use bevy_fieldlod::LodUnit;
@@ -88,6 +90,27 @@ impl Story {
         let eyes: Vec<&Eye> = self.eyes.iter().collect();
         let pending = self.stage.request(&eyes);
         pending.iter().map(|one| self.stage.wait(one)).collect()
+    }
+
+    /// The first eye's picture of the frame in which things have moved, smeared along their motion vectors, and
+    /// units come.
+    fn smeared(&mut self) -> RgbaImage {
+        let blur = MotionBlur {
+            shutter_angle: 1.0,
+            samples: 8,
+        };
+        self.stage.insert(self.eyes[0].entity, blur);
+        self.stage.app.update();
+        let finer = FieldLodSettings::with_error_px(0.3);
+        self.stage.insert(self.eyes[0].entity, finer);
+        for (entity, x) in [(self.boulder, 0.6), (self.prop, -1.9), (self.glass, 2.0)] {
+            let place = Transform::from_xyz(x, 1.5, 0.0);
+            self.stage.insert(entity, place);
+        }
+        // The noise in it goes by the frame.
+        *self.stage.app.world_mut().resource_mut::<FrameCount>() = FrameCount(1_000);
+        let pending = self.stage.request(&[&self.eyes[0]]);
+        self.stage.wait(&pending[0])
     }
 
     fn set_active(&mut self, eye: usize, is_active: bool) {
@@ -221,4 +244,17 @@ fn with_a_camera_that_draws_directly_lists_are_filtered() {
     for (one, other) in before.iter().zip(&pictures) {
         assert_eq!(count(&difference(one, other)), 0);
     }
+}
+
+#[test]
+fn what_moves_is_smeared_alike() {
+    let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
+        return;
+    };
+    let (smeared, expected) = (kept.smeared(), filtered.smeared());
+    assert_eq!(count(&difference(&smeared, &expected)), 0);
+    // The same, standing.
+    let sharp = &kept.pictures()[0];
+    let differing = count(&difference(&smeared, sharp));
+    assert!(differing > 1_000, "{differing} pixels are smeared");
 }

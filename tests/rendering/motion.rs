@@ -27,9 +27,19 @@ fn uniform(stage: &Stage, entity: Entity) -> Option<MeshInputUniform> {
 
 #[test]
 fn units_that_come_move_with_their_object() {
-    let Some(mut stage) = Stage::new() else {
-        return;
-    };
+    for gpu_culling in [true, false] {
+        let Some(mut stage) = Stage::new() else {
+            return;
+        };
+        stage.app.insert_resource(FieldLodConfig {
+            gpu_culling,
+            ..default()
+        });
+        check_units_that_come(stage);
+    }
+}
+
+fn check_units_that_come(mut stage: Stage) {
     let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 5)));
     let stone = stage.add(StandardMaterial::default());
     let object = stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));

@@ -15,9 +15,19 @@ use fieldlod_tests::stage::Stage;
 
 #[test]
 fn rays_hit_the_source_and_never_its_units() {
-    let Some(mut stage) = Stage::new() else {
-        return;
-    };
+    for gpu_culling in [true, false] {
+        let Some(mut stage) = Stage::new() else {
+            return;
+        };
+        stage.app.insert_resource(FieldLodConfig {
+            gpu_culling,
+            ..default()
+        });
+        check_rays(stage);
+    }
+}
+
+fn check_rays(mut stage: Stage) {
     let rock = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 5)));
     let stone = stage.add(StandardMaterial::default());
     let object = stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));

@@ -2,6 +2,7 @@
 //! them in.
 
 pub mod apps;
+pub mod frame_times;
 pub mod soak;
 pub mod stage;
 

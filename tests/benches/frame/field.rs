@@ -3,7 +3,7 @@
 use std::any::TypeId;
 use std::collections::HashMap;
 
-use bevy::camera::visibility::{NoCpuCulling, VisibilityRange, VisibleEntities};
+use bevy::camera::visibility::{NoCpuCulling, RenderLayers, VisibilityRange, VisibleEntities};
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
@@ -11,8 +11,8 @@ use fieldlod_bake::SourceMesh;
 #[cfg(not(feature = "no_device"))]
 use fieldlod_tests::apps::rendererless as plugins;
 use fieldlod_tests::apps::{bevy_mesh, finish, run_until_ready, spawn_camera};
+use fieldlod_tests::frame_times::FrameTimes;
 
-use crate::frame_times::FrameTimes;
 #[cfg(feature = "no_device")]
 use crate::no_device::plugins;
 
@@ -31,6 +31,19 @@ pub(crate) enum Method {
     AutoLodCpuCulling,
 }
 
+/// Whether a view sees the props.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Props {
+    /// There are none.
+    None,
+    /// The camera and the sun see them.
+    Seen,
+    /// They are hidden.
+    Hidden,
+    /// They are on a layer that nothing sees.
+    OnOtherLayer,
+}
+
 /// A square of instances around a camera, which may walk.
 pub(crate) struct Field {
     app: App,
@@ -43,7 +56,14 @@ const SPACING: f32 = 5.0;
 
 impl Field {
     /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
-    pub(crate) fn new(method: Method, rocks: &[SourceMesh], count: u32, sun: bool) -> Self {
+    pub(crate) fn new(
+        method: Method,
+        rocks: &[SourceMesh],
+        count: u32,
+        props: Props,
+        sun: bool,
+    ) -> Self {
+        let count = if props == Props::None { 0 } else { count };
         let mut app = App::new();
         app.add_plugins((plugins(), FieldLodPlugin));
         finish(&mut app);
@@ -59,6 +79,11 @@ impl Field {
         let camera = spawn_camera(world, UVec2::new(1920, 1080), pose);
         let has_plugin = matches!(method, Method::AutoLod(_) | Method::AutoLodCpuCulling);
         run_until_ready(&mut app, if has_plugin { count } else { 0 });
+        hide_rocks(app.world_mut(), props);
+        // What has come and gone settles.
+        for _ in 0..5 {
+            app.update();
+        }
         Self {
             app,
             camera,
@@ -146,6 +171,23 @@ fn spawn_rocks(world: &mut World, method: Method, rocks: &[SourceMesh], count: u
                 for (level, range) in levels.iter().zip(ranges()) {
                     world.spawn((one(level), range));
                 }
+            }
+        }
+    }
+}
+
+fn hide_rocks(world: &mut World, props: Props) {
+    let mut rocks = world.query_filtered::<Entity, With<Mesh3d>>();
+    let rocks: Vec<Entity> = rocks.iter(world).collect();
+    for rock in rocks {
+        let mut rock = world.entity_mut(rock);
+        match props {
+            Props::None | Props::Seen => {}
+            Props::Hidden => {
+                rock.insert(Visibility::Hidden);
+            }
+            Props::OnOtherLayer => {
+                rock.insert(RenderLayers::layer(1));
             }
         }
     }

@@ -3,11 +3,11 @@
 //!
 //! `cargo bench -p fieldlod_tests --features no_device --bench frame -- 100000` prints the times of both worlds
 //! for that many props, on a device that does nothing; without a number it goes through all sizes. Without the
-//! feature there is no renderer, and objects are culled on the CPU. `-- _of_` compares the kinds of levels.
+//! feature there is no renderer, and objects are culled on the CPU. `-- unseen 100000` times props that no view
+//! sees; `-- _of_` compares the kinds of levels.
 //! Figures are in `benches/RECORD.md`.
 
 mod field;
-mod frame_times;
 #[cfg(feature = "no_device")]
 mod no_device;
 
@@ -16,10 +16,10 @@ use std::time::Duration;
 
 use bevy_fieldlod::LodKind;
 use criterion::{Criterion, criterion_group};
-use field::{Field, Method};
+use field::{Field, Method, Props};
 use fieldlod_bake::SourceMesh;
+use fieldlod_tests::frame_times::{FrameTimes, median};
 use fieldlod_tests::rock;
-use frame_times::{FrameTimes, median};
 
 /// Sizes of the field, in props.
 const SIZES: [u32; 4] = [1_000, 10_000, 100_000, 1_000_000];
@@ -29,6 +29,33 @@ const METHODS: [(&str, Method); 5] = [
     ("VisibilityRange", Method::Ranges),
     ("AutoLod", Method::AutoLod(LodKind::Auto)),
     ("AutoLod, CPU", Method::AutoLodCpuCulling),
+];
+/// The same where no view sees a prop, beside a world without any.
+const UNSEEN: [(&str, Method, Props); 8] = [
+    ("nothing", Method::Full, Props::None),
+    ("full detail, seen", Method::Full, Props::Seen),
+    ("full detail, hidden", Method::Full, Props::Hidden),
+    (
+        "NoCpuCulling, hidden",
+        Method::FullNoCpuCulling,
+        Props::Hidden,
+    ),
+    (
+        "AutoLod, hidden",
+        Method::AutoLod(LodKind::Auto),
+        Props::Hidden,
+    ),
+    ("full detail, layer", Method::Full, Props::OnOtherLayer),
+    (
+        "NoCpuCulling, layer",
+        Method::FullNoCpuCulling,
+        Props::OnOtherLayer,
+    ),
+    (
+        "AutoLod, layer",
+        Method::AutoLod(LodKind::Auto),
+        Props::OnOtherLayer,
+    ),
 ];
 /// Rounds in which each field runs some frames that are timed.
 const ROUNDS: usize = 8;
@@ -46,9 +73,18 @@ fn main() {
     if sizes.is_empty() {
         sizes.extend(SIZES);
     }
+    let is_unseen = std::env::args().any(|arg| arg == "unseen");
     for size in sizes {
         for has_sun in [false, true] {
-            print_frames(size, has_sun);
+            let light = if has_sun { "a sun" } else { "no sun" };
+            println!("{size} props, {light}: medians in ms, standing and walking");
+            if is_unseen {
+                let new = |(_, method, props)| Field::new(method, &rocks(), size, props, has_sun);
+                print_frames(&UNSEEN.map(|(name, ..)| name), UNSEEN.map(new));
+            } else {
+                let new = |(_, method)| checked_field(method, size, has_sun);
+                print_frames(&METHODS.map(|(name, _)| name), METHODS.map(new));
+            }
         }
     }
 }
@@ -61,20 +97,15 @@ fn rocks() -> [SourceMesh; 3] {
 /// Frames of the walk on which levels must change.
 const WALK: u32 = 60;
 
-/// Prints what frames take in each method, which run in turn.
-fn print_frames(size: u32, has_sun: bool) {
-    let light = if has_sun { "a sun" } else { "no sun" };
-    println!("{size} props, {light}: medians in ms, standing and walking");
+/// Prints what frames take in each field, which run in turn.
+fn print_frames<const N: usize>(names: &[&str; N], fields: [Field; N]) {
     let header = ["main", "extract", "render", "main", "extract", "render"];
     println!(
         "{:<25}{}",
         "",
         header.map(|name| format!("{name:>9}")).concat()
     );
-    let mut runs = METHODS.map(|(_, method)| {
-        let field = checked_field(method, size, has_sun);
-        (field, Vec::new(), Vec::new())
-    });
+    let mut runs = fields.map(|field| (field, Vec::new(), Vec::new()));
     for _ in 0..ROUNDS {
         for (field, still, walking) in &mut runs {
             // The first frame of each finds nothing of its own in the processor's caches.
@@ -84,7 +115,7 @@ fn print_frames(size: u32, has_sun: bool) {
             walking.extend((0..FRAMES).map(|_| field.walk()));
         }
     }
-    for ((name, _), (_, still, walking)) in METHODS.iter().zip(&runs) {
+    for (name, (_, still, walking)) in names.iter().zip(&runs) {
         let parts: [fn(&FrameTimes) -> Duration; 3] = [|t| t.main, |t| t.extract, |t| t.render];
         let of = |times: &[FrameTimes]| {
             let median_ms = |part| median(times.iter().map(part)).as_secs_f64() * 1e3;
@@ -98,7 +129,7 @@ fn print_frames(size: u32, has_sun: bool) {
 
 /// A field that does what it is timed for.
 fn checked_field(method: Method, count: u32, sun: bool) -> Field {
-    let mut field = Field::new(method, &rocks(), count, sun);
+    let mut field = Field::new(method, &rocks(), count, Props::Seen, sun);
     if let Method::AutoLod(_) = method {
         let before = field.levels();
         for _ in 0..WALK {
@@ -139,7 +170,7 @@ fn kinds(criterion: &mut Criterion) {
 /// A field of rocks that has been walked through, with what it draws written out.
 fn walked_field(kind: LodKind, count: u32, subdivisions: u32) -> Field {
     let rocks = [rock(subdivisions, 1)];
-    let mut field = Field::new(Method::AutoLod(kind), &rocks, count, true);
+    let mut field = Field::new(Method::AutoLod(kind), &rocks, count, Props::Seen, true);
     for _ in 0..100 {
         field.walk();
     }

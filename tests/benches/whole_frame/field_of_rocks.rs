@@ -5,13 +5,16 @@ use std::collections::HashMap;
 
 use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
 use bevy::color::palettes::css;
+use bevy::diagnostic::{Diagnostic, DiagnosticsStore};
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
 use bevy::prelude::*;
 use bevy::render::RenderApp;
+use bevy::render::diagnostic::RenderDiagnosticsPlugin;
 use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::render_resource::PollType;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::frame_times::FrameTimes;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
@@ -44,7 +47,9 @@ pub(crate) struct RockScene {
 impl RockScene {
     /// `None` without an adapter.
     pub(crate) fn new(levels: &[Vec<Level>], method: Method) -> Option<Self> {
-        let mut stage = Stage::new()?;
+        let mut stage = Stage::unfinished()?;
+        stage.app.add_plugins(RenderDiagnosticsPlugin);
+        stage.finish();
         let mut triangles_of = HashMap::new();
         let mut handles = |level: &Level| {
             let handle = stage.add(level.mesh.clone());
@@ -84,12 +89,26 @@ impl RockScene {
     }
 
     /// One frame, until the GPU is done with it.
-    pub(crate) fn draw(&mut self) {
-        self.stage.app.update();
+    pub(crate) fn draw(&mut self) -> FrameTimes {
+        let times = FrameTimes::of_update(&mut self.stage.app);
         let device = self.stage.app.world().resource::<RenderDevice>();
         device
             .poll(PollType::wait_indefinitely())
             .expect("the graphics device answers");
+        times
+    }
+
+    /// What the GPU took for a frame, in milliseconds: the mean of those since the start or the last 120, all passes
+    /// together. `None` where it has no clock.
+    pub(crate) fn gpu_ms(&self) -> Option<f64> {
+        let store = self.stage.app.world().resource::<DiagnosticsStore>();
+        // Passes alone, not what they are made of.
+        let is_pass = |diagnostic: &&Diagnostic| {
+            let path = diagnostic.path().as_str();
+            path.ends_with("/elapsed_gpu") && path.matches('/').count() == 2
+        };
+        let passes = store.iter().filter(is_pass);
+        passes.filter_map(Diagnostic::average).reduce(|a, b| a + b)
     }
 
     /// What is seen at these steps.

@@ -2,20 +2,31 @@
 //! behind Bevy's `VisibilityRange`, at distances that give the same image error.
 //!
 //! `cargo bench -p fieldlod_tests --bench whole_frame`. The methods draw in turn, so that all share what
-//! else the machine does; times are those of whole updates until the GPU is done.
+//! else the machine does; "ms" are whole updates until the GPU is done, then the main world, the render world with
+//! the extraction, and the GPU's own clock where it has one. `-- --walkthrough` flies along the path of the
+//! walkthrough on the same adapter afterwards, and prints its summary; a path to the program may follow, if it was built
+//! before.
+//!
+//! Bevy's meshlets are not among the methods: their feature links another version of meshoptimizer under the same C
+//! symbols, and has to compile Bevy anew.
 
 mod field_of_rocks;
 mod levels;
 
+use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use bevy_fieldlod::LodKind;
 use field_of_rocks::{Method, RockScene};
+use fieldlod_tests::frame_times::{FrameTimes, median};
 use image::RgbaImage;
 use levels::Level;
 
 /// Steps of the camera along which frames are timed.
 const STEPS: usize = 7;
+/// Rounds of those steps, at most, and when no other begins.
+const ROUNDS: usize = 40;
+const LAST_ROUND: Duration = Duration::from_secs(20);
 /// Steps at which pictures are compared.
 const COMPARED: [usize; 3] = [0, 3, 6];
 /// Halvings of the interval in which the scale of the distances is searched, at most.
@@ -24,7 +35,39 @@ const SEARCH_STEPS: usize = 16;
 /// is a step of the error, so that not every error is to be had.
 const SAME: f64 = 0.02;
 
-fn main() {
+fn main() -> ExitCode {
+    compare_methods();
+    let mut args = std::env::args().skip_while(|arg| arg != "--walkthrough");
+    match args.next() {
+        Some(_) => fly(args.find(|arg| !arg.starts_with('-'))),
+        None => ExitCode::SUCCESS,
+    }
+}
+
+/// Runs the walkthrough on the adapter, built before as `program` or now.
+fn fly(program: Option<String>) -> ExitCode {
+    let mut command = match program {
+        Some(program) => Command::new(program),
+        None => {
+            let mut command = Command::new(env!("CARGO"));
+            command.args(["run", "--release", "-p", "walkthrough", "--"]);
+            command
+        }
+    };
+    let pictures = std::env::temp_dir().join("fieldlod-walkthrough");
+    let status = command.arg("--offscreen").arg(&pictures).status();
+    std::fs::remove_dir_all(&pictures).ok();
+    match status {
+        Ok(status) if status.success() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("the walkthrough does not start: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn compare_methods() {
     let levels = levels::by_rock();
     let Some(mut full) = RockScene::new(&levels, Method::Full) else {
         return;
@@ -61,6 +104,7 @@ struct Row {
     error: f64,
     triangles: u64,
     times: Vec<Duration>,
+    parts: Vec<FrameTimes>,
 }
 
 fn measured(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Row {
@@ -71,6 +115,7 @@ fn measured(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Row
         triangles: scene.triangles_drawn(),
         scene,
         times: Vec::new(),
+        parts: Vec::new(),
     }
 }
 
@@ -95,12 +140,19 @@ fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Roc
 }
 
 fn time(rows: &mut [Row]) {
-    for step in 0..STEPS {
-        for row in &mut *rows {
-            row.scene.go_to(step);
-            let start = Instant::now();
-            row.scene.draw();
-            row.times.push(start.elapsed());
+    let begin = Instant::now();
+    for _ in 0..ROUNDS {
+        for step in 0..STEPS {
+            for row in &mut *rows {
+                row.scene.go_to(step);
+                let start = Instant::now();
+                let parts = row.scene.draw();
+                row.times.push(start.elapsed());
+                row.parts.push(parts);
+            }
+        }
+        if begin.elapsed() > LAST_ROUND {
+            break;
         }
     }
 }
@@ -122,25 +174,26 @@ fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
 fn print(rows: &[Row]) {
     println!("{}", rows[0].scene.adapter());
     println!(
-        "{:<28} {:>10} {:>10} {:>8} {:>9} {:>7} {:>9}",
-        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "ratio"
+        "{:<28} {:>10} {:>10} {:>8} {:>9} {:>8} {:>7} {:>8} {:>8} {:>8}",
+        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "ratio", "main", "render", "GPU"
     );
-    let median = |row: &Row| {
-        let mut times = row.times.clone();
-        times.sort_unstable();
-        times[times.len() / 2].as_secs_f64() * 1e3
-    };
-    let of_full = median(&rows[0]);
+    let ms = |times: &mut dyn Iterator<Item = Duration>| median(times).as_secs_f64() * 1e3;
+    let frame_ms = |row: &Row| ms(&mut row.times.iter().copied());
+    let of_full = frame_ms(&rows[0]);
     for row in rows {
+        let gpu_ms = row.scene.gpu_ms();
         println!(
-            "{:<28} {:>10.3} {:>10} {:>8} {:>9.1} {:>7.0} {:>9.3}",
+            "{:<28} {:>10.3} {:>10} {:>8} {:>9.1} {:>8.2} {:>7.3} {:>8.2} {:>8.2} {:>8}",
             row.name,
             row.error,
             row.triangles,
             row.scene.mesh_entities(),
             row.scene.mesh_bytes() as f64 / 1e6,
-            median(row),
-            median(row) / of_full
+            frame_ms(row),
+            frame_ms(row) / of_full,
+            ms(&mut row.parts.iter().map(|parts| parts.main)),
+            ms(&mut row.parts.iter().map(|parts| parts.extract + parts.render)),
+            gpu_ms.map_or("-".into(), |ms| format!("{ms:.2}")),
         );
     }
 }

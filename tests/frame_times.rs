@@ -6,18 +6,18 @@ use bevy::prelude::*;
 
 /// The parts of one frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FrameTimes {
+pub struct FrameTimes {
     /// The main world.
-    pub(crate) main: Duration,
+    pub main: Duration,
     /// Both worlds wait for this.
-    pub(crate) extract: Duration,
+    pub extract: Duration,
     /// The render world, up to the device.
-    pub(crate) render: Duration,
+    pub render: Duration,
 }
 
 impl FrameTimes {
     /// Runs a frame as [`App::update`] does.
-    pub(crate) fn of_update(app: &mut App) -> Self {
+    pub fn of_update(app: &mut App) -> Self {
         let mut times = Self::default();
         let apps = app.sub_apps_mut();
         let start = Instant::now();
@@ -37,7 +37,10 @@ impl FrameTimes {
 }
 
 /// The element in the middle.
-pub(crate) fn median(times: impl Iterator<Item = Duration>) -> Duration {
+///
+/// # Panics
+/// If there is none.
+pub fn median(times: impl Iterator<Item = Duration>) -> Duration {
     let mut times: Vec<Duration> = times.collect();
     times.sort_unstable();
     times[times.len() / 2]

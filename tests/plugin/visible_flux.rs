@@ -24,6 +24,14 @@ fn rock_behind_a_rock(settings: FieldLodSettings) -> (App, Entity, Entity) {
     (app, camera, wall)
 }
 
+fn glass(app: &mut App) -> MeshMaterial3d<StandardMaterial> {
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    MeshMaterial3d(materials.add(StandardMaterial {
+        alpha_mode: AlphaMode::Blend,
+        ..default()
+    }))
+}
+
 fn drawn(app: &App, camera: Entity) -> u64 {
     stats(app, camera).triangles_drawn
 }
@@ -43,17 +51,31 @@ fn what_is_hidden_is_drawn_with_fewer_triangles() {
 }
 
 #[test]
+fn what_hides_is_known_to_cameras_that_ask_later() {
+    let (mut app, camera, wall) = rock_behind_a_rock(FieldLodSettings::default());
+    let all = drawn(&app, camera);
+    insert(&mut app, camera, flux());
+    (0..60).for_each(|_| app.update());
+    let hidden = drawn(&app, camera);
+    assert!(hidden < all, "{hidden} of {all}");
+    // What has changed while nobody asked, too.
+    insert(&mut app, camera, FieldLodSettings::default());
+    (0..60).for_each(|_| app.update());
+    let glass = glass(&mut app);
+    insert(&mut app, wall, glass);
+    (0..3).for_each(|_| app.update());
+    insert(&mut app, camera, flux());
+    (0..60).for_each(|_| app.update());
+    assert!(drawn(&app, camera) > hidden);
+}
+
+#[test]
 fn what_one_sees_through_hides_nothing() {
     let (without, camera, _) = rock_behind_a_rock(FieldLodSettings::default());
     let all = drawn(&without, camera);
     let (mut app, camera, wall) = rock_behind_a_rock(flux());
-    let glass = StandardMaterial {
-        alpha_mode: AlphaMode::Blend,
-        ..default()
-    };
-    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
-    let glass = materials.add(glass);
-    insert(&mut app, wall, MeshMaterial3d(glass));
+    let glass = glass(&mut app);
+    insert(&mut app, wall, glass);
     (0..3).for_each(|_| app.update());
     let rock_behind_glass = drawn(&app, camera);
     // What the near side of a rock hides of its far side is hidden still.

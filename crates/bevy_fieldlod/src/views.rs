@@ -30,7 +30,11 @@ pub(crate) fn plugin(app: &mut App) {
             add_view_cuts
                 .run_if(any_match_filter::<NewViews>)
                 .in_set(FieldLodSystems::Prepare),
-            (place_instances, mark_occluders, select_views)
+            (
+                place_instances,
+                mark_occluders.run_if(any_hides),
+                select_views,
+            )
                 .chain()
                 .in_set(FieldLodSystems::Select),
         ),
@@ -63,7 +67,13 @@ type Placement = (
     Option<&'static RenderLayers>,
 );
 
-/// Tells which objects hide others: those whose material is certainly opaque.
+/// Whether some camera asks what is hidden.
+fn any_hides(cameras: Query<&FieldLodSettings>) -> bool {
+    cameras.iter().any(|settings| settings.visible_flux)
+}
+
+/// Tells which objects hide others: those whose material is certainly opaque. After a while without being asked, that
+/// is all that has changed since.
 fn mark_occluders(
     mut scene: ResMut<LodScene>,
     new: ChangedOn<LodObject>,

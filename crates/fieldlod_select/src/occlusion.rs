@@ -42,8 +42,36 @@ use nearness_pyramid::NearnessPyramid;
 use occluder::OccluderMesh;
 use screen_triangle::{ScreenTriangle, front_triangles};
 
+/// Elements of eight points that are drawn before it is asked whether others are in front of them.
+const STRETCH: usize = 8;
+
 /// Who owns a texel that shows nothing.
 const NOBODY: u32 = u32::MAX;
+
+/// What one place of the image shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Texel {
+    nearness: f32,
+    /// The instance.
+    owner: u32,
+}
+
+impl Texel {
+    const EMPTY: Self = Self {
+        nearness: f32::NEG_INFINITY,
+        owner: NOBODY,
+    };
+
+    /// Shows another instance if that is nearer. Whether it is.
+    #[inline(always)]
+    fn keep_nearer(&mut self, nearness: f32, owner: u32) -> bool {
+        let is_nearer = self.nearness < nearness;
+        if is_nearer {
+            *self = Self { nearness, owner };
+        }
+        is_nearer
+    }
+}
 
 /// The depth image of one view.
 #[derive(Clone, Debug)]
@@ -52,9 +80,9 @@ pub struct OcclusionBuffer {
     plane: ImagePlane,
     choice: OccluderChoice,
     /// By row.
+    texels: Vec<Texel>,
+    /// How near they are, once all is drawn.
     nearness: Vec<f32>,
-    /// The instance that each texel shows.
-    owners: Vec<u32>,
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
     pyramid: NearnessPyramid,
@@ -90,8 +118,8 @@ impl OcclusionBuffer {
             view: *view,
             plane: ImagePlane::new(&view.image_camera),
             choice: OccluderChoice::default(),
+            texels: Vec::new(),
             nearness: Vec::new(),
-            owners: Vec::new(),
             shrunk: Vec::new(),
             pyramid: NearnessPyramid::default(),
             certain: None,
@@ -125,11 +153,14 @@ impl OcclusionBuffer {
             }
             let chosen = choice.choose(scene, view, &self.plane, triangles, candidate);
             if let Some(occluder) = chosen {
-                self.draw(scene, &occluder);
+                choice.note_points(self.draw(scene, &occluder));
                 self.draw_certainly(scene, &occluder, triangles);
             }
         }
         self.choice = choice;
+        self.nearness.clear();
+        let texels = self.texels.iter();
+        self.nearness.extend(texels.map(|texel| texel.nearness));
         self.shrink();
         let [width, height] = self.size();
         self.pyramid.build(&self.nearness, width, height);
@@ -142,12 +173,10 @@ impl OcclusionBuffer {
         self.view = *view;
         self.plane = ImagePlane::new(&view.image_camera);
         let texels = self.plane.width * self.plane.height;
-        for image in [&mut self.nearness, &mut self.shrunk] {
-            image.clear();
-            image.resize(texels, f32::NEG_INFINITY);
-        }
-        self.owners.clear();
-        self.owners.resize(texels, NOBODY);
+        self.texels.clear();
+        self.texels.resize(texels, Texel::EMPTY);
+        self.shrunk.clear();
+        self.shrunk.resize(texels, f32::NEG_INFINITY);
         self.row.resize(self.plane.width, f32::NEG_INFINITY);
     }
 
@@ -184,24 +213,27 @@ impl OcclusionBuffer {
             return false;
         };
         let width = self.plane.width;
-        let mut rows = place.rows.map(|row| &self.nearness[row * width..][..width]);
+        let mut rows = place.rows.map(|row| &self.texels[row * width..][..width]);
         rows.all(|row| {
             row[place.columns.clone()]
                 .iter()
-                .all(|&texel| texel > place.nearest)
+                .all(|texel| texel.nearness > place.nearest)
         })
     }
 
-    fn draw(&mut self, scene: &Scene, occluder: &ChosenOccluder) {
+    /// Draws one instance. Returns the number of points that this took.
+    fn draw(&mut self, scene: &Scene, occluder: &ChosenOccluder) -> usize {
         let (table, owner) = (scene.table(occluder.mesh), occluder.instance);
         let placement = &scene.instances[owner as usize].world_from_local;
         let (linear, origin) = camera_from_local(&self.view, placement);
         match occluder.drawn_by {
             DrawnBy::Level(level) => {
                 self.draw_mesh(&table.occluders[level], &linear, origin, owner);
+                0
             }
             DrawnBy::Points(count) => {
-                self.draw_points(table.samples.of_mesh(count), &linear, origin, owner);
+                let points = table.samples.of_mesh(count);
+                self.draw_points(points, &linear, origin, owner)
             }
         }
     }
@@ -246,22 +278,42 @@ impl OcclusionBuffer {
         self.corners = corners;
     }
 
-    /// Draws an instance by points, each one texel large.
-    fn draw_points(&mut self, points: &[V3<f32x8>], linear: &Mat3, origin: Vec3, owner: u32) {
+    /// Draws an instance by points, each one texel large, until none of a stretch of them is in front. Returns how
+    /// many were drawn.
+    fn draw_points(
+        &mut self,
+        points: &[V3<f32x8>],
+        linear: &Mat3,
+        origin: Vec3,
+        owner: u32,
+    ) -> usize {
         let (linear, origin) = (M3::splat(linear), V3::splat(origin));
-        for point in points {
-            let point = linear.of(*point).plus(origin);
-            let at = self.plane.project(point);
-            let has_place = self.plane.has_place(at, point.z);
-            let texels = self.plane.texels_at(at, has_place);
-            let nearness = at.z.to_array();
-            for lane in set_bits_of(bits_of(has_place)) {
-                let texel = texels[lane] as usize;
-                if self.nearness[texel] < nearness[lane] {
-                    (self.nearness[texel], self.owners[texel]) = (nearness[lane], owner);
-                }
+        let mut drawn = 0;
+        for stretch in points.chunks(STRETCH) {
+            let mut is_in_front = false;
+            for point in stretch {
+                is_in_front |= self.draw_eight(linear.of(*point).plus(origin), owner);
+            }
+            drawn += stretch.len() * LANES;
+            if !is_in_front {
+                break;
             }
         }
+        drawn
+    }
+
+    /// Draws eight points of camera space. Whether any is in front of what others have drawn.
+    #[inline(always)]
+    fn draw_eight(&mut self, point: V3<f32x8>, owner: u32) -> bool {
+        let at = self.plane.project(point);
+        let has_place = self.plane.has_place(at, point.z);
+        let texels = self.plane.texels_at(at, has_place);
+        let nearness = at.z.to_array();
+        let mut is_in_front = false;
+        for lane in set_bits_of(bits_of(has_place)) {
+            is_in_front |= self.texels[texels[lane] as usize].keep_nearer(nearness[lane], owner);
+        }
+        is_in_front
     }
 
     /// Keeps the nearer of a triangle and what was drawn before.
@@ -278,13 +330,10 @@ impl OcclusionBuffer {
                     continue;
                 }
                 let first = row * width + chunk * LANES;
-                let texels = &mut self.nearness[first..first + LANES];
+                let texels = &mut self.texels[first..first + LANES];
                 let nearness = triangle.nearness(x, y).to_array();
                 for lane in set_bits_of(bits_of(covered)) {
-                    if texels[lane] < nearness[lane] {
-                        texels[lane] = nearness[lane];
-                        self.owners[first + lane] = owner;
-                    }
+                    texels[lane].keep_nearer(nearness[lane], owner);
                 }
             }
         }

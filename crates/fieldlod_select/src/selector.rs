@@ -157,9 +157,13 @@ impl Selector {
             }
             let refined = cut.map(InstanceCut::refined);
             let refined = refined.or_else(|| self.cuts.refined_at_level(index));
-            let shares = match cut {
-                Some(cut) => cut.shares().shares(settings),
-                None => hidden.map_or(Shares::FULL, |hidden| hidden.shares(scene, index)),
+            let steps = self.cuts.level_steps(index);
+            let shares = match (cut, &steps, hidden) {
+                (Some(cut), ..) => cut.shares().shares(settings),
+                (None, Some(steps), Some(hidden)) => Shares::new(steps, hidden.least_share),
+                (None, _, hidden) => {
+                    hidden.map_or(Shares::FULL, |hidden| hidden.shares(scene, index))
+                }
             };
             self.budget
                 .add(scene, index, refined, shares, view, settings);
@@ -185,7 +189,8 @@ impl Selector {
         let last_step = self.travel(last.as_ref(), &frame);
         let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
         self.cuts.resize(scene, is_first, is_new_tree);
-        if !std::mem::replace(&mut self.has_seen, true) {
+        let are_shares_known = std::mem::replace(&mut self.has_seen, true);
+        if !are_shares_known {
             self.cuts.update_shares(scene, view, settings);
         }
         // Whole nodes and instances, as far as those can be told.
@@ -205,6 +210,7 @@ impl Selector {
                 .map_or(0, |last| last.revision),
             is_first,
             hidden: HiddenTest::new(visible.buffer.as_ref(), settings),
+            are_shares_known,
             view,
             parts: &parts,
             last_step,

@@ -71,16 +71,27 @@ impl Naive {
             let before = refined.clone();
             let instance = InstanceView::new(&view, &placed.placement);
             // What is visible of each group.
+            let (mut seen, last) = (Vec::new(), hierarchy.groups.len() - 1);
+            let is_whole = hierarchy.groups.len() == hierarchy.units.len();
             held.resize(hierarchy.groups.len(), HeldShare::default());
             if let (Some(flux), Some(buffer)) = (&flux, &buffer) {
-                let seen = buffer.visible_shares(scene, ids[index]);
+                seen = buffer.visible_shares(scene, ids[index]);
                 for (group, held) in held.iter_mut().enumerate() {
-                    held.update(seen[group], before[group], flux.hold_frames);
+                    // Of a mesh as a whole one share is held for all levels that are refined.
+                    let was_refined = match is_whole {
+                        true => before[..last].contains(&true),
+                        false => before[group],
+                    };
+                    held.update(seen[group], was_refined, flux.hold_frames);
                 }
             }
+            let counted = |group: usize| match is_whole && !before[group] {
+                true => seen[group],
+                false => held[group].share,
+            };
             let share = |group: usize| match &flux {
-                Some(_) if held[group].share == 0.0 => 0.0,
-                Some(flux) => held[group].share.max(flux.least_share).min(1.0),
+                Some(_) if counted(group) == 0.0 => 0.0,
+                Some(flux) => counted(group).max(flux.least_share).min(1.0),
                 None => 1.0,
             };
             let errors: Vec<f32> = hierarchy

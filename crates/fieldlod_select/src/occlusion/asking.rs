@@ -125,13 +125,26 @@ impl OcclusionBuffer {
         index: u32,
         instance: &Instance,
     ) -> Option<u8> {
+        self.share_of_all_likely(table, index, instance, true)
+    }
+
+    /// The same, told sooner if it is as hidden as is likely.
+    pub(crate) fn share_of_all_likely(
+        &self,
+        table: &GroupTable,
+        index: u32,
+        instance: &Instance,
+        is_likely_hidden: bool,
+    ) -> Option<u8> {
         // How large it is.
         let sphere = &instance.node.bounds.sphere;
         let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
         let radius = self.plane.texels(sphere.radius, gap);
         let is_small = radius < SMALL_RADIUS;
-        // A few points tell that small ones are hidden sooner than their boxes do, but not for certain.
-        if !is_small || self.certain.is_some() {
+        // Where a box is hidden so are all points in it, and a few of them tell that sooner; but not for certain.
+        let has_points = !table.samples.of_mesh(1).is_empty();
+        let asks_points_alone = (is_small || !is_likely_hidden) && has_points;
+        if !asks_points_alone || self.certain.is_some() {
             let hidden = self.hides(&instance.node.surface_box);
             if hidden.is_some() {
                 return hidden;
@@ -219,10 +232,11 @@ impl OcclusionBuffer {
             let nearness = nearness.to_array();
             for lane in set_bits_of(bits_of(has_place)) {
                 let texel = texels[lane] as usize;
-                let is_visible = if self.owners[texel] == query.instance {
+                let shown = &self.texels[texel];
+                let is_visible = if shown.owner == query.instance {
                     is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
                 } else {
-                    self.nearness[texel] <= nearness[lane]
+                    shown.nearness <= nearness[lane]
                 };
                 visible += u32::from(is_visible);
             }

@@ -120,7 +120,6 @@ impl OccluderChoice {
             if points / POINTS_PER_TRIANGLE > rest {
                 return None;
             }
-            self.point_count += points;
             DrawnBy::Points(points as usize)
         } else {
             let placement = &scene.instances[instance as usize].world_from_local;
@@ -144,6 +143,18 @@ impl OccluderChoice {
         };
         self.chosen.push(chosen);
         Some(chosen)
+    }
+
+    /// Notes how many points the one that was chosen last has taken.
+    pub(crate) fn note_points(&mut self, count: usize) {
+        if let Some(ChosenOccluder {
+            drawn_by: DrawnBy::Points(points),
+            ..
+        }) = self.chosen.last_mut()
+        {
+            *points = count;
+            self.point_count += count as u32;
+        }
     }
 
     /// What was chosen so far, in triangles.

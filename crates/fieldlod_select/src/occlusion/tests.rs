@@ -17,22 +17,25 @@ use crate::settings::VisibleFlux;
 /// An image by instances: nearness, and who owns it.
 type Image = (Vec<f32>, Vec<u32>);
 
-/// Every texel of every triangle and point, one by one.
+/// Every texel of every triangle and point, one by one; points end where none of a stretch is in front.
 fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> Image {
     let texels = buffer.plane.width * buffer.plane.height;
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
     for chosen in &buffer.choice.chosen {
-        draw_naively(scene, buffer, chosen, &mut image);
+        let is_in_front = draw_naively(scene, buffer, chosen, &mut image);
+        let before_last = is_in_front.split_last().map_or(&[][..], |(_, rest)| rest);
+        assert!(!before_last.contains(&false));
     }
     image
 }
 
+/// One instance; for each stretch of points whether any was in front of what was drawn before.
 fn draw_naively(
     scene: &Scene,
     buffer: &OcclusionBuffer,
     chosen: &ChosenOccluder,
     (image, owners): &mut Image,
-) {
+) -> Vec<bool> {
     let &ChosenOccluder {
         instance,
         mesh,
@@ -40,9 +43,11 @@ fn draw_naively(
     } = chosen;
     let (plane, texels) = (&buffer.plane, image.len());
     let mut keep = |texel: usize, nearness: f32| {
-        if image[texel] < nearness {
+        let is_nearer = image[texel] < nearness;
+        if is_nearer {
             (image[texel], owners[texel]) = (nearness, instance);
         }
+        is_nearer
     };
     let table = scene.table(mesh);
     let placement = &scene.instances[instance as usize].world_from_local;
@@ -65,16 +70,26 @@ fn draw_naively(
                     }
                 }
             }
+            Vec::new()
         }
         DrawnBy::Points(count) => {
             let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
-            for point in points_of(table.samples.of_mesh(count)) {
-                let point: V3<f32> = linear.of(point).plus(origin);
-                let at = plane.project(point);
-                if plane.has_place(at, point.z) {
-                    keep(at.y as usize * plane.width + at.x as usize, at.z);
-                }
-            }
+            let points: Vec<V3<f32>> = points_of(table.samples.of_mesh(count)).collect();
+            points
+                .chunks(STRETCH * LANES)
+                .map(|stretch| {
+                    let mut is_in_front = false;
+                    for point in stretch {
+                        let point: V3<f32> = linear.of(*point).plus(origin);
+                        let at = plane.project(point);
+                        if plane.has_place(at, point.z) {
+                            let texel = at.y as usize * plane.width + at.x as usize;
+                            is_in_front |= keep(texel, at.z);
+                        }
+                    }
+                    is_in_front
+                })
+                .collect()
         }
     }
 }
@@ -171,7 +186,8 @@ proptest! {
         let (image, owners) = naive_image(&scene, &buffer);
         let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
         prop_assert_eq!(bits(&buffer.nearness), bits(&image));
-        prop_assert_eq!(&buffer.owners, &owners);
+        let drawn: Vec<u32> = buffer.texels.iter().map(|texel| texel.owner).collect();
+        prop_assert_eq!(&drawn, &owners);
         prop_assert!((0..image.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
         prop_assert!(buffer.choice.triangle_count <= budget);
     }
@@ -196,7 +212,7 @@ proptest! {
             let is_drawn = |chosen: &ChosenOccluder| chosen.instance == candidate.instance;
             if !buffer.choice.chosen.iter().any(is_drawn) {
                 let chosen = choice.choose(&scene, &view, &buffer.plane, u32::MAX, candidate);
-                chosen.inspect(|chosen| draw_naively(&scene, &buffer, chosen, &mut image));
+                chosen.inspect(|chosen| drop(draw_naively(&scene, &buffer, chosen, &mut image)));
             }
         }
         prop_assert_eq!(&buffer.nearness, &image.0);

@@ -1,9 +1,12 @@
 //! The levels of meshes that are drawn as a whole: a comparison with what the last answer was, and for how far
 //! the camera may go until it is another. They need no storage of their own.
 
+use super::hidden_test::HiddenTest;
 use super::memory::{InstanceState, NodeMemory};
 use super::scene_cuts::SceneCuts;
+use super::share_memory::LevelShare;
 use super::traversal::TraversalContext;
+use crate::bits::{CHUNK, LANES};
 use crate::decide::{Decision, LevelAnswer};
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::shares::Shares;
@@ -11,20 +14,26 @@ use crate::table::GroupTable;
 use crate::validity::{Tolerance, Validity};
 use crate::view::InstanceView;
 
+/// What counts of the groups of a mesh as a whole, in steps.
+pub(super) type LevelSteps = [[u8; LANES]; CHUNK / LANES];
+
 /// The least share of what may be tolerated that is worth it.
 const LEAST_SHARE: f32 = 1.0 / 256.0;
 
 impl TraversalContext<'_> {
-    /// Whether levels are decided without what is visible.
-    pub(super) fn decides_levels(&self) -> bool {
-        self.parts.settings.visible_flux.is_none()
-    }
-
     /// The level of an instance in the view, which had another one or the same.
-    fn level(&self, instance: u32, table: &GroupTable, was: usize) -> (usize, Validity) {
+    fn level(
+        &self,
+        instance: u32,
+        table: &GroupTable,
+        was: usize,
+        share: Option<&LevelShare>,
+    ) -> (usize, Validity) {
         let placed = &self.scene.instances[instance as usize];
         let view = InstanceView::new(self.view, &placed.world_from_local);
-        let mut decision = Decision::new(table, &view, self.parts, placed.bias, 0.0, Shares::FULL);
+        let steps = share.map(|share| share.steps(was));
+        let shares = self.shares(steps.as_ref());
+        let mut decision = Decision::new(table, &view, self.parts, placed.bias, 0.0, shares);
         let farthest = self.test.farthest(&placed.node.bounds.sphere);
         // Less than a step is not worth it.
         let largest = self.now.ahead(farthest);
@@ -32,9 +41,11 @@ impl TraversalContext<'_> {
         let may_stay = self.test.is_usable() && !self.now.is_restless();
         let tolerances = may_stay.then_some([least, largest]);
         let LevelAnswer { level, tolerance } = decision.level(table, was, tolerances);
-        // Thresholds depend on what was drawn.
+        // Thresholds depend on what was drawn, and so does what counts, where that is not the same of all.
+        let is_settled = share.is_none_or(LevelShare::is_settled);
         let stays = |tolerance: &Tolerance| {
-            level == was || decision.certain_level(table, level, tolerance) == Some(level)
+            level == was
+                || is_settled && decision.certain_level(table, level, tolerance) == Some(level)
         };
         let tolerance = tolerance.filter(stays);
         let validity = tolerance.map_or(Validity::NONE, |tolerance| {
@@ -42,15 +53,55 @@ impl TraversalContext<'_> {
         });
         (level, validity)
     }
+
+    /// What counts of a mesh as a whole, by the steps of its levels.
+    fn shares<'a>(&self, steps: Option<&'a LevelSteps>) -> Shares<'a> {
+        match (steps, &self.hidden) {
+            (Some(steps), Some(hidden)) => Shares::new(steps, hidden.least_share),
+            _ => Shares::FULL,
+        }
+    }
 }
 
 impl SceneCuts {
-    /// Decides the level of an instance that is drawn as a whole.
+    /// Takes notice of what is visible of an instance that is drawn at a level. Whether that counts for more or
+    /// less than before.
+    pub(super) fn update_level_share(&mut self, context: &TraversalContext, instance: u32) -> bool {
+        let memory = &mut self.memories[instance as usize];
+        let InstanceState::AtLevel(mesh, _) = memory.state else {
+            return false;
+        };
+        let Some(hidden) = &context.hidden else {
+            return memory.share.take().is_some();
+        };
+        if context.are_shares_known && memory.share.is_some() {
+            return false;
+        }
+        let was_hidden = memory.share.is_some_and(|share| share.is_hidden());
+        let now = hidden.share_of_whole(context.scene, mesh, instance, was_hidden);
+        let Some(now) = now else {
+            return false;
+        };
+        match &mut memory.share {
+            Some(share) => {
+                let has_changed = share.update(now, hidden.hold_frames);
+                self.has_unsettled_shares |= !share.is_settled();
+                has_changed
+            }
+            none => {
+                *none = Some(LevelShare::seen(now));
+                true
+            }
+        }
+    }
+
+    /// Decides the level of an instance that is drawn as a whole, of which `seen` is visible if that is known.
     pub(super) fn decide_level(
         &mut self,
         context: &TraversalContext,
         instance: u32,
         mesh: MeshId,
+        seen: Option<u8>,
         size_validity: &Validity,
     ) -> NodeMemory {
         let table = context.scene.table(mesh);
@@ -60,7 +111,19 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
             _ => coarsest,
         };
-        let (level, validity) = context.level(instance, table, was);
+        let is_at_level = matches!(
+            self.memories[instance as usize].state,
+            InstanceState::AtLevel(..)
+        );
+        if !is_at_level {
+            let hidden = context.hidden.as_ref();
+            let ask =
+                |hidden: &HiddenTest| hidden.share_of_whole(context.scene, mesh, instance, true);
+            let seen = seen.or_else(|| hidden.and_then(ask));
+            self.memories[instance as usize].share = seen.map(LevelShare::seen);
+        }
+        let share = self.memories[instance as usize].share;
+        let (level, validity) = context.level(instance, table, was, share.as_ref());
         self.statistics.instances_decided += 1;
         self.statistics.groups_decided += table.group_count();
         let state = match level == coarsest {
@@ -74,9 +137,24 @@ impl SceneCuts {
                 context.scene.instance_at(instance).generation;
             self.change_state(context.scene, instance, state);
         }
+        // What is coarsest because it is hidden is asked for in each frame.
+        let validity = if share.is_some() && level == coarsest {
+            Validity::NONE
+        } else {
+            validity.and(size_validity, &context.now)
+        };
         NodeMemory {
-            validity: validity.and(size_validity, &context.now),
+            validity,
             below: state.below(),
+        }
+    }
+
+    /// What counts of each level of an instance that is drawn at one, if hidden things count less.
+    pub(super) fn level_steps(&self, index: usize) -> Option<LevelSteps> {
+        let memory = self.memories.get(index)?;
+        match memory.state {
+            InstanceState::AtLevel(_, level) => Some(memory.share?.steps(usize::from(level))),
+            _ => None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! What a selector keeps between frames.
 
+use super::share_memory::LevelShare;
 use crate::scene::{MeshId, Scene};
 use crate::validity::Validity;
 
@@ -9,6 +10,8 @@ pub(super) struct InstanceMemory {
     pub(super) state: InstanceState,
     /// Which of the instances that had the index one after the other.
     pub(super) generation: u32,
+    /// What counts of it while it is drawn [at a level](InstanceState::AtLevel), if hidden things count less.
+    pub(super) share: Option<LevelShare>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,6 +45,19 @@ pub(super) enum Below {
     Culled,
     /// Nothing that is known.
     Mixed,
+}
+
+impl InstanceMemory {
+    /// What a visit to the instance has found, for the nodes above: where it rests on what is visible, there is
+    /// another visit in each frame.
+    pub(super) fn for_node(&self, found: NodeMemory) -> NodeMemory {
+        let is_asked_again =
+            self.share.is_some() && matches!(self.state, InstanceState::AtLevel(..));
+        match is_asked_again {
+            true => NodeMemory::new(found.below),
+            false => found,
+        }
+    }
 }
 
 /// An instance to be decided group by group.

@@ -1,19 +1,103 @@
 //! What is visible of the groups of one instance, from frame to frame.
 
+use std::array::from_fn;
+
 use crate::bits::{CHUNK, LANES, is_set};
 use crate::settings::LodSettings;
-use crate::shares::{FULL_SHARE, Shares};
+use crate::shares::{FULL_SHARE, HIDDEN, Shares};
 
-/// Shares that rise at once and fall late, in steps of [`FULL_SHARE`], eight groups to an element.
+/// A share that rises at once and falls late, in steps of [`FULL_SHARE`].
 ///
 /// ```text
-/// a group that was not refined, or of which as much is seen or more: the share is what is seen now
+/// of what was not refined, or of which as much is seen or more: what is seen now
 /// else: once `hold_frames` frames in a row saw less, the most that they and this frame saw
 /// ```
+struct HeldShare<'a> {
+    held: &'a mut u8,
+    /// The most seen since less than `held` was, and for how many frames.
+    peak: &'a mut u8,
+    waited: &'a mut u8,
+}
+
+impl HeldShare<'_> {
+    fn update(self, now: u8, was_refined: bool, hold_frames: u8) {
+        if now >= *self.held || !was_refined {
+            (*self.held, *self.waited) = (now, 0);
+            return;
+        }
+        *self.peak = match *self.waited {
+            0 => now,
+            _ => now.max(*self.peak),
+        };
+        if *self.waited >= hold_frames {
+            (*self.held, *self.waited) = (*self.peak, 0);
+        } else {
+            *self.waited += 1;
+        }
+    }
+}
+
+/// What counts of a mesh that is drawn as a whole: one held share for all levels that are refined. Finer ones count
+/// what is seen now.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LevelShare {
+    now: u8,
+    held: u8,
+    peak: u8,
+    waited: u8,
+}
+
+impl LevelShare {
+    /// Begins with what is seen now.
+    pub(super) fn seen(now: u8) -> Self {
+        Self {
+            now,
+            held: now,
+            peak: now,
+            waited: 0,
+        }
+    }
+
+    /// Goes on to another frame. Whether anything counts more or less than before.
+    pub(super) fn update(&mut self, now: u8, hold_frames: u8) -> bool {
+        let before = (self.now, self.held);
+        self.now = now;
+        let held = HeldShare {
+            held: &mut self.held,
+            peak: &mut self.peak,
+            waited: &mut self.waited,
+        };
+        held.update(now, true, hold_frames);
+        before != (self.now, self.held)
+    }
+
+    /// Whether the next frame changes nothing if it sees the same.
+    pub(super) fn is_settled(&self) -> bool {
+        self.held == self.now
+    }
+
+    /// Whether nothing is seen now.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.now <= HIDDEN
+    }
+
+    /// The steps of all levels, of which those from `refined_from` on are refined.
+    pub(super) fn steps(&self, refined_from: usize) -> [[u8; LANES]; CHUNK / LANES] {
+        let step = |level: usize| {
+            if level < refined_from {
+                self.now
+            } else {
+                self.held
+            }
+        };
+        from_fn(|block| from_fn(|lane| step(block * LANES + lane)))
+    }
+}
+
+/// The [held shares](HeldShare) of groups, eight to an element.
 #[derive(Debug, Default)]
 pub(super) struct ShareMemory {
     held: Vec<[u8; LANES]>,
-    /// The most seen since less than `held` was, and for how many frames.
     peak: Vec<[u8; LANES]>,
     waited: Vec<[u8; LANES]>,
     /// Whether `held` is what is seen.
@@ -122,17 +206,12 @@ impl ShareMemory {
         let mut last_changed = None;
         for (group, held) in self.held.as_flattened_mut().iter_mut().enumerate() {
             let (now, before) = (seen.of(group), *held);
-            let (peak, waited) = (&mut peaks[group], &mut waits[group]);
-            if now >= before || !is_set(refined, group) {
-                (*held, *waited) = (now, 0);
-            } else {
-                *peak = if *waited == 0 { now } else { now.max(*peak) };
-                if *waited >= hold_frames {
-                    (*held, *waited) = (*peak, 0);
-                } else {
-                    *waited += 1;
-                }
-            }
+            let share = HeldShare {
+                held: &mut *held,
+                peak: &mut peaks[group],
+                waited: &mut waits[group],
+            };
+            share.update(now, is_set(refined, group), hold_frames);
             self.is_settled &= *held == now;
             if *held != before && last_changed != Some(group / CHUNK) {
                 last_changed = Some(group / CHUNK);

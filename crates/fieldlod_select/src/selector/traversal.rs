@@ -30,6 +30,8 @@ pub(super) struct TraversalContext<'a> {
     pub(super) is_first: bool,
     /// What is visible, if hidden things count less.
     pub(super) hidden: Option<HiddenTest<'a>>,
+    /// Whether this frame has taken notice of that before.
+    pub(super) are_shares_known: bool,
     pub(super) view: &'a View,
     pub(super) parts: &'a ViewParts<'a>,
     /// The camera's travel since the last frame.
@@ -156,7 +158,8 @@ impl SceneCuts {
     ) -> NodeMemory {
         // An answer that is valid still.
         let last = self.leaves[position];
-        if !may_have_changed && last.validity.lasts(&context.now) {
+        let lasts = last.validity.lasts(&context.now);
+        if lasts && !may_have_changed && context.hidden.is_none() {
             return last;
         }
         let instance = context.scene.tree.order[position];
@@ -164,12 +167,13 @@ impl SceneCuts {
         if !context.is_first {
             self.drop_previous_instance(context.scene, instance);
         }
+        let counts_otherwise = self.update_level_share(context, instance);
         let memory = self.memories[index];
         let instance_data = &context.scene.instances[index];
         let node = &instance_data.node;
         let is_unchanged = node.changed_at <= context.seen_revision;
-        if is_unchanged && last.validity.lasts(&context.now) {
-            return last;
+        if lasts && is_unchanged && !counts_otherwise {
+            return memory.for_node(last);
         }
         // What no view of these layers sees, or is too small, is not drawn.
         self.statistics.instances_tested += 1;
@@ -206,10 +210,10 @@ impl SceneCuts {
         }
         // One level of a mesh as a whole.
         let table = context.scene.table(mesh);
-        if forced_level.is_none() && context.decides_levels() && table.is_chain() {
-            let found = self.decide_level(context, instance, mesh, &size_validity);
+        if forced_level.is_none() && table.is_chain() {
+            let found = self.decide_level(context, instance, mesh, share, &size_validity);
             self.leaves[position] = found;
-            return found;
+            return self.memories[index].for_node(found);
         }
         // Its groups have to be decided.
         self.leaves[position] = NodeMemory::new(Below::Mixed);

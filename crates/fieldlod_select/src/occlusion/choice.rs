@@ -20,7 +20,7 @@ use crate::view::View;
 /// The least radius in the image of an instance that hides others, in texels.
 const LEAST_RADIUS: f32 = 1.0;
 /// Points for each texel that a sphere covers.
-const POINTS_PER_TEXEL: f32 = 0.75;
+const POINTS_PER_TEXEL: f32 = 0.5;
 /// How meshes are drawn that have levels in pieces, and those that have levels as a whole. The finest piece by
 /// piece: what is near in a ground hides much, and a coarse one hides what stands on it. Points show the gaps in
 /// crowns, and close them no more than their coarse levels do.

@@ -3,7 +3,7 @@
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 
-use fieldlod_select::{Selector, View};
+use fieldlod_select::{LodSettings, Selector, View};
 
 use crate::deferred_cuts::DeferredCuts;
 
@@ -14,6 +14,8 @@ pub(crate) struct ViewCut {
     pub(crate) visibility: CutVisibility,
     /// The view that was last selected for.
     pub(crate) view: Option<View>,
+    /// What is to be selected in this frame.
+    pub(crate) wanted: Option<(View, LodSettings)>,
     pub(crate) state: ViewState,
     /// The camera whose cut it draws, and how often that was cleared when this began.
     pub(crate) leader: Option<(Entity, u32)>,

@@ -8,7 +8,7 @@ use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 use bevy::ecs::query::QueryItem;
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
-use fieldlod_select::{LodSettings, OcclusionBuffer, View};
+use fieldlod_select::{LodSettings, OcclusionBuffer, Scene, View};
 
 use crate::changed::ChangedOn;
 use crate::config::FieldLodConfig;
@@ -152,9 +152,23 @@ pub(crate) fn select_views(
     // Each view goes from its last cut to the next; only what changed reaches the scene.
     let is_follower = |entity: &Entity| followers.contains(*entity);
     let entities: Vec<Entity> = entities.iter().filter(|one| !is_follower(one)).collect();
-    let mut views = cameras.iter_many_mut(entities);
+    let mut wanted_count = 0;
+    let mut views = cameras.iter_many_mut(&entities);
     while let Some(view) = views.fetch_next() {
-        select_view(view, scene, &lights, &debug);
+        wanted_count += usize::from(prepare_view(view, scene, &lights, &debug));
+    }
+    let lods = &scene.scene;
+    let select =
+        |(.., mut cut, mut stats): QueryItem<CutView>| select_cut(&mut cut, &mut stats, lods);
+    // Several at once, each on its own.
+    if wanted_count > 1 {
+        cameras.par_iter_mut().for_each(select);
+    } else {
+        cameras.iter_mut().for_each(select);
+    }
+    let mut views = cameras.iter_many_mut(&entities);
+    while let Some((.., mut cut, mut stats)) = views.fetch_next() {
+        apply_cut(&mut cut, &mut stats, scene);
     }
     // Then those that draw the cut of another.
     for (camera, &FieldLodCutOf(leader)) in &followers {
@@ -167,18 +181,22 @@ pub(crate) fn select_views(
             stats.occluder_triangles = 0;
             stats.selection_time = Duration::ZERO;
         } else if let Ok(view) = cameras.get_mut(camera) {
-            select_view(view, scene, &lights, &debug);
+            prepare_view(view, scene, &lights, &debug);
+            if let Ok((.., mut cut, mut stats)) = cameras.get_mut(camera) {
+                select_cut(&mut cut, &mut stats, &scene.scene);
+                apply_cut(&mut cut, &mut stats, scene);
+            }
         }
     }
 }
 
-fn select_view(
-    (camera, pose, frustum, layers, settings, mut cut, mut stats): QueryItem<CutView>,
+/// Finds out what a view is to select. Whether that is anything.
+fn prepare_view(
+    (camera, pose, frustum, layers, settings, mut cut, _): QueryItem<CutView>,
     scene: &mut LodScene,
     lights: &ShadowLights,
     debug: &FieldLodDebug,
-) {
-    let start = Instant::now();
+) -> bool {
     let settings = settings.copied().unwrap_or_default();
     let (state, view) = desired_view(camera, pose, &settings, scene.coarsening.is_some());
     // What was drawn in another state, or as another camera does, is drawn no longer.
@@ -190,18 +208,27 @@ fn select_view(
     let layers = layer_bits(layers);
     let lit = lights.lit_by(frustum, layers);
     set_layers(&mut cut, layers | lit.layers, scene);
-    if let Some(view) = view {
+    cut.wanted = view.map(|view| {
         // A frozen view selects from where it was.
         let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
         let view = view.with_layers(cut.layers).with_shadow_lights(&lit.lights);
         let settings = lod_settings(&settings, lit.layers != 0, scene.coarsening);
         scene.culls |= settings.cull_below_px.is_some();
-        select_cut(&mut cut, view, &settings, scene);
+        if settings.displacement_px.is_some() {
+            warn_of_unmeasured(scene);
+        }
+        (view, settings)
+    });
+    cut.wanted.is_some()
+}
+
+fn warn_of_unmeasured(scene: &mut LodScene) {
+    for mesh in scene.unmeasured.drain(..) {
+        warn!(
+            "{mesh} is drawn in full where `displacement_px` is asked for: how far its levels \
+             deviate was not measured"
+        );
     }
-    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
-    let occlusion = cut.selector.occlusion();
-    stats.occluder_triangles = occlusion.map_or(0, OcclusionBuffer::cost_in_triangles);
-    stats.selection_time = start.elapsed();
 }
 
 /// What selection reads. `coarsening` is by how much errors count for less where meshes are read in parts: there,
@@ -295,21 +322,32 @@ fn view_of(camera: &Camera, viewport_px: UVec2, pose: &GlobalTransform) -> Optio
     }
 }
 
-fn select_cut(cut: &mut ViewCut, view: View, settings: &LodSettings, scene: &mut LodScene) {
-    if settings.displacement_px.is_some() {
-        for mesh in scene.unmeasured.drain(..) {
-            warn!(
-                "{mesh} is drawn in full where `displacement_px` is asked for: how far its levels \
-                 deviate was not measured"
-            );
-        }
-    }
+/// Selects what is wanted of a view.
+fn select_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &Scene) {
+    let Some((view, settings)) = cut.wanted else {
+        return;
+    };
+    let start = Instant::now();
     cut.view = Some(view);
-    cut.selector.select(&scene.scene, &view, settings);
-    for change in cut.selector.changes() {
-        scene.apply_change(&change, &mut cut.visibility, &mut cut.deferred);
+    cut.selector.select(scene, &view, &settings);
+    stats.selection_time = start.elapsed();
+}
+
+/// Draws what was selected.
+fn apply_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &mut LodScene) {
+    let start = Instant::now();
+    if cut.wanted.take().is_some() {
+        for change in cut.selector.changes() {
+            scene.apply_change(&change, &mut cut.visibility, &mut cut.deferred);
+        }
+        scene.advance_deferred(&cut.selector, &mut cut.visibility, &mut cut.deferred);
+    } else {
+        stats.selection_time = Duration::ZERO;
     }
-    scene.advance_deferred(&cut.selector, &mut cut.visibility, &mut cut.deferred);
+    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
+    let occlusion = cut.selector.occlusion();
+    stats.occluder_triangles = occlusion.map_or(0, OcclusionBuffer::cost_in_triangles);
+    stats.selection_time += start.elapsed();
 }
 
 fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {

@@ -44,6 +44,18 @@ impl Stage {
         Some(stage)
     }
 
+    /// One where the GPU culls and one where the CPU does; none, said loudly, without an adapter.
+    pub fn with_each_culling() -> impl Iterator<Item = Self> {
+        [true, false].into_iter().filter_map(|gpu_culling| {
+            let mut stage = Self::new()?;
+            stage.app.insert_resource(FieldLodConfig {
+                gpu_culling,
+                ..default()
+            });
+            Some(stage)
+        })
+    }
+
     /// As [`Stage::new`], but more plugins may be added before [`Stage::finish`].
     pub fn unfinished() -> Option<Self> {
         let plugins = windowless()

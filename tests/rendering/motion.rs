@@ -27,16 +27,7 @@ fn uniform(stage: &Stage, entity: Entity) -> Option<MeshInputUniform> {
 
 #[test]
 fn units_that_come_move_with_their_object() {
-    for gpu_culling in [true, false] {
-        let Some(mut stage) = Stage::new() else {
-            return;
-        };
-        stage.app.insert_resource(FieldLodConfig {
-            gpu_culling,
-            ..default()
-        });
-        check_units_that_come(stage);
-    }
+    Stage::with_each_culling().for_each(check_units_that_come);
 }
 
 fn check_units_that_come(mut stage: Stage) {

@@ -15,16 +15,7 @@ use fieldlod_tests::stage::Stage;
 
 #[test]
 fn rays_hit_the_source_and_never_its_units() {
-    for gpu_culling in [true, false] {
-        let Some(mut stage) = Stage::new() else {
-            return;
-        };
-        stage.app.insert_resource(FieldLodConfig {
-            gpu_culling,
-            ..default()
-        });
-        check_rays(stage);
-    }
+    Stage::with_each_culling().for_each(check_rays);
 }
 
 fn check_rays(mut stage: Stage) {

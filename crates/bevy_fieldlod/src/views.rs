@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
-// That of the standard library panics on the web.
 use bevy::ecs::query::QueryItem;
+// That of the standard library panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use fieldlod_select::{LodSettings, OcclusionBuffer, Scene, View};

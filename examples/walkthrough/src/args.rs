@@ -28,6 +28,15 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "offscreen")]
     pub(crate) headless: bool,
 
+    /// Draw along the path without keeping pictures, and print the JSON summary with the times of the main thread, of
+    /// the render world and of the GPU.
+    #[arg(long, conflicts_with_all = ["offscreen", "headless"])]
+    pub(crate) time: bool,
+
+    /// Draw everything at full detail, as Bevy does without the plugin.
+    #[arg(long, conflicts_with = "split")]
+    pub(crate) plain: bool,
+
     /// Show the whole scene at full quality on a software adapter too, where less of it is shown
     /// otherwise.
     #[arg(long)]

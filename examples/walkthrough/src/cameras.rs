@@ -24,6 +24,8 @@ pub(crate) struct ViewOptions {
     pub(crate) visible_flux: bool,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
+    /// Whether everything is drawn as Bevy draws it without the plugin.
+    pub(crate) plain: bool,
     /// Whether the moon and the lamps shine, not the sun.
     pub(crate) night: bool,
 }

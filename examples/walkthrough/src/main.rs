@@ -37,6 +37,7 @@ use std::process::ExitCode;
 use adapter::Adapter;
 use args::Args;
 use clap::Parser;
+use offscreen::Output;
 use quality::Quality;
 
 fn main() -> ExitCode {
@@ -71,14 +72,17 @@ fn run(args: &Args) -> Result<(), String> {
         if !args.headless {
             eprintln!("walkthrough: {}", adapter::NOT_FOUND);
         }
-        return offscreen::run(args, &quality, None);
+        return offscreen::run(args, &quality, Output::Numbers);
     }
     #[cfg(feature = "lab")]
     if let Some(folder) = &args.measure {
         return measure::run(args, &quality, folder);
     }
+    if args.time {
+        return offscreen::run(args, &quality, Output::Times);
+    }
     match args.picture_directory() {
-        Some(directory) => offscreen::run(args, &quality, Some(&directory)),
+        Some(directory) => offscreen::run(args, &quality, Output::Pictures(&directory)),
         None => windowed::run(args, &quality),
     }
 }

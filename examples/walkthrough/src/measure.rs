@@ -24,7 +24,7 @@ pub(crate) fn run(args: &Args, quality: &Quality, folder: &Path) -> Result<(), S
     let config = FieldLodConfig::default();
     let mut meshes = HashMap::new();
     for (id, shape) in shapes::generate_all(quality.ground_squares) {
-        let kind = config.kind_for(lod_kind(id, false), shape.triangle_count() as usize);
+        let kind = config.kind_for(lod_kind(id), shape.triangle_count() as usize);
         let mesh = world.add_mesh(&source_mesh(shape), kind == LodKind::WholeMesh);
         meshes.insert(id, mesh.map_err(|fault| format!("{id:?}: {fault}"))?);
     }

@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
+use bevy::diagnostic::{Diagnostic, DiagnosticsStore};
 use bevy::prelude::*;
+use bevy::render::diagnostic::RenderDiagnosticsPlugin;
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
@@ -31,15 +33,30 @@ use crate::{adapter, hud};
 /// Most updates to wait for a picture that the GPU has been asked for.
 const CAPTURE_UPDATES: u32 = 100;
 
-/// Goes along the path, then prints the summary. Renders pictures to `directory`; without one
-/// nothing is drawn.
-pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> Result<(), String> {
+/// What comes of a way along the path, besides the summary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Output<'a> {
+    /// Nothing is drawn.
+    Numbers,
+    /// Frames are drawn for their times.
+    Times,
+    /// Pictures in this directory.
+    Pictures(&'a Path),
+}
+
+/// Goes along the path, then prints the summary.
+pub(crate) fn run(args: &Args, quality: &Quality, output: Output) -> Result<(), String> {
     let begun = Instant::now();
     let frames = args.frames(quality.frames)?;
     let size_in_px = quality.size_in_px.into();
-    let writer = |directory| PictureWriter::new(directory, &frames, size_in_px, args);
-    let mut writer = directory.map(writer).transpose()?;
-    let mut renderer = Renderer::new(args, quality, directory.is_some());
+    let mut writer = match output {
+        Output::Pictures(directory) => {
+            let writer = PictureWriter::new(directory, &frames, size_in_px, args)?;
+            Some(writer)
+        }
+        Output::Numbers | Output::Times => None,
+    };
+    let mut renderer = Renderer::new(args, quality, output);
     let bake_time = renderer.wait_for_levels()?;
 
     // Every frame, and pictures as they come.
@@ -54,7 +71,11 @@ pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> R
     };
     let mut numbers = Vec::new();
     for &(number, round) in &frames {
-        numbers.push(renderer.render(number, path.pose(round)));
+        renderer.go_to(path.pose(round));
+        if writer.is_some() {
+            renderer.ask_for_picture(number);
+        }
+        numbers.push(renderer.render());
         if let Some(writer) = &mut writer {
             renderer.write_pictures(writer)?;
             eprintln!("walkthrough: frame {} of {}", numbers.len(), frames.len());
@@ -86,9 +107,13 @@ struct Renderer {
 }
 
 impl Renderer {
-    fn new(args: &Args, quality: &Quality, draws: bool) -> Self {
+    fn new(args: &Args, quality: &Quality, output: Output) -> Self {
+        let draws = output != Output::Numbers;
         let mut app = App::new();
         app.add_plugins(plugins(draws));
+        if output == Output::Times {
+            app.add_plugins(RenderDiagnosticsPlugin);
+        }
         let UVec2 { x, y } = quality.size_in_px;
         let target = Image::new_target_texture(x, y, TextureFormat::Rgba8UnormSrgb, None);
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
@@ -113,13 +138,24 @@ impl Renderer {
         }
     }
 
-    /// Runs one update, until the GPU has drawn it.
-    fn update(&mut self) {
-        self.app.update();
+    /// Runs one update as [`App::update`] does, until the GPU has drawn it; returns what of it the main world took, what
+    /// the render world, and what the GPU from then on.
+    fn update(&mut self) -> [Duration; 3] {
+        let apps = self.app.sub_apps_mut();
+        let start = Instant::now();
+        apps.main.run_default_schedule();
+        let main = start.elapsed();
+        for sub_app in apps.sub_apps.values_mut() {
+            sub_app.extract(apps.main.world_mut());
+            sub_app.update();
+        }
+        apps.main.world_mut().clear_trackers();
+        let render = start.elapsed() - main;
         if let Some(device) = self.app.world().get_resource::<RenderDevice>() {
             let done = device.poll(PollType::wait_indefinitely());
             done.expect("the graphics device answers");
         }
+        [main, render, start.elapsed() - main - render]
     }
 
     /// Runs updates until every mesh has its levels of detail; returns how long that took. Nothing is
@@ -194,15 +230,16 @@ impl Renderer {
         self.update();
     }
 
-    /// Renders one frame of the path; its picture arrives during a later update.
-    fn render(&mut self, number: u32, pose: Pose) -> FrameNumbers {
+    /// Places the camera, and waits for what is read in parts.
+    fn go_to(&mut self, pose: Pose) {
         self.place_camera(pose);
         self.sharpen();
+    }
+
+    /// Renders one frame of the path; a picture that was asked for arrives during a later update.
+    fn render(&mut self) -> FrameNumbers {
         let start = Instant::now();
-        if self.draws {
-            self.ask_for_picture(number);
-        }
-        self.update();
+        let [main_time, render_time, wait_time] = self.update();
         let frame_time = start.elapsed();
 
         let world = self.app.world_mut();
@@ -214,8 +251,25 @@ impl Renderer {
             units_drawn: u64::from(stats.units_drawn),
             selection_time: stats.selection_time,
             frame_time,
+            main_time,
+            render_time,
+            wait_time,
+            passes_ms: self.passes_ms(),
             mesh_bytes: self.mesh_bytes(),
         }
+    }
+
+    /// What the passes of the last frame whose times have come back took by the GPU's clock, together, but those of
+    /// shadows, which Bevy does not time. `None` where it has no clock or nobody asked.
+    fn passes_ms(&self) -> Option<f64> {
+        let store = self.app.world().get_resource::<DiagnosticsStore>()?;
+        // Passes alone, not what they are made of.
+        let is_pass = |diagnostic: &&Diagnostic| {
+            let path = diagnostic.path().as_str();
+            path.ends_with("/elapsed_gpu") && path.matches('/').count() == 2
+        };
+        let passes = store.iter().filter(is_pass);
+        passes.filter_map(Diagnostic::value).reduce(|a, b| a + b)
     }
 
     fn ask_for_picture(&mut self, number: u32) {

@@ -16,6 +16,14 @@ pub(crate) struct FrameNumbers {
     pub(crate) selection_time: Duration,
     /// Time of the whole frame, on CPU and GPU; on the main thread alone if nothing was drawn.
     pub(crate) frame_time: Duration,
+    /// Time of the main world.
+    pub(crate) main_time: Duration,
+    /// Time of the render world with the extraction.
+    pub(crate) render_time: Duration,
+    /// Time from then on until the GPU was done.
+    pub(crate) wait_time: Duration,
+    /// Time of the passes by the GPU's clock, where it has one, but those of shadows.
+    pub(crate) passes_ms: Option<f64>,
     /// What all meshes take on the GPU.
     pub(crate) mesh_bytes: u64,
 }
@@ -65,6 +73,12 @@ struct Summary {
     mesh_mb: Spread,
     selection_ms: Spread,
     frame_ms: Percentiles,
+    main_ms: Percentiles,
+    render_ms: Percentiles,
+    /// Until the GPU is done with what the render world gave it.
+    wait_ms: Percentiles,
+    /// By the GPU's clock, without shadows, which Bevy does not time.
+    passes_ms: Option<Percentiles>,
 }
 
 /// Mean and extremes of a number over the frames, rounded to a thousandth.
@@ -123,6 +137,11 @@ pub(crate) fn print(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumb
 
 fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -> Summary {
     let spread = |value: fn(&FrameNumbers) -> f64| Spread::of(frames.iter().map(value));
+    let percentiles = |value: fn(&FrameNumbers) -> Duration| {
+        Percentiles::of(frames.iter().map(|f| milliseconds(value(f))))
+    };
+    let passes_ms = frames.iter().filter_map(|f| f.passes_ms);
+    let has_clock = passes_ms.clone().next().is_some();
     let triangles_drawn = spread(|f| f.triangles_drawn as f64);
     let triangles_full = spread(|f| f.triangles_full as f64);
     let drawn_share = triangles_drawn.mean / triangles_full.mean.max(1.0);
@@ -145,7 +164,11 @@ fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -
         units_drawn: spread(|f| f.units_drawn as f64),
         mesh_mb: spread(|f| f.mesh_bytes as f64 * 1e-6),
         selection_ms: spread(|f| milliseconds(f.selection_time)),
-        frame_ms: Percentiles::of(frames.iter().map(|f| milliseconds(f.frame_time))),
+        frame_ms: percentiles(|f| f.frame_time),
+        main_ms: percentiles(|f| f.main_time),
+        render_ms: percentiles(|f| f.render_time),
+        wait_ms: percentiles(|f| f.wait_time),
+        passes_ms: has_clock.then(|| Percentiles::of(passes_ms)),
     }
 }
 

@@ -77,6 +77,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             error_px: quality.error_px,
             visible_flux: args.visible_flux,
             split: args.split,
+            plain: args.plain,
             night: args.night,
         })
         .insert_resource(Models::new(args))
@@ -165,6 +166,7 @@ fn spawn(world: &mut World) {
         source_triangles: 0,
         generation_time: generated.time,
     };
+    let options = *world.resource::<ViewOptions>();
     let placed = match shapes.is_empty() {
         true => Vec::new(),
         false => layout::place_all(world.resource::<Quality>().vegetation),
@@ -180,7 +182,7 @@ fn spawn(world: &mut World) {
             placed.transform,
             *bounds,
             NoAutoAabb,
-            AutoLod::of_kind(lod_kind(placed.shape, false)),
+            AutoLod::of_kind(options.kind_of(placed.shape)),
             HasShape(placed.shape),
         ));
     }
@@ -208,7 +210,7 @@ pub(crate) fn dress(
         let Some(shape) = name.and_then(|name| ShapeId::of_name(name)) else {
             continue;
         };
-        let levels = AutoLod::of_kind(lod_kind(shape, options.split));
+        let levels = AutoLod::of_kind(options.kind_of(shape));
         commands.entity(node).insert((levels, HasShape(shape)));
         for primitive in children.iter_descendants(node) {
             let Ok(MeshMaterial3d(handle)) = material_of.get(primitive) else {
@@ -235,13 +237,23 @@ fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMa
     }
 }
 
-/// Trees are exchanged as a whole, so that each of thousands stays one entity. A level so chosen is
-/// the same for all cameras: beside a half at full detail, all is cut into pieces instead.
-pub(crate) fn lod_kind(shape: ShapeId, split: bool) -> LodKind {
+/// Trees are exchanged as a whole, so that each of thousands stays one entity.
+pub(crate) fn lod_kind(shape: ShapeId) -> LodKind {
     match shape {
-        _ if split => LodKind::Clusters,
         ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => LodKind::WholeMesh,
         _ => LodKind::Auto,
+    }
+}
+
+impl ViewOptions {
+    /// What a thing of this shape gets. The level of a whole is the same for all cameras: beside a half at full detail,
+    /// all is cut into pieces instead.
+    fn kind_of(&self, shape: ShapeId) -> LodKind {
+        match self {
+            Self { plain: true, .. } => LodKind::Plain,
+            Self { split: true, .. } => LodKind::Clusters,
+            _ => lod_kind(shape),
+        }
     }
 }
 
@@ -256,7 +268,7 @@ fn choose_kinds(
     }
     *was_split = options.split;
     for (shape, mut lod) in &mut things {
-        let kind = lod_kind(shape.0, options.split);
+        let kind = options.kind_of(shape.0);
         if lod.kind != kind {
             lod.kind = kind;
         }

@@ -15,7 +15,8 @@ use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    app, before_a_camera, insert, ready, spawn_camera, spawn_rock, stats, units, visible,
+    app, before_a_camera, insert, move_camera, ready, spawn_camera, spawn_rock, stats, units,
+    visible,
 };
 
 fn drawn(app: &App, camera: Entity) -> u64 {
@@ -406,6 +407,46 @@ fn what_is_hidden_has_no_units_and_uses_no_budget() {
     app.update();
     assert_eq!(visible(&app, camera), []);
     assert_eq!(units_in_use(&mut app), 0);
+}
+
+#[test]
+fn what_was_hidden_has_its_level_in_the_frame_in_which_it_is_shown() {
+    let (mut app, camera, shown) = before_a_camera(4, 500.0);
+    let hidden = spawn_rock(&mut app, 4);
+    ready(&mut app, 2);
+    let layer = RenderLayers::layer(3);
+    let mesh = |app: &App, entity| app.world().get::<Mesh3d>(entity).unwrap().0.clone();
+    // Each rock has meshes of its own: the triangles tell the level.
+    let triangles = |app: &App, entity| {
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        let drawn = meshes.get(&mesh(app, entity)).unwrap();
+        drawn.indices().unwrap().len() / 3
+    };
+    for by_layer in [false, true] {
+        move_camera(&mut app, camera, 500.0);
+        match by_layer {
+            true => insert(&mut app, hidden, layer.clone()),
+            false => insert(&mut app, hidden, Visibility::Hidden),
+        }
+        app.update();
+        let far = triangles(&app, hidden);
+        let alone = stats(&app, camera);
+        assert_eq!(far, triangles(&app, shown));
+        // Nobody asks for it while it is hidden.
+        move_camera(&mut app, camera, 3.0);
+        assert_eq!(triangles(&app, hidden), far);
+        assert!(triangles(&app, shown) > 4 * far);
+        let near = stats(&app, camera);
+        assert_eq!(near.triangles_full, alone.triangles_full);
+        match by_layer {
+            true => drop(app.world_mut().entity_mut(hidden).remove::<RenderLayers>()),
+            false => insert(&mut app, hidden, Visibility::Inherited),
+        }
+        app.update();
+        assert_eq!(triangles(&app, hidden), triangles(&app, shown));
+        let both = stats(&app, camera);
+        assert_eq!(both.triangles_drawn, 2 * near.triangles_drawn);
+    }
 }
 
 #[test]

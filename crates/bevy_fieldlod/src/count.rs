@@ -38,21 +38,21 @@ fn count_drawn(
         cut.counted = counted;
         let mut count = Count::default();
         let planes = frustum.half_spaces.map(|half_space| half_space.normal_d());
-        // What is drawn by all views on the first layer alike is summed up.
+        // What is drawn by all views on the first layer alike is summed up, and what is hidden is nothing.
         let sums = layers & FIRST_LAYER != 0 && cut.state == ViewState::Cut && !scene.culls;
         let mut visit = |id: InstanceId, is_within: bool| {
-            let instance = scene.instance(id.index() as u32);
-            if let Some(instance) = instance.filter(|instance| instance.layers & layers != 0) {
+            if let Some(instance) = scene.instance(id.index() as u32) {
                 let frustum = (!is_within).then_some(&*frustum);
                 count.add(instance, &cut, &scene, frustum);
             }
         };
         // All but the far one, as Bevy culls.
-        let within = scene.scene.tally_within(&planes[..5], sums, &mut visit);
-        let [full, drawn] = within.sums;
+        let planes = &planes[..5];
+        let within = scene.scene.tally_within(planes, layers, sums, &mut visit);
+        let [full, drawn, units] = within.sums;
         stats.triangles_full = full + count.full;
         stats.triangles_drawn = drawn + count.drawn;
-        stats.units_drawn = within.with_numbers + count.units;
+        stats.units_drawn = units as u32 + count.units;
     }
 }
 

@@ -132,8 +132,10 @@ impl LodScene {
         };
         let mesh = &instance.mesh;
         let numbers = match &instance.drawn_as {
+            _ if instance.layers == 0 => Some([0; 3]),
             DrawnAs::WholeMesh { level } if instance.layers == FIRST_LAYER => {
-                Some([mesh.triangles_full, mesh.pieces[*level as usize].triangles])
+                let drawn = mesh.pieces[*level as usize].triangles;
+                Some([mesh.triangles_full, drawn, 1])
             }
             _ => None,
         };

@@ -157,7 +157,6 @@ impl Scene {
     ) -> InstanceId {
         self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count += 1;
-        let instance = self.instance(mesh, world_from_local, bias, None);
         // The index of an instance that was removed is used again, under a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
@@ -165,6 +164,7 @@ impl Scene {
             layers: u64::MAX,
             is_occluder: true,
         };
+        let instance = self.instance(mesh, world_from_local, bias, None, entry.layers);
         let index = if let Some(index) = self.free.pop() {
             entry.generation = self.entries[index as usize].generation + 1;
             self.instances[index as usize] = instance;
@@ -246,7 +246,8 @@ impl Scene {
         };
         self.revision += 1;
         let tally = self.instances[instance.index()].node.tally;
-        let mut changed = self.instance(mesh, world_from_local, bias, forced_level);
+        let layers = self.entries[instance.index()].layers;
+        let mut changed = self.instance(mesh, world_from_local, bias, forced_level, layers);
         changed.node.tally = tally;
         self.instances[instance.index()] = changed;
         self.changed.push(instance.index);
@@ -254,7 +255,7 @@ impl Scene {
 
     /// Gives an instance numbers that [`Scene::tally_within`] adds up, or takes them off; to begin with it has
     /// none. That changes nothing that is selected. Nothing if it was removed.
-    pub fn set_numbers(&mut self, instance: InstanceId, numbers: Option<[u32; 2]>) {
+    pub fn set_numbers(&mut self, instance: InstanceId, numbers: Option<[u32; 3]>) {
         if self.mesh_of(instance).is_none() {
             return;
         }
@@ -323,13 +324,14 @@ impl Scene {
         self.changed.is_empty()
     }
 
-    /// The tally of instances with numbers that are certainly on the inner side of all `planes`, each a
-    /// normal of length 1 and a distance along it, as those of a frustum are. Visits every other
-    /// instance that may have something there; with it, whether all of it certainly is. With `sums` off it
-    /// visits all.
+    /// The tally of instances on one of `layers` that have numbers and are certainly on the inner side of all
+    /// `planes`, each a normal of length 1 and a distance along it, as those of a frustum are. Visits every other
+    /// instance on those layers that may have something there; with it, whether all of it certainly is. With `sums`
+    /// off it visits all of them; with it on, instances on none of the layers must have no numbers, or zeros.
     pub fn tally_within(
         &self,
         planes: &[Vec4],
+        layers: u64,
         sums: bool,
         visit: &mut impl FnMut(InstanceId, bool),
     ) -> Tally {
@@ -339,6 +341,7 @@ impl Scene {
             let mut within = Within {
                 scene: self,
                 planes,
+                layers,
                 sums,
                 visit,
                 tally: &mut tally,
@@ -372,6 +375,7 @@ impl Scene {
         world_from_local: Affine3A,
         bias: f32,
         forced_level: Option<u32>,
+        layers: u64,
     ) -> Instance {
         let table = self.table(mesh);
         let bounds = table.bounds.placed(&world_from_local, bias);
@@ -384,6 +388,7 @@ impl Scene {
             forced_level,
             node: Node {
                 radii: [seen_radius; 2],
+                layers,
                 is_forced: forced_level.is_some(),
                 bounds,
                 occluder_radius: if table.occluders.is_empty() {
@@ -403,6 +408,7 @@ impl Scene {
 struct Within<'a, F> {
     scene: &'a Scene,
     planes: &'a [Vec4],
+    layers: u64,
     sums: bool,
     visit: &'a mut F,
     tally: &'a mut Tally,
@@ -431,8 +437,11 @@ impl<F: FnMut(InstanceId, bool)> Within<'_, F> {
         }
     }
 
-    /// Whether a node is certainly within; `None` if it is certainly not, or was counted.
+    /// Whether a node is certainly within; `None` if there is nothing to visit, or it was counted.
     fn side(&mut self, node: &Node, is_within: bool) -> Option<bool> {
+        if node.layers & self.layers == 0 {
+            return None;
+        }
         let is_within = side(node, self.planes, is_within)?;
         if is_within && self.sums && node.tally.without_numbers == 0 {
             self.tally.add(&node.tally);

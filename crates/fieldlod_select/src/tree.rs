@@ -29,6 +29,8 @@ pub(crate) struct Node {
     /// The smallest and the largest radius on screen of an instance below: that of its vertices, times its
     /// bias.
     pub(crate) radii: [f32; 2],
+    /// The layers that any instance below is on.
+    pub(crate) layers: u64,
     /// Whether the level of an instance below is forced.
     pub(crate) is_forced: bool,
     /// When an instance below last changed.
@@ -41,32 +43,31 @@ pub(crate) struct Node {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Sums of the [numbers](crate::Scene::set_numbers) of instances.
-    pub sums: [u64; 2],
-    /// How many instances have numbers.
-    pub with_numbers: u32,
-    /// How many have none.
+    pub sums: [u64; 3],
+    /// How many instances have none.
     pub without_numbers: u32,
 }
 
 impl Tally {
     /// The tally of one instance.
-    pub(crate) fn of(numbers: Option<[u32; 2]>) -> Self {
+    pub(crate) fn of(numbers: Option<[u32; 3]>) -> Self {
         Self {
             sums: numbers.unwrap_or_default().map(u64::from),
-            with_numbers: u32::from(numbers.is_some()),
             without_numbers: u32::from(numbers.is_none()),
         }
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
-        self.sums = [self.sums[0] + other.sums[0], self.sums[1] + other.sums[1]];
-        self.with_numbers += other.with_numbers;
+        for (sum, number) in self.sums.iter_mut().zip(other.sums) {
+            *sum += number;
+        }
         self.without_numbers += other.without_numbers;
     }
 
     fn subtract(&mut self, other: &Self) {
-        self.sums = [self.sums[0] - other.sums[0], self.sums[1] - other.sums[1]];
-        self.with_numbers -= other.with_numbers;
+        for (sum, number) in self.sums.iter_mut().zip(other.sums) {
+            *sum -= number;
+        }
         self.without_numbers -= other.without_numbers;
     }
 }
@@ -228,11 +229,11 @@ impl Node {
         occluder_radius: 0.0,
         surface_box: AxisBox::EMPTY,
         radii: [f32::INFINITY, 0.0],
+        layers: 0,
         is_forced: false,
         changed_at: 0,
         tally: Tally {
-            sums: [0; 2],
-            with_numbers: 0,
+            sums: [0; 3],
             without_numbers: 0,
         },
     };
@@ -250,6 +251,7 @@ impl Node {
             radii: nodes.iter().fold(Self::EMPTY.radii, |[min, max], node| {
                 [min.min(node.radii[0]), max.max(node.radii[1])]
             }),
+            layers: nodes.iter().fold(0, |all, node| all | node.layers),
             is_forced: nodes.iter().any(|node| node.is_forced),
             changed_at: nodes.iter().map(|n| n.changed_at).max().unwrap_or(0),
             tally: nodes.iter().fold(Tally::default(), |mut all, node| {

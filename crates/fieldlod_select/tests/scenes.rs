@@ -300,19 +300,17 @@ proptest! {
 }
 
 /// A forest of balls, `side` on each side.
-fn forest(side: u16) -> Scene {
+fn forest(side: u16) -> (Scene, Vec<InstanceId>) {
     let mut scene = Scene::default();
     let ball = scene.add_mesh(&synthetic::ball(4, 0.002));
-    for index in 0..side * side {
+    let place = |index: u16| {
         let (x, z) = (f32::from(index % side), f32::from(index / side));
-        scene.add_instance(
-            ball,
-            Affine3A::from_translation(Vec3::new(x * 3.0, 0.0, z * -3.0)),
-            1.0,
-        );
-    }
+        Affine3A::from_translation(Vec3::new(x * 3.0, 0.0, z * -3.0))
+    };
+    let ids = (0..side * side).map(|index| scene.add_instance(ball, place(index), 1.0));
+    let ids = ids.collect();
     scene.update();
-    scene
+    (scene, ids)
 }
 
 fn step_of_walk(step: u16) -> View {
@@ -322,7 +320,7 @@ fn step_of_walk(step: u16) -> View {
 
 #[test]
 fn a_still_camera_visits_nothing_and_a_walking_one_little() {
-    let scene = forest(40);
+    let (scene, _) = forest(40);
     let mut selector = Selector::default();
     let settings = LodSettings::default();
     selector.select(&scene, &step_of_walk(0), &settings);
@@ -340,6 +338,35 @@ fn a_still_camera_visits_nothing_and_a_walking_one_little() {
         })
         .sum();
     assert!(tested < 49 * 1600 / 4, "{tested}");
+}
+
+#[test]
+fn what_a_view_sees_nothing_of_is_not_asked_until_it_does() {
+    let (mut scene, ids) = forest(40);
+    let (shown, _) = forest(40);
+    ids.iter().for_each(|&id| scene.set_layers(id, 0));
+    scene.update();
+    let settings = LodSettings::default();
+    let (mut selector, mut other) = (Selector::default(), Selector::default());
+    for step in 0..50 {
+        selector.select(&scene, &step_of_walk(step), &settings);
+        let statistics = selector.statistics();
+        // But for the root, once.
+        let visited = usize::from(step == 0);
+        assert_eq!(
+            (statistics.nodes_visited, statistics.instances_tested),
+            (visited, 0)
+        );
+        assert_eq!(selector.changes().count(), 0);
+    }
+    // In the very frame in which it is shown it is drawn as if it had always been.
+    ids.iter().for_each(|&id| scene.set_layers(id, u64::MAX));
+    scene.update();
+    selector.select(&scene, &step_of_walk(50), &settings);
+    other.select(&shown, &step_of_walk(50), &settings);
+    let drawn = |selector: &Selector, scene| cuts(selector, scene, &ids);
+    assert_eq!(drawn(&selector, &scene), drawn(&other, &shown));
+    assert_eq!(selector.changes().count(), 1600);
 }
 
 #[test]
@@ -391,7 +418,7 @@ fn a_view_of_nan_refines_all_and_the_next_view_recovers() {
 
 #[test]
 fn a_budget_is_kept_in_every_frame_and_does_not_breathe() {
-    let scene = forest(20);
+    let (scene, _) = forest(20);
     let free = triangles_without_budget(&scene, &step_of_walk(0));
     for share in [0.5, 0.7, 0.9] {
         let budget = (free as f64 * share) as u64;
@@ -432,7 +459,7 @@ fn assert_kept(scene: &Scene, view: &View, selector: &Selector, budget: u64) {
 /// Jumps, a lens that zooms and a new budget.
 #[test]
 fn a_budget_is_kept_after_any_change() {
-    let scene = forest(20);
+    let (scene, _) = forest(20);
     let mut selector = Selector::default();
     let mut stops = Vec::new();
     for (eye, fov_y) in [
@@ -459,7 +486,7 @@ fn a_budget_is_kept_after_any_change() {
 
 #[test]
 fn a_budget_that_is_out_of_reach_costs_little() {
-    let scene = forest(20);
+    let (scene, _) = forest(20);
     let mut selector = Selector::default();
     // Less than everything at its coarsest.
     let settings = LodSettings::with_triangle_budget(10);

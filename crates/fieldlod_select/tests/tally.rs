@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use common::{hierarchies, vector};
 use fieldlod_select::{InstanceId, Scene, Tally};
@@ -14,13 +14,19 @@ enum Event {
     Add(Vec<Vec3>),
     Remove(usize),
     Move(usize, Vec3),
-    Number(usize, Option<[u32; 2]>),
+    Number(usize, Option<[u32; 3]>),
     /// Numbers given before the scene is up to date.
-    MoveAndNumber(usize, Vec3, [u32; 2]),
+    MoveAndNumber(usize, Vec3, [u32; 3]),
+    /// To layers that the view does not see, or to none.
+    Hide(usize, u64),
+    Show(usize),
 }
 
+/// The layer that is counted.
+const LAYER: u64 = 1;
+
 fn any_event() -> impl Strategy<Value = Event> {
-    let numbers = || [0u32..100_000, 0u32..100_000];
+    let numbers = || [0u32..100_000, 0u32..100_000, 0u32..3];
     let every = || 1usize..9;
     prop_oneof![
         prop::collection::vec(vector(), 1..200).prop_map(Event::Add),
@@ -28,6 +34,8 @@ fn any_event() -> impl Strategy<Value = Event> {
         (every(), vector()).prop_map(|(n, by)| Event::Move(n, by)),
         (every(), prop::option::weighted(0.9, numbers())).prop_map(|(n, to)| Event::Number(n, to)),
         (every(), vector(), numbers()).prop_map(|(n, by, to)| Event::MoveAndNumber(n, by, to)),
+        (every(), prop::sample::select(vec![0, 2])).prop_map(|(n, to)| Event::Hide(n, to)),
+        every().prop_map(Event::Show),
     ]
 }
 
@@ -35,7 +43,8 @@ fn any_event() -> impl Strategy<Value = Event> {
 #[derive(Default)]
 struct Counted {
     scene: Scene,
-    numbers: HashMap<InstanceId, Option<[u32; 2]>>,
+    numbers: HashMap<InstanceId, Option<[u32; 3]>>,
+    hidden: HashSet<InstanceId>,
 }
 
 impl Counted {
@@ -53,10 +62,26 @@ impl Counted {
         }
     }
 
-    fn number(&mut self, ids: &[InstanceId], to: Option<[u32; 2]>) {
+    /// What is hidden has no numbers, or zeros.
+    fn number(&mut self, ids: &[InstanceId], to: Option<[u32; 3]>) {
         for &id in ids {
+            let is_hidden = self.hidden.contains(&id);
+            let to = to.map(|numbers| numbers.map(|number| if is_hidden { 0 } else { number }));
             self.scene.set_numbers(id, to);
             self.numbers.insert(id, to);
+        }
+    }
+
+    fn hide(&mut self, ids: &[InstanceId], layers: u64) {
+        self.hidden.extend(ids);
+        self.number(ids, (layers == 0).then_some([0; 3]));
+        ids.iter().for_each(|&id| self.scene.set_layers(id, layers));
+    }
+
+    fn show(&mut self, ids: &[InstanceId]) {
+        for &id in ids {
+            self.hidden.remove(&id);
+            self.scene.set_layers(id, LAYER);
         }
     }
 
@@ -73,6 +98,7 @@ impl Counted {
                 for id in self.every(*n) {
                     self.scene.remove(id);
                     self.numbers.remove(&id);
+                    self.hidden.remove(&id);
                 }
             }
             Event::Move(n, by) => self.move_all(&self.every(*n), *by),
@@ -81,6 +107,8 @@ impl Counted {
                 self.move_all(&self.every(*n), *by);
                 self.number(&self.every(*n), Some(*to));
             }
+            Event::Hide(n, layers) => self.hide(&self.every(*n), *layers),
+            Event::Show(n) => self.show(&self.every(*n)),
         }
     }
 
@@ -89,14 +117,15 @@ impl Counted {
         let mut visited = Vec::new();
         let mut tally = self
             .scene
-            .tally_within(planes, sums, &mut |id, _| visited.push(id));
+            .tally_within(planes, LAYER, sums, &mut |id, _| visited.push(id));
         for id in &visited {
-            match self.numbers[id] {
-                Some([a, b]) => {
-                    tally.sums = [tally.sums[0] + u64::from(a), tally.sums[1] + u64::from(b)];
-                    tally.with_numbers += 1;
-                }
-                None => tally.without_numbers += 1,
+            assert!(!self.hidden.contains(id), "{id:?} is on another layer");
+            let Some(numbers) = self.numbers[id] else {
+                tally.without_numbers += 1;
+                continue;
+            };
+            for (sum, number) in tally.sums.iter_mut().zip(numbers) {
+                *sum += u64::from(number);
             }
         }
         (tally, visited.len())
@@ -134,14 +163,16 @@ fn what_has_numbers_is_not_visited_within() {
     let mesh = counted.scene.add_mesh(&hierarchies()[0]);
     let places = (0..1000u16).map(|i| Vec3::new(f32::from(i % 32), 0.0, f32::from(i / 32)) * 0.1);
     counted.apply(&Event::Add(places.collect()), mesh);
-    counted.apply(&Event::Number(1, Some([3, 2])), mesh);
+    counted.apply(&Event::Number(1, Some([3, 2, 1])), mesh);
     counted.scene.update();
     let half = Vec3::X.extend(-90.0);
     let (tally, visited) = counted.tally(&[half], true);
-    assert!(
-        visited * 3 < tally.with_numbers as usize,
-        "{visited} {tally:?}"
-    );
+    assert!(visited as u64 * 3 < tally.sums[2], "{visited} {tally:?}");
     let all = counted.tally(&[], true);
-    assert_eq!((all.0.sums, all.1), ([3000, 2000], 0));
+    assert_eq!((all.0.sums, all.1), ([3000, 2000, 1000], 0));
+    // Nor is what is hidden among it.
+    counted.apply(&Event::Hide(2, 0), mesh);
+    counted.scene.update();
+    let all = counted.tally(&[], true);
+    assert_eq!((all.0.sums, all.1), ([1500, 1000, 500], 0));
 }

@@ -42,6 +42,10 @@ impl TraversalContext<'_> {
     /// What all instances below a node have in common, and for how long; `None` if that cannot be told. So far
     /// they had `was` in common.
     fn answer(&self, node: &Node, was: Below) -> Option<(Below, Validity)> {
+        // What the view sees nothing of is as good as at its coarsest, wherever it is.
+        if node.layers & self.layers == 0 {
+            return Some((Below::Coarsest, Validity::forever(&self.now)));
+        }
         // Too small, all of them, or none of them.
         let were_drawn = match was {
             Below::Coarsest => Some(!self.is_first),

@@ -64,8 +64,9 @@ pub struct FieldLodSettings {
     pub offscreen_margin: f32,
     /// How much an error counts of what stands outside the margin, while some light that reaches the view
     /// casts shadows: from 0, which leaves it at its coarsest, to 1, which draws the level that its distance
-    /// asks for, so that shadows that reach far into the image keep their shape. What is seen casts the
-    /// shadow of what is drawn: of another level it would shade itself.
+    /// asks for. Shadows that reach far into the image keep their shape at 0.3, and most of what is drawn in a
+    /// frame may be such casters (`docs/tuning.md`). What is seen casts the shadow of what is drawn: of another
+    /// level it would shade itself.
     pub shadow_bias: f32,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
     /// leaves the view later than it entered.
@@ -89,7 +90,7 @@ pub struct FieldLodSettings {
 }
 
 impl Default for FieldLodSettings {
-    /// 1 px of screen-space error, coarsening below 0.8 px, with a margin of half the image on each side.
+    /// 1 px of screen-space error, coarsening below 0.8 px, with a margin of a tenth of the image on each side.
     fn default() -> Self {
         let settings = LodSettings::default();
         Self {
@@ -100,8 +101,8 @@ impl Default for FieldLodSettings {
             max_curl: settings.max_curl,
             triangle_budget: None,
             resolution_scale: settings.resolution_scale,
-            offscreen_margin: 0.5,
-            shadow_bias: 1.0,
+            offscreen_margin: 0.1,
+            shadow_bias: 0.3,
             edge_hysteresis: settings.edge_hysteresis,
             visible_flux: false,
             occluder_triangles: VisibleFlux::default().occluder_triangles,
@@ -177,12 +178,12 @@ mod tests {
     #[test]
     fn the_default_selects_as_the_library_does_but_for_the_margin() {
         let expected = LodSettings {
-            offscreen_margin: 0.5,
+            offscreen_margin: 0.1,
             ..LodSettings::default()
         };
         assert_eq!(FieldLodSettings::default().to_lod_settings(false), expected);
         let casting = LodSettings {
-            offscreen: Offscreen::OnAxis { bias: 1.0 },
+            offscreen: Offscreen::OnAxis { bias: 0.3 },
             ..expected
         };
         assert_eq!(FieldLodSettings::default().to_lod_settings(true), casting);

@@ -44,9 +44,9 @@ fn main() {
 
 fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
     let settings = LodSettings {
-        offscreen_margin: 0.5,
+        offscreen_margin: 0.1,
         offscreen: if has_sun {
-            Offscreen::OnAxis { bias: 1.0 }
+            Offscreen::OnAxis { bias: 0.3 }
         } else {
             Offscreen::Coarsest
         },

@@ -4,7 +4,7 @@
 //! `cargo bench -p fieldlod_tests --features no_device --bench frame -- 100000` prints the times of both worlds
 //! for that many props, on a device that does nothing; without a number it goes through all sizes. Without the
 //! feature there is no renderer, and objects are culled on the CPU. `-- unseen 100000` times props that no view
-//! sees; `-- _of_` compares the kinds of levels.
+//! sees, `-- trees 100000` a wood; `-- _of_` compares the kinds of levels.
 //! Figures are in `benches/RECORD.md`.
 
 mod field;
@@ -19,7 +19,7 @@ use criterion::{Criterion, criterion_group};
 use field::{Field, Method, Props};
 use fieldlod_bake::SourceMesh;
 use fieldlod_tests::frame_times::{FrameTimes, median};
-use fieldlod_tests::rock;
+use fieldlod_tests::{crown, rock};
 
 /// Sizes of the field, in props.
 const SIZES: [u32; 4] = [1_000, 10_000, 100_000, 1_000_000];
@@ -73,16 +73,18 @@ fn main() {
     if sizes.is_empty() {
         sizes.extend(SIZES);
     }
-    let is_unseen = std::env::args().any(|arg| arg == "unseen");
+    let asked = |what: &str| std::env::args().any(|arg| arg == what);
+    let is_unseen = asked("unseen");
+    let shapes = if asked("trees") { trees() } else { rocks() };
     for size in sizes {
         for has_sun in [false, true] {
             let light = if has_sun { "a sun" } else { "no sun" };
             println!("{size} props, {light}: medians in ms, standing and walking");
             if is_unseen {
-                let new = |(_, method, props)| Field::new(method, &rocks(), size, props, has_sun);
+                let new = |(_, method, props)| Field::new(method, &shapes, size, props, has_sun);
                 print_frames(&UNSEEN.map(|(name, ..)| name), UNSEEN.map(new));
             } else {
-                let new = |(_, method)| checked_field(method, size, has_sun);
+                let new = |(_, method)| checked_field(method, &shapes, size, has_sun);
                 print_frames(&METHODS.map(|(name, _)| name), METHODS.map(new));
             }
         }
@@ -92,6 +94,11 @@ fn main() {
 /// A rock of 5 120 triangles and what someone would draw of it further off.
 fn rocks() -> [SourceMesh; 3] {
     [4, 3, 2].map(|subdivisions| rock(subdivisions, 1))
+}
+
+/// A tree of 15,120 triangles and what someone would draw of it further off.
+fn trees() -> [SourceMesh; 3] {
+    [crown(2_500, 1), rock(3, 1), rock(2, 1)]
 }
 
 /// Frames of the walk on which levels must change.
@@ -125,11 +132,21 @@ fn print_frames<const N: usize>(names: &[&str; N], fields: [Field; N]) {
         };
         println!("{name:<25}{}{}", of(still), of(walking));
     }
+    for (name, (field, ..)) in names.iter().zip(&mut runs) {
+        let stats = field.stats();
+        if stats.triangles_drawn > 0 {
+            let (drawn, full) = (stats.triangles_drawn, stats.triangles_full);
+            let (entities, select) = (field.levels().len(), stats.selection_time);
+            println!(
+                "{name}: {drawn} of {full} triangles, {entities} entities, last selection {select:?}"
+            );
+        }
+    }
 }
 
 /// A field that does what it is timed for.
-fn checked_field(method: Method, count: u32, sun: bool) -> Field {
-    let mut field = Field::new(method, &rocks(), count, Props::Seen, sun);
+fn checked_field(method: Method, shapes: &[SourceMesh], count: u32, sun: bool) -> Field {
+    let mut field = Field::new(method, shapes, count, Props::Seen, sun);
     if let Method::AutoLod(_) = method {
         let before = field.levels();
         for _ in 0..WALK {

@@ -3,17 +3,18 @@
 //!
 //! `cargo bench -p fieldlod_tests --bench whole_frame`. The methods draw in turn, so that all share what
 //! else the machine does; "ms" are whole updates until the GPU is done, then the main world, the render world with
-//! the extraction, and the GPU's own clock where it has one. `-- --walkthrough` flies along the path of the
-//! walkthrough on the same adapter afterwards, and prints its summary; a path to the program may follow, if it was built
-//! before.
+//! the extraction, and the GPU's own clock where it has one, for all but shadows, which Bevy does not time.
+//! `-- --walkthrough` draws half a second of the walkthrough on the same adapter afterwards, by each method; a path to
+//! the program may follow, if it was built before.
 //!
 //! Bevy's meshlets are not among the methods: their feature links another version of meshoptimizer under the same C
 //! symbols, and has to compile Bevy anew.
 
 mod field_of_rocks;
 mod levels;
+mod walkthrough;
 
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use bevy_fieldlod::LodKind;
@@ -39,31 +40,8 @@ fn main() -> ExitCode {
     compare_methods();
     let mut args = std::env::args().skip_while(|arg| arg != "--walkthrough");
     match args.next() {
-        Some(_) => fly(args.find(|arg| !arg.starts_with('-'))),
+        Some(_) => walkthrough::compare(args.find(|arg| !arg.starts_with('-')).as_deref()),
         None => ExitCode::SUCCESS,
-    }
-}
-
-/// Runs the walkthrough on the adapter, built before as `program` or now.
-fn fly(program: Option<String>) -> ExitCode {
-    let mut command = match program {
-        Some(program) => Command::new(program),
-        None => {
-            let mut command = Command::new(env!("CARGO"));
-            command.args(["run", "--release", "-p", "walkthrough", "--"]);
-            command
-        }
-    };
-    let pictures = std::env::temp_dir().join("fieldlod-walkthrough");
-    let status = command.arg("--offscreen").arg(&pictures).status();
-    std::fs::remove_dir_all(&pictures).ok();
-    match status {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("the walkthrough does not start: {error}");
-            ExitCode::FAILURE
-        }
     }
 }
 

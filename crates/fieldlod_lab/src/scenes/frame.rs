@@ -126,9 +126,9 @@ impl<'a> Frame<'a> {
     pub(super) fn settings(&self, error_px: f32, least_share: Option<f32>) -> LodSettings {
         let with_shadows = self.stage.with_shadows;
         LodSettings {
-            offscreen_margin: 0.5,
+            offscreen_margin: 0.1,
             offscreen: if with_shadows {
-                Offscreen::OnAxis { bias: 1.0 }
+                Offscreen::OnAxis { bias: 0.3 }
             } else {
                 Offscreen::Coarsest
             },

@@ -1,13 +1,16 @@
 //! Sources that the GPU does not have while their units are drawn.
 
+use std::time::{Duration, Instant};
+
 use bevy::color::palettes::css;
 use bevy::prelude::*;
-use bevy::render::RenderApp;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
+use bevy::render::{RenderApp, RenderStartup};
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage};
+use image::RgbaImage;
 
 use crate::picture::{count_beyond, enclosed};
 
@@ -18,6 +21,15 @@ fn stage_with(sources_on_gpu: bool) -> Option<(Stage, Entity, Handle<Mesh>, Eye)
         sources_on_gpu,
         ..default()
     });
+    Some(with_rock(stage))
+}
+
+/// The same, as the plugin is by itself.
+fn stage_by_default() -> Option<(Stage, Entity, Handle<Mesh>, Eye)> {
+    Stage::new().map(with_rock)
+}
+
+fn with_rock(mut stage: Stage) -> (Stage, Entity, Handle<Mesh>, Eye) {
     let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 5)));
     let white = stage.add(StandardMaterial {
         unlit: true,
@@ -33,7 +45,7 @@ fn stage_with(sources_on_gpu: bool) -> Option<(Stage, Entity, Handle<Mesh>, Eye)
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
     stage.run_until_ready();
     (0..3).for_each(|_| stage.app.update());
-    Some((stage, rock, mesh, eye))
+    (stage, rock, mesh, eye)
 }
 
 fn is_on_gpu(stage: &Stage, mesh: &Handle<Mesh>) -> bool {
@@ -104,5 +116,120 @@ fn sources_stay_where_units_come_a_few_at_a_time_and_nothing_is_missing() {
         }
     }
     assert!(is_on_gpu(&stage, &mesh));
+    assert!(stage.stats(&eye).units_drawn > 0);
+}
+
+/// Meshes that are drawn by others are on the GPU for as long as these are there, whoever comes first.
+#[test]
+fn a_source_that_others_draw_stays_or_returns() {
+    let Some((mut stage, rock, mesh, _)) = stage_by_default() else {
+        return;
+    };
+    assert!(!is_on_gpu(&stage, &mesh));
+    // Other objects that are cut need it as little.
+    let copy = stage.app.world_mut().entity_mut(rock).clone_and_spawn();
+    stage.insert(copy, Transform::from_xyz(9.0, 0.0, 0.0));
+    (0..2).for_each(|_| stage.app.update());
+    assert!(!is_on_gpu(&stage, &mesh));
+    let plain = (Mesh3d(mesh.clone()), NoLod);
+    let flat = Mesh2d(mesh.clone());
+    let other = stage.add(Mesh::from(Cuboid::default()));
+    for index in 0..2 {
+        let drawer = match index {
+            0 => stage.spawn(plain.clone()),
+            _ => stage.spawn(flat.clone()),
+        };
+        stage.app.update();
+        assert!(is_on_gpu(&stage, &mesh), "{index}");
+        // It stays while that is there, though objects come and go.
+        let more = stage.app.world_mut().entity_mut(rock).clone_and_spawn();
+        (0..2).for_each(|_| stage.app.update());
+        stage.app.world_mut().despawn(more);
+        (0..2).for_each(|_| stage.app.update());
+        assert!(is_on_gpu(&stage, &mesh), "{index}");
+        match index {
+            0 => stage.insert(drawer, Mesh3d(other.clone())),
+            _ => stage.insert(drawer, Mesh2d(other.clone())),
+        }
+        (0..2).for_each(|_| stage.app.update());
+        assert!(!is_on_gpu(&stage, &mesh), "{index}");
+        // Someone changes the handle in place.
+        if let Some(mut drawn) = stage.app.world_mut().get_mut::<Mesh3d>(drawer) {
+            drawn.0 = mesh.clone();
+            stage.app.update();
+            assert!(is_on_gpu(&stage, &mesh));
+            stage.app.world_mut().despawn(drawer);
+            (0..2).for_each(|_| stage.app.update());
+            assert!(!is_on_gpu(&stage, &mesh));
+        }
+    }
+}
+
+/// A program changes a source that the GPU has not: each frame is as if the GPU had it.
+#[test]
+fn a_source_that_changes_while_the_gpu_has_it_not_is_drawn_as_it_is_then() {
+    let Some(kept) = stage_with(true) else {
+        return;
+    };
+    let mut stages = [kept, stage_by_default().unwrap()];
+    let [before, _] = shoot_each(&mut stages);
+    for (stage, _, mesh, _) in &mut stages {
+        let mut meshes = stage.app.world_mut().resource_mut::<Assets<Mesh>>();
+        let flatter = meshes.get(&*mesh).unwrap().clone();
+        let flatter = flatter.scaled_by(Vec3::new(1.0, 0.5, 1.0));
+        *meshes.get_mut(&*mesh).unwrap() = flatter;
+    }
+    for frame in 0..4 {
+        let [expected, picture] = shoot_each(&mut stages);
+        assert_eq!(count_beyond(&picture, &expected, 2), 0, "{frame}");
+        assert!(frame < 2 || count_beyond(&picture, &before, 2) > 500);
+    }
+    // Its levels are made anew once it rests.
+    let deadline = Instant::now() + Duration::from_secs(120);
+    for (stage, _, _, eye) in &mut stages {
+        while stage.stats(eye).units_drawn == 0 {
+            assert!(Instant::now() < deadline, "no levels");
+            stage.app.update();
+        }
+    }
+    let [expected, picture] = shoot_each(&mut stages);
+    assert_eq!(count_beyond(&picture, &expected, 2), 0);
+    let [is_kept, is_left] = stages
+        .each_ref()
+        .map(|(stage, _, mesh, _)| is_on_gpu(stage, mesh));
+    assert!(is_kept && !is_left);
+    for (stage, _, _, eye) in &mut stages {
+        let full = FieldLodSettings {
+            forced_level: Some(0),
+            ..default()
+        };
+        stage.insert(eye.entity, full);
+    }
+    let [expected, picture] = shoot_each(&mut stages);
+    assert_eq!(count_beyond(&picture, &expected, 2), 0);
+}
+
+fn shoot_each(stages: &mut [(Stage, Entity, Handle<Mesh>, Eye); 2]) -> [RgbaImage; 2] {
+    stages.each_mut().map(|(stage, _, _, eye)| {
+        let [picture] = stage.shoot([&*eye]);
+        picture
+    })
+}
+
+/// On a new device all begins anew, sources included.
+#[test]
+fn a_source_that_the_gpu_has_not_outlives_the_device() {
+    let Some((mut stage, _, mesh, eye)) = stage_by_default() else {
+        return;
+    };
+    let [before] = stage.shoot([&eye]);
+    let render_app = stage.app.sub_app_mut(RenderApp);
+    render_app.world_mut().run_schedule(RenderStartup);
+    (0..2).for_each(|_| stage.app.update());
+    stage.run_until_ready();
+    (0..3).for_each(|_| stage.app.update());
+    assert!(!is_on_gpu(&stage, &mesh));
+    let [picture] = stage.shoot([&eye]);
+    assert_eq!(count_beyond(&picture, &before, 2), 0);
     assert!(stage.stats(&eye).units_drawn > 0);
 }

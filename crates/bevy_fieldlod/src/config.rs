@@ -1,6 +1,7 @@
 //! Settings of the plugin as a whole.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use bevy::prelude::*;
 #[cfg(feature = "bake")]
@@ -70,10 +71,11 @@ pub struct FieldLodConfig {
     /// no camera has [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing): the CPU then looks at none that
     /// has not changed, and no list of the main world has them.
     pub gpu_culling: bool,
-    /// Whether source meshes stay on the GPU while all that has them is drawn as units in all views. Where they do
-    /// not, they come back from main memory, in the frame in which a view or an entity draws them: nobody else may
-    /// use them on the GPU. They stay with [`units_per_frame`](Self::units_per_frame), which draws them now and
-    /// then, and where main memory has them not.
+    /// Whether source meshes stay on the GPU while all that has them is drawn as units in all views. Otherwise they
+    /// leave it, and come back from main memory in the frame in which a view draws them in full, or any other
+    /// [`Mesh3d`] or [`Mesh2d`] has them. What draws the handle of a source by other means, as ray tracers and particles
+    /// do, is not seen, and needs this. They always stay with [`units_per_frame`](Self::units_per_frame), which
+    /// draws them now and then, and where main memory has them not.
     pub sources_on_gpu: bool,
     /// How much memory the meshes of `.fieldpages` files may take.
     pub memory: LodMemory,
@@ -90,20 +92,25 @@ pub struct LodMemory {
     /// Bytes of main memory of what is being read, decoded and sent to the GPU, where it does not stay. Tables
     /// of contents, about 170 kB for a million triangles, come on top.
     pub main_bytes: u64,
+    /// How long what no view wants any more stays on the GPU while there is room for it, for when the camera comes
+    /// back, by [`Time<Real>`](bevy::time::Real). [`Duration::MAX`] keeps all until its room is needed.
+    pub keep_unused: Duration,
 }
 
 impl Default for LodMemory {
-    /// 512 MiB on the GPU, as adapters do not tell how much they have; 64 MiB on the way there.
+    /// 512 MiB on the GPU, as adapters do not tell how much they have; 64 MiB on the way there; five seconds.
     fn default() -> Self {
         Self {
             gpu_bytes: 512 << 20,
             main_bytes: 64 << 20,
+            keep_unused: Duration::from_secs(5),
         }
     }
 }
 
 impl Default for FieldLodConfig {
-    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache; half of the cores.
+    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache; half of the cores;
+    /// sources of units leave the GPU.
     fn default() -> Self {
         Self {
             whole_world: false,
@@ -120,7 +127,7 @@ impl Default for FieldLodConfig {
             units_per_frame: None,
             idle_frames: 60,
             gpu_culling: true,
-            sources_on_gpu: true,
+            sources_on_gpu: false,
             memory: LodMemory::default(),
         }
     }

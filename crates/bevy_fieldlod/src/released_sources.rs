@@ -3,10 +3,13 @@
 //! Bevy keeps a mesh on the GPU as long as anything refers to it. Here the render world is told that a mesh was removed
 //! as soon as all entities that have it are drawn as units, and that it was added, with what main memory has of it,
 //! in the frame in which an entity or a view wants the source again.
+//!
+//! Who has a mesh is looked up anew where something has come or gone that may: all other frames cost nothing.
 
 use std::sync::{Mutex, PoisonError};
 
 use bevy::asset::{AssetId, RenderAssetUsages};
+use bevy::ecs::lifecycle::Discard;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
@@ -21,14 +24,28 @@ use crate::view_cut::{ViewCut, ViewState};
 
 /// Source meshes that the GPU does not have.
 #[derive(Resource, Default)]
-struct ReleasedSources {
+pub(crate) struct ReleasedSources {
     released: HashSet<AssetId<Mesh>>,
+    /// Those that it has although all of their objects are drawn as units: others draw them as they are.
+    shared: HashSet<AssetId<Mesh>>,
+    /// Whether something may have come or gone that draws one of those.
+    is_stale: bool,
+    /// Whether a view draws sources.
+    are_seen: bool,
     /// What the render world has not heard of yet: whether the GPU is to have a mesh.
     changes: Mutex<Vec<(AssetId<Mesh>, bool)>>,
 }
 
+impl ReleasedSources {
+    /// Notes that an entity draws a mesh as it is from now on, or does no more.
+    pub(crate) fn note(&mut self, mesh: AssetId<Mesh>) {
+        self.is_stale |= self.released.contains(&mesh) || self.shared.contains(&mesh);
+    }
+}
+
 /// Releases sources, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<ReleasedSources>();
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
     };
@@ -36,16 +53,70 @@ pub(crate) fn plugin(app: &mut App) {
         ExtractSchedule,
         tell_render_assets.after(AssetExtractionSystems),
     );
-    let is_wanted = |config: Res<FieldLodConfig>, sources: Res<ReleasedSources>| {
-        config.releases_sources() || !sources.released.is_empty()
-    };
-    app.init_resource::<ReleasedSources>().add_systems(
-        PostUpdate,
-        release_sources
-            .run_if(is_wanted)
-            .after(FieldLodSystems::Spawn)
-            .in_set(FieldLodSystems::Filter),
-    );
+    app.add_observer(note_new_units)
+        .add_observer(note_lost_units)
+        .add_observer(note_flat_mesh)
+        .add_observer(note_lost_flat_mesh)
+        .add_observer(note_lost_mesh)
+        .add_systems(
+            PostUpdate,
+            release_sources
+                .run_if(may_release)
+                .after(FieldLodSystems::Spawn)
+                .in_set(FieldLodSystems::Filter),
+        );
+}
+
+fn note_new_units(_: On<Add, LodClusters>, mut sources: ResMut<ReleasedSources>) {
+    sources.is_stale = true;
+}
+
+fn note_lost_units(_: On<Remove, LodClusters>, mut sources: ResMut<ReleasedSources>) {
+    sources.is_stale = true;
+}
+
+/// Flat meshes draw their mesh as it is.
+fn note_flat_mesh(
+    flat: On<Insert, Mesh2d>,
+    meshes: Query<&Mesh2d>,
+    mut sources: ResMut<ReleasedSources>,
+) {
+    if let Ok(mesh) = meshes.get(flat.entity) {
+        sources.note(mesh.id());
+    }
+}
+
+fn note_lost_flat_mesh(
+    lost: On<Discard, Mesh2d>,
+    meshes: Query<&Mesh2d>,
+    mut sources: ResMut<ReleasedSources>,
+) {
+    if let Ok(mesh) = meshes.get(lost.entity) {
+        sources.note(mesh.id());
+    }
+}
+
+fn note_lost_mesh(
+    lost: On<Discard, Mesh3d>,
+    meshes: Query<&Mesh3d>,
+    mut sources: ResMut<ReleasedSources>,
+) {
+    if let Ok(mesh) = meshes.get(lost.entity) {
+        sources.note(mesh.id());
+    }
+}
+
+/// Whether sources may have to leave the GPU or come back.
+fn may_release(
+    sources: Res<ReleasedSources>,
+    views: Query<&ViewCut>,
+    config: Res<FieldLodConfig>,
+) -> bool {
+    sources.is_stale || config.is_changed() || sources.are_seen != any_sees_sources(&views)
+}
+
+fn any_sees_sources(views: &Query<&ViewCut>) -> bool {
+    views.iter().any(|cut| cut.state == ViewState::FullDetail)
 }
 
 impl FieldLodConfig {
@@ -59,13 +130,16 @@ impl FieldLodConfig {
 fn release_sources(
     mut sources: ResMut<ReleasedSources>,
     mut drawn: Query<(&mut Mesh3d, Has<LodClusters>), Without<LodUnit>>,
+    flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
     meshes: Res<Assets<Mesh>>,
     config: Res<FieldLodConfig>,
 ) {
-    let sees_sources = views.iter().any(|cut| cut.state == ViewState::FullDetail);
-    let mut spare = HashSet::new();
-    if config.releases_sources() && !sees_sources {
+    let sources = sources.bypass_change_detection();
+    sources.is_stale = false;
+    sources.are_seen = any_sees_sources(&views);
+    let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
+    if config.releases_sources() && !sources.are_seen {
         let clustered = drawn.iter().filter(|(_, is_cut)| *is_cut);
         spare.extend(clustered.map(|(mesh, _)| mesh.id()));
         // It comes back from main memory.
@@ -74,19 +148,23 @@ fn release_sources(
             usage == Some(RenderAssetUsages::default())
         };
         spare.retain(is_kept);
-        for (mesh, _) in drawn.iter().filter(|(_, is_cut)| !is_cut) {
-            spare.remove(&mesh.id());
+        let others = drawn.iter().filter(|(_, is_cut)| !is_cut);
+        let others = others.map(|(mesh, _)| mesh.id());
+        for mesh in others.chain(flat.iter().map(|mesh| mesh.id())) {
+            shared.extend(spare.take(&mesh));
         }
     }
-    let ReleasedSources { released, changes } = sources.bypass_change_detection();
-    if *released == spare {
-        return;
-    }
+    let ReleasedSources {
+        released, changes, ..
+    } = &mut *sources;
     let changes = changes.get_mut().unwrap_or_else(PoisonError::into_inner);
     changes.extend(spare.difference(released).map(|mesh| (*mesh, false)));
     let back: HashSet<AssetId<Mesh>> = released.difference(&spare).copied().collect();
     changes.extend(back.iter().map(|mesh| (*mesh, true)));
-    *released = spare;
+    (sources.released, sources.shared) = (spare, shared);
+    if back.is_empty() {
+        return;
+    }
     // Where the mesh lies has to be looked up anew.
     for (mut mesh, _) in &mut drawn {
         if back.contains(&mesh.id()) {

@@ -14,6 +14,7 @@ use crate::lod_mesh::{
 };
 use crate::lod_scene::LodScene;
 use crate::meshes::LodMeshes;
+use crate::released_sources::ReleasedSources;
 use crate::systems::FieldLodSystems;
 use crate::units::LodUnit;
 
@@ -100,6 +101,7 @@ fn track_objects(
     auto_lods: AutoLodLookup,
     known: Res<LodMeshes>,
     mut meshes: ResMut<Assets<Mesh>>,
+    mut sources: ResMut<ReleasedSources>,
 ) {
     for entity in changed.take(auto_lods.config.is_changed()) {
         let Ok((mesh, object, source)) = objects.get_mut(entity) else {
@@ -122,6 +124,7 @@ fn track_objects(
             continue;
         }
         // Any other starts anew.
+        sources.note(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodPlain, LodWaiting)>();
         if let Some(source) = source {

@@ -116,6 +116,7 @@ fn report(rocks: &[PagedMesh], pace: &Pace, gpu_mib: u64, disk: Disk) {
     let settings = StreamSettings {
         gpu_bytes: gpu_mib << 20,
         loading_bytes: 256 << 20,
+        ..StreamSettings::default()
     };
     let mut world = World::new(rocks, settings, disk);
     let frames: Vec<FrameReport> = (0..(SECONDS * FRAMES_A_SECOND) as u64)

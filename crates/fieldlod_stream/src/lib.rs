@@ -10,6 +10,7 @@
 //!   ones before those that are of no use without. What was not used for longest is evicted first.
 //! - What is in use is never evicted. Where all that is in use or wanted exceeds the budget, errors count
 //!   for less, [in small steps](Residency::coarsening), until it fits; where much of the budget is free again, for more.
+//! - What was not in use for a while is evicted though there is room: a camera that comes back within it reads nothing.
 //!
 //! `benches/RECORD.md` has what is missing, by how many pixels, while one walks, drives and teleports through a
 //! world of 33 million triangles with 256 and 26 MiB. Views whose selection keeps what is beside them
@@ -33,6 +34,7 @@
 //! what it was told alone, in its order.
 //!
 //! ```
+//! # use std::time::Duration;
 //! # use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile, fixtures};
 //! # use fieldlod_stream::{Residency, StreamSettings};
 //! let hills = BakedPrimitive::new(0, 0, "hills", fixtures::grid_pyramid(2));
@@ -42,7 +44,7 @@
 //! let mut residency = Residency::new(StreamSettings::default());
 //! let hills = residency.add_mesh(&file.meshes[0]);
 //! // In each frame: what views ask for, and what is to be done.
-//! let orders = residency.update();
+//! let orders = residency.update(Duration::from_millis(16));
 //! assert_eq!((orders.load.len(), orders.load[0].mesh, orders.load[0].page), (1, hills, 0));
 //! // When it has been read and is on the GPU:
 //! residency.set_loaded(orders.load[0]);

@@ -1,5 +1,7 @@
 //! The pages of one mesh, and which of them depend on which.
 
+use std::time::Duration;
+
 use fieldlod_hierarchy::PagedMesh;
 
 /// A mesh of a [`Residency`](crate::Residency). Ids are given once.
@@ -39,6 +41,8 @@ pub(crate) struct PageEntry {
     pub(crate) failures: u32,
     /// The last frame in which a view refined one of its groups, or would have.
     pub(crate) used_at: u64,
+    /// The time of that frame.
+    pub(crate) used_at_time: Duration,
     /// Pixels that are lacking for each byte; what depends on it included.
     pub(crate) priority: f32,
     /// Pages of coarser groups, without which groups of this are not refined.
@@ -74,6 +78,7 @@ impl MeshPages {
                 loading_bytes: gpu_bytes + (page.bytes.end - page.bytes.start),
                 failures: 0,
                 used_at: 0,
+                used_at_time: Duration::ZERO,
                 priority: 0.0,
                 coarser,
             }

@@ -1,6 +1,7 @@
 //! What is loaded and what is evicted.
 
 use std::cmp::Reverse;
+use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
 
@@ -20,6 +21,8 @@ const MOST_COARSENING: f32 = 1000.0;
 const PATIENCE: [u64; 2] = [120, 7680];
 /// Frames until a page that could not be loaded is tried again, for the first time and at most.
 const RETRY_FRAMES: [u64; 2] = [30, 1920];
+/// Frames in which all meshes are looked through for pages that were not in use for long, some in each.
+const SWEEP_FRAMES: u64 = 16;
 
 /// Which pages are in memory.
 #[derive(Clone, Debug)]
@@ -27,6 +30,8 @@ pub struct Residency {
     settings: StreamSettings,
     meshes: Vec<Option<MeshPages>>,
     frame: u64,
+    /// The time of this frame, since the beginning.
+    time: Duration,
     coarsening: f32,
     /// The last frame in which more was wanted than fits, and for how long that is remembered.
     exceeded_at: u64,
@@ -79,6 +84,7 @@ impl Residency {
             settings,
             meshes: Vec::new(),
             frame: 1,
+            time: Duration::ZERO,
             coarsening: 1.0,
             exceeded_at: 0,
             patience: PATIENCE[0],
@@ -186,6 +192,7 @@ impl Residency {
         let is_first_time = entry.used_at != self.frame;
         if is_first_time {
             entry.used_at = self.frame;
+            entry.used_at_time = self.time;
             entry.priority = 0.0;
             // First pages are counted anyway.
             if page > 0 {
@@ -201,8 +208,9 @@ impl Residency {
         }
     }
 
-    /// Ends a frame: says what to load and what to evict, by what was asked for since the last one.
-    pub fn update(&mut self) -> Orders {
+    /// Ends a frame: says what to load and what to evict, by what was asked for since the last one. The next
+    /// frame begins; it is so much later.
+    pub fn update(&mut self, elapsed: Duration) -> Orders {
         self.statistics.wanted_bytes = self.wanted_bytes + self.first_page_bytes;
         self.statistics.missing_pages = self.wanted.len() as u32;
         self.adapt();
@@ -212,9 +220,11 @@ impl Residency {
         // With a smaller budget than before, nothing may be wanted and yet too much be held.
         self.make_room(0, &mut orders);
         self.idle = None;
+        self.evict_unused(&mut orders);
         self.wanted.clear();
         self.wanted_bytes = 0;
         self.frame += 1;
+        self.time = self.time.saturating_add(elapsed);
         orders
     }
 
@@ -322,22 +332,35 @@ impl Residency {
 
     /// The pages that are not in use, that which was not for longest last.
     fn find_idle(&self) -> Vec<StreamPageId> {
-        let mut idle: Vec<(u64, StreamPageId)> = Vec::new();
-        for (mesh, pages) in (0..).zip(&self.meshes) {
-            // First pages stay.
-            let pages = pages.iter().flat_map(|mesh| (0..).zip(&mesh.pages).skip(1));
-            let is_idle =
-                |page: &PageEntry| page.state == PageState::Resident && page.used_at < self.frame;
-            let mesh = StreamMeshId(mesh);
-            idle.extend(
-                pages
-                    .filter(|(_, page)| is_idle(page))
-                    .map(|(number, page)| (page.used_at, StreamPageId { mesh, page: number })),
-            );
-        }
+        let meshes = 0..self.meshes.len() as u32;
+        let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
+        let mut idle: Vec<(StreamPageId, &PageEntry)> = idle.collect();
         // Of those that were in use together, finer ones, with greater numbers, go first.
-        idle.sort_unstable_by_key(|&(used_at, page)| (Reverse(used_at), page.page, page.mesh));
-        idle.into_iter().map(|(_, page)| page).collect()
+        idle.sort_unstable_by_key(|&(id, page)| (Reverse(page.used_at), id.page, id.mesh));
+        idle.into_iter().map(|(id, _)| id).collect()
+    }
+
+    /// The pages of a mesh that are not in use.
+    fn idle_of(&self, mesh: StreamMeshId) -> impl Iterator<Item = (StreamPageId, &PageEntry)> {
+        let pages = self.mesh(mesh).map_or(&[][..], |mesh| &mesh.pages);
+        // First pages stay.
+        let pages = (0..).zip(pages).skip(1);
+        let pages = pages.map(move |(page, entry)| (StreamPageId { mesh, page }, entry));
+        pages.filter(|(_, page)| page.state == PageState::Resident && page.used_at < self.frame)
+    }
+
+    /// Evicts what was not in use for as long as pages are kept, of some meshes in each frame.
+    fn evict_unused(&mut self, orders: &mut Orders) {
+        let keep = self.settings.keep_unused;
+        let is_unused = |page: &PageEntry| self.time - page.used_at_time > keep;
+        let meshes = (self.frame % SWEEP_FRAMES) as usize..self.meshes.len();
+        let idle = meshes
+            .step_by(SWEEP_FRAMES as usize)
+            .flat_map(|mesh| self.idle_of(StreamMeshId(mesh as u32)));
+        let unused = idle.filter(|(_, page)| is_unused(page)).map(|(id, _)| id);
+        for page in unused.collect::<Vec<StreamPageId>>() {
+            self.evict(page, orders);
+        }
     }
 
     fn evict(&mut self, page: StreamPageId, orders: &mut Orders) {

@@ -4,6 +4,7 @@ mod simulation;
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
 use fieldlod_select::{LodSettings, Offscreen};
@@ -35,6 +36,7 @@ fn budget(gpu_bytes: u64) -> StreamSettings {
     StreamSettings {
         gpu_bytes,
         loading_bytes: 1 << 20,
+        ..StreamSettings::default()
     }
 }
 
@@ -183,7 +185,7 @@ fn a_broken_page_holds_up_nothing_else() {
 fn a_mesh_may_go_while_its_pages_come() {
     let mut residency = Residency::new(budget(u64::MAX));
     let [stays, goes] = [0, 1].map(|rock| residency.add_mesh(&ROCKS[rock]));
-    let orders = residency.update();
+    let orders = residency.update(Duration::ZERO);
     assert_eq!(orders.load.len(), 2);
     residency.demand(goes, 0, Some(5.0));
     residency.remove_mesh(goes);
@@ -196,7 +198,7 @@ fn a_mesh_may_go_while_its_pages_come() {
     assert_eq!(accepted, [true, false]);
     residency.set_failed(orders.load[1]);
     residency.demand(goes, 0, Some(5.0));
-    assert_eq!(residency.update(), Default::default());
+    assert_eq!(residency.update(Duration::ZERO), Default::default());
     let statistics = residency.statistics();
     assert_eq!(
         statistics.resident_bytes,
@@ -226,6 +228,45 @@ fn a_budget_may_shrink() {
     }
 }
 
+/// There and back, with room for all: what is behind leaves after a while, and not before.
+#[test]
+fn what_is_not_in_use_for_long_leaves_though_there_is_room() {
+    let keep_unused = Duration::from_secs(3);
+    let settings = StreamSettings {
+        keep_unused,
+        ..budget(u64::MAX)
+    };
+    let mut world = World::new(&ROCKS, settings, Disk::IDEAL);
+    let mut stand = |eye: Vec3, seconds: u32| {
+        let before = world.log.len();
+        for _ in 0..seconds * 60 {
+            world.frame(eye, eye + TARGET - EYE);
+            assert!(world.draws_whole_cuts());
+        }
+        let statistics = world.residency.statistics();
+        (world.log[before..].to_vec(), statistics)
+    };
+    let elsewhere = EYE + Vec3::new(40.0, 0.0, 40.0);
+    let (log, near) = stand(EYE, 5);
+    assert!(log.iter().all(|(_, _, is_load)| *is_load));
+    assert_eq!(near.wanted_bytes, near.resident_bytes);
+    // A short look elsewhere costs nothing.
+    assert!(stand(elsewhere, 2).1.wanted_bytes < near.wanted_bytes / 4);
+    assert!(stand(EYE, 5).0.is_empty());
+    // All but what is in use is gone after some time more than that.
+    assert!(stand(elsewhere, 2).0.is_empty());
+    let (log, far) = stand(elsewhere, 3);
+    assert!(log.iter().all(|(_, _, is_load)| !*is_load) && !log.is_empty());
+    assert_eq!(far.wanted_bytes, far.resident_bytes);
+    // And comes back.
+    let (log, back) = stand(EYE, 1);
+    assert!(log.iter().all(|(_, _, is_load)| *is_load));
+    assert_eq!(
+        (back.resident_bytes, back.missing_pages),
+        (near.resident_bytes, 0)
+    );
+}
+
 fn place() -> impl Strategy<Value = Vec3> {
     (-5.0f32..15.0, 0.0f32..3.0, -5.0f32..15.0).prop_map(Vec3::from)
 }
@@ -241,11 +282,12 @@ proptest! {
         loading_bytes in prop_oneof![Just(0u64), 1_000u64..1_000_000],
         bytes_a_second in prop_oneof![1e4f64..1e6, 1e6f64..1e9],
         latency_seconds in 0.0f64..2.0,
+        keep_unused in prop_oneof![Just(Duration::ZERO), Just(Duration::from_millis(200)), Just(Duration::MAX)],
         is_beside in any::<bool>(),
     ) {
         let (least, all) = (least_bytes(), bytes_of(&ROCKS));
         let gpu_bytes = least + ((all - least) as f64 * share * share) as u64;
-        let settings = StreamSettings { gpu_bytes, loading_bytes };
+        let settings = StreamSettings { gpu_bytes, loading_bytes, keep_unused };
         let disk = Disk { bytes_a_second, latency_seconds };
         let run = || {
             let mut world = World::new(&ROCKS, settings, disk);

@@ -96,6 +96,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.glb", conflicts_with = "offscreen")]
     pub(crate) write_scene: Option<PathBuf>,
 
+    /// Write a scene of N rocks, each of 327,680 triangles and unlike all others, in place of the ruins.
+    #[arg(long, value_name = "N", requires = "write_scene", value_parser = clap::value_parser!(u32).range(1..=300))]
+    pub(crate) rocks: Option<u32>,
+
     /// Walk through the scene that `fieldlod bake --scene` wrote to DIR, of which only what is seen is in memory,
     /// in place of a generated one.
     #[arg(long, value_name = "DIR")]

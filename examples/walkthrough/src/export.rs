@@ -7,6 +7,7 @@ use bevy::prelude::*;
 use serde_json::{Value, json};
 
 use crate::layout;
+use crate::placed::Placed;
 use crate::quality::Quality;
 use crate::shapes::{self, Shape, ShapeId};
 
@@ -39,30 +40,24 @@ pub(crate) fn write_plants(directory: &Path) -> Result<(), String> {
 pub(crate) fn write_scene(path: &Path, quality: &Quality) -> Result<(), String> {
     let mut glb = Glb::default();
     let mut meshes = HashMap::new();
-    for (id, mut shape) in shapes::generate_all(quality.ground_squares) {
-        let (colors, mean) = shape.relative_colors();
-        shape.colors = colors;
-        let material = json!({
-            "name": "color",
-            "pbrMetallicRoughness": {"baseColorFactor": mean.extend(1.0).to_array(), "metallicFactor": 0.0},
-        });
-        let primitive = json!({"material": glb.materials.len()});
-        glb.materials.push(material);
-        meshes.insert(id, glb.add_mesh(&id.name(), &shape, primitive));
+    for (id, shape) in shapes::generate_all(quality.ground_squares) {
+        meshes.insert(id, glb.add_colored_mesh(&id.name(), shape));
     }
     for placed in layout::place_all(quality.vegetation) {
-        let Transform {
-            translation,
-            rotation,
-            scale,
-        } = placed.transform;
-        glb.nodes.push(json!({
-            "name": placed.shape.name(),
-            "mesh": meshes[&placed.shape],
-            "translation": translation.to_array(),
-            "rotation": rotation.to_array(),
-            "scale": scale.to_array(),
-        }));
+        glb.place(meshes[&placed.shape], &placed);
+    }
+    write(path, &glb.into_bytes())
+}
+
+/// Writes the ground and so many rocks on it, each another one, where the path begins.
+pub(crate) fn write_rocks(path: &Path, quality: &Quality, count: u32) -> Result<(), String> {
+    let mut glb = Glb::default();
+    let ground = ShapeId::Terrain;
+    let mesh = glb.add_colored_mesh(&ground.name(), ground.generate(quality.ground_squares));
+    glb.place(mesh, &Placed::at_height(ground, Vec2::ZERO, 0.0, 0.0, 1.0));
+    for (number, placed) in (0..count).zip(layout::field_of_rocks(count)) {
+        let mesh = glb.add_colored_mesh(&format!("rock {number}"), shapes::fine_rock(number));
+        glb.place(mesh, &placed);
     }
     write(path, &glb.into_bytes())
 }
@@ -113,6 +108,34 @@ impl Glb {
         self.meshes
             .push(json!({"name": name, "primitives": [primitive]}));
         self.meshes.len() - 1
+    }
+
+    /// Adds a mesh with a material of the mean of its colours, by which these are relative.
+    fn add_colored_mesh(&mut self, name: &str, mut shape: Shape) -> usize {
+        let (colors, mean) = shape.relative_colors();
+        shape.colors = colors;
+        let primitive = json!({"material": self.materials.len()});
+        self.materials.push(json!({
+            "name": "color",
+            "pbrMetallicRoughness": {"baseColorFactor": mean.extend(1.0).to_array(), "metallicFactor": 0.0},
+        }));
+        self.add_mesh(name, &shape, primitive)
+    }
+
+    /// Adds a node that has a mesh.
+    fn place(&mut self, mesh: usize, placed: &Placed) {
+        let Transform {
+            translation,
+            rotation,
+            scale,
+        } = placed.transform;
+        self.nodes.push(json!({
+            "name": placed.shape.name(),
+            "mesh": mesh,
+            "translation": translation.to_array(),
+            "rotation": rotation.to_array(),
+            "scale": scale.to_array(),
+        }));
     }
 
     fn add_floats<const N: usize>(

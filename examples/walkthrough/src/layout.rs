@@ -27,6 +27,19 @@ pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {
     scene
 }
 
+/// A square of rocks around the beginning of the path, for a scene of its own.
+pub(crate) fn field_of_rocks(count: u32) -> impl Iterator<Item = Placed> {
+    let side = f64::from(count).sqrt().ceil() as u32;
+    (0..count).map(move |i| {
+        let across = (i % side) as f32 - 0.5 * (side - 1) as f32;
+        let at = Vec2::new(across, -((i / side) as f32)) * ROCK_SPACING_IN_M + Vec2::Y * 90.0;
+        Placed::on_ground(ShapeId::Rock((i % 3) as u8), at, TAU * random(i, 701), 1.0)
+    })
+}
+
+/// Between the rocks of a field.
+const ROCK_SPACING_IN_M: f32 = 5.0;
+
 /// Size of the plinth below each of [`model_spots`].
 pub(crate) const PLINTH_IN_M: Vec3 = Vec3::new(2.4, 0.7, 2.4);
 

@@ -63,7 +63,10 @@ fn run(args: &Args) -> Result<(), String> {
     };
     let quality = Quality::choose(args, adapter);
     if let Some(path) = &args.write_scene {
-        return export::write_scene(path, &quality);
+        return match args.rocks {
+            Some(count) => export::write_rocks(path, &quality, count),
+            None => export::write_scene(path, &quality),
+        };
     }
     if quality.is_reduced {
         eprintln!("walkthrough: quality: {}", quality.description());

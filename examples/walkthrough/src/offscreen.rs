@@ -9,6 +9,7 @@ use bevy::camera::RenderTarget;
 use bevy::diagnostic::{Diagnostic, DiagnosticsStore};
 use bevy::prelude::*;
 use bevy::render::diagnostic::RenderDiagnosticsPlugin;
+use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
@@ -16,6 +17,7 @@ use bevy::render::render_resource::{PipelineCache, PollType, TextureFormat};
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::render::{RenderApp, RenderPlugin};
+use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
@@ -23,7 +25,7 @@ use bevy_fieldlod::prelude::*;
 use crate::args::Args;
 use crate::cameras::{self, CameraTarget, MainCamera};
 use crate::models::Models;
-use crate::path::{CameraPath, Pose};
+use crate::path::{CameraPath, DURATION_IN_S, Pose};
 use crate::pictures::PictureWriter;
 use crate::quality::Quality;
 use crate::report::{self, FrameNumbers, SceneNumbers, Times};
@@ -70,6 +72,9 @@ pub(crate) fn run(args: &Args, quality: &Quality, output: Output) -> Result<(), 
         sharp: begun.elapsed(),
     };
     let mut numbers = Vec::new();
+    let round_time = Duration::from_secs_f32(DURATION_IN_S);
+    let stretch = args.stretch.end - args.stretch.start;
+    renderer.time_between_frames = round_time.mul_f32(stretch) / quality.frames;
     for &(number, round) in &frames {
         renderer.go_to(path.pose(round));
         if writer.is_some() {
@@ -102,6 +107,8 @@ struct Renderer {
     app: App,
     target: Handle<Image>,
     draws: bool,
+    /// What passes on the app's clocks between frames of the path of a world in parts.
+    time_between_frames: Duration,
     pictures: Receiver<(u32, Image)>,
     picture_sender: Sender<(u32, Image)>,
 }
@@ -133,6 +140,7 @@ impl Renderer {
             app,
             target,
             draws,
+            time_between_frames: Duration::ZERO,
             pictures,
             picture_sender,
         }
@@ -223,7 +231,13 @@ impl Renderer {
         if !(is_in_parts && self.draws) {
             return;
         }
+        let set_clock = |app: &mut App, step| {
+            app.insert_resource(TimeUpdateStrategy::ManualDuration(step));
+        };
+        set_clock(&mut self.app, self.time_between_frames);
         self.update();
+        // However long that takes.
+        set_clock(&mut self.app, Duration::ZERO);
         while memory(&self.app).missing_pages > 0 {
             self.update();
         }
@@ -256,6 +270,8 @@ impl Renderer {
             wait_time,
             passes_ms: self.passes_ms(),
             mesh_bytes: self.mesh_bytes(),
+            buffer_bytes: self.buffer_bytes(),
+            memory: *self.app.world().resource(),
         }
     }
 
@@ -305,6 +321,13 @@ impl Renderer {
         };
         let meshes = meshes.into_iter().flat_map(RenderAssets::iter);
         meshes.map(|(_, mesh)| bytes(mesh)).sum()
+    }
+
+    /// What Bevy holds for meshes on the GPU: buffers grow by half, and go once they are empty.
+    fn buffer_bytes(&self) -> u64 {
+        let render_world = self.app.get_sub_app(RenderApp).map(SubApp::world);
+        let allocator = render_world.and_then(|world| world.get_resource::<MeshAllocator>());
+        allocator.map_or(0, |allocator| allocator.slabs_size())
     }
 
     /// Instances and their triangles.

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use bevy_fieldlod::FieldLodMemory;
 use serde::Serialize;
 
 use crate::quality::Quality;
@@ -26,6 +27,10 @@ pub(crate) struct FrameNumbers {
     pub(crate) passes_ms: Option<f64>,
     /// What all meshes take on the GPU.
     pub(crate) mesh_bytes: u64,
+    /// What Bevy has allocated for them there.
+    pub(crate) buffer_bytes: u64,
+    /// What of the meshes is read in parts.
+    pub(crate) memory: FieldLodMemory,
 }
 
 /// How long a start takes.
@@ -71,6 +76,11 @@ struct Summary {
     units_drawn: Spread,
     /// Megabytes of meshes on the GPU.
     mesh_mb: Spread,
+    /// What is allocated for them.
+    buffer_mb: Spread,
+    /// Of the meshes, what is read in parts, and what the frame wants of it.
+    parts_mb: Spread,
+    parts_wanted_mb: Spread,
     selection_ms: Spread,
     frame_ms: Percentiles,
     main_ms: Percentiles,
@@ -163,6 +173,9 @@ fn summarise(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumbers]) -
         drawn_share: (drawn_share * 1e5).round() / 1e5,
         units_drawn: spread(|f| f.units_drawn as f64),
         mesh_mb: spread(|f| f.mesh_bytes as f64 * 1e-6),
+        buffer_mb: spread(|f| f.buffer_bytes as f64 * 1e-6),
+        parts_mb: spread(|f| f.memory.resident_bytes as f64 * 1e-6),
+        parts_wanted_mb: spread(|f| f.memory.wanted_bytes as f64 * 1e-6),
         selection_ms: spread(|f| milliseconds(f.selection_time)),
         frame_ms: percentiles(|f| f.frame_time),
         main_ms: percentiles(|f| f.main_time),

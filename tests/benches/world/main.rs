@@ -89,6 +89,7 @@ fn app_in(folder: &Path, count: u32, gpu_mib: u64) -> (App, Entity) {
         memory: LodMemory {
             gpu_bytes: gpu_mib << 20,
             main_bytes: 256 << 20,
+            ..default()
         },
         ..default()
     });

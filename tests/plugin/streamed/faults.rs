@@ -181,6 +181,7 @@ fn with_less_memory_than_the_coarsest_levels_take_they_are_drawn() {
     let tiny = LodMemory {
         gpu_bytes: 100,
         main_bytes: 100,
+        ..default()
     };
     let (_, mut app, camera) = one_rock("tiny.fieldpages", tiny);
     for _ in 0..50 {

@@ -7,6 +7,7 @@ mod sources;
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use bevy::asset::io::AssetSourceBuilder;
 use bevy::mesh::VertexAttributeValues;
@@ -45,6 +46,7 @@ static PAGES: LazyLock<Vec<u8>> = LazyLock::new(|| {
 const ROOMY: LodMemory = LodMemory {
     gpu_bytes: 1 << 30,
     main_bytes: 1 << 20,
+    keep_unused: Duration::MAX,
 };
 
 /// An app that reads from a shelf with a budget, and a camera that sees the rocks as a whole.
@@ -196,6 +198,7 @@ fn with_too_little_memory_it_is_coarser_whole_and_at_rest() {
         let budget = LodMemory {
             gpu_bytes: wanted / share,
             main_bytes: 256 << 10,
+            ..default()
         };
         let (_, mut app, camera) = one_rock("small.fieldpages", budget);
         let (mut peak, mut loading, mut last) = (0, 0, 0);
@@ -236,6 +239,7 @@ fn what_is_evicted_leaves_nothing_behind() {
     let budget = LodMemory {
         gpu_bytes: wanted * 6 / 5,
         main_bytes: 1 << 20,
+        ..default()
     };
     let (_, mut app, camera) = one_rock("walk.fieldpages", budget);
     run_until_sharp(&mut app);

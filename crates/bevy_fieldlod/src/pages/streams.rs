@@ -331,6 +331,7 @@ pub(super) fn order_pages(
     mut views: Query<(Entity, &ViewCut, &mut FieldLodViewStats)>,
     config: Res<FieldLodConfig>,
     assets: Res<AssetServer>,
+    time: Option<Res<Time<Real>>>,
 ) {
     let (streams, scene) = (
         streams.bypass_change_detection(),
@@ -339,12 +340,15 @@ pub(super) fn order_pages(
     streams.residency.set_settings(StreamSettings {
         gpu_bytes: config.memory.gpu_bytes,
         loading_bytes: config.memory.main_bytes,
+        keep_unused: config.memory.keep_unused,
     });
     for (view, cut, mut stats) in &mut views {
         (stats.missing_pieces, stats.missing_px) = streams.note_demand(scene, cut);
         streams.note_sharpness(view, &stats, &mut commands);
     }
-    let Orders { evict, load } = streams.residency.update();
+    let Orders { evict, load } = streams
+        .residency
+        .update(time.map_or(Duration::ZERO, |time| time.delta()));
     for entity in streams.evict(&evict, scene) {
         commands.entity(entity).try_despawn();
     }

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "tests and bench each use a part")]
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -167,7 +168,9 @@ impl World {
 
     /// Does what residency asks for. Returns the bytes that are to be read.
     fn obey(&mut self) -> u64 {
-        let orders = self.residency.update();
+        let orders = self
+            .residency
+            .update(Duration::from_secs_f64(1.0 / FRAMES_A_SECOND));
         let mut changed: Vec<StreamMeshId> = orders.evict.iter().map(|page| page.mesh).collect();
         self.log
             .extend(orders.evict.iter().map(|&page| (self.frame, page, false)));

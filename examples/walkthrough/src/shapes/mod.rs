@@ -12,6 +12,7 @@ mod tree;
 mod undergrowth;
 
 pub(crate) use mesh::Shape;
+pub(crate) use rock::fine_rock;
 
 /// Every distinct shape of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

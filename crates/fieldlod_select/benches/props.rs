@@ -1,5 +1,6 @@
 //! Selection of props, each drawn as a whole at one level: run with
-//! `cargo bench -p fieldlod_select --bench props`; sizes of the field may follow.
+//! `cargo bench -p fieldlod_select --bench props`; sizes of the field may follow. `-- views` selects for several views, one
+//! after the other and at once.
 //!
 //! The field and the walk of the whole-frame bench of the repository, without Bevy.
 
@@ -7,12 +8,13 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::look_through;
+use common::{look_through, medians};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
     LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View, whole_mesh_levels,
 };
 use glam::{Affine3A, Quat, Vec2, Vec3};
+use rayon::prelude::*;
 
 /// Props are this far apart, in their radii.
 const SPACING: f32 = 5.0;
@@ -29,16 +31,53 @@ fn main() {
     let config = fieldlod_bake::BakeConfig::default();
     let rock = fieldlod_bake::bake_mesh(&fieldlod_bake::fixtures::rock(4, 1), &config).unwrap();
     let levels = whole_mesh_levels(&rock).unwrap();
+    if std::env::args().any(|arg| arg == "views") {
+        sizes.iter().for_each(|&size| views(&levels, size));
+        return;
+    }
     println!(
         "props, casters: first us, walking mean us, median us, most us; nodes, tested, decided, changes a frame"
     );
     for size in sizes {
-        let scene = field(&levels, size);
+        let scene = field(&levels, size, Vec3::ONE);
         for has_sun in [false, true] {
             for zooms in [false, true] {
                 measure(&scene, size, has_sun, zooms);
             }
         }
+        let stretched = field(&levels, size, Vec3::new(1.0, 1.3, 1.0));
+        print!("stretched");
+        measure(&stretched, size, false, false);
+    }
+}
+
+/// Several views along the walk, one after the other and each on a thread of a pool.
+fn views(levels: &Hierarchy, size: u32) {
+    let scene = field(levels, size, Vec3::ONE);
+    let settings = LodSettings::default();
+    for count in [1, 2, 4] {
+        let new = || (0..count).map(|view| (view * 1000, Selector::default()));
+        let (mut in_turn, mut at_once): (Vec<_>, Vec<_>) = (new().collect(), new().collect());
+        let select = |step: u32, (ahead, selector): &mut (u32, Selector)| {
+            selector.select(&scene, &walk(step + *ahead, false, false), &settings);
+        };
+        let (mut step, mut other_step) = (0, 0);
+        let mut frame_in_turn = || {
+            step += 1;
+            in_turn.iter_mut().for_each(|view| select(step, view));
+        };
+        let mut frame_at_once = || {
+            other_step += 1;
+            let views = at_once.par_iter_mut();
+            views.for_each(|view| select(other_step, view));
+        };
+        for _ in 0..WARM_UP {
+            frame_in_turn();
+            frame_at_once();
+        }
+        let times = medians(FRAMES as usize, [&mut frame_in_turn, &mut frame_at_once]);
+        let [in_turn, at_once] = times.map(|time| time.as_secs_f64() * 1e6);
+        println!("{size:8} props, {count} views: {in_turn:.1} us in turn, {at_once:.1} at once");
     }
 }
 
@@ -95,8 +134,8 @@ fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
     );
 }
 
-/// Props in a square.
-fn field(levels: &Hierarchy, count: u32) -> Scene {
+/// Props in a square, each stretched alike.
+fn field(levels: &Hierarchy, count: u32, scale: Vec3) -> Scene {
     let mut scene = Scene::default();
     let mesh = scene.add_mesh(levels);
     let side = (count as f32).sqrt().ceil() as u32;
@@ -104,7 +143,8 @@ fn field(levels: &Hierarchy, count: u32) -> Scene {
         let cell = Vec2::new((index % side) as f32, (index / side) as f32);
         let at = (cell - Vec2::splat(side as f32 * 0.5)) * SPACING;
         let turn = Quat::from_rotation_y(index as f32);
-        let placement = Affine3A::from_rotation_translation(turn, Vec3::new(at.x, 0.0, at.y));
+        let at = Vec3::new(at.x, 0.0, at.y);
+        let placement = Affine3A::from_scale_rotation_translation(scale, turn, at);
         scene.add_instance(mesh, placement, 1.0);
     }
     scene.update();

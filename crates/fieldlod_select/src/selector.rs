@@ -41,7 +41,7 @@ use traversal::TraversalContext;
 /// A frame visits the nodes of a tree over the instances whose answer may have changed since they
 /// were last visited: because the camera has moved or turned so far, or because an instance did. A
 /// node that is wholly outside the view or far enough is answered at once; what remains is decided
-/// group by group; of a mesh that is drawn as a whole, that is one level. In perspective views of instances whose placement is a similarity, groups are
+/// group by group; of a mesh that is drawn as a whole, that is one level. In perspective views, groups are
 /// decided again only when the camera has moved as far as their decisions tolerate. The cuts are those
 /// that deciding every group anew would give. Where hidden things count less
 /// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
@@ -299,7 +299,8 @@ impl Selector {
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
-        self.travel.reset();
+        // There is no validity left that another camera's travel could end.
+        self.travel = CameraTravel::default();
         self.cuts.clear();
         self.budget = BudgetSearch::default();
         self.sought = None;

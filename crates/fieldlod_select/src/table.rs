@@ -31,7 +31,7 @@ pub struct GroupTable {
     pub(crate) chunks: BoundsLanes,
     pub(crate) facings: FacingLanes,
     pub(crate) block_facings: FacingLanes,
-    normal_length: Vec<f32x8>,
+    pub(crate) normal_length: Vec<f32x8>,
     pub(crate) normal_variance: Vec<f32x8>,
     /// One bit for each group, set if it is terminal.
     pub(crate) terminal: Vec<u64>,

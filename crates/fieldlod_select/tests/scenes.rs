@@ -341,6 +341,23 @@ fn a_still_camera_visits_nothing_and_a_walking_one_little() {
 }
 
 #[test]
+fn a_frame_after_the_first_decides_little_anew() {
+    let (scene, _) = forest(40);
+    let settings = LodSettings::default();
+    for is_cleared in [false, true] {
+        let mut selector = Selector::default();
+        if is_cleared {
+            selector.clear();
+        }
+        let decided = [0, 1].map(|step| {
+            selector.select(&scene, &step_of_walk(step), &settings);
+            selector.statistics().groups_decided
+        });
+        assert!(decided[1] * 4 < decided[0], "{decided:?}");
+    }
+}
+
+#[test]
 fn what_a_view_sees_nothing_of_is_not_asked_until_it_does() {
     let (mut scene, ids) = forest(40);
     let (shown, _) = forest(40);

@@ -108,25 +108,18 @@ proptest! {
 /// So that the above is a test of something.
 #[test]
 fn a_slow_walk_decides_few_cuts_anew() {
-    let placements = (0..4u8).map(|i| {
-        let place = Vec3::new(f32::from(i) * 2.5 - 4.0, 0.0, -f32::from(i));
-        Affine3A::from_translation(place)
-    });
-    let mut watched = Watched::new(placements.collect());
-    let settings = LodSettings::default();
-    let (eye, go) = (Vec3::new(0.0, 0.5, 9.0), Vec3::new(0.001, 0.0, -0.004));
-    let target = (Vec3::ZERO, Vec3::new(0.002, 0.0, 0.0));
-    walk(
-        &mut watched,
-        (perspective(1.0), 0.0),
-        &settings,
-        (eye, go),
-        target,
-    );
-    assert!(
-        watched.still_valid > 120,
-        "{} of {}",
-        watched.still_valid,
-        60 * 4
-    );
+    for scale in [Vec3::ONE, Vec3::new(1.0, 1.3, 0.8)] {
+        let placements = (0..4u8).map(|i| {
+            let place = Vec3::new(f32::from(i) * 2.5 - 4.0, 0.0, -f32::from(i));
+            Affine3A::from_translation(place) * Affine3A::from_scale(scale)
+        });
+        let mut watched = Watched::new(placements.collect());
+        let settings = LodSettings::default();
+        let (eye, go) = (Vec3::new(0.0, 0.5, 9.0), Vec3::new(0.001, 0.0, -0.004));
+        let target = (Vec3::ZERO, Vec3::new(0.002, 0.0, 0.0));
+        let lens = (perspective(1.0), 0.0);
+        walk(&mut watched, lens, &settings, (eye, go), target);
+        let still_valid = watched.still_valid;
+        assert!(still_valid > 120, "{still_valid} of {}", 60 * 4);
+    }
 }

@@ -1,8 +1,8 @@
 //! The test that tells both ways: which of eight groups are certainly below their thresholds and which
 //! certainly above, wherever in a ball around it the camera stands and however it has turned to there.
 //!
-//! For similarities and perspective views, which most are. Points move by at most `D` in camera space, and then
-//! turn about the eye by at most `θ`; all lengths are local. With `X = φ + δ` the widest angle of the sphere to
+//! For perspective views. Points move by at most `D` in camera space, and then
+//! turn about the eye by at most `θ`; all lengths are local, those of camera space by the greatest stretch. With `X = φ + δ` the widest angle of the sphere to
 //! the axis, `t² = ρ² − r²`:
 //! ```text
 //! |∇ X| = 1/t ≤ 1/(ρ − r)                           so  X ± β,  β = y + θ,  y = D/(ρ − r − D)
@@ -15,7 +15,13 @@
 //! ```
 //! `|∇ ((ρ − r) cos X)|² ≤ 1 + (r/ρ) √((ρ − r)/(ρ + r)) ≤ 1.31`. A zoom by `z` (see [`crate::zoom`]) takes
 //! `C`, `f`, `κ` and what the depth owes to it times `exp(±z)` at most, and a side nearer by `z ρ`. Above counts only where the sphere
-//! certainly touches the view. With D no more than what rounding moves a point by, the test decides most
+//! certainly touches the view.
+//!
+//! What is no similarity shows errors by less than its greatest stretch `σ`, by how the sight ray lies to it:
+//! ```text
+//! q = min(√λ(s)/σ + r/ρ, 1)                         so  q ± 2 y,   as  |√λ(s) − √λ(s')| ≤ σ |s − s'|
+//! ```
+//! and its mean normals are turned and made as long as they were, which neither moves nor turns of the eye change. With D no more than what rounding moves a point by, the test decides most
 //! groups for less than the criterion costs.
 
 use camera_field::Camera;
@@ -27,6 +33,7 @@ use crate::error_bounds::ErrorBounds;
 use crate::lane::{Lane, M3, V3, mask_of};
 use crate::settings::{Offscreen, Thresholds};
 use crate::sides::PerspectiveSides;
+use crate::stretch::SeenStretch;
 use crate::table::GroupTable;
 use crate::validity::Tolerance;
 use crate::view_parts::ViewParts;
@@ -39,6 +46,13 @@ const ALLOWANCE: f32 = 2e-3;
 const COSINE_ALLOWANCE: f32 = 4e-6;
 /// The angle of a turn is at most so many times [the change of a unit vector](Tolerance::turned).
 const ANGLE_PER_TURN: f32 = 1.02;
+/// What rounding may take off `q`, and off cosines of what is no similarity, which may be one after a turn: the latter
+/// grows with how uneven the map is, up to this.
+const STRETCH_ALLOWANCE: f32 = 4e-3;
+const UNEVEN_COSINE_ALLOWANCE: f32 = 2e-4;
+const MOST_UNEVEN: f32 = 50.0;
+/// Greatest stretches of what is no similarity whose fourth powers can be trusted.
+const UNEVEN_STRETCHES: std::ops::Range<f32> = 1e-5..1e5;
 /// How fast depth changes at most.
 const DEPTH_SLOPE: f32 = 1.15;
 /// Errors whose squares can be trusted.
@@ -56,6 +70,11 @@ pub(super) struct IntervalTest<'a> {
     eye: V3<f32x8>,
     /// To camera space in local lengths.
     camera_from_local: M3<f32x8>,
+    /// `None` for a similarity.
+    uneven: Option<Uneven>,
+    /// What rounding may move points by, and take off cosines.
+    rounding: f32,
+    cosine_allowance: f32x8,
     /// `D` and `θ` of the module's formulas.
     max_move: f32x8,
     max_turn: f32x8,
@@ -65,6 +84,13 @@ pub(super) struct IntervalTest<'a> {
     factors: [f32x8; 2],
     thresholds: Thresholds,
     tells_above: bool,
+}
+
+/// What an instance that is no similarity does to lengths and normals.
+struct Uneven {
+    stretch: SeenStretch,
+    per_largest: f32x8,
+    normal_in_camera_from_local: M3<f32x8>,
 }
 
 /// Eight groups from an eye that may be anywhere near by.
@@ -85,6 +111,8 @@ struct SeenInterval {
     depth: [f32x8; 2],
     /// `μ = m·s`.
     facing: f32x8,
+    /// `q` at least and at most.
+    stretch: [f32x8; 2],
 }
 
 /// How spheres lie to the edge of the view, where that is certain.
@@ -93,9 +121,32 @@ struct Placement {
     inside: f32x8,
 }
 
+impl Uneven {
+    /// `m·s`, of mean normals as long as they were.
+    #[inline]
+    fn facing(&self, table: &GroupTable, block: usize, along: V3<f32x8>) -> f32x8 {
+        let turned = self
+            .normal_in_camera_from_local
+            .of(table.facings.normal(block));
+        let length = turned.dot(turned).sqrt();
+        let facing = -turned.dot(along) * table.normal_length[block] / length;
+        f32x8::choose(ZERO.is_below(length), facing, ZERO)
+    }
+
+    /// `q` at least and at most, of spheres of so many times their distance in radius.
+    #[inline]
+    fn stretch(&self, along: V3<f32x8>, radius: f32x8, change: f32x8) -> [f32x8; 2] {
+        let one = f32x8::splat(1.0);
+        let seen = self.stretch.across(along) * self.per_largest + radius;
+        let change = change * f32x8::splat(2.0) + f32x8::splat(STRETCH_ALLOWANCE);
+        // Nothing where that is not a number.
+        let least = one.smaller(seen) - change;
+        [least.larger(ZERO), (seen + change).smaller(one)]
+    }
+}
+
 impl<'a> IntervalTest<'a> {
-    /// `None` where the instance is no similarity, the view is orthographic, or sizes are beyond what
-    /// squares can hold.
+    /// `None` where the view is orthographic, the instance nearly flat, or sizes are beyond what squares can hold.
     #[inline]
     pub(super) fn new(
         local: &LocalView<'a>,
@@ -109,16 +160,33 @@ impl<'a> IntervalTest<'a> {
         let camera = &parts.entering;
         let deviation = camera.focal_px.map_or(0.0, |_| bounds.deviation);
         let is_usable = matches!(instance.camera, Camera::Perspective(_))
-            && instance.seen_stretch.is_none()
+            && (instance.seen_stretch.is_none()
+                || local.unevenness < MOST_UNEVEN
+                    && UNEVEN_STRETCHES.contains(&instance.camera_per_local))
             && local.has_usable_size
             && bounds.error_weighed.max(deviation) < LARGEST_ERROR;
-        let in_local_lengths = instance.camera_from_local * (1.0 / instance.camera_per_local);
+        let per_largest = 1.0 / instance.camera_per_local;
+        let in_local_lengths = instance.camera_from_local * per_largest;
+        let uneven = instance.seen_stretch.map(|stretch| Uneven {
+            stretch,
+            per_largest: f32x8::splat(per_largest),
+            normal_in_camera_from_local: M3::splat(&instance.normal_in_camera_from_local),
+        });
+        let (unevenness, cosine_allowance) = match uneven {
+            None => (1.0, 0.0),
+            Some(_) => (local.unevenness, UNEVEN_COSINE_ALLOWANCE),
+        };
+        let rounding = local.rounding * unevenness;
+        let cosine_allowance = cosine_allowance + COSINE_ALLOWANCE * unevenness;
         is_usable.then(|| Self {
             parts,
             eye: local.eye,
             camera_from_local: M3::splat(&in_local_lengths),
+            uneven,
+            rounding,
+            cosine_allowance: f32x8::splat(cosine_allowance),
             // Rounding at this place and at the other.
-            max_move: f32x8::splat(local.slack + local.rounding),
+            max_move: f32x8::splat(local.slack - local.rounding + 2.0 * rounding),
             max_turn: ZERO,
             max_zoom: ZERO,
             depth_factors: [f32x8::splat(1.0); 2],
@@ -135,7 +203,7 @@ impl<'a> IntervalTest<'a> {
     /// Asks for all poses within some of this one from now on.
     pub(super) fn tolerate(&mut self, local: &LocalView, tolerance: &Tolerance) {
         let moved = tolerance.moved / local.instance.camera_per_local * 1.001;
-        self.max_move = f32x8::splat(local.rounding * 2.0 + moved);
+        self.max_move = f32x8::splat(self.rounding * 2.0 + moved);
         self.max_turn = f32x8::splat(tolerance.turned * ANGLE_PER_TURN);
         let (less, more) = (1.0 - tolerance.zoomed, 1.0 + GROWTH * tolerance.zoomed);
         self.max_zoom = f32x8::splat(tolerance.zoomed);
@@ -227,13 +295,24 @@ impl<'a> IntervalTest<'a> {
         let move_angle = self.max_move / nearest_gap;
         let angle = move_angle + self.max_turn;
         let half = f32x8::splat(0.5);
-        let change = angle * (sine + angle * half) + f32x8::splat(COSINE_ALLOWANCE);
+        let change = angle * (sine + angle * half) + self.cosine_allowance;
         let turn = self.max_turn * (sine + move_angle + self.max_turn * half);
         let farthest = distance + self.max_move;
         let slope = self.max_move * f32x8::splat(DEPTH_SLOPE) + farthest * turn;
         let ahead = z - radius;
         let depth = ahead.larger(gap * cosine.larger(least_cosine));
         let [less, more] = self.depth_factors;
+        let along = center.times(inverse_distance);
+        let (facing, stretch) = match &self.uneven {
+            None => {
+                let facing = -table.facings.normal(block).dot(from_eye) * inverse_distance;
+                (facing, [f32x8::splat(1.0); 2])
+            }
+            Some(uneven) => (
+                uneven.facing(table, block, along),
+                uneven.stretch(along, radius * inverse_distance, move_angle),
+            ),
+        };
         SeenInterval {
             center,
             radius,
@@ -241,13 +320,14 @@ impl<'a> IntervalTest<'a> {
             is_apart: self.max_move.is_below(nearest_gap),
             holds_eye: (distance + self.max_move).is_below(radius * f32x8::splat(1.0 - ALLOWANCE)),
             max_shift: self.max_move + farthest * (self.max_turn + self.max_zoom),
-            change: move_angle + f32x8::splat(COSINE_ALLOWANCE),
+            change: move_angle + self.cosine_allowance,
             cosine: [
                 (cosine - change).larger(least_cosine),
                 (cosine + change).larger(least_cosine),
             ],
             depth: [(depth * less - slope).larger(ZERO), depth * more + slope],
-            facing: -table.facings.normal(block).dot(from_eye) * inverse_distance,
+            facing,
+            stretch,
         }
     }
 
@@ -279,19 +359,22 @@ impl<'a> IntervalTest<'a> {
         allowed: impl Fn(usize) -> f32x8,
     ) -> Certain {
         let [more, less] = self.factors;
+        let [least_stretch, most_stretch] = seen.stretch;
         let mut below = ZERO.is_at_most(ZERO);
         let mut above = ZERO;
         if let Some(constant) = self.parts.entering.constant_px2 {
-            let error = table.facings.error[block];
-            let shows = error * error * f32x8::splat(constant) * share;
+            let shows = |stretch: f32x8| {
+                let error = table.facings.error[block] * stretch;
+                error * error * f32x8::splat(constant) * share
+            };
             let [least, most] = weights(seen, table.normal_variance[block]);
-            below = (shows * most * more).is_below(allowed_squared(0));
-            above = allowed_squared(1).is_below(shows * least * less);
+            below = (shows(most_stretch) * most * more).is_below(allowed_squared(0));
+            above = allowed_squared(1).is_below(shows(least_stretch) * least * less);
         }
         if let Some(focal_px) = self.parts.entering.focal_px {
             let shows = table.groups.deviation[block] * f32x8::splat(focal_px);
-            below &= (shows * more).is_below(allowed(0));
-            above |= allowed(1).is_below(shows * less);
+            below &= (shows * most_stretch * more).is_below(allowed(0));
+            above |= allowed(1).is_below(shows * least_stretch * less);
         }
         Certain { below, above }
     }

@@ -54,40 +54,30 @@ impl InstanceCut {
         }
     }
 
-    /// Decides the first cut of an instance that was at its coarsest, or not there.
-    pub(super) fn decide_first(
-        &mut self,
-        table: &GroupTable,
-        instance: &Instance,
-        context: &DecideContext,
-    ) {
-        // Every group that was refined is so whatever its error.
-        self.refined.clone_from(&table.coarsest_refined);
-        self.chunk_validity.forget();
-        self.validity = Validity::NONE;
-        // All words, for this pose alone.
-        let instance_view = InstanceView::new(context.view, &instance.world_from_local);
-        let shares = self.shares.shares(context.parts.settings);
-        let (parts, bias) = (context.parts, instance.bias);
-        let decision = Decision::new(table, &instance_view, parts, bias, 0.0, shares);
-        decision.decide(table, &self.refined, &mut self.own);
-        self.groups_decided = table.group_count();
-        self.close(table);
-        self.has_changed = true;
-        self.gather(table);
+    /// Begins with an instance that was at its coarsest, or not there: every group that was refined is so whatever
+    /// its error.
+    pub(super) fn begin_at_coarsest(&mut self, table: &GroupTable) {
+        self.begin(&table.coarsest_refined);
+        self.units.clone_from(&table.coarsest_units);
+        self.triangle_count = table.coarsest_triangle_count;
+        self.available_revision = table.available_revision;
     }
 
     /// Begins with a mesh that was drawn as a whole at a level.
     pub(super) fn begin_at_level(&mut self, table: &GroupTable, level: usize) {
-        self.refined.clear();
-        self.refined.push(table.refined_at_level(level));
-        self.own.clone_from(&self.refined);
-        self.chunk_validity.forget();
-        self.validity = Validity::NONE;
+        self.begin(&[table.refined_at_level(level)]);
         self.units.clear();
         self.triangle_count = table.gather_units(&self.refined, &mut self.units);
         // What is at hand was not asked for.
         self.available_revision = table.available_revision.wrapping_sub(1);
+    }
+
+    fn begin(&mut self, refined: &[u64]) {
+        self.refined.clear();
+        self.refined.extend_from_slice(refined);
+        self.own.clone_from(&self.refined);
+        self.chunk_validity.forget();
+        self.validity = Validity::NONE;
     }
 
     /// Decides the next cut of the same instance: the words whose answers are not valid any more. None
@@ -193,11 +183,12 @@ impl InstanceCut {
         self.refined != self.refined_before
     }
 
-    /// Thresholds depend on what was refined: where that has changed, nothing is valid any more.
+    /// Thresholds depend on what was refined. A group that becomes what it asks for stays so: its error counts for
+    /// no less where it is refined, and against no higher threshold. The answers for others end.
     fn end_changed(&mut self) {
-        let words = self.refined.iter().zip(&self.refined_before).enumerate();
-        for (word, (now, before)) in words {
-            if now != before {
+        let words = self.refined.iter().zip(&self.refined_before).zip(&self.own);
+        for (word, ((now, before), own)) in words.enumerate() {
+            if (now ^ before) & (now ^ own) != 0 {
                 self.chunk_validity.end(word);
             }
         }

@@ -11,7 +11,7 @@ use crate::decide::{Decision, LevelAnswer};
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::shares::Shares;
 use crate::table::GroupTable;
-use crate::validity::{Tolerance, Validity};
+use crate::validity::Validity;
 use crate::view::InstanceView;
 
 /// What counts of the groups of a mesh as a whole, in steps.
@@ -41,13 +41,10 @@ impl TraversalContext<'_> {
         let may_stay = self.test.is_usable() && !self.now.is_restless();
         let tolerances = may_stay.then_some([least, largest]);
         let LevelAnswer { level, tolerance } = decision.level(table, was, tolerances);
-        // Thresholds depend on what was drawn, and so does what counts, where that is not the same of all.
+        // What counts depends on what was drawn, where that is not the same of all. So do thresholds, but what becomes
+        // refined leaves at no higher one than it came at.
         let is_settled = share.is_none_or(LevelShare::is_settled);
-        let stays = |tolerance: &Tolerance| {
-            level == was
-                || is_settled && decision.certain_level(table, level, tolerance) == Some(level)
-        };
-        let tolerance = tolerance.filter(stays);
+        let tolerance = tolerance.filter(|_| level == was || is_settled);
         let validity = tolerance.map_or(Validity::NONE, |tolerance| {
             Validity::within(&tolerance, &self.now)
         });

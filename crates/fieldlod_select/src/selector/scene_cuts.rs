@@ -210,12 +210,11 @@ impl SceneCuts {
                 .is_some()
                 .then(|| visible.seen(table, pending.instance, instance, share));
             cut.begin_shares(pending.instance, table.terminal.len(), seen);
-            if let InstanceState::AtLevel(_, level) = was {
-                cut.begin_at_level(table, usize::from(level));
-                cut.decide_again(table, instance, context, true);
-            } else {
-                cut.decide_first(table, instance, context);
+            match was {
+                InstanceState::AtLevel(_, level) => cut.begin_at_level(table, usize::from(level)),
+                _ => cut.begin_at_coarsest(table),
             }
+            cut.decide_again(table, instance, context, true);
             self.memories[index].state = InstanceState::Mixed(pending.cut);
         }
         self.statistics.instances_decided += 1;

@@ -49,6 +49,13 @@ pub(crate) struct PageEntry {
     pub(crate) coarser: Vec<u32>,
 }
 
+impl PageEntry {
+    /// Bytes of the file.
+    pub(crate) fn file_bytes(&self) -> u64 {
+        self.loading_bytes - self.gpu_bytes
+    }
+}
+
 /// The pages of one mesh, coarsest first.
 #[derive(Clone, Debug)]
 pub(crate) struct MeshPages {

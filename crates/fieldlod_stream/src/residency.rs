@@ -70,6 +70,8 @@ pub struct Statistics {
     pub missing_pages: u32,
     /// Pages loaded, evicted and failed since the beginning.
     pub loaded: u64,
+    /// Bytes of files of the pages loaded since the beginning.
+    pub loaded_file_bytes: u64,
     /// Pages evicted since the beginning.
     pub evicted: u64,
     /// Failures to load a page since the beginning.
@@ -382,7 +384,9 @@ impl Residency {
         };
         entry.state = PageState::Resident;
         entry.failures = 0;
-        self.statistics.resident_bytes += entry.gpu_bytes;
+        let (gpu_bytes, file_bytes) = (entry.gpu_bytes, entry.file_bytes());
+        self.statistics.resident_bytes += gpu_bytes;
+        self.statistics.loaded_file_bytes += file_bytes;
         self.statistics.loaded += 1;
         true
     }

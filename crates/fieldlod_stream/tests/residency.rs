@@ -291,11 +291,18 @@ proptest! {
         let disk = Disk { bytes_a_second, latency_seconds };
         let run = || {
             let mut world = World::new(&ROCKS, settings, disk);
+            let mut ordered_bytes = 0;
             let offscreen = if is_beside { Offscreen::OnAxis { bias: 1.0 } } else { Offscreen::Coarsest };
             world.settings = LodSettings { offscreen, ..LodSettings::with_error_px(1.0) };
             for &(eye, target, frames) in &jumps {
                 for _ in 0..frames {
                     let report = world.frame(eye, target + Vec3::X * 0.01);
+                    ordered_bytes += report.read_bytes;
+                    let statistics = world.residency.statistics();
+                    prop_assert!(statistics.loaded_file_bytes <= ordered_bytes);
+                    if statistics.loading_bytes == 0 {
+                        prop_assert_eq!(statistics.loaded_file_bytes, ordered_bytes);
+                    }
                     let most_loading = loading_bytes.max(most_page_bytes());
                     prop_assert!(report.gpu_bytes <= gpu_bytes);
                     prop_assert!(report.loading_bytes <= most_loading);

@@ -39,7 +39,7 @@ fn main() {
     }
     println!(
         "pace, GPU MiB | at start: s to first, s to sharp | peak GPU MiB, loading MiB, process MiB | frames with pages \
-         missing, over 2 px, mean px, most px | MB/s, x threshold | main thread ms: median, 95 %, most"
+         missing, over 2 px, mean px, most px | MB/s read, of pages, x threshold | main thread ms: median, 95 %, most"
     );
     for gpu_mib in [1024, 256, 26] {
         for pace in PACES {
@@ -141,6 +141,7 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
     }
     let sharp = begun.elapsed();
     let read_before = bytes_read();
+    let pages_before = memory(&app).loaded_file_bytes;
     let mut process_mib = 0.0f64;
     let frames = (0..SECONDS * 60).map(|frame| {
         let start = Instant::now();
@@ -160,6 +161,7 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
     });
     let frames: Vec<Frame> = frames.collect();
     let read = (bytes_read() - read_before) as f64 / f64::from(SECONDS);
+    let of_pages = (memory(&app).loaded_file_bytes - pages_before) as f64 / f64::from(SECONDS);
     let share = |is: fn(&Frame) -> bool| {
         frames.iter().filter(|frame| is(frame)).count() as f64 / frames.len() as f64
     };
@@ -167,7 +169,7 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
     let mut times: Vec<f64> = frames.iter().map(|frame| frame.milliseconds).collect();
     times.sort_by(f64::total_cmp);
     println!(
-        "{:>11} {gpu_mib:>4} | {:.2} {:.2} | {:.1} {:.1} {:.0} | {:.3} {:.3} {:.2} {:.1} | {:.2} {:.2} | {:.1} {:.1} {:.1}",
+        "{:>11} {gpu_mib:>4} | {:.2} {:.2} | {:.1} {:.1} {:.0} | {:.3} {:.3} {:.2} {:.1} | {:.2} {:.2} {:.2} | {:.1} {:.1} {:.1}",
         pace.0,
         first.as_secs_f64(),
         sharp.as_secs_f64(),
@@ -183,6 +185,7 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
             / frames.len() as f64,
         most(|frame| f64::from(frame.missing_px)),
         read * 1e-6,
+        of_pages * 1e-6,
         most(|frame| f64::from(frame.memory.coarsening)),
         times[times.len() / 2],
         times[times.len() * 95 / 100],

@@ -31,6 +31,8 @@ pub struct FieldLodMemory {
     pub missing_pages: u32,
     /// Pages loaded since the beginning.
     pub loaded_pages: u64,
+    /// Bytes of these in their files. Readers may read more, beside them.
+    pub loaded_file_bytes: u64,
     /// Pages evicted since the beginning.
     pub evicted_pages: u64,
     /// How often a page could not be read since the beginning.
@@ -49,6 +51,7 @@ impl Default for FieldLodMemory {
             wanted_bytes: 0,
             missing_pages: 0,
             loaded_pages: 0,
+            loaded_file_bytes: 0,
             evicted_pages: 0,
             failures: 0,
             coarsening: 1.0,
@@ -66,6 +69,7 @@ impl FieldLodMemory {
             wanted_bytes: statistics.wanted_bytes,
             missing_pages: statistics.missing_pages,
             loaded_pages: statistics.loaded,
+            loaded_file_bytes: statistics.loaded_file_bytes,
             evicted_pages: statistics.evicted,
             failures: statistics.failed,
             coarsening: residency.coarsening(),

@@ -165,6 +165,31 @@ fn a_source_that_others_draw_stays_or_returns() {
     }
 }
 
+/// Beside what is cut, a whole mesh has the same source: as its finest level.
+#[test]
+fn a_source_stays_for_whole_meshes_though_they_draw_another_level() {
+    let Some((mut stage, rock, mesh, eye)) = stage_by_default() else {
+        return;
+    };
+    let prop = stage.app.world_mut().entity_mut(rock).clone_and_spawn();
+    let far = Transform::from_xyz(0.0, 0.0, -500.0);
+    stage.insert(prop, (AutoLod::of_kind(LodKind::WholeMesh), far));
+    stage.run_until_ready();
+    (0..3).for_each(|_| stage.app.update());
+    let drawn = |stage: &Stage| stage.app.world().get::<Mesh3d>(prop).unwrap().0.clone();
+    assert_ne!(drawn(&stage), mesh);
+    // Another one that is cut has all looked at again.
+    stage.app.world_mut().entity_mut(rock).clone_and_spawn();
+    (0..3).for_each(|_| stage.app.update());
+    assert!(is_on_gpu(&stage, &mesh));
+    // In the frame in which the prop is near, it is drawn in full.
+    stage.insert(prop, Transform::from_xyz(0.0, 0.0, 2.6));
+    let [picture] = stage.shoot([&eye]);
+    assert_eq!(drawn(&stage), mesh);
+    let blue = css::SKY_BLUE.to_u8_array().into();
+    assert!(picture.pixels().filter(|pixel| **pixel != blue).count() > 40_000);
+}
+
 /// A program changes a source that the GPU has not: each frame is as if the GPU had it.
 #[test]
 fn a_source_that_changes_while_the_gpu_has_it_not_is_drawn_as_it_is_then() {

@@ -17,7 +17,7 @@ use bevy::render::render_asset::{AssetExtractionSystems, ExtractedAssets};
 use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
 use crate::config::FieldLodConfig;
-use crate::lod_mesh::LodClusters;
+use crate::lod_mesh::{LodClusters, LodSource};
 use crate::systems::FieldLodSystems;
 use crate::units::LodUnit;
 use crate::view_cut::{ViewCut, ViewState};
@@ -129,7 +129,7 @@ impl FieldLodConfig {
 /// Decides which sources the GPU is to have.
 fn release_sources(
     mut sources: ResMut<ReleasedSources>,
-    mut drawn: Query<(&mut Mesh3d, Has<LodClusters>), Without<LodUnit>>,
+    mut drawn: Query<(&mut Mesh3d, Option<&LodSource>, Has<LodClusters>), Without<LodUnit>>,
     flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
     meshes: Res<Assets<Mesh>>,
@@ -140,16 +140,20 @@ fn release_sources(
     sources.are_seen = any_sees_sources(&views);
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
     if config.releases_sources() && !sources.are_seen {
-        let clustered = drawn.iter().filter(|(_, is_cut)| *is_cut);
-        spare.extend(clustered.map(|(mesh, _)| mesh.id()));
+        let clustered = drawn.iter().filter(|(.., is_cut)| *is_cut);
+        spare.extend(clustered.map(|(mesh, ..)| mesh.id()));
         // It comes back from main memory.
         let is_kept = |mesh: &AssetId<Mesh>| {
             let usage = meshes.get(*mesh).map(|mesh| mesh.asset_usage);
             usage == Some(RenderAssetUsages::default())
         };
         spare.retain(is_kept);
-        let others = drawn.iter().filter(|(_, is_cut)| !is_cut);
-        let others = others.map(|(mesh, _)| mesh.id());
+        // Whole meshes have it as their finest level, and may draw it in any frame.
+        let others = drawn.iter().filter(|(.., is_cut)| !is_cut);
+        let others = others.flat_map(|(mesh, source, _)| {
+            let source = source.map(|source| source.mesh.id());
+            source.into_iter().chain([mesh.id()])
+        });
         for mesh in others.chain(flat.iter().map(|mesh| mesh.id())) {
             shared.extend(spare.take(&mesh));
         }
@@ -166,7 +170,7 @@ fn release_sources(
         return;
     }
     // Where the mesh lies has to be looked up anew.
-    for (mut mesh, _) in &mut drawn {
+    for (mut mesh, ..) in &mut drawn {
         if back.contains(&mesh.id()) {
             mesh.set_changed();
         }

@@ -70,6 +70,14 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) visible_flux: bool,
 
+    /// How much errors count of what only casts shadows: from 0, its coarsest level, to 1, as what is seen.
+    #[arg(long, value_name = "SHARE", value_parser = parse_shadow_bias)]
+    pub(crate) shadow_bias: Option<f32>,
+
+    /// Margin around the picture that is drawn as finely as the picture, as a share of its size.
+    #[arg(long, value_name = "SHARE", value_parser = parse_margin)]
+    pub(crate) offscreen_margin: Option<f32>,
+
     /// Measure what is drawn along the path at equal error of the pictures, with detail chosen by what is not
     /// hidden and without, and write the figures to DIR.
     #[cfg(feature = "lab")]
@@ -204,6 +212,14 @@ fn parse_error_px(text: &str) -> Result<f32, String> {
     parse_in(text, 0.0..=1e6, "number of pixels")
 }
 
+fn parse_shadow_bias(text: &str) -> Result<f32, String> {
+    parse_in(text, 0.0..=1.0, "share")
+}
+
+fn parse_margin(text: &str) -> Result<f32, String> {
+    parse_in(text, 0.0..=10.0, "share")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -222,6 +238,10 @@ mod tests {
         for error_px in ["", "NaN", "-1", "inf", "one"] {
             assert!(parse_error_px(error_px).is_err(), "{error_px}");
         }
+        for share in ["", "NaN", "-1", "1.5"] {
+            assert!(parse_shadow_bias(share).is_err(), "{share}");
+        }
+        assert!(parse_margin("11").is_err() && parse_margin("1.5").is_ok());
         assert_eq!(parse_size("640x360"), Ok(UVec2::new(640, 360)));
     }
 

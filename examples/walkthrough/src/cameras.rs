@@ -20,6 +20,10 @@ pub(crate) struct FullDetailCamera;
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
     pub(crate) error_px: f32,
+    /// How much errors count of what only casts shadows.
+    pub(crate) shadow_bias: f32,
+    /// Margin around the image that is drawn as finely, as a share of its size.
+    pub(crate) offscreen_margin: f32,
     /// Whether errors count by how much of a thing nothing hides.
     pub(crate) visible_flux: bool,
     /// Whether the right half shows full detail.
@@ -110,6 +114,8 @@ fn apply_options(
     let (mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
+    settings.shadow_bias = options.shadow_bias;
+    settings.offscreen_margin = options.offscreen_margin;
     settings.visible_flux = options.visible_flux;
     twin.is_active = options.split && main.is_active;
     let Some(size) = main.physical_target_size() else {

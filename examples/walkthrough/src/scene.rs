@@ -71,10 +71,13 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
     let seconds = generated.time.as_secs_f32();
     eprintln!("walkthrough: scene generated in {seconds:.1} s");
 
+    let defaults = FieldLodSettings::default();
     app.insert_resource(generated)
         .insert_resource(*quality)
         .insert_resource(ViewOptions {
             error_px: quality.error_px,
+            shadow_bias: args.shadow_bias.unwrap_or(defaults.shadow_bias),
+            offscreen_margin: args.offscreen_margin.unwrap_or(defaults.offscreen_margin),
             visible_flux: args.visible_flux,
             split: args.split,
             plain: args.plain,

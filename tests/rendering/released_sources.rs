@@ -154,14 +154,17 @@ fn a_source_that_others_draw_stays_or_returns() {
         (0..2).for_each(|_| stage.app.update());
         assert!(!is_on_gpu(&stage, &mesh), "{index}");
         // Someone changes the handle in place.
-        if let Some(mut drawn) = stage.app.world_mut().get_mut::<Mesh3d>(drawer) {
-            drawn.0 = mesh.clone();
-            stage.app.update();
-            assert!(is_on_gpu(&stage, &mesh));
-            stage.app.world_mut().despawn(drawer);
-            (0..2).for_each(|_| stage.app.update());
-            assert!(!is_on_gpu(&stage, &mesh));
+        let mut drawer_mut = stage.app.world_mut().entity_mut(drawer);
+        if index == 0 {
+            drawer_mut.get_mut::<Mesh3d>().unwrap().0 = mesh.clone();
+        } else {
+            drawer_mut.get_mut::<Mesh2d>().unwrap().0 = mesh.clone();
         }
+        stage.app.update();
+        assert!(is_on_gpu(&stage, &mesh), "{index}");
+        stage.app.world_mut().despawn(drawer);
+        (0..2).for_each(|_| stage.app.update());
+        assert!(!is_on_gpu(&stage, &mesh), "{index}");
     }
 }
 

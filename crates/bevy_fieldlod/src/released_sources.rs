@@ -39,7 +39,11 @@ pub(crate) struct ReleasedSources {
 impl ReleasedSources {
     /// Notes that an entity draws a mesh as it is from now on, or does no more.
     pub(crate) fn note(&mut self, mesh: AssetId<Mesh>) {
-        self.is_stale |= self.released.contains(&mesh) || self.shared.contains(&mesh);
+        self.is_stale |= self.concerns(mesh);
+    }
+
+    fn concerns(&self, mesh: AssetId<Mesh>) -> bool {
+        self.released.contains(&mesh) || self.shared.contains(&mesh)
     }
 }
 
@@ -55,9 +59,8 @@ pub(crate) fn plugin(app: &mut App) {
     );
     app.add_observer(note_new_units)
         .add_observer(note_lost_units)
-        .add_observer(note_flat_mesh)
-        .add_observer(note_lost_flat_mesh)
-        .add_observer(note_lost_mesh)
+        .add_observer(note_lost_mesh::<Mesh2d>)
+        .add_observer(note_lost_mesh::<Mesh3d>)
         .add_systems(
             PostUpdate,
             release_sources
@@ -75,34 +78,15 @@ fn note_lost_units(_: On<Remove, LodClusters>, mut sources: ResMut<ReleasedSourc
     sources.is_stale = true;
 }
 
-/// Flat meshes draw their mesh as it is.
-fn note_flat_mesh(
-    flat: On<Insert, Mesh2d>,
-    meshes: Query<&Mesh2d>,
+fn note_lost_mesh<M: Component>(
+    lost: On<Discard, M>,
+    meshes: Query<&M>,
     mut sources: ResMut<ReleasedSources>,
-) {
-    if let Ok(mesh) = meshes.get(flat.entity) {
-        sources.note(mesh.id());
-    }
-}
-
-fn note_lost_flat_mesh(
-    lost: On<Discard, Mesh2d>,
-    meshes: Query<&Mesh2d>,
-    mut sources: ResMut<ReleasedSources>,
-) {
+) where
+    for<'a> &'a M: Into<AssetId<Mesh>>,
+{
     if let Ok(mesh) = meshes.get(lost.entity) {
-        sources.note(mesh.id());
-    }
-}
-
-fn note_lost_mesh(
-    lost: On<Discard, Mesh3d>,
-    meshes: Query<&Mesh3d>,
-    mut sources: ResMut<ReleasedSources>,
-) {
-    if let Ok(mesh) = meshes.get(lost.entity) {
-        sources.note(mesh.id());
+        sources.note(mesh.into());
     }
 }
 
@@ -110,9 +94,14 @@ fn note_lost_mesh(
 fn may_release(
     sources: Res<ReleasedSources>,
     views: Query<&ViewCut>,
+    flat: Query<&Mesh2d, Changed<Mesh2d>>,
     config: Res<FieldLodConfig>,
 ) -> bool {
-    sources.is_stale || config.is_changed() || sources.are_seen != any_sees_sources(&views)
+    // Flat meshes draw their mesh as it is, and may get another handle in place.
+    sources.is_stale
+        || config.is_changed()
+        || sources.are_seen != any_sees_sources(&views)
+        || flat.iter().any(|mesh| sources.concerns(mesh.id()))
 }
 
 fn any_sees_sources(views: &Query<&ViewCut>) -> bool {

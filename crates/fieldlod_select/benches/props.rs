@@ -8,7 +8,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::{look_through, medians};
+use common::{look_from_afar, look_through, medians};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
     LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View, whole_mesh_levels,
@@ -40,15 +40,44 @@ fn main() {
     );
     for size in sizes {
         let scene = field(&levels, size, Vec3::ONE);
-        for has_sun in [false, true] {
-            for zooms in [false, true] {
-                measure(&scene, size, has_sun, zooms);
+        for lens in [Lens::Perspective, Lens::Orthographic] {
+            for has_sun in [false, true] {
+                for zooms in [false, true] {
+                    let path = Path {
+                        lens,
+                        has_sun,
+                        zooms,
+                    };
+                    measure(&scene, size, &path);
+                }
             }
         }
         let stretched = field(&levels, size, Vec3::new(1.0, 1.3, 1.0));
         print!("stretched");
-        measure(&stretched, size, false, false);
+        measure(&stretched, size, &Path::WALK);
     }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Lens {
+    Perspective,
+    /// From above at a slant.
+    Orthographic,
+}
+
+/// How the camera goes.
+struct Path {
+    lens: Lens,
+    has_sun: bool,
+    zooms: bool,
+}
+
+impl Path {
+    const WALK: Self = Self {
+        lens: Lens::Perspective,
+        has_sun: false,
+        zooms: false,
+    };
 }
 
 /// Several views along the walk, one after the other and each on a thread of a pool.
@@ -59,7 +88,7 @@ fn views(levels: &Hierarchy, size: u32) {
         let new = || (0..count).map(|view| (view * 1000, Selector::default()));
         let (mut in_turn, mut at_once): (Vec<_>, Vec<_>) = (new().collect(), new().collect());
         let select = |step: u32, (ahead, selector): &mut (u32, Selector)| {
-            selector.select(&scene, &walk(step + *ahead, false, false), &settings);
+            selector.select(&scene, &Path::WALK.view(step + *ahead), &settings);
         };
         let (mut step, mut other_step) = (0, 0);
         let mut frame_in_turn = || {
@@ -81,10 +110,10 @@ fn views(levels: &Hierarchy, size: u32) {
     }
 }
 
-fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
+fn measure(scene: &Scene, size: u32, path: &Path) {
     let settings = LodSettings {
         offscreen_margin: 0.1,
-        offscreen: if has_sun {
+        offscreen: if path.has_sun {
             Offscreen::OnAxis { bias: 0.3 }
         } else {
             Offscreen::Coarsest
@@ -93,12 +122,12 @@ fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
     };
     let mut selector = Selector::default();
     let start = Instant::now();
-    selector.select(scene, &walk(0, has_sun, zooms), &settings);
+    selector.select(scene, &path.view(0), &settings);
     let first = start.elapsed();
     let mut times = Vec::new();
     let mut sums = [0usize; 4];
     for step in 1..=WARM_UP + FRAMES {
-        let view = walk(step, has_sun, zooms);
+        let view = path.view(step);
         let start = Instant::now();
         selector.select(scene, &view, &settings);
         let time = start.elapsed();
@@ -124,9 +153,13 @@ fn measure(scene: &Scene, size: u32, has_sun: bool, zooms: bool) {
     let mean = us(times.iter().sum()) / f64::from(FRAMES);
     let a_frame = sums.map(|sum| sum as f64 / f64::from(FRAMES));
     println!(
-        "{size:8} {:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
-        if has_sun { "a sun" } else { "none" },
-        if zooms { "zooming" } else { "" },
+        "{size:8} {:12} {:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
+        match path.lens {
+            Lens::Perspective => "perspective",
+            Lens::Orthographic => "orthographic",
+        },
+        if path.has_sun { "a sun" } else { "none" },
+        if path.zooms { "zooming" } else { "" },
         us(first),
         us(times[times.len() / 2]),
         us(times[times.len() - 1]),
@@ -151,19 +184,29 @@ fn field(levels: &Hierarchy, count: u32, scale: Vec3) -> Scene {
     scene
 }
 
-/// A brisk walk on a wide circle: 1.8 m/s at 60 Hz. The lens zooms to and fro between 60 and 30 degrees in 3.3 s, if
-/// it does.
-fn walk(step: u32, has_sun: bool, zooms: bool) -> View {
-    let turn = Quat::from_rotation_y(step as f32 * -0.03 / 20.0);
-    let eye = turn * Vec3::new(20.0, 1.7, 0.0);
-    let to_and_fro = (step % 200).abs_diff(100) as f32 * 0.01;
-    let fov_y_in_deg = if zooms {
-        30.0 + 30.0 * to_and_fro
-    } else {
-        60.0
-    };
-    let view = look_through(fov_y_in_deg, eye, eye + turn * Vec3::new(0.0, -0.05, 1.0));
-    let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
-    let lights = if has_sun { &[sun][..] } else { &[] };
-    view.with_shadow_lights(lights)
+impl Path {
+    /// A brisk walk on a wide circle: 1.8 m/s at 60 Hz. The lens zooms to and fro between 60 and 30 degrees in 3.3 s,
+    /// if it does; an orthographic one between images 60 and 30 m high.
+    fn view(&self, step: u32) -> View {
+        let turn = Quat::from_rotation_y(step as f32 * -0.03 / 20.0);
+        let to_and_fro = (step % 200).abs_diff(100) as f32 * 0.01;
+        let zoom = if self.zooms {
+            0.5 + 0.5 * to_and_fro
+        } else {
+            1.0
+        };
+        let eye = turn * Vec3::new(20.0, 1.7, 0.0);
+        let view = match self.lens {
+            Lens::Perspective => {
+                look_through(60.0 * zoom, eye, eye + turn * Vec3::new(0.0, -0.05, 1.0))
+            }
+            Lens::Orthographic => {
+                let slant = turn * Vec3::new(0.0, -1.0, 1.0);
+                look_from_afar(60.0 * zoom, eye - slant * 100.0, eye)
+            }
+        };
+        let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
+        let lights = if self.has_sun { &[sun][..] } else { &[] };
+        view.with_shadow_lights(lights)
+    }
 }

@@ -22,6 +22,7 @@ use crate::lane::{Lane, bits_of, mask_of};
 use crate::settings::{LodSettings, Thresholds};
 use crate::shares::Shares;
 use crate::table::GroupTable;
+use crate::validity::Tolerance;
 use crate::view::InstanceView;
 use crate::view_parts::ViewParts;
 use bounds_test::BoundsTest;
@@ -41,7 +42,14 @@ pub fn refine(
     refined: &mut Vec<u64>,
 ) {
     let parts = ViewParts::new(&instance.camera, &instance.kept_camera, settings);
-    let decision = Decision::new(table, instance, &parts, 1.0, 0.0, Shares::FULL);
+    let decision = Decision::new(
+        table,
+        instance,
+        &parts,
+        1.0,
+        &Tolerance::default(),
+        Shares::FULL,
+    );
     decision.decide(table, was_refined, refined);
 }
 
@@ -69,14 +77,14 @@ struct Answer {
 
 impl<'a> Decision<'a> {
     /// The errors of the instance count `bias` times. Answers tell whether they stay valid for all poses
-    /// that move no point farther than `tolerance` in camera space.
+    /// within `tolerance`, whose move is that of points in camera space, by turns too.
     #[inline]
     pub(crate) fn new(
         table: &GroupTable,
         instance: &'a InstanceView,
         parts: &'a ViewParts<'a>,
         bias: f32,
-        tolerance: f32,
+        tolerance: &Tolerance,
         shares: Shares<'a>,
     ) -> Self {
         let thresholds = parts.settings.thresholds(bias);

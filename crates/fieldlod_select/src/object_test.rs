@@ -13,6 +13,7 @@ use crate::stretch::is_similarity;
 use crate::validity::{CameraTravel, Levers, Validity};
 use crate::view::View;
 use crate::view_parts::ViewParts;
+use crate::zoom::zoom_to;
 
 /// Allowance for the rounding of coordinates, relative to their size.
 const POSITION_SLACK: f32 = 1e-5;
@@ -29,6 +30,9 @@ pub(crate) struct ObjectTest<'a> {
     shadows: ShadowTest,
     now: CameraTravel,
     is_usable: bool,
+    is_orthographic: bool,
+    /// How far from the axis of an orthographic view any of its sides are.
+    reach: f32,
 }
 
 impl<'a> ObjectTest<'a> {
@@ -54,6 +58,8 @@ impl<'a> ObjectTest<'a> {
                 view.camera_from_world,
             ),
             now,
+            is_orthographic: matches!(view.camera, Camera::Orthographic(_)),
+            reach: parts.reach.max(Sides::of(&view.image_camera).reach()),
             // A view that scales, or no threshold at all, gets no shortcut.
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
         }
@@ -100,12 +106,18 @@ impl<'a> ObjectTest<'a> {
         let beyond_error = self.distance_beyond(error(&camera.scale), gap);
         if beyond_error > 0.0 {
             let zoom = distance * ROUNDING_ALLOWANCE;
-            return Some(tolerating(beyond_error, Levers { turn: 0.0, zoom }));
+            return Some(match self.is_orthographic {
+                true => self.while_small(error(&camera.scale)),
+                false => tolerating(beyond_error, Levers { turn: 0.0, zoom }),
+            });
         }
         // Outside the view, and far enough there if that counts.
         let mut outside = self.distance_outside(&camera.sides, &sphere);
+        let mut while_small = None;
         if let Some(on_axis) = &self.on_axis {
             let beyond_error = self.distance_beyond(error(on_axis), gap);
+            while_small = (self.is_orthographic && beyond_error > 0.0)
+                .then(|| self.while_small(error(on_axis)));
             let dark = self
                 .shadows
                 .distance_dark(&object.sphere, &sphere, distance);
@@ -122,26 +134,38 @@ impl<'a> ObjectTest<'a> {
         let farthest = (distance + outside) * ROUNDING_ALLOWANCE;
         let levers = Levers {
             turn: farthest,
-            zoom: farthest,
+            zoom: match self.is_orthographic {
+                true => self.reach,
+                false => farthest,
+            },
         };
-        (outside > 0.0).then(|| tolerating(outside, levers))
+        (outside > 0.0).then(|| {
+            let validity = tolerating(outside, levers);
+            while_small.map_or(validity, |small| validity.and(&small, &self.now))
+        })
+    }
+
+    /// For how long an error that is less than its threshold, by this factor, is so in an orthographic view: that
+    /// depends on the lens alone.
+    fn while_small(&self, error: f32) -> Validity {
+        Validity::while_zoomed(zoom_to(1.0 / error), &self.now)
     }
 
     /// By how much a gap to the camera is more than that at which an error reaches its threshold.
     fn distance_beyond(&self, error: f32, gap: f32) -> f32 {
-        match self.view.camera {
-            Camera::Perspective(_) => gap - error,
-            Camera::Orthographic(_) if error < 1.0 => f32::INFINITY,
-            Camera::Orthographic(_) => -1.0,
+        match self.is_orthographic {
+            false => gap - error,
+            true if error < 1.0 => f32::INFINITY,
+            true => -1.0,
         }
     }
 
     /// How far a sphere in camera space is from the field of view, at least; negative inside.
     fn distance_outside(&self, sides: &Sides<f32>, sphere: &Sphere) -> f32 {
         let beyond_side = -sides.least_inside(V3::splat(sphere.center));
-        let beyond = match self.view.camera {
-            Camera::Perspective(_) => beyond_side.max(-sphere.center.z),
-            Camera::Orthographic(_) => beyond_side,
+        let beyond = match self.is_orthographic {
+            false => beyond_side.max(-sphere.center.z),
+            true => beyond_side,
         };
         beyond - sphere.radius
     }

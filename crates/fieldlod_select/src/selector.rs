@@ -41,8 +41,9 @@ use traversal::TraversalContext;
 /// A frame visits the nodes of a tree over the instances whose answer may have changed since they
 /// were last visited: because the camera has moved or turned so far, or because an instance did. A
 /// node that is wholly outside the view or far enough is answered at once; what remains is decided
-/// group by group; of a mesh that is drawn as a whole, that is one level. In perspective views, groups are
-/// decided again only when the camera has moved as far as their decisions tolerate. The cuts are those
+/// group by group; of a mesh that is drawn as a whole, that is one level. Groups are
+/// decided again only when the camera has moved, turned or zoomed as far as their decisions tolerate: in an orthographic
+/// view moves change nothing but what is in the image. The cuts are those
 /// that deciding every group anew would give. Where hidden things count less
 /// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
 /// the scene, and answers that rest on it end with it: nodes and instances that stay at their coarsest

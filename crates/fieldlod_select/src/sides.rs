@@ -36,6 +36,18 @@ impl Sides<f32> {
         })
     }
 
+    /// How far from the origin the farthest side is.
+    pub(crate) fn reach(&self) -> f32 {
+        self.offset
+            .iter()
+            .fold(0.0, |reach, offset| offset.abs().max(reach))
+    }
+
+    /// How far the sides are moved from others.
+    pub(crate) fn moved_to(&self, other: &Self) -> [f32; 4] {
+        std::array::from_fn(|side| (self.offset[side] - other.offset[side]).abs())
+    }
+
     /// How far a direction leads inwards over each side.
     pub(crate) fn towards(&self, direction: V3<f32>) -> [f32; 4] {
         self.inward.map(|inward| direction.dot(inward))
@@ -77,15 +89,18 @@ impl<L: Lane> Sides<L> {
     }
 }
 
-/// The sides of a perspective view in camera space: what `x` or `y`, and what `z`, counts in the distance
-/// inside each.
+/// The sides of a view in camera space: what `x` or `y`, and what `z` counts in the distance inside each. In an
+/// orthographic view `z` is 1: sides are as far from its axis as they are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PerspectiveSides<L>([[L; 2]; 4]);
+pub(crate) struct LensSides<L>([[L; 2]; 4]);
 
-impl<L: Lane> PerspectiveSides<L> {
+impl<L: Lane> LensSides<L> {
     pub(crate) fn of(sides: &Sides<f32>) -> Self {
-        let side = |inward: V3<f32>| [inward.x + inward.y, inward.z].map(L::splat);
-        Self(sides.inward.map(side))
+        Self(std::array::from_fn(|side| {
+            let inward = sides.inward[side];
+            // One of the latter is zero.
+            [inward.x + inward.y, inward.z + sides.offset[side]].map(L::splat)
+        }))
     }
 
     /// How far inside the nearest side a point is, negative outside.

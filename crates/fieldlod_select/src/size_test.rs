@@ -16,6 +16,7 @@ use crate::settings::LodSettings;
 use crate::tree::Node;
 use crate::validity::{CameraTravel, Levers, Validity};
 use crate::view::View;
+use crate::zoom::zoom_to;
 
 /// Allowance for the rounding of distances, relative to the coordinates.
 const POSITION_SLACK: f32 = 1e-5;
@@ -69,10 +70,11 @@ impl SizeTest {
             self.reach_culled
         };
         let sphere = &node.bounds.sphere;
-        let margin = self.margin(node.radii[0] * reach, self.distance(sphere));
+        let reach = node.radii[0] * reach;
+        let margin = self.margin(reach, self.distance(sphere));
         // NaN is drawn.
         let is_drawn = margin >= 0.0 || margin.is_nan();
-        (is_drawn, self.lasting(margin.abs(), sphere))
+        (is_drawn, self.lasting(margin.abs(), reach, sphere))
     }
 
     /// Whether all instances below a node are drawn, or none of them, and for how long; `None` if that cannot
@@ -91,13 +93,14 @@ impl SizeTest {
             Some(false) => (self.reach_culled, self.reach_culled),
             None => (self.reach_culled, self.reach_drawn),
         };
-        let drawn = self.margin(smallest * reach_least, distance + sphere.radius);
-        let culled = -self.margin(largest * reach_most, distance - sphere.radius);
-        let answer = |margin: f32, is_drawn: bool| {
+        let (least, most) = (smallest * reach_least, largest * reach_most);
+        let drawn = self.margin(least, distance + sphere.radius);
+        let culled = -self.margin(most, distance - sphere.radius);
+        let answer = |margin: f32, reach: f32, is_drawn: bool| {
             let slack = self.slack(sphere);
-            (margin > slack).then(|| (is_drawn, self.lasting(margin, sphere)))
+            (margin > slack).then(|| (is_drawn, self.lasting(margin, reach, sphere)))
         };
-        answer(drawn, true).or_else(|| answer(culled, false))
+        answer(drawn, least, true).or_else(|| answer(culled, most, false))
     }
 
     fn distance(&self, sphere: &Sphere) -> f32 {
@@ -118,7 +121,10 @@ impl SizeTest {
         size * POSITION_SLACK
     }
 
-    fn lasting(&self, margin: f32, sphere: &Sphere) -> Validity {
+    fn lasting(&self, margin: f32, reach: f32, sphere: &Sphere) -> Validity {
+        if self.is_lasting && matches!(self.camera, Camera::Orthographic(_)) {
+            return Validity::while_zoomed(zoom_to(reach.max(1.0 / reach)), &self.now);
+        }
         let tolerance = margin * 0.999 - self.slack(sphere);
         if self.is_lasting && tolerance > 0.0 {
             // The reach is no farther than that.

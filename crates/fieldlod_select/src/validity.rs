@@ -247,6 +247,14 @@ impl Validity {
         }
     }
 
+    /// Valid wherever the camera goes and turns, while its lens zooms no farther.
+    pub(crate) fn while_zoomed(zoom: f32, now: &CameraTravel) -> Self {
+        Self {
+            zoomed_until: zoomed_until(f64::from(zoom), now),
+            ..Self::forever(now)
+        }
+    }
+
     /// Valid for good: what is true of nothing.
     pub(crate) fn forever(now: &CameraTravel) -> Self {
         Self {

@@ -7,12 +7,14 @@ use wide::f32x8;
 
 use crate::error_scale::ErrorScale;
 use crate::settings::LodSettings;
-use crate::sides::{PerspectiveSides, Sides};
+use crate::sides::{LensSides, Sides};
 
 /// The cameras that groups enter and, once refined, leave.
 pub(crate) struct ViewParts<'a> {
     pub(crate) settings: &'a LodSettings,
     pub(crate) entering: CameraParts,
+    /// How far from the axis of an orthographic view its sides are at most.
+    pub(crate) reach: f32,
     /// The camera that refined groups leave; `None` where that is the same.
     kept_camera: Option<Camera>,
     /// The parts of it: made when first asked, as most frames decide nothing that was refined.
@@ -30,9 +32,9 @@ pub(crate) struct CameraParts {
     /// The sides in camera space.
     pub(crate) sides: Sides<f32>,
     /// The same for eight spheres at once: made when first asked.
-    perspective_sides: OnceCell<PerspectiveSides<f32x8>>,
-    /// `C` of the criterion's field strength and `f`, of perspective cameras and where the errors that
-    /// they belong to count.
+    lens_sides: OnceCell<LensSides<f32x8>>,
+    /// `C` of the criterion's field strength and `f`, of an orthographic camera the strength itself and pixels for
+    /// each unit, where the errors that they belong to count.
     pub(crate) constant_px2: Option<f32>,
     pub(crate) focal_px: Option<f32>,
 }
@@ -42,6 +44,7 @@ impl<'a> ViewParts<'a> {
         Self {
             settings,
             entering: CameraParts::new(entering, settings),
+            reach: Sides::of(leaving).reach(),
             kept_camera: (leaving != entering).then_some(*leaving),
             leaving: OnceCell::new(),
         }
@@ -73,7 +76,10 @@ impl CameraParts {
                 camera.constant_px2(),
                 camera.focal_px.x.max(camera.focal_px.y),
             ),
-            Camera::Orthographic(_) => (1.0, 0.0, 0.0),
+            Camera::Orthographic(camera) => {
+                let pixels = camera.pixels_per_unit;
+                (1.0, pixels.x * pixels.y, pixels.x.max(pixels.y))
+            }
         };
         Self {
             camera: *camera,
@@ -81,16 +87,15 @@ impl CameraParts {
             least_cosine: 1.0 / secant,
             scale: ErrorScale::of_view(camera, settings),
             sides: Sides::of(camera),
-            perspective_sides: OnceCell::new(),
+            lens_sides: OnceCell::new(),
             constant_px2: weights.counts_error.then_some(constant_px2),
             focal_px: weights.displacement_weight.map(|weight| focal_px * weight),
         }
     }
 
-    /// The sides of a perspective camera for eight spheres at once; of no meaning for an orthographic one.
+    /// The sides for eight spheres at once.
     #[inline]
-    pub(crate) fn perspective_sides(&self) -> &PerspectiveSides<f32x8> {
-        let in_lanes = || PerspectiveSides::of(&self.sides);
-        self.perspective_sides.get_or_init(in_lanes)
+    pub(crate) fn lens_sides(&self) -> &LensSides<f32x8> {
+        self.lens_sides.get_or_init(|| LensSides::of(&self.sides))
     }
 }

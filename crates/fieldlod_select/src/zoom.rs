@@ -1,6 +1,9 @@
 //! How much the lenses of two views differ: a bound of what that changes in every test.
+//!
+//! For `z` in all an orthographic view's sides move by at most `E (exp(z) − 1)`, with `E` its
+//! [reach](Sides::reach) before: each step moves them by at most `z E`, and `E` grows by no more.
 
-use camera_field::{Camera, Intrinsics};
+use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 
 use crate::sides::Sides;
 use crate::view::View;
@@ -8,10 +11,13 @@ use crate::view::View;
 /// The most by which lenses may differ to be compared; so that `exp(z) ≤ 1 +` [`GROWTH`] `z`.
 pub(crate) const MOST_ZOOM: f32 = 0.5;
 pub(crate) const GROWTH: f32 = 1.3;
+/// What rounding may take off a ratio.
+const ROUNDING: f32 = 0.9999;
 
 /// A number `z` such that the factors of errors, the focal lengths and the secants of two views differ by no
-/// more than `exp(z)`, and the unit normals of their sides by no more than `z`. Such numbers add up from view to
-/// view. `None` where they cannot be compared.
+/// more than `exp(z)`, and the unit normals of their sides by no more than `z`; of orthographic views those factors and,
+/// by no more than `z` times the lesser reach, the sides. Such numbers add up from view to view. `None` where they cannot be
+/// compared.
 pub(crate) fn zoom_between(from: &View, to: &View) -> Option<f32> {
     let cameras = |view: &View| [view.camera, view.kept_camera, view.image_camera];
     let mut most = 0.0;
@@ -19,20 +25,40 @@ pub(crate) fn zoom_between(from: &View, to: &View) -> Option<f32> {
         if from == to {
             continue;
         }
-        let (Camera::Perspective(lens), Camera::Perspective(other)) = (from, to) else {
-            return None;
-        };
-        let factors = factors(lens).into_iter().zip(factors(other));
-        let factors = factors.map(|(one, other)| (one / other).max(other / one) - 1.0);
-        let changes = factors.chain(Sides::of(from).turned_to(&Sides::of(to)));
-        for change in changes {
-            if change > MOST_ZOOM || change.is_nan() {
-                return None;
+        let sides = [from, to].map(Sides::of);
+        let change = match (from, to) {
+            (Camera::Perspective(from), Camera::Perspective(to)) => {
+                largest_ratio(factors(from), factors(to), sides[0].turned_to(&sides[1]))
             }
-            most = change.max(most);
-        }
+            (Camera::Orthographic(from), Camera::Orthographic(to)) => {
+                let reach = sides[0].reach().min(sides[1].reach());
+                let moved = sides[0].moved_to(&sides[1]).map(|moved| moved / reach);
+                largest_ratio(scales(from), scales(to), moved)
+            }
+            _ => return None,
+        };
+        most = change?.max(most);
     }
     Some(most)
+}
+
+/// The zoom in which a number that may grow by the factors of [`zoom_between`] grows no more than `ratio` times.
+pub(crate) fn zoom_to(ratio: f32) -> f32 {
+    (ratio * ROUNDING - 1.0) / GROWTH
+}
+
+/// The largest of what numbers change by, relative, and of other changes; `None` if that is too large.
+fn largest_ratio<const N: usize>(from: [f32; N], to: [f32; N], others: [f32; 4]) -> Option<f32> {
+    let ratios = from.into_iter().zip(to);
+    let changes = ratios.map(|(from, to)| (from / to).max(to / from) - 1.0);
+    changes.chain(others).try_fold(0.0f32, |most, change| {
+        (change <= MOST_ZOOM).then(|| change.max(most))
+    })
+}
+
+/// What lenses without perspective count by.
+fn scales(lens: &OrthographicIntrinsics) -> [f32; 2] {
+    lens.pixels_per_unit.to_array()
 }
 
 /// What lenses count by.

@@ -6,13 +6,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use camera_field::Camera;
 use common::{
-    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, perspective,
-    synthetic, vector,
+    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, orthographic,
+    perspective, synthetic, vector, zoomed,
 };
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
     Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen, Scene, Selector,
-    ShadowLight, View, group_error_px, naive, select_with,
+    ShadowLight, View, group_error_px, naive, select_with, whole_mesh_levels,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -459,13 +459,16 @@ proptest! {
     fn what_may_cast_into_the_view_keeps_its_shape(
         places in prop::collection::vec(vector(), 60..120),
         eye in vector(), step in vector(), sun in vector(), turn in vector(), lamp in vector(),
-        by_lamp in any::<bool>(),
+        by_lamp in any::<bool>(), is_orthographic in any::<bool>(),
+        (pace, zoom) in (prop_oneof![Just(1.0f32), Just(0.05f32)], prop_oneof![Just(0.0f32), -0.02f32..0.02]),
     ) {
         let mut scene = Scene::default();
-        let mesh = scene.add_mesh(&hierarchies()[0]);
-        let rocks: Vec<(InstanceId, Vec3)> = places.iter().map(|place| {
+        // In pieces and as a whole.
+        let rock = &hierarchies()[0];
+        let meshes = [scene.add_mesh(rock), scene.add_mesh(&whole_mesh_levels(rock).unwrap())];
+        let rocks: Vec<(InstanceId, Vec3)> = places.iter().zip(meshes.iter().cycle()).map(|(place, mesh)| {
             let at = *place * 30.0;
-            (scene.add_instance(mesh, Affine3A::from_translation(at), 1.0), at)
+            (scene.add_instance(*mesh, Affine3A::from_translation(at), 1.0), at)
         }).collect();
         scene.update();
         let settings = LodSettings {
@@ -476,10 +479,12 @@ proptest! {
         };
         let (mut all, mut lit) = (Selector::default(), Selector::default());
         let mut fewer = 0;
-        for frame in 0u8..8 {
-            let frame = f32::from(frame);
+        let lens = if is_orthographic { orthographic() } else { perspective(0.8) };
+        for frame in 0u8..16 {
+            let lens = zoomed(lens, 1.0 + zoom * f32::from(frame));
+            let frame = f32::from(frame) * pace;
             let at = eye * 10.0 + step * frame;
-            let view = look(perspective(0.8), at, at + Vec3::NEG_Z * 5.0 + turn * frame * 0.3);
+            let view = look(lens, at, at + Vec3::NEG_Z * 5.0 + turn * frame * 0.3);
             let direction = (sun + Vec3::Y * 0.01 * frame + Vec3::splat(0.011)).normalize();
             let reach = Sphere { center: lamp * 20.0 + step * frame, radius: 12.0 };
             let light = if by_lamp { ShadowLight::Lamp(reach) } else { ShadowLight::Sun(direction) };

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{
-    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, perspective, vector,
-    zoomed,
+    HIERARCHIES, any_camera, any_orthographic, any_placement, any_settings, hierarchies, look,
+    orthographic, perspective, vector, zoomed,
 };
 use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, select};
 use glam::{Affine3A, Vec3};
@@ -79,7 +79,7 @@ proptest! {
 
     #[test]
     fn a_cut_that_is_still_valid_is_the_cut_anew(
-        camera in prop_oneof![any_camera(), Just(perspective(1.0))],
+        camera in prop_oneof![any_camera(), any_orthographic(), Just(perspective(1.0))],
         settings in any_settings(),
         is_plain in any::<bool>(),
         placements in prop::collection::vec((any_placement(), vector()), HIERARCHIES),
@@ -108,7 +108,12 @@ proptest! {
 /// So that the above is a test of something.
 #[test]
 fn a_slow_walk_decides_few_cuts_anew() {
-    for scale in [Vec3::ONE, Vec3::new(1.0, 1.3, 0.8)] {
+    let scales = [Vec3::ONE, Vec3::new(1.0, 1.3, 0.8)];
+    let lenses = [perspective(1.0), orthographic()];
+    for (scale, lens) in scales
+        .iter()
+        .flat_map(|&scale| lenses.map(|lens| (scale, lens)))
+    {
         let placements = (0..4u8).map(|i| {
             let place = Vec3::new(f32::from(i) * 2.5 - 4.0, 0.0, -f32::from(i));
             Affine3A::from_translation(place) * Affine3A::from_scale(scale)
@@ -117,8 +122,7 @@ fn a_slow_walk_decides_few_cuts_anew() {
         let settings = LodSettings::default();
         let (eye, go) = (Vec3::new(0.0, 0.5, 9.0), Vec3::new(0.001, 0.0, -0.004));
         let target = (Vec3::ZERO, Vec3::new(0.002, 0.0, 0.0));
-        let lens = (perspective(1.0), 0.0);
-        walk(&mut watched, lens, &settings, (eye, go), target);
+        walk(&mut watched, (lens, 0.0), &settings, (eye, go), target);
         let still_valid = watched.still_valid;
         assert!(still_valid > 120, "{still_valid} of {}", 60 * 4);
     }

@@ -31,6 +31,15 @@ pub(crate) fn look_through(fov_y_in_deg: f32, eye: Vec3, target: Vec3) -> View {
     View::new(camera(fov_y_in_deg), &Affine3A::from_mat4(world_from_view))
 }
 
+/// The same in an orthographic view of so much of the world from top to bottom.
+pub(crate) fn look_from_afar(height: f32, eye: Vec3, target: Vec3) -> View {
+    let half = Vec2::new(16.0 / 9.0, 1.0) * (0.5 * height);
+    let projection = Mat4::orthographic_rh(-half.x, half.x, -half.y, half.y, 1000.0, 0.0);
+    let camera = Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap();
+    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
+    View::new(camera, &Affine3A::from_mat4(world_from_view))
+}
+
 /// Median times of several functions, run in turns.
 pub(crate) fn medians<const N: usize>(
     rounds: usize,

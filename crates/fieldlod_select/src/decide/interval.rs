@@ -1,9 +1,9 @@
 //! The test that tells both ways: which of eight groups are certainly below their thresholds and which
 //! certainly above, wherever in a ball around it the camera stands and however it has turned to there.
 //!
-//! For perspective views. Points move by at most `D` in camera space, and then
-//! turn about the eye by at most `θ`; all lengths are local, those of camera space by the greatest stretch. With `X = φ + δ` the widest angle of the sphere to
-//! the axis, `t² = ρ² − r²`:
+//! Points move by at most `D` in camera space, and then turn about the eye by at most `θ`. In perspective views
+//! all lengths are local, those of camera space by the greatest stretch. With `X = φ + δ` the widest angle of the
+//! sphere to the axis, `t² = ρ² − r²`:
 //! ```text
 //! |∇ X| = 1/t ≤ 1/(ρ − r)                           so  X ± β,  β = y + θ,  y = D/(ρ − r − D)
 //! κ = 1/sec = max(cos X, 1/S)                        so  cos X ± (sin X β + β²/2)
@@ -21,10 +21,20 @@
 //! ```text
 //! q = min(√λ(s)/σ + r/ρ, 1)                         so  q ± 2 y,   as  |√λ(s) − √λ(s')| ≤ σ |s − s'|
 //! ```
-//! and its mean normals are turned and made as long as they were, which neither moves nor turns of the eye change. With D no more than what rounding moves a point by, the test decides most
+//! and its mean normals are turned and made as long as they were, which neither moves nor turns of the eye change.
+//!
+//! In orthographic views lengths are those of camera space, the field's strength is the same everywhere, `s` is the
+//! axis, and moves change nothing but on which side of the view's edges something is:
+//! ```text
+//! μ ± θ,   q ± 2 θ,   κ = depth = 1
+//! ```
+//! A zoom takes the sides nearer by `E (exp(z) − 1)`, with `E` their [reach](crate::sides::Sides::reach).
+//!
+//! With D no more than what rounding moves a point by, the test decides most
 //! groups for less than the criterion costs.
 
 use camera_field::Camera;
+use glam::Vec3;
 use wide::f32x8;
 
 use super::local_view::LocalView;
@@ -32,7 +42,7 @@ use crate::criterion::{VISIBLE_WEIGHT, silhouette_weight, silhouette_width, visi
 use crate::error_bounds::ErrorBounds;
 use crate::lane::{Lane, M3, V3, mask_of};
 use crate::settings::{Offscreen, Thresholds};
-use crate::sides::PerspectiveSides;
+use crate::sides::LensSides;
 use crate::stretch::SeenStretch;
 use crate::table::GroupTable;
 use crate::validity::Tolerance;
@@ -51,8 +61,8 @@ const ANGLE_PER_TURN: f32 = 1.02;
 const STRETCH_ALLOWANCE: f32 = 4e-3;
 const UNEVEN_COSINE_ALLOWANCE: f32 = 2e-4;
 const MOST_UNEVEN: f32 = 50.0;
-/// Greatest stretches of what is no similarity whose fourth powers can be trusted.
-const UNEVEN_STRETCHES: std::ops::Range<f32> = 1e-5..1e5;
+/// Greatest stretches whose fourth powers, and in orthographic views squares, can be trusted.
+const TRUSTED_STRETCHES: std::ops::Range<f32> = 1e-5..1e5;
 /// How fast depth changes at most.
 const DEPTH_SLOPE: f32 = 1.15;
 /// Errors whose squares can be trusted.
@@ -68,8 +78,15 @@ pub(super) struct Certain {
 pub(super) struct IntervalTest<'a> {
     parts: &'a ViewParts<'a>,
     eye: V3<f32x8>,
-    /// To camera space in local lengths.
+    /// To camera space in the test's lengths.
     camera_from_local: M3<f32x8>,
+    /// What those are of local ones.
+    per_local: f32,
+    /// What normals count along the axis of an orthographic view.
+    facing_axis: Option<V3<f32x8>>,
+    /// [`CameraParts`](crate::view_parts::CameraParts)' for errors in the test's lengths.
+    constant_px2: Option<f32x8>,
+    focal_px: Option<f32x8>,
     /// `None` for a similarity.
     uneven: Option<Uneven>,
     /// What rounding may move points by, and take off cosines.
@@ -78,7 +95,8 @@ pub(super) struct IntervalTest<'a> {
     /// `D` and `θ` of the module's formulas.
     max_move: f32x8,
     max_turn: f32x8,
-    /// `z` of the formulas, its factors `1 − z` and `1 + 1.3 z`, and what all factors come to in the comparison.
+    /// `z` of the formulas times what the sides owe to it besides the distance, its factors `1 − z` and `1 + 1.3 z`,
+    /// and what all factors come to in the comparison.
     max_zoom: f32x8,
     depth_factors: [f32x8; 2],
     factors: [f32x8; 2],
@@ -95,16 +113,18 @@ struct Uneven {
 
 /// Eight groups from an eye that may be anywhere near by.
 struct SeenInterval {
-    /// In camera space, local lengths.
+    /// In camera space, as [`LensSides`] take it, and its depth, infinite in an orthographic view.
     center: V3<f32x8>,
+    ahead: f32x8,
     radius: f32x8,
-    distance: f32x8,
+    /// From the eye at least and at most.
+    distance: [f32x8; 2],
     /// Whether the eye stays out of the sphere, farther than what the bounds need; and inside.
     is_apart: f32x8,
     holds_eye: f32x8,
     /// How far it moves at most, turns included.
     max_shift: f32x8,
-    /// `y`: how much its direction changes at most for one who does not turn.
+    /// `y`: how much its direction changes at most for one who does not turn; all of that in an orthographic view.
     change: f32x8,
     /// `κ` at least and at most, and depths.
     cosine: [f32x8; 2],
@@ -146,7 +166,7 @@ impl Uneven {
 }
 
 impl<'a> IntervalTest<'a> {
-    /// `None` where the view is orthographic, the instance nearly flat, or sizes are beyond what squares can hold.
+    /// `None` where the instance is nearly flat, or sizes are beyond what squares can hold.
     #[inline]
     pub(super) fn new(
         local: &LocalView<'a>,
@@ -159,14 +179,20 @@ impl<'a> IntervalTest<'a> {
         // Deviations may be unmeasured where they do not count.
         let camera = &parts.entering;
         let deviation = camera.focal_px.map_or(0.0, |_| bounds.deviation);
-        let is_usable = matches!(instance.camera, Camera::Perspective(_))
-            && (instance.seen_stretch.is_none()
-                || local.unevenness < MOST_UNEVEN
-                    && UNEVEN_STRETCHES.contains(&instance.camera_per_local))
+        let is_orthographic = matches!(instance.camera, Camera::Orthographic(_));
+        let is_even = instance.seen_stretch.is_none();
+        let is_usable = (is_even || local.unevenness < MOST_UNEVEN)
+            && (is_even && !is_orthographic
+                || TRUSTED_STRETCHES.contains(&instance.camera_per_local))
             && local.has_usable_size
             && bounds.error_weighed.max(deviation) < LARGEST_ERROR;
         let per_largest = 1.0 / instance.camera_per_local;
-        let in_local_lengths = instance.camera_from_local * per_largest;
+        let per_local = if is_orthographic {
+            instance.camera_per_local
+        } else {
+            1.0
+        };
+        let in_lengths = instance.camera_from_local * (per_local * per_largest);
         let uneven = instance.seen_stretch.map(|stretch| Uneven {
             stretch,
             per_largest: f32x8::splat(per_largest),
@@ -181,21 +207,34 @@ impl<'a> IntervalTest<'a> {
         is_usable.then(|| Self {
             parts,
             eye: local.eye,
-            camera_from_local: M3::splat(&in_local_lengths),
+            camera_from_local: M3::splat(&in_lengths),
+            per_local,
+            facing_axis: is_orthographic
+                .then(|| V3::splat(instance.normal_in_camera_from_local.transpose().z_axis)),
+            constant_px2: camera
+                .constant_px2
+                .map(|c| f32x8::splat(c * per_local * per_local)),
+            focal_px: camera
+                .focal_px
+                .map(|focal_px| f32x8::splat(focal_px * per_local)),
             uneven,
             rounding,
             cosine_allowance: f32x8::splat(cosine_allowance),
             // Rounding at this place and at the other.
-            max_move: f32x8::splat(local.slack - local.rounding + 2.0 * rounding),
-            max_turn: ZERO,
+            max_move: f32x8::splat((local.slack - local.rounding + 2.0 * rounding) * per_local),
+            // In a perspective view it is in the moves.
+            max_turn: match is_orthographic {
+                true => f32x8::splat(local.turned * ANGLE_PER_TURN),
+                false => ZERO,
+            },
             max_zoom: ZERO,
             depth_factors: [f32x8::splat(1.0); 2],
             factors: [1.0 + ALLOWANCE, 1.0 - ALLOWANCE].map(f32x8::splat),
             thresholds,
-            // What relaxes the criterion makes it smaller than these bounds; with no error at all
-            // nothing is above.
-            tells_above: parts.settings.max_curl == 0.0
-                && parts.settings.min_aspect_ratio == 0.0
+            // What relaxes the criterion of perspective views makes it smaller than these bounds; with no error
+            // at all nothing is above.
+            tells_above: (is_orthographic
+                || parts.settings.max_curl == 0.0 && parts.settings.min_aspect_ratio == 0.0)
                 && (camera.constant_px2.is_some() || camera.focal_px.is_some()),
         })
     }
@@ -203,10 +242,13 @@ impl<'a> IntervalTest<'a> {
     /// Asks for all poses within some of this one from now on.
     pub(super) fn tolerate(&mut self, local: &LocalView, tolerance: &Tolerance) {
         let moved = tolerance.moved / local.instance.camera_per_local * 1.001;
-        self.max_move = f32x8::splat(self.rounding * 2.0 + moved);
+        self.max_move = f32x8::splat((self.rounding * 2.0 + moved) * self.per_local);
         self.max_turn = f32x8::splat(tolerance.turned * ANGLE_PER_TURN);
         let (less, more) = (1.0 - tolerance.zoomed, 1.0 + GROWTH * tolerance.zoomed);
-        self.max_zoom = f32x8::splat(tolerance.zoomed);
+        self.max_zoom = f32x8::splat(match self.facing_axis {
+            None => tolerance.zoomed,
+            Some(_) => GROWTH * tolerance.zoomed * self.parts.reach,
+        });
         self.depth_factors = [less, more].map(f32x8::splat);
         self.factors = [
             (1.0 + ALLOWANCE) * more * more / less,
@@ -240,7 +282,10 @@ impl<'a> IntervalTest<'a> {
                 self.parts.leaving().least_cosine,
             ),
         };
-        let seen = self.seen(table, block, least_cosine);
+        let seen = match self.facing_axis {
+            None => self.seen(table, block, least_cosine),
+            Some(axis) => self.seen_along(axis, table, block),
+        };
         let placement = self.placement(&seen, was_refined, was);
         // In the view.
         let allowed = |side: usize| threshold_px * seen.cosine[side] * seen.depth[side];
@@ -315,8 +360,9 @@ impl<'a> IntervalTest<'a> {
         };
         SeenInterval {
             center,
+            ahead: z,
             radius,
-            distance,
+            distance: [distance - self.max_move, farthest],
             is_apart: self.max_move.is_below(nearest_gap),
             holds_eye: (distance + self.max_move).is_below(radius * f32x8::splat(1.0 - ALLOWANCE)),
             max_shift: self.max_move + farthest * (self.max_turn + self.max_zoom),
@@ -326,6 +372,38 @@ impl<'a> IntervalTest<'a> {
                 (cosine + change).larger(least_cosine),
             ],
             depth: [(depth * less - slope).larger(ZERO), depth * more + slope],
+            facing,
+            stretch,
+        }
+    }
+
+    /// The same in an orthographic view.
+    #[inline]
+    fn seen_along(&self, axis: V3<f32x8>, table: &GroupTable, block: usize) -> SeenInterval {
+        let one = f32x8::splat(1.0);
+        let from_eye = table.groups.center(block).minus(self.eye);
+        let center = self.camera_from_local.of(from_eye);
+        let radius = table.groups.radius[block] * f32x8::splat(self.per_local);
+        let farthest = center.dot(center).sqrt() + self.max_move;
+        let (facing, stretch) = match &self.uneven {
+            None => (-table.facings.normal(block).dot(axis), [one; 2]),
+            Some(uneven) => {
+                let along = V3::splat(Vec3::Z);
+                let stretch = uneven.stretch(along, ZERO, self.max_turn);
+                (uneven.facing(table, block, along), stretch)
+            }
+        };
+        SeenInterval {
+            center: V3 { z: one, ..center },
+            ahead: f32x8::infinity(),
+            radius,
+            distance: [one; 2],
+            is_apart: ZERO.is_at_most(radius) & (farthest + radius).is_below(f32x8::infinity()),
+            holds_eye: ZERO,
+            max_shift: self.max_move + farthest * self.max_turn + self.max_zoom,
+            change: self.max_turn + self.cosine_allowance,
+            cosine: [one; 2],
+            depth: [one; 2],
             facing,
             stretch,
         }
@@ -341,8 +419,7 @@ impl<'a> IntervalTest<'a> {
         share: f32x8,
         threshold_px: f32x8,
     ) -> Certain {
-        let distance = [seen.distance - self.max_move, seen.distance + self.max_move];
-        let allowed = |side: usize| threshold_px * distance[side];
+        let allowed = |side: usize| threshold_px * seen.distance[side];
         let allowed_squared = |side: usize| allowed(side) * allowed(side);
         self.compare(seen, table, block, share, allowed_squared, allowed)
     }
@@ -362,17 +439,17 @@ impl<'a> IntervalTest<'a> {
         let [least_stretch, most_stretch] = seen.stretch;
         let mut below = ZERO.is_at_most(ZERO);
         let mut above = ZERO;
-        if let Some(constant) = self.parts.entering.constant_px2 {
+        if let Some(constant) = self.constant_px2 {
             let shows = |stretch: f32x8| {
                 let error = table.facings.error[block] * stretch;
-                error * error * f32x8::splat(constant) * share
+                error * error * constant * share
             };
             let [least, most] = weights(seen, table.normal_variance[block]);
             below = (shows(most_stretch) * most * more).is_below(allowed_squared(0));
             above = allowed_squared(1).is_below(shows(least_stretch) * least * less);
         }
-        if let Some(focal_px) = self.parts.entering.focal_px {
-            let shows = table.groups.deviation[block] * f32x8::splat(focal_px);
+        if let Some(focal_px) = self.focal_px {
+            let shows = table.groups.deviation[block] * focal_px;
             below &= (shows * most_stretch * more).is_below(allowed(0));
             above |= allowed(1).is_below(shows * least_stretch * less);
         }
@@ -382,9 +459,9 @@ impl<'a> IntervalTest<'a> {
     /// Where the groups are in the view that they enter or, if they were refined, leave.
     #[inline]
     fn placement(&self, seen: &SeenInterval, was_refined: u32, was: f32x8) -> Placement {
-        let entered = self.placement_in(seen, self.parts.entering.perspective_sides());
+        let entered = self.placement_in(seen, self.parts.entering.lens_sides());
         // What touches the view that is entered, and is wholly ahead, touches the wider one too.
-        let ahead = seen.max_shift.is_below(seen.center.z - seen.radius);
+        let ahead = seen.max_shift.is_below(seen.ahead - seen.radius);
         let entered = Placement {
             inside: entered.inside & ahead,
             ..entered
@@ -393,7 +470,7 @@ impl<'a> IntervalTest<'a> {
             return entered;
         }
         // What was refined leaves the wider view; nothing leaves where it enters.
-        let left = self.placement_in(seen, self.parts.leaving().perspective_sides());
+        let left = self.placement_in(seen, self.parts.leaving().lens_sides());
         Placement {
             outside: f32x8::choose(was, left.outside, entered.outside),
             inside: f32x8::choose(was, left.inside, entered.inside),
@@ -401,13 +478,13 @@ impl<'a> IntervalTest<'a> {
     }
 
     #[inline]
-    fn placement_in(&self, seen: &SeenInterval, sides: &PerspectiveSides<f32x8>) -> Placement {
+    fn placement_in(&self, seen: &SeenInterval, sides: &LensSides<f32x8>) -> Placement {
         let inside_by = sides.least_inside(seen.center);
         let at_most = seen.radius * f32x8::splat(1.0 + ALLOWANCE) + seen.max_shift;
         let at_least = seen.radius * f32x8::splat(1.0 - ALLOWANCE) - seen.max_shift;
         Placement {
             outside: (inside_by + at_most).is_below(ZERO),
-            inside: ZERO.is_below(inside_by + at_least) & ZERO.is_below(seen.center.z + at_least),
+            inside: ZERO.is_below(inside_by + at_least) & ZERO.is_below(seen.ahead + at_least),
         }
     }
 }

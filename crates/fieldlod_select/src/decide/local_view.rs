@@ -5,6 +5,7 @@ use wide::f32x8;
 
 use crate::lane::V3;
 use crate::stretch::least_stretch;
+use crate::validity::Tolerance;
 use crate::view::InstanceView;
 use crate::view_parts::ViewParts;
 
@@ -23,6 +24,8 @@ pub(super) struct LocalView<'a> {
     pub(super) rounding: f32,
     /// That, and how far points may move while the answers stay valid.
     pub(super) slack: f32,
+    /// By how much an axis may turn meanwhile.
+    pub(super) turned: f32,
     /// Greatest by least stretch of the instance: what distances in local space may mislead by.
     pub(super) unevenness: f32,
     /// Whether squares of lengths can be trusted.
@@ -30,14 +33,14 @@ pub(super) struct LocalView<'a> {
 }
 
 impl<'a> LocalView<'a> {
-    /// For groups within `bounds`, and for all poses that move no point farther than `tolerance` in
-    /// camera space.
+    /// For groups within `bounds`, and for all poses within `tolerance`: its move is that of points in camera space,
+    /// by turns too.
     #[inline]
     pub(super) fn new(
         instance: &'a InstanceView,
         parts: &'a ViewParts<'a>,
         bounds: &Sphere,
-        tolerance: f32,
+        tolerance: &Tolerance,
     ) -> Self {
         let most = instance.camera_per_local;
         let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
@@ -49,7 +52,8 @@ impl<'a> LocalView<'a> {
             parts,
             eye: V3::splat(eye),
             rounding,
-            slack: rounding + tolerance / most * 1.001,
+            slack: rounding + tolerance.moved / most * 1.001,
+            turned: tolerance.turned,
             unevenness: most / (least_stretch(&instance.camera_from_local, most) * 0.999),
             has_usable_size: SIZES.contains(&size),
         }

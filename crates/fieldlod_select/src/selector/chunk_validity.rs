@@ -1,7 +1,7 @@
 //! For how long the answers of one instance stay valid, 64 groups at a time.
 
 use crate::bits::{LANES, set_bits_of};
-use crate::validity::{CameraTravel, Levers, Validity};
+use crate::validity::{CameraTravel, Levers, Tolerance, Validity};
 
 /// The move that is tolerated first, as a share of the greatest distance, and the most.
 const FIRST_TOLERANCE: f32 = 0.01;
@@ -71,8 +71,13 @@ impl ChunkValidity {
         (self.sought, self.stay_valid) = (0, 0);
     }
 
-    pub(super) fn tolerance(&self) -> f32 {
-        self.tolerance
+    /// How far points may move, and by how much the camera may turn within that.
+    pub(super) fn tolerance(&self) -> Tolerance {
+        Tolerance {
+            moved: self.tolerance,
+            turned: self.tolerance / self.max_distance,
+            zoomed: 0.0,
+        }
     }
 
     /// Of eight words from `first` on, a bit for each that is not valid any more. All where the travel

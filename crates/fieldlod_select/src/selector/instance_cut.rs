@@ -7,7 +7,7 @@ use crate::bits::{CHUNK, LANES, set_bits_of};
 use crate::decide::Decision;
 use crate::scene::Instance;
 use crate::table::GroupTable;
-use crate::validity::{CameraTravel, Validity};
+use crate::validity::{CameraTravel, Tolerance, Validity};
 use crate::view::InstanceView;
 
 #[derive(Debug, Default)]
@@ -101,15 +101,15 @@ impl InstanceCut {
         let tolerance = if is_lasting {
             self.chunk_validity.tolerance()
         } else {
-            0.0
+            Tolerance::default()
         };
         // The words that are to be decided.
         let view = InstanceView::new(context.view, &instance.world_from_local);
         let memory = std::mem::take(&mut self.shares);
         let shares = memory.shares(context.parts.settings);
         let (parts, bias) = (context.parts, instance.bias);
-        let decision = Decision::new(table, &view, parts, bias, tolerance, shares);
-        let own_changed = self.decide_ended(table, &decision, now, tolerance > 0.0);
+        let decision = Decision::new(table, &view, parts, bias, &tolerance, shares);
+        let own_changed = self.decide_ended(table, &decision, now, tolerance.moved > 0.0);
         self.shares = memory;
         // The cut, if it can have changed.
         self.has_changed = own_changed && self.close(table);

@@ -1,6 +1,8 @@
 //! The levels of meshes that are drawn as a whole: a comparison with what the last answer was, and for how far
 //! the camera may go until it is another. They need no storage of their own.
 
+use camera_field::Camera;
+
 use super::hidden_test::HiddenTest;
 use super::memory::{InstanceState, NodeMemory};
 use super::scene_cuts::SceneCuts;
@@ -11,14 +13,26 @@ use crate::decide::{Decision, LevelAnswer};
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::shares::Shares;
 use crate::table::GroupTable;
-use crate::validity::Validity;
-use crate::view::InstanceView;
+use crate::validity::{Tolerance, Validity};
+use crate::view::{InstanceView, View};
 
 /// What counts of the groups of a mesh as a whole, in steps.
 pub(super) type LevelSteps = [[u8; LANES]; CHUNK / LANES];
 
 /// The least share of what may be tolerated that is worth it.
 const LEAST_SHARE: f32 = 1.0 / 256.0;
+
+/// What an instance tolerates of the most there is. Without perspective most tolerate the same share of it: from half
+/// on, so that answers that begin in one frame, as all do in the first one, do not end in one.
+fn spread(view: &View, instance: u32) -> f32 {
+    match view.camera {
+        Camera::Perspective(_) => 1.0,
+        Camera::Orthographic(_) => {
+            let mixed = instance.wrapping_mul(0x9e37_79b9) >> 16;
+            0.5 + 0.5 / 65536.0 * mixed as f32
+        }
+    }
+}
 
 impl TraversalContext<'_> {
     /// The level of an instance in the view, which had another one or the same.
@@ -33,10 +47,18 @@ impl TraversalContext<'_> {
         let view = InstanceView::new(self.view, &placed.world_from_local);
         let steps = share.map(|share| share.steps(was));
         let shares = self.shares(steps.as_ref());
-        let mut decision = Decision::new(table, &view, self.parts, placed.bias, 0.0, shares);
+        let mut decision = Decision::new(
+            table,
+            &view,
+            self.parts,
+            placed.bias,
+            &Tolerance::default(),
+            shares,
+        );
         let farthest = self.test.farthest(&placed.node.bounds.sphere);
         // Less than a step is not worth it.
         let largest = self.now.ahead(farthest);
+        let largest = largest.times(spread(self.view, instance));
         let least = self.last_step.step().larger(&largest.times(LEAST_SHARE));
         let may_stay = self.test.is_usable() && !self.now.is_restless();
         let tolerances = may_stay.then_some([least, largest]);

@@ -93,6 +93,19 @@ pub(crate) fn any_camera() -> impl Strategy<Value = Camera> {
     ]
 }
 
+/// From a twentieth as wide to twenty times, and off-centre.
+pub(crate) fn any_orthographic() -> impl Strategy<Value = Camera> {
+    let shift = prop_oneof![Just(0.0f32), -8.0f32..8.0];
+    (0.05f32..20.0, shift).prop_map(|(zoom, shift)| match zoomed(orthographic(), zoom) {
+        Camera::Orthographic(lens) => Camera::Orthographic(OrthographicIntrinsics {
+            min: lens.min + Vec2::X * shift,
+            max: lens.max + Vec2::X * shift,
+            ..lens
+        }),
+        camera @ Camera::Perspective(_) => camera,
+    })
+}
+
 pub(crate) fn vector() -> impl Strategy<Value = Vec3> {
     prop::array::uniform3(-1.0f32..1.0).prop_map(Vec3::from)
 }
@@ -100,12 +113,11 @@ pub(crate) fn vector() -> impl Strategy<Value = Vec3> {
 /// Views from anywhere, inside the object and turned away from it included.
 pub(crate) fn any_view() -> impl Strategy<Value = View> {
     let distance = prop_oneof![0.0f32..2.0, 2.0f32..50.0, 50.0f32..5000.0];
-    (any_camera(), vector(), distance, vector()).prop_map(
-        |(camera, direction, distance, target)| {
-            let eye = (direction + Vec3::new(0.01, 0.02, 0.03)) * distance;
-            look(camera, eye, target + eye * 1e-3 + Vec3::X * 1e-3)
-        },
-    )
+    let camera = prop_oneof![9 => any_camera(), 2 => any_orthographic()];
+    (camera, vector(), distance, vector()).prop_map(|(camera, direction, distance, target)| {
+        let eye = (direction + Vec3::new(0.01, 0.02, 0.03)) * distance;
+        look(camera, eye, target + eye * 1e-3 + Vec3::X * 1e-3)
+    })
 }
 
 /// Rotated, scaled evenly or not, mirrored, sheared, flattened.

@@ -1,14 +1,21 @@
-//! How much elements have to grow, so that each level covers as much of a picture as the source.
+//! How much leaves and the like have to grow, so that each level covers as much of a picture as the source.
 //!
 //! Larger elements hide each other more, and stand out more where an aggregate ends: by how much depends
 //! on how dense it is, and on what is behind it. So it is measured on each level, and set right on the
-//! next.
+//! next. A level of one group is set right itself, too: then surfaces, such as the mass of a crown, swell for
+//! the elements on them that are gone, but not out of the source's box.
 
-use fieldlod_hierarchy::Sphere;
+use std::collections::BTreeMap;
+use std::f32::consts::PI;
+
+use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::Vec3;
 
 use crate::clusters::Cluster;
+use crate::components::{Component, components_of};
+use crate::elements::MOST_MOVED_IF_OPEN;
 use crate::picture::{Model, Viewpoint};
+use crate::simplify::{Simplified, Task};
 use crate::vertices::LevelVertices;
 
 /// Directions and pixels of the pictures.
@@ -18,38 +25,76 @@ const SIDE: usize = 160;
 const AIM: f32 = 0.98;
 /// Elements grow and shrink no more than this in a level, beyond what keeps their area.
 const MOST_GAIN: f32 = 1.6;
+/// A level that covers what is aimed at but for this share is left as it is.
+const NEAR: f32 = 0.003;
+/// How often a level is measured at most until it is right.
+const ATTEMPTS: usize = 4;
 
 /// What covers how much.
 pub(crate) struct Coverage {
     of_source: f32,
     sphere: Sphere,
+    /// The box that nothing grows out of.
+    aabb: Aabb,
 }
 
 impl Coverage {
     /// Of the source, whose triangles are `corners`.
     pub(crate) fn of(corners: &[u32], vertices: &LevelVertices) -> Self {
         let source = vertices.positions.iter().take(vertices.source_count);
+        let source = source.copied().map(Vec3::from);
         let mut coverage = Self {
             of_source: 0.0,
-            sphere: Sphere::around(source.copied().map(Vec3::from)),
+            sphere: Sphere::around(source.clone()),
+            aabb: Aabb::around(source).unwrap_or_default(),
         };
         // Room for what elements grow.
         coverage.sphere.radius *= 1.25;
-        coverage.of_source = coverage.measure(corners.as_chunks().0, vertices);
+        coverage.of_source = coverage.measure(corners, &vertices.positions);
         coverage
     }
 
     /// By how much elements should grow on the next level after this one.
     pub(crate) fn gain(&self, level: &[Cluster], vertices: &LevelVertices) -> f32 {
-        let triangles = level.iter().flat_map(|c| c.corners.as_chunks::<3>().0);
-        let triangles: Vec<[u32; 3]> = triangles.copied().collect();
-        let share = AIM * self.of_source / self.measure(&triangles, vertices).max(1.0);
+        let corners = level.iter().flat_map(|c| c.corners.iter().copied());
+        let covered = self.measure(&corners.collect::<Vec<_>>(), &vertices.positions);
+        let share = AIM * self.of_source / covered.max(1.0);
         // Elements are only some of what is seen.
         (share * share).clamp(MOST_GAIN.recip(), MOST_GAIN)
     }
 
-    fn measure(&self, triangles: &[[u32; 3]], vertices: &LevelVertices) -> f32 {
-        let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
+    /// Grows what is left of a mesh until it covers what is aimed at, or shrinks its elements until it covers no
+    /// more than the source.
+    pub(crate) fn set_right(&self, task: &Task<'_>, simplified: &mut Simplified) {
+        let before = simplified.positions.clone();
+        let parts = components_of(
+            &simplified.corners,
+            &before,
+            &task.same_position,
+            &task.is_locked,
+        );
+        let mut gain = 1.0f32;
+        for _ in 0..ATTEMPTS {
+            let covered = self.measure(&simplified.corners, &simplified.positions);
+            let share = covered / self.of_source.max(1.0);
+            if (AIM - NEAR..=1.0 + NEAR).contains(&share) {
+                break;
+            }
+            let wanted = share.clamp(AIM, 1.0) / share.max(f32::MIN_POSITIVE);
+            gain = (gain * wanted).clamp(MOST_GAIN.recip(), MOST_GAIN);
+            for part in &parts {
+                let grown = task.grown(&before, part, gain);
+                for (own, position) in grown {
+                    let position = position.clamp(self.aabb.min, self.aabb.max);
+                    simplified.positions[own as usize] = position.to_array();
+                    simplified.is_new[own as usize] = true;
+                }
+            }
+        }
+    }
+
+    fn measure(&self, corners: &[u32], positions: &[[f32; 3]]) -> f32 {
+        let positions: Vec<Vec3> = positions.iter().copied().map(Vec3::from).collect();
         let model = Model {
             positions: &positions,
             normals: &[],
@@ -57,9 +102,50 @@ impl Coverage {
             sphere: self.sphere,
             exposure: 1.0,
         };
+        let (triangles, _) = corners.as_chunks();
         let views = (0..DIRECTIONS).map(|index| Viewpoint::around(index, DIRECTIONS));
         views
             .map(|view| model.draw(triangles, &view, SIDE).covered())
             .sum()
+    }
+}
+
+impl Task<'_> {
+    /// The vertices of a part that is to cover `gain` times as much as at the positions `before`, and where they
+    /// go: elements around their middles, surfaces outwards if they grow.
+    fn grown(&self, before: &[[f32; 3]], part: &Component, gain: f32) -> Vec<(u32, Vec3)> {
+        let position = |own: u32| Vec3::from(before[own as usize]);
+        let more = gain.sqrt() - 1.0;
+        let vertices = part.vertices().into_iter();
+        if part.triangles.len() <= MOST_MOVED_IF_OPEN {
+            let offset = |own| (position(own) - part.centroid) * more;
+            return vertices
+                .map(|own| (own, position(own) + offset(own)))
+                .collect();
+        }
+        if more <= 0.0 {
+            return Vec::new();
+        }
+        // As far as a ball of that area grows.
+        let out = (part.area / (4.0 * PI)).sqrt() * more;
+        let first = |own: u32| self.same_position[own as usize];
+        let mut normals: BTreeMap<u32, Vec3> = BTreeMap::new();
+        for &[a, b, c] in &part.triangles {
+            let cross = (position(b) - position(a)).cross(position(c) - position(a));
+            for own in [a, b, c] {
+                *normals.entry(first(own)).or_default() += cross;
+            }
+        }
+        let is_border =
+            |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
+        let grown = vertices.filter(|own| !is_border(own));
+        grown
+            .map(|own| {
+                (
+                    own,
+                    position(own) + normals[&first(own)].normalize_or_zero() * out,
+                )
+            })
+            .collect()
     }
 }

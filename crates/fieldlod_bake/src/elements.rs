@@ -19,7 +19,7 @@ const NEIGHBOURS: usize = 24;
 const GROWTH: f32 = 0.7;
 /// Open elements of more triangles keep their border where the source has it: they may come to lie in several
 /// groups, each of which sees a part of it.
-const MOST_MOVED_IF_OPEN: usize = 16;
+pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
 /// Elements grow no more than this when they are flattened.
 const MOST_FLATTENED: f32 = 4.0;
 

@@ -62,6 +62,7 @@ pub(crate) fn build_levels(
             level,
             area_gain,
             triangles: before,
+            coverage: coverage.as_ref().filter(|_| is_whole),
         };
         let built = parts.par_iter().map(|part| builder.build(part));
         let built: Vec<Option<Built>> = built.collect();
@@ -125,6 +126,8 @@ struct Builder<'a> {
     area_gain: f32,
     /// Of all groups of the level.
     triangles: usize,
+    /// What the level should cover, if it is one group of something like a plant.
+    coverage: Option<&'a Coverage>,
 }
 
 /// A group that was simplified.
@@ -167,7 +170,10 @@ impl Builder<'_> {
         };
         // The best that does not turn over.
         let mut attempts = task.attempts();
-        let (simplified, clusters, measured) = attempts.find_map(|simplified| {
+        let (simplified, clusters, measured) = attempts.find_map(|mut simplified| {
+            if let Some(coverage) = self.coverage {
+                coverage.set_right(&task, &mut simplified);
+            }
             let (positions, corners) = (&simplified.positions, &simplified.corners);
             let clusters = split_into_clusters(positions, corners, self.config);
             let measured = self.measure(part, &simplified, &clusters, finer_deviation);

@@ -122,8 +122,10 @@ impl Look {
     }
 }
 
+/// Around the source, so that bakes of it are seen at the same size.
 fn sphere_of(whole: &Hierarchy) -> Sphere {
-    whole.groups.first().map_or(Sphere::default(), |g| g.bounds)
+    let source = whole.vertices.positions.iter().copied();
+    Sphere::around(source.take(whole.source_vertex_count as usize))
 }
 
 fn look_of(reference: &Picture, picture: &Picture) -> Look {

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use fieldlod_select::InstanceId;
 
 use crate::gpu_culling::GpuCulling;
-use crate::lod_scene::{DrawnAs, FIRST_LAYER, LodInstance, LodScene};
+use crate::lod_scene::{FIRST_LAYER, LodInstance, LodScene};
 use crate::stats::FieldLodViewStats;
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState, layer_bits};
@@ -84,17 +84,17 @@ impl Count {
         }
         self.full += u64::from(mesh.triangles_full);
         let is_marked = cut.visibility.contains(instance.record);
-        match &instance.drawn_as {
-            DrawnAs::WholeMesh { level } if !is_marked => {
-                self.drawn += u64::from(mesh.pieces[*level as usize].triangles);
+        match instance.level {
+            Some(level) if !is_marked => {
+                self.drawn += u64::from(mesh.pieces[level as usize].triangles);
                 self.units += 1;
             }
-            DrawnAs::Units(_) if is_marked || cut.state != ViewState::Cut => {
+            Some(_) => {}
+            None if is_marked || cut.state != ViewState::Cut => {
                 self.drawn += u64::from(mesh.triangles_full);
             }
-            DrawnAs::WholeMesh { .. } => {}
-            DrawnAs::Units(units) => {
-                for &(unit, record) in units {
+            None => {
+                for &(unit, record) in &instance.units {
                     let piece = &mesh.pieces[unit as usize];
                     if cut.visibility.contains(record) && is_seen(&piece.aabb()) {
                         self.drawn += u64::from(piece.triangles);

@@ -48,6 +48,8 @@ pub(crate) struct DrawRecords {
     freed: Vec<u32>,
     /// Records to be used again.
     free: Vec<u32>,
+    /// How many are of units.
+    unit_count: usize,
     /// Records of units and of their sources that got an entity, and entities that lost their record, since
     /// this was last asked for.
     placed: Vec<u32>,
@@ -76,6 +78,7 @@ impl DrawRecords {
 
     /// Adds a record for a unit that has no entity yet, and returns its number.
     pub(crate) fn add_unit(&mut self, instance: u32, unit: u32, triangles: u32) -> u32 {
+        self.unit_count += 1;
         self.add(DrawRecord {
             kind: DrawKind::Unit { instance, unit },
             triangles,
@@ -175,6 +178,11 @@ impl DrawRecords {
         record.view_count == 0
     }
 
+    /// Whether any record is that of a unit.
+    pub(crate) fn has_units(&self) -> bool {
+        self.unit_count > 0
+    }
+
     /// Whether the record is that of a unit which no view draws.
     pub(crate) fn is_idle(&self, record: u32) -> bool {
         self.unit(record).is_some() && self.records[record as usize].view_count == 0
@@ -187,6 +195,7 @@ impl DrawRecords {
 
     /// Frees a record and returns the entity that it had.
     pub(crate) fn free(&mut self, index: u32) -> Option<Entity> {
+        self.unit_count -= usize::from(self.unit(index).is_some());
         let record = &mut self.records[index as usize];
         record.kind = DrawKind::Free;
         self.freed.push(index);

@@ -9,7 +9,10 @@
 use std::any::TypeId;
 
 use bevy::camera::visibility::RenderLayers;
-use bevy::pbr::{RenderGpuCulledEntities, collect_gpu_culled_meshes, set_mesh_motion_vector_flags};
+use bevy::pbr::{
+    RenderGpuCulledEntities, RenderMeshInstanceFlags, RenderMeshInstances,
+    collect_gpu_culled_meshes, set_mesh_motion_vector_flags,
+};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::render::sync_world::{MainEntity, MainEntityHashMap, MainEntityHashSet};
@@ -27,6 +30,8 @@ struct ListedEntities {
     /// What is drawn only by views that mark it; all else only by those that do not.
     listed: MainEntityHashSet,
     marked: MainEntityHashMap<MainEntityHashSet>,
+    /// What cascades draw otherwise than their cameras: of what is listed, this too; of all else, not this.
+    marked_casters: HashMap<RetainedViewEntity, MainEntityHashSet>,
     shadow_view: Option<MainEntity>,
     /// What has to be looked at in this frame in every list.
     changed: Vec<MainEntity>,
@@ -70,7 +75,8 @@ impl ListedEntities {
             }
             ListChange::Remove(entity) => {
                 self.listed.remove(&entity);
-                for marked in self.marked.values_mut() {
+                let casters = self.marked_casters.values_mut();
+                for marked in self.marked.values_mut().chain(casters) {
                     marked.remove(&entity);
                 }
                 self.changed.push(entity);
@@ -80,13 +86,21 @@ impl ListedEntities {
                 entity,
                 is_marked,
             } => {
-                let marked = self.marked.entry(view).or_default();
-                if is_marked {
-                    marked.insert(entity);
-                } else {
-                    marked.remove(&entity);
-                }
+                mark(self.marked.entry(view).or_default(), entity, is_marked);
                 self.changed.push(entity);
+            }
+            ListChange::MarkCaster {
+                cascade,
+                entity,
+                is_marked,
+            } => {
+                let marked = self.marked_casters.entry(cascade).or_default();
+                mark(marked, entity, is_marked);
+                self.changed.push(entity);
+            }
+            ListChange::RemoveCascade(cascade) => {
+                let marked = self.marked_casters.remove(&cascade);
+                self.changed.extend(marked.into_iter().flatten());
             }
             ListChange::Touch(entity) => self.changed.push(entity),
             ListChange::RemoveView(view) => {
@@ -96,11 +110,28 @@ impl ListedEntities {
         }
     }
 
-    /// Whether the cut of a camera draws an entity.
-    fn draws(&self, camera: Option<MainEntity>, entity: &MainEntity) -> bool {
+    /// Whether a view draws an entity, by the cut of its camera.
+    fn draws(
+        &self,
+        view: &RetainedViewEntity,
+        camera: Option<MainEntity>,
+        entity: &MainEntity,
+    ) -> bool {
+        let is_listed = self.listed.contains(entity);
+        let casters = self.marked_casters.get(view);
+        if casters.is_some_and(|casters| casters.contains(entity)) {
+            return is_listed;
+        }
         let marked = camera.and_then(|camera| self.marked.get(&camera));
-        let is_marked = marked.is_some_and(|marked| marked.contains(entity));
-        self.listed.contains(entity) == is_marked
+        is_listed == marked.is_some_and(|marked| marked.contains(entity))
+    }
+}
+
+fn mark(marked: &mut MainEntityHashSet, entity: MainEntity, is_marked: bool) {
+    if is_marked {
+        marked.insert(entity);
+    } else {
+        marked.remove(&entity);
     }
 }
 
@@ -113,14 +144,21 @@ fn update_lists(
     )>,
     mut lights: Query<(Option<&RenderLayers>, &mut RenderShadowMapVisibleEntities)>,
     culled: Res<RenderGpuCulledEntities>,
+    instances: Res<RenderMeshInstances>,
     mut lists: ResMut<ListedEntities>,
 ) {
     let shadow_view = lists.shadow_view;
+    // Where the CPU culls, Bevy does not list what casts no shadows.
+    let casts_shadow = |entity: &MainEntity| {
+        let instance = instances.render_mesh_queue_data(*entity);
+        instance.is_none_or(|one| one.flags().contains(RenderMeshInstanceFlags::SHADOW_CASTER))
+    };
     let mut made = 0;
     for (view, layers, mut list) in &mut cameras {
         let key = view.retained_view_entity;
         let layers = layers.unwrap_or_default();
-        lists.update(&culled, key, layers, Some(key.main_entity), &mut list);
+        let camera = Some(key.main_entity);
+        lists.update(&culled, key, layers, camera, &mut list, |_| true);
         made += 1;
     }
     for (layers, mut subviews) in &mut lights {
@@ -133,7 +171,7 @@ fn update_lists(
             } else {
                 shadow_view
             };
-            lists.update(&culled, key, layers, camera, list);
+            lists.update(&culled, key, layers, camera, list, casts_shadow);
             made += 1;
         }
     }
@@ -151,6 +189,7 @@ impl ListedEntities {
         layers: &RenderLayers,
         camera: Option<MainEntity>,
         list: &mut RenderVisibleEntities,
+        is_seen: impl Fn(&MainEntity) -> bool,
     ) {
         // A list that Bevy has made anew has no mark.
         let is_marked = list.classes.contains_key(&TypeId::of::<KeptList>());
@@ -160,7 +199,8 @@ impl ListedEntities {
         let list = list.classes.entry(TypeId::of::<Mesh3d>()).or_default();
         let is_wanted = |entity: &MainEntity| {
             let on_layers = culled.entities.get(entity);
-            on_layers.is_some_and(|on| layers.intersects(on)) && self.draws(camera, entity)
+            let is_on_layers = on_layers.is_some_and(|on| layers.intersects(on));
+            is_on_layers && is_seen(entity) && self.draws(&key, camera, entity)
         };
         if is_marked && is_same {
             let changed = culled.added.iter().chain(&self.changed);

@@ -13,14 +13,14 @@ pub(crate) use components::InheritedComponents;
 
 /// Copies what changed on an entity to its units.
 pub(crate) fn plugin(app: &mut App) {
-    let systems = renew_units.run_if(has_clusters);
+    let systems = renew_units.run_if(has_units);
     app.init_resource::<InheritedComponents>()
         .register_type::<MeshMaterial3d<StandardMaterial>>()
         .add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit));
 }
 
-fn has_clusters(scene: Option<Res<LodScene>>) -> bool {
-    scene.is_some_and(|scene| scene.has_clusters())
+fn has_units(scene: Option<Res<LodScene>>) -> bool {
+    scene.is_some_and(|scene| scene.has_units())
 }
 
 /// Adds to what units inherit from the entity whose surface they draw.
@@ -48,7 +48,7 @@ impl FieldLodAppExt for App {
         let component = world.register_component::<C>();
         world.init_resource::<InheritedComponents>();
         world.resource_mut::<InheritedComponents>().add(component);
-        let systems = changes::renew_units_for::<C>.run_if(has_clusters);
+        let systems = changes::renew_units_for::<C>.run_if(has_units);
         self.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit))
     }
 }

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
-use crate::lod_scene::{DrawnAs, LodScene};
+use crate::lod_scene::LodScene;
 use crate::view_cut::{ViewCut, ViewState};
 
 /// Tells at which levels cameras draw entities; 0 is the finest, the source.
@@ -44,11 +44,11 @@ impl LodLevels<'_, '_> {
             return None;
         }
         let units = cut.selector.units(&self.scene.scene, instance.id);
-        match instance.drawn_as {
+        match instance.level {
             _ if cut.state == ViewState::Cut && units.is_empty() => None,
-            DrawnAs::WholeMesh { level } => Some(level..=level),
-            DrawnAs::Units(_) if cut.state == ViewState::FullDetail => Some(0..=0),
-            DrawnAs::Units(_) => {
+            Some(level) => Some(level..=level),
+            None if cut.state == ViewState::FullDetail => Some(0..=0),
+            None => {
                 let levels = units
                     .iter()
                     .map(|&unit| instance.mesh.pieces[unit as usize].level);

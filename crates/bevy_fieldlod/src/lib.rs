@@ -73,6 +73,7 @@
 
 mod auto_lod;
 mod baked_lods;
+mod casters;
 mod changed;
 mod config;
 mod count;
@@ -190,6 +191,7 @@ impl Plugin for FieldLodPlugin {
                 inherit::plugin,
                 views::plugin,
                 whole_meshes::plugin,
+                casters::plugin,
                 units::plugin,
                 filter::plugin,
                 count::plugin,

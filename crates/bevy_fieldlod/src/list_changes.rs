@@ -4,10 +4,13 @@ use std::sync::{Mutex, PoisonError};
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
+use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::sync_world::MainEntity;
+use bevy::render::view::RetainedViewEntity;
 
+use crate::casters::CascadeCasters;
 use crate::filter::{ShadowCasters, shared_shadow_cut};
 use crate::lod_scene::LodScene;
 use crate::systems::FieldLodSystems;
@@ -26,7 +29,15 @@ pub(crate) enum ListChange {
         entity: MainEntity,
         is_marked: bool,
     },
-    /// An entity is on other layers.
+    /// A cascade begins or ends to draw an entity otherwise than its camera: only there, or not there.
+    MarkCaster {
+        cascade: RetainedViewEntity,
+        entity: MainEntity,
+        is_marked: bool,
+    },
+    /// A cascade is gone.
+    RemoveCascade(RetainedViewEntity),
+    /// An entity is on other layers, or casts shadows no longer or again.
     Touch(MainEntity),
     /// A view is gone.
     RemoveView(MainEntity),
@@ -58,7 +69,13 @@ pub(crate) fn plugin(app: &mut App) {
         .add_observer(note_removed_view)
         .add_systems(
             PostUpdate,
-            (note_changes, note_shadow_view, note_layers).in_set(FieldLodSystems::Filter),
+            (
+                note_changes,
+                note_shadow_view,
+                note_changed::<RenderLayers>,
+                note_changed::<NotShadowCaster>,
+            )
+                .in_set(FieldLodSystems::Filter),
         );
 }
 
@@ -66,6 +83,7 @@ pub(crate) fn plugin(app: &mut App) {
 fn note_changes(
     mut scene: ResMut<LodScene>,
     mut views: Query<(Entity, &mut ViewCut)>,
+    mut casters: ResMut<CascadeCasters>,
     changes: Res<ListChanges>,
 ) {
     let scene = scene.bypass_change_detection();
@@ -106,6 +124,9 @@ fn note_changes(
         let sources = sources.into_iter().flatten();
         all.extend(sources.map(|entity| mark(entity, sees_sources)));
     }
+    casters
+        .bypass_change_detection()
+        .note_changes(&scene.records, &placed, &mut all);
     if !all.is_empty() {
         changes.extend(all);
     }
@@ -124,10 +145,11 @@ fn note_shadow_view(
     }
 }
 
-/// Notes what is on other layers than before, of which Bevy takes no notice by itself.
-fn note_layers(
-    changed: Query<Entity, (With<NoCpuCulling>, Changed<RenderLayers>)>,
-    mut removed: RemovedComponents<RenderLayers>,
+/// Notes what is on other layers than before, or casts shadows no longer or again: Bevy takes no notice of
+/// that by itself.
+fn note_changed<C: Component>(
+    changed: Query<Entity, (With<NoCpuCulling>, Changed<C>)>,
+    mut removed: RemovedComponents<C>,
     mut drawn: Query<&mut Aabb, With<NoCpuCulling>>,
     changes: Res<ListChanges>,
 ) {

@@ -57,10 +57,6 @@ pub(crate) struct LodPiece {
     )]
     pub(crate) produced_by: Option<u32>,
     /// Geometric error against the source in local units.
-    #[cfg_attr(
-        not(feature = "debug"),
-        expect(dead_code, reason = "heat-maps show it")
-    )]
     pub(crate) error_in_local: f32,
 }
 

@@ -30,6 +30,8 @@ pub(crate) struct LodScene {
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may have to change its level.
     pub(crate) whole_meshes_to_swap: Vec<u32>,
+    /// Indices of instances whose shadows may have to be cast by another level.
+    pub(crate) casters_to_choose: Vec<u32>,
     /// Names of meshes whose deviations were not measured, until a view asks for a guarantee.
     pub(crate) unmeasured: Vec<String>,
     /// By the index of their [`InstanceId`].
@@ -62,15 +64,31 @@ pub(crate) struct LodInstance {
     pub(crate) record: u32,
     /// The layers that it is drawn on; none while it is hidden.
     pub(crate) layers: u64,
-    pub(crate) drawn_as: DrawnAs,
+    /// The level at which the entity itself draws the whole mesh; `None` where units draw it.
+    pub(crate) level: Option<u32>,
+    /// Units with a draw record, in ascending order, each with its record. Those of a whole mesh are levels that
+    /// only cast shadows.
+    pub(crate) units: Vec<(u32, u32)>,
 }
 
-/// How the surface of an instance is drawn.
-pub(crate) enum DrawnAs {
-    /// The entity itself draws the whole mesh at this level.
-    WholeMesh { level: u32 },
-    /// Units with a draw record, in ascending order, each with its record.
-    Units(Vec<(u32, u32)>),
+impl LodInstance {
+    /// The draw record of a unit; a new one, with `true`, if it has none.
+    fn record_of(&mut self, unit: u32, records: &mut DrawRecords) -> (u32, bool) {
+        match self.find_unit(unit) {
+            Ok(position) => (self.units[position].1, false),
+            Err(position) => {
+                let triangles = self.mesh.pieces[unit as usize].triangles;
+                let record = records.add_unit(self.id.index() as u32, unit, triangles);
+                self.units.insert(position, (unit, record));
+                (record, true)
+            }
+        }
+    }
+
+    /// The position of a unit among those with a record, or where it belongs.
+    fn find_unit(&self, unit: u32) -> Result<usize, usize> {
+        self.units.binary_search_by_key(&unit, |&(unit, _)| unit)
+    }
 }
 
 impl LodScene {
@@ -92,14 +110,15 @@ impl LodScene {
         // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_placement(id, transform.affine());
+            self.choose_casters_of(id);
             return;
         }
         // A new entity starts at its finest level, or without any unit.
-        let (kind, drawn_as) = if mesh.kind == LodKind::WholeMesh {
-            (DrawKind::WholeMesh, DrawnAs::WholeMesh { level: 0 })
+        let (kind, level) = if mesh.kind == LodKind::WholeMesh {
+            (DrawKind::WholeMesh, Some(0))
         } else {
             self.clustered_count += 1;
-            (DrawKind::Source, DrawnAs::Units(Vec::new()))
+            (DrawKind::Source, None)
         };
         let record = self.records.add_entity(entity, kind, mesh.triangles_full);
         // Ids are of the scene; what we know of an instance lies at their index.
@@ -119,10 +138,20 @@ impl LodScene {
             mesh: mesh.clone(),
             record,
             layers,
-            drawn_as,
+            level,
+            units: Vec::new(),
         });
         self.instance_of.insert(entity, id);
         self.update_numbers(id);
+        self.choose_casters_of(id);
+    }
+
+    /// Lets the shadows of a whole mesh be cast by another level, if they should be.
+    fn choose_casters_of(&mut self, id: InstanceId) {
+        let instance = self.instance(id.index() as u32);
+        if instance.is_some_and(|instance| instance.level.is_some()) {
+            self.casters_to_choose.push(id.index() as u32);
+        }
     }
 
     /// Brings up to date what is counted of an instance without a look at it.
@@ -131,10 +160,10 @@ impl LodScene {
             return;
         };
         let mesh = &instance.mesh;
-        let numbers = match &instance.drawn_as {
+        let numbers = match instance.level {
             _ if instance.layers == 0 => Some([0; 3]),
-            DrawnAs::WholeMesh { level } if instance.layers == FIRST_LAYER => {
-                let drawn = mesh.pieces[*level as usize].triangles;
+            Some(level) if instance.layers == FIRST_LAYER => {
+                let drawn = mesh.pieces[level as usize].triangles;
                 Some([mesh.triangles_full, drawn, 1])
             }
             _ => None,
@@ -147,6 +176,7 @@ impl LodScene {
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_bias(id, auto_lod.bias);
             self.scene.set_forced_level(id, auto_lod.forced_level);
+            self.choose_casters_of(id);
         }
     }
 
@@ -178,28 +208,28 @@ impl LodScene {
             return Vec::new();
         };
         self.revision += 1;
+        self.choose_casters_of(id);
         self.scene.remove(id);
         self.records.free_entity(entity);
         // Units go with their object.
-        let instance = self.instances[id.index()].take();
-        let Some(DrawnAs::Units(units)) = instance.map(|instance| instance.drawn_as) else {
+        let Some(instance) = self.instances[id.index()].take() else {
             return Vec::new();
         };
-        self.clustered_count -= 1;
-        let records = units.iter().map(|&(_, record)| record);
+        self.clustered_count -= usize::from(instance.level.is_none());
+        let records = instance.units.iter().map(|&(_, record)| record);
         records
             .filter_map(|record| self.records.free(record))
             .collect()
     }
 
-    /// Whether any entity is cut into units.
-    pub(crate) fn has_clusters(&self) -> bool {
-        self.clustered_count > 0
+    /// Whether any entity has units, or is to have some.
+    pub(crate) fn has_units(&self) -> bool {
+        self.clustered_count > 0 || self.records.has_units()
     }
 
-    /// Whether views draw less than what is visible: anything is cut into units, or culled by its size.
+    /// Whether views draw less than what is visible: anything has units, or is culled by its size.
     pub(crate) fn is_filtered(&self) -> bool {
-        self.has_clusters() || self.culls
+        self.has_units() || self.culls
     }
 
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {
@@ -213,7 +243,7 @@ impl LodScene {
     /// The entities that are cut into units.
     pub(crate) fn sources(&self) -> impl Iterator<Item = Entity> {
         let instances = self.instances.iter().flatten();
-        let sources = instances.filter(|one| matches!(one.drawn_as, DrawnAs::Units(_)));
+        let sources = instances.filter(|one| one.level.is_none());
         sources.map(|instance| instance.entity)
     }
 
@@ -222,17 +252,29 @@ impl LodScene {
         self.instances.iter().flatten()
     }
 
+    /// Whether an instance is there.
+    pub(crate) fn has(&self, id: InstanceId) -> bool {
+        let instance = self.instance(id.index() as u32);
+        instance.is_some_and(|instance| instance.id == id)
+    }
+
+    /// The indices that instances may have.
+    pub(crate) fn indices(&self) -> std::ops::Range<u32> {
+        0..self.instances.len() as u32
+    }
+
     /// Notes that a whole mesh is drawn at another level.
     pub(crate) fn set_level(&mut self, index: u32, level: u32) {
         let Some(instance) = &mut self.instances[index as usize] else {
             return;
         };
         self.revision += 1;
-        instance.drawn_as = DrawnAs::WholeMesh { level };
+        instance.level = Some(level);
         let triangles = instance.mesh.pieces[level as usize].triangles;
         self.records.set_triangles(instance.entity, triangles);
         let id = instance.id;
         self.update_numbers(id);
+        self.choose_casters_of(id);
     }
 
     /// Notes that someone else gave a whole mesh its finest level.
@@ -246,8 +288,7 @@ impl LodScene {
     /// Lets all whole meshes choose their level anew.
     pub(crate) fn swap_all_whole_meshes(&mut self) {
         let instances = self.instances.iter().flatten();
-        let whole_meshes =
-            instances.filter(|instance| matches!(instance.drawn_as, DrawnAs::WholeMesh { .. }));
+        let whole_meshes = instances.filter(|instance| instance.level.is_some());
         let indices = whole_meshes.map(|instance| instance.id.index() as u32);
         self.whole_meshes_to_swap.extend(indices);
     }

@@ -65,9 +65,13 @@ pub struct FieldLodSettings {
     /// How much an error counts of what stands outside the margin, while some light that reaches the view
     /// casts shadows: from 0, which leaves it at its coarsest, to 1, which draws the level that its distance
     /// asks for. Shadows that reach far into the image keep their shape at 0.3, and most of what is drawn in a
-    /// frame may be such casters (`docs/tuning.md`). What is seen casts the shadow of what is drawn: of another
-    /// level it would shade itself.
+    /// frame may be such casters (`docs/tuning.md`).
     pub shadow_bias: f32,
+    /// The largest error of what casts shadows of a sun, in texels of the cascade. What is seen casts the shadow of what
+    /// is drawn, or it would shade itself; but where a prop's coarser level errs by less than this, so that the bias
+    /// against that hides it, the coarser level is drawn into the shadow map. 0 draws the same level everywhere.
+    /// Only where the GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
+    pub shadow_error_texels: f32,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
     /// leaves the view later than it entered.
     pub edge_hysteresis: f32,
@@ -103,6 +107,7 @@ impl Default for FieldLodSettings {
             resolution_scale: settings.resolution_scale,
             offscreen_margin: 0.1,
             shadow_bias: 0.3,
+            shadow_error_texels: 2.0,
             edge_hysteresis: settings.edge_hysteresis,
             visible_flux: false,
             occluder_triangles: VisibleFlux::default().occluder_triangles,
@@ -128,6 +133,15 @@ impl FieldLodSettings {
         Self {
             triangle_budget: Some(triangle_budget),
             ..Self::default()
+        }
+    }
+
+    /// The largest error of what casts shadows, in texels.
+    pub(crate) fn texels_of_casters(&self) -> f32 {
+        if self.forced_level.is_some() {
+            0.0
+        } else {
+            self.shadow_error_texels
         }
     }
 

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use fieldlod_select::Scene;
 
 use crate::lod_mesh::{LodObject, LodSource};
-use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
+use crate::lod_scene::{LodInstance, LodScene};
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState};
 
@@ -16,7 +16,7 @@ pub(crate) fn plugin(app: &mut App) {
 }
 
 /// Gives whole meshes the finest level that a view which sees them asks for.
-fn swap_whole_meshes(
+pub(crate) fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
     views: Query<&ViewCut>,
     mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource)>,
@@ -27,9 +27,9 @@ fn swap_whole_meshes(
         let Some(instance) = scene.instance(index) else {
             continue;
         };
-        let DrawnAs::WholeMesh { .. } = instance.drawn_as else {
+        if instance.level.is_none() {
             continue;
-        };
+        }
         let Ok((mut mesh, object, source)) = meshes.get_mut(instance.entity) else {
             continue;
         };

@@ -50,6 +50,14 @@ impl TimeOfDay {
         }
     }
 
+    /// The light of sun or moon.
+    fn light_in_lux(self) -> f32 {
+        match self {
+            Self::Day => SUN_IN_LUX,
+            Self::Night => MOON_IN_LUX,
+        }
+    }
+
     /// The haze of distance.
     fn fog(self) -> DistanceFog {
         let (haze, toward_light) = match self {
@@ -103,14 +111,27 @@ pub(crate) fn plugin(app: &mut App) {
 /// Shows the entities that belong to the time of day, and hides the others.
 fn show_what_belongs(
     options: Res<ViewOptions>,
-    mut things: Query<(Ref<TimeOfDay>, &mut Visibility)>,
+    mut things: Query<(Ref<TimeOfDay>, &mut Visibility), Without<DirectionalLight>>,
+    mut lights: Query<(Ref<TimeOfDay>, &mut DirectionalLight)>,
 ) {
+    let now = TimeOfDay::of(&options);
     for (time, mut visibility) in &mut things {
         if options.is_changed() || time.is_added() {
-            visibility.set_if_neq(match *time == TimeOfDay::of(&options) {
+            visibility.set_if_neq(match *time == now {
                 true => Visibility::Inherited,
                 false => Visibility::Hidden,
             });
+        }
+    }
+    // Bevy 0.19.1 draws no shadows of a sun that was hidden and is shown again.
+    for (time, mut light) in &mut lights {
+        if options.is_changed() || time.is_added() {
+            light.shadow_maps_enabled = *time == now;
+            light.illuminance = if *time == now {
+                time.light_in_lux()
+            } else {
+                0.0
+            };
         }
     }
 }
@@ -134,11 +155,8 @@ fn color_the_air(
 fn spawn_lights(mut commands: Commands, quality: Res<Quality>, mut images: ResMut<Assets<Image>>) {
     let sun = Color::linear_rgb(1.0, 0.84, 0.64);
     let moon = Color::linear_rgb(0.62, 0.76, 1.0);
-    commands.spawn((TimeOfDay::Day, light(&quality, sun, SUN_IN_LUX, TO_SUN)));
-    commands.spawn((
-        TimeOfDay::Night,
-        light(&quality, moon, MOON_IN_LUX, TO_MOON),
-    ));
+    commands.spawn((TimeOfDay::Day, light(&quality, sun, TO_SUN)));
+    commands.spawn((TimeOfDay::Night, light(&quality, moon, TO_MOON)));
     let skylights = [TimeOfDay::Day, TimeOfDay::Night].map(|time| time.skylight(&mut images));
     commands.insert_resource(Skylights(skylights));
     commands.insert_resource(DirectionalLightShadowMap {
@@ -146,7 +164,7 @@ fn spawn_lights(mut commands: Commands, quality: Res<Quality>, mut images: ResMu
     });
 }
 
-fn light(quality: &Quality, color: Color, illuminance: f32, toward: Vec3) -> impl Bundle {
+fn light(quality: &Quality, color: Color, toward: Vec3) -> impl Bundle {
     let cascades = CascadeShadowConfigBuilder {
         num_cascades: quality.shadow_cascades,
         minimum_distance: 0.2,
@@ -154,12 +172,7 @@ fn light(quality: &Quality, color: Color, illuminance: f32, toward: Vec3) -> imp
         maximum_distance: quality.shadow_distance_in_m,
         overlap_proportion: 0.12,
     };
-    let light = DirectionalLight {
-        color,
-        illuminance,
-        shadow_maps_enabled: true,
-        ..default()
-    };
+    let light = DirectionalLight { color, ..default() };
     let transform = Transform::default().looking_to(-toward, Vec3::Y);
     (light, cascades.build(), transform)
 }

@@ -9,7 +9,7 @@ use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
 use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
 use crate::inherit::InheritedComponents;
 use crate::lod_mesh::LodPiece;
-use crate::lod_scene::{DrawnAs, LodInstance, LodScene};
+use crate::lod_scene::{LodInstance, LodScene};
 use crate::units::LodUnit;
 use crate::view_cut::ViewCut;
 
@@ -182,11 +182,9 @@ impl LodScene {
         &'a self,
         instance: &'a LodInstance,
     ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
-        let (whole_mesh, units) = match &instance.drawn_as {
-            DrawnAs::WholeMesh { level } => (Some((instance.entity, *level)), &[][..]),
-            DrawnAs::Units(units) => (None, &units[..]),
-        };
-        let spawned = units
+        let whole_mesh = instance.level.map(|level| (instance.entity, level));
+        let spawned = instance
+            .units
             .iter()
             .filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)));
         let pieces = &instance.mesh.pieces;

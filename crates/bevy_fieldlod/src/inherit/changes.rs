@@ -16,13 +16,16 @@ use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 
 use super::components::InheritedComponents;
-use crate::lod_mesh::LodClusters;
-use crate::lod_scene::{DrawnAs, LodScene};
+use crate::lod_mesh::LodObject;
+use crate::lod_scene::LodScene;
+
+/// Objects that may have units, which are their children.
+type HasUnits = (With<LodObject>, With<Children>);
 
 /// Entities on which a component changed that units inherit.
 #[derive(SystemParam)]
 pub(crate) struct Changes<'w, 's, C: Component> {
-    changed: Query<'w, 's, Entity, (With<LodClusters>, Changed<C>)>,
+    changed: Query<'w, 's, Entity, (HasUnits, Changed<C>)>,
     removed: RemovedComponents<'w, 's, C>,
 }
 
@@ -34,7 +37,7 @@ impl<C: Component> Changes<'_, '_, C> {
 
 /// Objects without a [`StandardMaterial`].
 type OtherMaterials = (
-    With<LodClusters>,
+    HasUnits,
     Without<MeshMaterial3d<StandardMaterial>>,
     Without<IsResource>,
 );
@@ -123,12 +126,8 @@ fn renew_units_of(world: &mut World, objects: &[Entity]) {
 
 /// The entities that draw the units of an object.
 fn units_of(scene: &LodScene, object: Entity) -> Vec<Entity> {
-    match scene.instance_of(object).map(|instance| &instance.drawn_as) {
-        Some(DrawnAs::Units(units)) => {
-            let records = units.iter().map(|&(_, record)| record);
-            let spawned = records.filter_map(|record| scene.records.entity(record));
-            spawned.collect()
-        }
-        _ => Vec::new(),
-    }
+    let units = scene.instance_of(object).map(|instance| &instance.units);
+    let records = units.into_iter().flatten().map(|&(_, record)| record);
+    let spawned = records.filter_map(|record| scene.records.entity(record));
+    spawned.collect()
 }

@@ -5,14 +5,9 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use fieldlod_select::{Change, InstanceId, MeshId, Selector};
 
-use super::{DrawnAs, LodScene};
+use super::LodScene;
 use crate::deferred_cuts::{DeferredCut, DeferredCuts};
 use crate::view_cut::CutVisibility;
-
-/// The position of `unit` in a list of units with their records, or where it belongs.
-fn find_unit(units: &[(u32, u32)], unit: u32) -> Result<usize, usize> {
-    units.binary_search_by_key(&unit, |&(unit, _)| unit)
-}
 
 impl LodScene {
     /// Applies what changed in the cut of one instance in one view; defers it if that needs more units than may
@@ -30,25 +25,27 @@ impl LodScene {
             return;
         };
         // The cut of a whole mesh is one unit, its level, which the selector knows; or none.
-        let DrawnAs::Units(units) = &mut instance.drawn_as else {
+        if instance.level.is_some() {
             self.whole_meshes_to_swap.push(index as u32);
+            self.casters_to_choose.push(index as u32);
             let is_culled = change.entered.is_empty();
             if view.contains(instance.record) != is_culled {
                 view.set(instance.record, is_culled);
             }
             return;
-        };
+        }
         // A cut that waits goes on from what the view draws.
         if deferred.contains(change.instance) {
             return;
         }
-        let is_new = |unit: &&u32| find_unit(units, **unit).is_err();
+        let is_new = |unit: &&u32| instance.find_unit(**unit).is_err();
         if self.units_left < change.entered.len()
             && self.units_left < change.entered.iter().filter(is_new).count()
         {
             // Until there is anything else, the source is drawn.
             let is_first = change.left.is_empty();
-            let draws_any = units.iter().any(|&(_, record)| view.contains(record));
+            let mut records = instance.units.iter().map(|&(_, record)| record);
+            let draws_any = records.any(|record| view.contains(record));
             if is_first && !draws_any {
                 view.set(instance.record, true);
             }
@@ -56,8 +53,8 @@ impl LodScene {
         }
         // Units that left the cut become idle with their last view.
         for &unit in change.left {
-            if let Ok(position) = find_unit(units, unit) {
-                let record = units[position].1;
+            if let Ok(position) = instance.find_unit(unit) {
+                let record = instance.units[position].1;
                 view.set(record, false);
                 if self.records.leave_view(record, self.frame) {
                     self.idle_units.push_back((record, self.frame));
@@ -66,17 +63,11 @@ impl LodScene {
         }
         // Units that entered it are spawned for their first view.
         for &unit in change.entered {
-            let record = match find_unit(units, unit) {
-                Ok(position) => units[position].1,
-                Err(position) => {
-                    let triangles = instance.mesh.pieces[unit as usize].triangles;
-                    let record = self.records.add_unit(index as u32, unit, triangles);
-                    units.insert(position, (unit, record));
-                    self.units_to_spawn.push(record);
-                    self.units_left = self.units_left.saturating_sub(1);
-                    record
-                }
-            };
+            let (record, is_new) = instance.record_of(unit, &mut self.records);
+            if is_new {
+                self.units_to_spawn.push(record);
+                self.units_left = self.units_left.saturating_sub(1);
+            }
             view.set(record, true);
             self.records.enter_view(record);
         }
@@ -133,32 +124,38 @@ impl LodScene {
 
     /// Makes records of units of a deferred cut, as far as they may be spawned. Whether it has all.
     fn hold_units(&mut self, cut: &mut DeferredCut) -> bool {
-        let index = cut.instance.index();
-        let instance = self.instances.get_mut(index).and_then(Option::as_mut);
-        let Some(instance) = instance.filter(|instance| instance.id == cut.instance) else {
-            return false;
-        };
-        let DrawnAs::Units(units) = &mut instance.drawn_as else {
-            return false;
-        };
         while let Some(&unit) = cut.units().get(cut.held) {
-            let record = match find_unit(units, unit) {
-                Ok(position) => units[position].1,
-                Err(_) if self.units_left == 0 => return false,
-                Err(position) => {
-                    let triangles = instance.mesh.pieces[unit as usize].triangles;
-                    let record = self.records.add_unit(index as u32, unit, triangles);
-                    units.insert(position, (unit, record));
-                    self.units_to_spawn.push(record);
-                    self.units_left -= 1;
-                    record
-                }
-            };
             // It is not idle while it is waited for.
-            self.records.enter_view(record);
+            if self.hold_unit(cut.instance, unit).is_none() {
+                return false;
+            }
             cut.held += 1;
         }
         true
+    }
+
+    /// The record of a unit, which one more view draws from now on; `None` if it would have to be spawned and may
+    /// not be in this frame, or the instance is gone.
+    pub(crate) fn hold_unit(&mut self, instance: InstanceId, unit: u32) -> Option<u32> {
+        let found = self.instances.get_mut(instance.index())?.as_mut();
+        let found = found.filter(|one| one.id == instance)?;
+        if self.units_left == 0 && found.find_unit(unit).is_err() {
+            return None;
+        }
+        let (record, is_new) = found.record_of(unit, &mut self.records);
+        if is_new {
+            self.units_to_spawn.push(record);
+            self.units_left -= 1;
+        }
+        self.records.enter_view(record);
+        Some(record)
+    }
+
+    /// Notes that a view does not draw a unit any more.
+    pub(crate) fn leave_unit(&mut self, record: u32) {
+        if self.records.leave_view(record, self.frame) {
+            self.idle_units.push_back((record, self.frame));
+        }
     }
 
     /// Draws a deferred cut, all of whose units are held, in place of what the view draws of its instance.
@@ -166,10 +163,7 @@ impl LodScene {
         let Some(Some(instance)) = self.instances.get(cut.instance.index()) else {
             return;
         };
-        let DrawnAs::Units(units) = &instance.drawn_as else {
-            return;
-        };
-        for &(unit, record) in units {
+        for &(unit, record) in &instance.units {
             let was_drawn = view.contains(record);
             let is_drawn = cut.units().binary_search(&unit).is_ok();
             // What stays was counted twice meanwhile.
@@ -191,14 +185,12 @@ impl LodScene {
             let Some(Some(instance)) = self.instances.get(cut.instance.index()) else {
                 continue;
             };
-            let DrawnAs::Units(units) = &instance.drawn_as else {
-                continue;
-            };
-            for unit in &cut.units()[..cut.held] {
-                if let Ok(position) = find_unit(units, *unit)
-                    && self.records.leave_view(units[position].1, self.frame)
-                {
-                    self.idle_units.push_back((units[position].1, self.frame));
+            for &unit in &cut.units()[..cut.held] {
+                if let Ok(position) = instance.find_unit(unit) {
+                    let record = instance.units[position].1;
+                    if self.records.leave_view(record, self.frame) {
+                        self.idle_units.push_back((record, self.frame));
+                    }
                 }
             }
         }
@@ -209,9 +201,7 @@ impl LodScene {
     pub(crate) fn clear_view(&mut self, view: &mut CutVisibility, deferred: &mut DeferredCuts) {
         self.clear_deferred(deferred);
         for record in view.take() {
-            if self.records.leave_view(record, self.frame) {
-                self.idle_units.push_back((record, self.frame));
-            }
+            self.leave_unit(record);
         }
         self.swap_all_whole_meshes();
     }
@@ -240,11 +230,11 @@ impl LodScene {
     ) -> Vec<Entity> {
         let mut records = Vec::new();
         for instance in self.instances.iter().flatten() {
-            if let (Some(gone), DrawnAs::Units(units)) =
-                (pages.get(&instance.mesh.id), &instance.drawn_as)
-            {
-                let of_pages = gone.iter().filter_map(|&unit| find_unit(units, unit).ok());
-                records.extend(of_pages.map(|position| units[position].1));
+            if let Some(gone) = pages.get(&instance.mesh.id) {
+                let of_pages = gone
+                    .iter()
+                    .filter_map(|&unit| instance.find_unit(unit).ok());
+                records.extend(of_pages.map(|position| instance.units[position].1));
             }
         }
         records.retain(|&record| self.records.is_idle(record));
@@ -266,21 +256,18 @@ impl LodScene {
             let Some(instance) = instance.filter(|instance| instance.id == cut.instance) else {
                 continue;
             };
-            if let DrawnAs::Units(units) = &instance.drawn_as {
-                let drawn = units.iter().map(|&(unit, _)| unit);
-                let wanted = cut.units().iter().copied();
-                (drawn.chain(wanted)).for_each(|unit| visit(instance.mesh.id, unit));
-            }
+            let drawn = instance.units.iter().map(|&(unit, _)| unit);
+            let wanted = cut.units().iter().copied();
+            (drawn.chain(wanted)).for_each(|unit| visit(instance.mesh.id, unit));
         }
     }
 
     fn remove_unit(&mut self, record: u32) -> Option<Entity> {
         let (instance, unit) = self.records.unit(record)?;
         if let Some(Some(instance)) = self.instances.get_mut(instance as usize)
-            && let DrawnAs::Units(units) = &mut instance.drawn_as
-            && let Ok(position) = find_unit(units, unit)
+            && let Ok(position) = instance.find_unit(unit)
         {
-            units.remove(position);
+            instance.units.remove(position);
         }
         self.records.free(record)
     }

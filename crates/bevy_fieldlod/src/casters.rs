@@ -1,0 +1,262 @@
+//! Lets coarser levels of whole meshes cast their shadows where a sun's shadow map is coarser than what the view
+//! draws.
+//!
+//! The shadow maps of a sun, one for each cascade, reach far around the camera, so that what stands near it is drawn
+//! again in maps whose texels are hundreds of times its pixels. Where a level errs by a texel at most, and saves enough
+//! triangles, that level casts the shadow: a unit, which only the cascade draws, and in which the object itself
+//! is not drawn.
+
+use bevy::camera::visibility::RenderLayers;
+use bevy::light::{Cascades, NotShadowCaster, SimulationLightSystems};
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use bevy::render::view::RetainedViewEntity;
+use fieldlod_select::InstanceId;
+
+use crate::draw_records::DrawRecords;
+use crate::gpu_culling::GpuCulling;
+use crate::list_changes::ListChange;
+use crate::lod_mesh::LodObject;
+use crate::lod_scene::{LodInstance, LodScene};
+use crate::settings::FieldLodSettings;
+use crate::systems::FieldLodSystems;
+use crate::view_cut::{ViewCut, ViewState, layer_bits};
+use crate::whole_meshes::swap_whole_meshes;
+
+/// An entity of its own has to save this many triangles at least.
+const LEAST_SAVED: u32 = 512;
+
+/// What the cascades of all cameras draw in place of whole meshes.
+#[derive(Resource, Default)]
+pub(crate) struct CascadeCasters {
+    cascades: HashMap<RetainedViewEntity, Cascade>,
+    removed: Vec<RetainedViewEntity>,
+}
+
+/// What one cascade draws in place of whole meshes.
+#[derive(Default)]
+struct Cascade {
+    largest_error_in_world: f32,
+    /// By the index of the instance.
+    drawn: HashMap<u32, Caster>,
+    /// What came, with `true`, and went since the render world was last told.
+    changed: Vec<(Caster, bool)>,
+}
+
+/// A unit that casts the shadow of a whole mesh.
+#[derive(Clone, Copy)]
+struct Caster {
+    instance: InstanceId,
+    object: Entity,
+    unit: u32,
+    record: u32,
+}
+
+/// Chooses what casts shadows; nothing without a renderer.
+pub(crate) fn plugin(app: &mut App) {
+    let systems = choose_casters
+        .after(swap_whole_meshes)
+        .after(SimulationLightSystems::UpdateDirectionalLightCascades);
+    app.init_resource::<CascadeCasters>()
+        .add_systems(PostUpdate, systems.in_set(FieldLodSystems::Swap));
+}
+
+type Suns<'w, 's> = Query<
+    'w,
+    's,
+    (
+        Entity,
+        &'static DirectionalLight,
+        &'static Cascades,
+        &'static InheritedVisibility,
+        Option<&'static RenderLayers>,
+    ),
+>;
+
+type Objects<'w, 's> = Query<'w, 's, &'static LodObject, Without<NotShadowCaster>>;
+
+/// Chooses for every cascade what casts shadows in it, where that or the cascade has changed.
+fn choose_casters(
+    mut scene: ResMut<LodScene>,
+    mut casters: ResMut<CascadeCasters>,
+    cameras: Query<(Entity, &ViewCut, Option<&FieldLodSettings>)>,
+    suns: Suns,
+    objects: Objects,
+    culling: Res<GpuCulling>,
+) {
+    let scene = scene.bypass_change_detection();
+    let casters = casters.bypass_change_detection();
+    let mut wanted = Vec::new();
+    // Elsewhere Bevy's lists would have them in every view.
+    if culling.is_on {
+        for (camera, cut, settings) in &cameras {
+            let texels = settings.copied().unwrap_or_default().texels_of_casters();
+            if cut.state == ViewState::Cut && texels > 0.0 {
+                add_cascades(camera, cut, texels, &suns, &mut wanted);
+            }
+        }
+    }
+    casters.remove_all_but(&wanted, scene);
+    let changed = std::mem::take(&mut scene.casters_to_choose);
+    for one in wanted {
+        let cascade = casters.cascades.entry(one.key).or_default();
+        // While a lens zooms, not all are chosen anew in every frame.
+        let change = one.largest_error_in_world / cascade.largest_error_in_world;
+        if (0.8..1.25).contains(&change) {
+            for &index in &changed {
+                cascade.choose(index, scene, one.cut, &objects);
+            }
+        } else {
+            cascade.largest_error_in_world = one.largest_error_in_world;
+            for index in scene.indices() {
+                cascade.choose(index, scene, one.cut, &objects);
+            }
+        }
+    }
+}
+
+/// A cascade in which other levels are to cast shadows.
+struct WantedCascade<'a> {
+    key: RetainedViewEntity,
+    largest_error_in_world: f32,
+    /// Of its camera.
+    cut: &'a ViewCut,
+}
+
+/// Adds the cascades that a camera has of each sun.
+fn add_cascades<'a>(
+    camera: Entity,
+    cut: &'a ViewCut,
+    texels: f32,
+    suns: &Suns,
+    wanted: &mut Vec<WantedCascade<'a>>,
+) {
+    for (sun, light, cascades, is_shown, layers) in suns {
+        let is_seen = is_shown.get() && layer_bits(layers) & cut.layers != 0;
+        if !light.shadow_maps_enabled || !is_seen {
+            continue;
+        }
+        let of_camera = cascades.cascades.get(&camera).into_iter().flatten();
+        for (cascade, index) in of_camera.zip(0..) {
+            wanted.push(WantedCascade {
+                key: RetainedViewEntity::new(sun.into(), Some(camera.into()), index),
+                largest_error_in_world: texels * cascade.texel_size,
+                cut,
+            });
+        }
+    }
+}
+
+impl CascadeCasters {
+    fn remove_all_but(&mut self, kept: &[WantedCascade], scene: &mut LodScene) {
+        let is_gone =
+            |key: &RetainedViewEntity, _: &mut Cascade| kept.iter().all(|one| one.key != *key);
+        for (key, cascade) in self.cascades.extract_if(is_gone) {
+            for caster in cascade.drawn.values() {
+                // A record of an instance that is gone may be that of another by now.
+                if scene.has(caster.instance) {
+                    scene.leave_unit(caster.record);
+                }
+            }
+            self.removed.push(key);
+        }
+    }
+
+    /// Notes what changed for the render world; `placed` are records of units that got an entity.
+    pub(crate) fn note_changes(
+        &mut self,
+        records: &DrawRecords,
+        placed: &[(u32, Entity)],
+        changes: &mut Vec<ListChange>,
+    ) {
+        changes.extend(self.removed.drain(..).map(ListChange::RemoveCascade));
+        for (&cascade, casters) in &mut self.cascades {
+            let came = placed.iter().filter_map(|&(record, _)| {
+                let caster = casters.drawn.get(&records.unit(record)?.0)?;
+                (caster.record == record).then_some((*caster, true))
+            });
+            for (caster, is_marked) in casters.changed.drain(..).chain(came) {
+                let unit = records.entity(caster.record);
+                // The object casts its shadow until the unit is there.
+                let object = (unit.is_some() || !is_marked).then_some(caster.object);
+                changes.extend(unit.into_iter().chain(object).map(|entity| {
+                    ListChange::MarkCaster {
+                        cascade,
+                        entity: entity.into(),
+                        is_marked,
+                    }
+                }));
+            }
+        }
+    }
+}
+
+impl Cascade {
+    /// Chooses what casts the shadow of an instance.
+    fn choose(&mut self, index: u32, scene: &mut LodScene, cut: &ViewCut, objects: &Objects) {
+        let instance = scene.instance(index);
+        let wanted = instance.and_then(|instance| {
+            let object = objects.get(instance.entity).ok()?;
+            // What is too small to be drawn casts no shadow.
+            if cut.visibility.contains(instance.record) {
+                return None;
+            }
+            let unit = self.level_of(instance, object, scene)?;
+            Some((instance.id, instance.entity, unit))
+        });
+        let id = instance.map(|instance| instance.id);
+        let drawn = self.drawn.get(&index).copied();
+        if wanted.map(|(id, _, unit)| (id, unit)) == drawn.map(|one| (one.instance, one.unit)) {
+            return;
+        }
+        if let Some(caster) = drawn {
+            self.drawn.remove(&index);
+            // Of an instance that is gone, the records are too.
+            if id == Some(caster.instance) {
+                scene.leave_unit(caster.record);
+                self.changed.push((caster, false));
+            }
+        }
+        let Some((instance, object, unit)) = wanted else {
+            return;
+        };
+        let Some(record) = scene.hold_unit(instance, unit) else {
+            // No more may be spawned in this frame.
+            scene.casters_to_choose.push(index);
+            return;
+        };
+        let caster = Caster {
+            instance,
+            object,
+            unit,
+            record,
+        };
+        self.drawn.insert(index, caster);
+        self.changed.push((caster, true));
+    }
+
+    /// The level that casts the shadow of a whole mesh, if not that which is drawn.
+    fn level_of(
+        &self,
+        instance: &LodInstance,
+        object: &LodObject,
+        scene: &LodScene,
+    ) -> Option<u32> {
+        let drawn = instance.level?;
+        let pieces = &instance.mesh.pieces;
+        let triangles = |level: u32| pieces[level as usize].triangles;
+        let saves_enough = |level: u32| triangles(level) + LEAST_SAVED <= triangles(drawn);
+        let coarsest = pieces.len() as u32 - 1;
+        if object.auto_lod.forced_level.is_some() || !saves_enough(coarsest) {
+            return None;
+        }
+        let world_from_local = scene.scene.placement(instance.id);
+        let [x, y, z] = [0, 1, 2].map(|axis| world_from_local.matrix3.col(axis).length());
+        let scale = x.max(y).max(z) * object.auto_lod.bias;
+        let errs_less = |level: &u32| {
+            pieces[*level as usize].error_in_local * scale <= self.largest_error_in_world
+        };
+        let level = (drawn + 1..=coarsest).rev().find(errs_less)?;
+        saves_enough(level).then_some(level)
+    }
+}

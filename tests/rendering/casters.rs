@@ -219,3 +219,22 @@ fn a_caster_has_the_material_of_its_object() {
         .collect();
     assert!(!materials.is_empty() && materials.iter().all(|one| *one == glass));
 }
+
+#[test]
+fn a_sun_that_was_dimmed_casts_its_shadows_again() {
+    let Some(mut noon) = Noon::new() else {
+        return;
+    };
+    let mut shine = |shadow_maps_enabled: bool, illuminance: f32| {
+        let world = noon.stage.app.world_mut();
+        let mut light = world.get_mut::<DirectionalLight>(noon.sun).unwrap();
+        (light.shadow_maps_enabled, light.illuminance) = (shadow_maps_enabled, illuminance);
+        noon.stage.app.update();
+        let [picture] = noon.stage.shoot([&noon.eye]);
+        picture
+    };
+    let [before, dark, after] =
+        [(true, 5_000.0), (false, 0.0), (true, 5_000.0)].map(|(casts, lux)| shine(casts, lux));
+    assert!(count(&difference(&before, &dark)) > 10_000);
+    assert_eq!(count(&difference(&before, &after)), 0);
+}

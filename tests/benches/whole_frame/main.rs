@@ -8,7 +8,7 @@
 //! the program may follow, if it was built before.
 //!
 //! Bevy's meshlets are not among the methods: their feature links another version of meshoptimizer under the same C
-//! symbols, and has to compile Bevy anew.
+//! symbols, and has to compile Bevy anew. `benches/meshlets` is a program of its own for them.
 
 mod field_of_rocks;
 mod levels;

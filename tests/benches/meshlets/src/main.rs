@@ -1,0 +1,303 @@
+//! Whole frames of a field of rocks by Bevy's meshlets, beside full detail, on whatever adapter there is.
+//!
+//! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, the number of rocks. It is a program
+//! of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols: one program cannot
+//! hold both. The rocks are of the size and kind of the bench `whole_frame`, which has this project's times; "full
+//! detail" stands in both. It ends with 2 where the adapter cannot run meshlets, and says what it lacks.
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use bevy::app::PluginsState;
+use bevy::camera::RenderTarget;
+use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
+use bevy::light::CascadeShadowConfigBuilder;
+use bevy::log::LogPlugin;
+use bevy::mesh::VertexAttributeValues;
+use bevy::pbr::experimental::meshlet::{
+    MESHLET_DEFAULT_VERTEX_POSITION_QUANTIZATION_FACTOR, MeshletMesh, MeshletMesh3d, MeshletPlugin,
+};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_resource::{PollType, TextureFormat};
+use bevy::render::renderer::RenderDevice;
+use bevy::render::settings::WgpuSettings;
+use bevy::tasks::{block_on, tick_global_task_pools_on_main_thread};
+use bevy::window::ExitCondition;
+
+/// Shapes of rocks, and 81,920 triangles in each.
+const SHAPES: usize = 3;
+const SUBDIVISIONS: u32 = 63;
+/// Steps of the camera along which frames are timed, and rounds of those.
+const STEPS: u8 = 7;
+const ROUNDS: usize = 20;
+/// Frames until everything is uploaded, and how long each may take to be so.
+const WARM_UP: usize = 20;
+const PAUSE: Duration = Duration::from_millis(50);
+const CLUSTER_BUFFER_SLOTS: u32 = 1 << 22;
+/// What an adapter that cannot run meshlets ends with.
+const CANNOT_RUN: u8 = 2;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Method {
+    Full,
+    Meshlets,
+}
+
+fn main() -> ExitCode {
+    let rocks = std::env::args().nth(1).and_then(|arg| arg.parse().ok());
+    if let Err(fault) = check_adapter() {
+        eprintln!("meshlets: {fault}");
+        return ExitCode::from(CANNOT_RUN);
+    }
+    let mut scenes =
+        [Method::Full, Method::Meshlets].map(|method| Scene::new(method, rocks.unwrap_or(45)));
+    let mut times = [const { Vec::new() }; 2];
+    for _ in 0..ROUNDS {
+        for step in 0..STEPS {
+            for (scene, times) in scenes.iter_mut().zip(&mut times) {
+                times.push(scene.frame(step));
+            }
+        }
+    }
+    println!("method: whole frame, main world, render world with the extraction, ms");
+    for (name, times) in ["full detail", "meshlets"].iter().zip(&times) {
+        let [whole, main, render] = [0, 1, 2].map(|part| median_ms(times, part));
+        println!("{name}: {whole:.2}, {main:.2}, {render:.2}");
+    }
+    ExitCode::SUCCESS
+}
+
+/// Whether there is an adapter, asked for as Bevy will, that can run meshlets; else why not.
+fn check_adapter() -> Result<(), String> {
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapter = block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..wgpu::RequestAdapterOptions::default()
+    }));
+    let adapter = adapter.map_err(|fault| format!("no adapter: {fault}"))?;
+    let missing = MeshletPlugin::required_wgpu_features() - adapter.features();
+    match missing.is_empty() {
+        true => Ok(()),
+        false => {
+            let missing: Vec<&str> = missing.iter_names().map(|(name, _)| name).collect();
+            let name = adapter.get_info().name;
+            Err(format!(
+                "{name} cannot run meshlets, it lacks {}",
+                missing.join(", ")
+            ))
+        }
+    }
+}
+
+/// The rocks in an app of their own.
+struct Scene {
+    app: App,
+    camera: Entity,
+}
+
+impl Scene {
+    fn new(method: Method, rocks: u32) -> Self {
+        let mut app = app(method);
+        let world = app.world_mut();
+        place_rocks(world, method, rocks);
+        place_ground_and_sun(world);
+        let camera = place_camera(world);
+        let mut scene = Self { app, camera };
+        for _ in 0..WARM_UP {
+            scene.frame(0);
+            std::thread::sleep(PAUSE);
+        }
+        scene
+    }
+
+    /// Draws a frame; how long all of it, the main and the render world took.
+    fn frame(&mut self, step: u8) -> [Duration; 3] {
+        let at = pose(step);
+        self.app.world_mut().entity_mut(self.camera).insert(at);
+        let apps = self.app.sub_apps_mut();
+        let start = Instant::now();
+        apps.main.run_default_schedule();
+        let main = start.elapsed();
+        for sub_app in apps.sub_apps.values_mut() {
+            sub_app.extract(apps.main.world_mut());
+            sub_app.update();
+        }
+        apps.main.world_mut().clear_trackers();
+        let render = start.elapsed() - main;
+        let device = self.app.world().resource::<RenderDevice>();
+        // A lost device shows in the next frame.
+        let _ = device.poll(PollType::wait_indefinitely());
+        [start.elapsed(), main, render]
+    }
+}
+
+fn app(method: Method) -> App {
+    let mut settings = WgpuSettings::default();
+    if method == Method::Meshlets {
+        settings.features |= MeshletPlugin::required_wgpu_features();
+    }
+    let render = RenderPlugin {
+        synchronous_pipeline_compilation: true,
+        render_creation: settings.into(),
+        ..default()
+    };
+    let window = WindowPlugin {
+        primary_window: None,
+        exit_condition: ExitCondition::DontExit,
+        ..default()
+    };
+    let plugins = DefaultPlugins.set(render).set(window);
+    let plugins = plugins
+        .disable::<PipelinedRenderingPlugin>()
+        .disable::<LogPlugin>();
+    let mut app = App::new();
+    app.add_plugins(plugins);
+    if method == Method::Meshlets {
+        app.add_plugins(MeshletPlugin {
+            cluster_buffer_slots: CLUSTER_BUFFER_SLOTS,
+        });
+    }
+    while app.plugins_state() == PluginsState::Adding {
+        tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+    app
+}
+
+fn place_rocks(world: &mut World, method: Method, rocks: u32) {
+    let stone = StandardMaterial::from(Color::srgb(0.6, 0.55, 0.5));
+    let stone = world.resource_mut::<Assets<StandardMaterial>>().add(stone);
+    let shapes: [Mesh; SHAPES] = std::array::from_fn(|seed| rock(seed as u64));
+    let places = (0..rocks).map(|index| (index as usize % SHAPES, place_of(index, rocks)));
+    match method {
+        Method::Full => {
+            let mut meshes = world.resource_mut::<Assets<Mesh>>();
+            let shapes = shapes.map(|shape| meshes.add(shape));
+            let rocks = places.map(|(shape, at)| {
+                (
+                    Mesh3d(shapes[shape].clone()),
+                    MeshMaterial3d(stone.clone()),
+                    at,
+                )
+            });
+            world.spawn_batch(rocks.collect::<Vec<_>>());
+        }
+        Method::Meshlets => {
+            let factor = MESHLET_DEFAULT_VERTEX_POSITION_QUANTIZATION_FACTOR;
+            let shapes = shapes.map(|shape| {
+                MeshletMesh::from_mesh(&shape, factor)
+                    .expect("triangles with normals and texture coordinates")
+            });
+            let mut meshes = world.resource_mut::<Assets<MeshletMesh>>();
+            let shapes = shapes.map(|shape| meshes.add(shape));
+            let rocks = places.map(|(shape, at)| {
+                (
+                    MeshletMesh3d(shapes[shape].clone()),
+                    MeshMaterial3d(stone.clone()),
+                    at,
+                )
+            });
+            world.spawn_batch(rocks.collect::<Vec<_>>());
+        }
+    }
+}
+
+fn place_ground_and_sun(world: &mut World) {
+    let ground = Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(200.0)));
+    let ground = world.resource_mut::<Assets<Mesh>>().add(ground);
+    let grass = StandardMaterial::from(Color::srgb(0.35, 0.45, 0.25));
+    let grass = world.resource_mut::<Assets<StandardMaterial>>().add(grass);
+    world.spawn((Mesh3d(ground), MeshMaterial3d(grass)));
+    let sun = DirectionalLight {
+        illuminance: 6_000.0,
+        shadow_maps_enabled: true,
+        ..default()
+    };
+    let cascades = CascadeShadowConfigBuilder {
+        num_cascades: 2,
+        maximum_distance: 60.0,
+        ..default()
+    };
+    let low = Transform::default().looking_to(Vec3::new(-1.0, -0.7, -0.5), Vec3::Y);
+    world.spawn((sun, cascades.build(), low));
+}
+
+fn place_camera(world: &mut World) -> Entity {
+    let image = Image::new_target_texture(960, 540, TextureFormat::Rgba8UnormSrgb, None);
+    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let camera = (
+        Camera3d::default(),
+        RenderTarget::Image(image.into()),
+        pose(0),
+    );
+    let plain = (Tonemapping::None, DebandDither::Disabled, Msaa::Off);
+    world.spawn((camera, plain)).id()
+}
+
+/// Few near, many far.
+fn place_of(index: u32, rocks: u32) -> Transform {
+    let spread = (rocks as f32 / 45.0).sqrt();
+    let away = 3.0 + 90.0 * spread * (index as f32 / rocks as f32).powi(2);
+    let aside = ((index as f32 * 0.618).fract() - 0.5) * away * 1.2;
+    let turn = Quat::from_rotation_y(index as f32 * 2.4);
+    Transform::from_xyz(aside, 0.4, -away).with_rotation(turn)
+}
+
+fn pose(step: u8) -> Transform {
+    let eye = Vec3::new(0.0, 2.2, 8.0 - 0.4 * f32::from(step));
+    Transform::from_translation(eye).looking_to(Vec3::new(0.1, -0.08, -1.0), Vec3::Y)
+}
+
+/// A sphere with dents of many sizes.
+fn rock(seed: u64) -> Mesh {
+    let waves = waves(seed);
+    let mut mesh = Sphere::new(1.0)
+        .mesh()
+        .ico(SUBDIVISIONS)
+        .expect("few enough");
+    if let Some(VertexAttributeValues::Float32x3(positions)) =
+        mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION)
+    {
+        for position in positions {
+            let direction = Vec3::from(*position);
+            let dents = waves
+                .iter()
+                .map(|(wave, phase, height)| (direction.dot(*wave) + phase).sin() * height);
+            *position = (direction * (1.0 + dents.sum::<f32>())).into();
+        }
+    }
+    mesh.compute_smooth_normals();
+    mesh
+}
+
+fn waves(seed: u64) -> Vec<(Vec3, f32, f32)> {
+    let mut state = seed;
+    // From −1 to 1, by splitmix64.
+    let mut signed = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((mixed ^ (mixed >> 31)) >> 40) as f32 / (1 << 23) as f32 - 1.0
+    };
+    let wave = |octave: i32| {
+        let axis = Vec3::new(signed(), signed(), signed());
+        let frequency = 1.5f32.powi(octave / 2) * 1.5;
+        let height = 0.09 / frequency.max(1.0).powf(0.8);
+        (
+            axis.normalize_or(Vec3::X) * frequency,
+            signed() * 3.0,
+            height,
+        )
+    };
+    (0..24).map(wave).collect()
+}
+
+fn median_ms(times: &[[Duration; 3]], part: usize) -> f64 {
+    let mut times: Vec<Duration> = times.iter().map(|times| times[part]).collect();
+    times.sort_unstable();
+    times[times.len() / 2].as_secs_f64() * 1e3
+}

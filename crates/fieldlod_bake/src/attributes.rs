@@ -23,6 +23,8 @@ pub(crate) struct AttributeLayout {
     uv_1: Option<usize>,
     tangent: Option<usize>,
     color: Option<usize>,
+    /// The least and the greatest of the source's colours, which levels keep to: they may be weights.
+    color_range: [Vec4; 2],
     uv_scale: UvScale,
     uv_1_scale: UvScale,
     protects_seams: bool,
@@ -55,6 +57,7 @@ impl AttributeLayout {
             uv_1: place(mesh.uvs_1.len(), 2, config.uv_weight),
             tangent: place(mesh.tangents.len(), 3, config.normal_weight * TANGENT_SHARE),
             color: place(mesh.colors.len(), 4, config.color_weight),
+            color_range: range_of(&mesh.colors),
             uv_scale: UvScale::of(mesh, &mesh.uvs),
             uv_1_scale: UvScale::of(mesh, &mesh.uvs_1),
             protects_seams: config.protect_uv_seams,
@@ -88,12 +91,7 @@ impl AttributeLayout {
                 rows.extend(tangent.truncate().normalize_or_zero().to_array());
             }
             if let Some(color) = mesh.colors.get(vertex) {
-                let usable = if color.is_finite() {
-                    *color
-                } else {
-                    Vec4::ZERO
-                };
-                rows.extend(usable.to_array());
+                rows.extend(usable_color(*color).to_array());
             }
         }
         rows
@@ -111,7 +109,7 @@ impl AttributeLayout {
     }
 
     /// Makes a row that the simplifier mixed an attribute of a surface again: normals and tangents of
-    /// unit length and at right angles, colours no less than black. What is beyond help is taken
+    /// unit length and at right angles, colours as dark and as bright as some of the source. What is beyond help is taken
     /// from `before`.
     pub(crate) fn mend(&self, row: &mut [f32], before: &[f32]) {
         if row.iter().any(|number| !number.is_finite()) {
@@ -130,20 +128,23 @@ impl AttributeLayout {
             tangent.unwrap_or(old).write_to_slice(&mut row[at..]);
         }
         if let Some(at) = self.color {
-            let color = Vec4::from_slice(&row[at..]).max(Vec4::ZERO);
-            color
-                .with_w(color.w.min(1.0))
-                .write_to_slice(&mut row[at..]);
+            let [least, greatest] = self.color_range;
+            let color = Vec4::from_slice(&row[at..]).clamp(least, greatest);
+            color.write_to_slice(&mut row[at..]);
         }
     }
 
-    /// Shifts the normal and the colour of a row.
-    pub(crate) fn shift(&self, row: &mut [f32], shift: &[f32]) {
+    /// Shifts the normal and scales the colour of a row, so that rows whose mean is `own_mean` have the mean
+    /// `wanted`. What is 0 stays so: colours may be weights of the wind, of which the foot of a blade has
+    /// none.
+    pub(crate) fn adapt(&self, row: &mut [f32], own_mean: &[f32], wanted: &[f32]) {
         let before = row.to_vec();
-        for (at, width) in [(self.normal, 3), (self.color, 4)] {
-            let numbers = at.map_or(0..0, |at| at..at + width);
-            for number in numbers {
-                row[number] += shift[number];
+        for number in self.normal.map_or(0..0, |at| at..at + 3) {
+            row[number] += wanted[number] - own_mean[number];
+        }
+        for number in self.color.map_or(0..0, |at| at..at + 4) {
+            if own_mean[number] > 0.0 {
+                row[number] *= wanted[number] / own_mean[number];
             }
         }
         self.mend(row, &before);
@@ -203,6 +204,18 @@ impl UvScale {
         };
         (uv.as_dvec2() * scale + self.center).as_vec2()
     }
+}
+
+fn usable_color(color: Vec4) -> Vec4 {
+    let usable = if color.is_finite() { color } else { Vec4::ZERO };
+    usable.max(Vec4::ZERO).with_w(usable.w.clamp(0.0, 1.0))
+}
+
+fn range_of(colors: &[Vec4]) -> [Vec4; 2] {
+    let usable = colors.iter().map(|&color| usable_color(color));
+    let bounds = usable.map(|color| [color; 2]);
+    let widest = bounds.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    widest.unwrap_or_default()
 }
 
 fn finite_or_zero(uv: Vec2) -> Vec2 {

@@ -25,8 +25,13 @@ const SIDE: usize = 160;
 const AIM: f32 = 0.98;
 /// Elements grow and shrink no more than this in a level, beyond what keeps their area.
 const MOST_GAIN: f32 = 1.6;
+/// A level is set right by no more than this.
+const MOST_SET_RIGHT: f32 = 2.5;
 /// A level that covers what is aimed at but for this share is left as it is.
 const NEAR: f32 = 0.003;
+/// How much of a card with a texture is opaque: as a rule a leaf is cut out of it. Cards count as transparent by the
+/// rest, so that those behind others count as well.
+const OPACITY_OF_CARDS: f32 = 0.5;
 /// How often a level is measured at most until it is right.
 const ATTEMPTS: usize = 4;
 
@@ -50,14 +55,15 @@ impl Coverage {
         };
         // Room for what elements grow.
         coverage.sphere.radius *= 1.25;
-        coverage.of_source = coverage.measure(corners, &vertices.positions);
+        coverage.of_source = coverage.measure(corners, &vertices.positions, vertices, |own| own);
         coverage
     }
 
     /// By how much elements should grow on the next level after this one.
     pub(crate) fn gain(&self, level: &[Cluster], vertices: &LevelVertices) -> f32 {
         let corners = level.iter().flat_map(|c| c.corners.iter().copied());
-        let covered = self.measure(&corners.collect::<Vec<_>>(), &vertices.positions);
+        let corners: Vec<u32> = corners.collect();
+        let covered = self.measure(&corners, &vertices.positions, vertices, |own| own);
         let share = AIM * self.of_source / covered.max(1.0);
         // Elements are only some of what is seen.
         (share * share).clamp(MOST_GAIN.recip(), MOST_GAIN)
@@ -75,13 +81,18 @@ impl Coverage {
         );
         let mut gain = 1.0f32;
         for _ in 0..ATTEMPTS {
-            let covered = self.measure(&simplified.corners, &simplified.positions);
+            let covered = self.measure(
+                &simplified.corners,
+                &simplified.positions,
+                task.vertices,
+                |own| task.piece.vertices[own as usize],
+            );
             let share = covered / self.of_source.max(1.0);
             if (AIM - NEAR..=1.0 + NEAR).contains(&share) {
                 break;
             }
             let wanted = share.clamp(AIM, 1.0) / share.max(f32::MIN_POSITIVE);
-            gain = (gain * wanted).clamp(MOST_GAIN.recip(), MOST_GAIN);
+            gain = (gain * wanted).clamp(MOST_SET_RIGHT.recip(), MOST_SET_RIGHT);
             for part in &parts {
                 let grown = task.grown(&before, part, gain);
                 for (own, position) in grown {
@@ -93,7 +104,14 @@ impl Coverage {
         }
     }
 
-    fn measure(&self, corners: &[u32], positions: &[[f32; 3]]) -> f32 {
+    /// Pixels that triangles cover; each of their vertices is or was one of `vertices`.
+    fn measure(
+        &self,
+        corners: &[u32],
+        positions: &[[f32; 3]],
+        vertices: &LevelVertices,
+        vertex_of: impl Fn(u32) -> u32,
+    ) -> f32 {
         let positions: Vec<Vec3> = positions.iter().copied().map(Vec3::from).collect();
         let model = Model {
             positions: &positions,
@@ -102,10 +120,16 @@ impl Coverage {
             sphere: self.sphere,
             exposure: 1.0,
         };
+        let has_uvs = vertices.layout.has_uvs();
+        let is_open = |&own: &u32| vertices.is_border[vertex_of(own) as usize];
+        let opacity = |triangle: &[u32; 3]| match has_uvs && triangle.iter().all(is_open) {
+            true => OPACITY_OF_CARDS,
+            false => 1.0,
+        };
         let (triangles, _) = corners.as_chunks();
         let views = (0..DIRECTIONS).map(|index| Viewpoint::around(index, DIRECTIONS));
         views
-            .map(|view| model.draw(triangles, &view, SIDE).covered())
+            .map(|view| model.covered(triangles, &view, SIDE, opacity))
             .sum()
     }
 }

@@ -87,7 +87,7 @@ impl Task<'_> {
         elements
     }
 
-    /// Scales and moves an element to have an area and a centroid, and shifts its colours and normals
+    /// Scales and moves an element to have an area and a centroid, and adapts its colours and normals
     /// to have a mean.
     pub(crate) fn fit(
         &self,
@@ -109,16 +109,15 @@ impl Task<'_> {
         let layout = &self.vertices.layout;
         let width = layout.width();
         let own_mean = self.mean_row(&simplified.rows, element);
-        let shift: Vec<f32> = own_mean
-            .iter()
-            .zip(mean)
-            .map(|(own, mean)| mean - own)
-            .collect();
         for own in element.vertices().into_iter().map(|own| own as usize) {
             let position = Vec3::from(simplified.positions[own]);
             let fitted = centroid + (position - element.centroid) * factor;
             simplified.positions[own] = fitted.to_array();
-            layout.shift(&mut simplified.rows[own * width..][..width], &shift);
+            layout.adapt(
+                &mut simplified.rows[own * width..][..width],
+                &own_mean,
+                mean,
+            );
             simplified.is_new[own] = true;
         }
         element.measure(&simplified.positions);

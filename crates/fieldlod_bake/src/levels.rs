@@ -52,6 +52,9 @@ pub(crate) fn build_levels(
         let parts = partition(pool, vertices, group_clusters);
         let is_whole = parts.len() == 1;
         let is_shared = shared_positions(&parts, vertices);
+        if is_whole && level == 0 {
+            coverage = Some(Coverage::of(&mesh.indices, vertices));
+        }
         let builder = Builder {
             vertices,
             config,
@@ -63,6 +66,7 @@ pub(crate) fn build_levels(
             area_gain,
             triangles: before,
             coverage: coverage.as_ref().filter(|_| is_whole),
+            has_aggregates: report.has_aggregates,
         };
         let built = parts.par_iter().map(|part| builder.build(part));
         let built: Vec<Option<Built>> = built.collect();
@@ -71,6 +75,7 @@ pub(crate) fn build_levels(
             built.is_some_and(|built| built.simplified.means == Means::Aggregate)
         };
         let has_aggregates = built.iter().any(of_aggregates);
+        report.has_aggregates |= has_aggregates;
         // In the order of the groups, so that the result is the same for any number of threads.
         pool = Vec::new();
         for (part, built) in parts.into_iter().zip(built) {
@@ -107,7 +112,6 @@ pub(crate) fn build_levels(
             };
         }
     }
-    report.has_aggregates = coverage.is_some();
     report.coarsest_triangles = triangle_count(&pool);
     groups.add_terminal(pool);
     (groups, report)
@@ -126,8 +130,10 @@ struct Builder<'a> {
     area_gain: f32,
     /// Of all groups of the level.
     triangles: usize,
-    /// What the level should cover, if it is one group of something like a plant.
+    /// What the level should cover, if it is one group.
     coverage: Option<&'a Coverage>,
+    /// Whether there were aggregates on finer levels.
+    has_aggregates: bool,
 }
 
 /// A group that was simplified.
@@ -171,7 +177,8 @@ impl Builder<'_> {
         // The best that does not turn over.
         let mut attempts = task.attempts();
         let (simplified, clusters, measured) = attempts.find_map(|mut simplified| {
-            if let Some(coverage) = self.coverage {
+            let is_plant = self.has_aggregates || simplified.means == Means::Aggregate;
+            if let Some(coverage) = self.coverage.filter(|_| is_plant) {
                 coverage.set_right(&task, &mut simplified);
             }
             let (positions, corners) = (&simplified.positions, &simplified.corners);

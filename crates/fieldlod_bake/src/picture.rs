@@ -2,7 +2,7 @@
 //!
 //! Orthographic, with a depth buffer, from any direction. The albedo is that of the vertices' colours,
 //! or gray, lit from above and from the eye. Both sides of a triangle are drawn. Textures and alpha are
-//! not known to a bake: every card is drawn whole.
+//! not known to a bake: every card is drawn whole, or as opaque all over as is likely.
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
@@ -78,15 +78,8 @@ impl Model<'_> {
         let nothing = Vec3::splat(BACKGROUND).extend(0.0);
         let mut pixels = vec![nothing; side * side];
         let mut nearness = vec![f32::NEG_INFINITY; side * side];
-        let scale = side as f32 * 0.5 / self.sphere.radius.max(f32::MIN_POSITIVE);
-        let middle = side as f32 * 0.5;
         for triangle in triangles {
-            let corners = triangle.map(|vertex| {
-                let p = self.positions[vertex as usize] - self.sphere.center;
-                let at = Vec2::new(p.dot(view.right), -p.dot(view.up)) * scale + middle;
-                at.extend(p.dot(view.eye))
-            });
-            let Some(raster) = Raster::of(corners, side) else {
+            let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
             let mut colors = None;
@@ -101,6 +94,38 @@ impl Model<'_> {
             });
         }
         Picture { side, pixels }
+    }
+
+    /// How many pixels of a square triangles cover together, each as opaque as told.
+    pub(crate) fn covered(
+        &self,
+        triangles: &[[u32; 3]],
+        view: &Viewpoint,
+        side: usize,
+        opacity: impl Fn(&[u32; 3]) -> f32,
+    ) -> f32 {
+        // What is seen through all of them.
+        let mut clear = vec![1.0f32; side * side];
+        for triangle in triangles {
+            let Some(raster) = self.raster(triangle, view, side) else {
+                continue;
+            };
+            let left = 1.0 - opacity(triangle);
+            raster.each_pixel(|index, _, _| clear[index] *= left);
+        }
+        clear.iter().map(|clear| 1.0 - clear).sum()
+    }
+
+    /// A triangle in a picture in which the sphere fills a square.
+    fn raster(&self, triangle: &[u32; 3], view: &Viewpoint, side: usize) -> Option<Raster> {
+        let middle = side as f32 * 0.5;
+        let scale = middle / self.sphere.radius.max(f32::MIN_POSITIVE);
+        let corners = triangle.map(|vertex| {
+            let p = self.positions[vertex as usize] - self.sphere.center;
+            let at = Vec2::new(p.dot(view.right), -p.dot(view.up)) * scale + middle;
+            at.extend(p.dot(view.eye))
+        });
+        Raster::of(corners, side)
     }
 
     /// The light that a vertex sends to the eye.
@@ -174,11 +199,6 @@ impl Raster {
 }
 
 impl Picture {
-    /// How many pixels are covered.
-    pub(crate) fn covered(&self) -> f32 {
-        self.pixels.iter().map(|pixel| pixel.w).sum()
-    }
-
     /// Half as large, each pixel the mean of four.
     pub(crate) fn halved(&self) -> Self {
         let side = self.side / 2;

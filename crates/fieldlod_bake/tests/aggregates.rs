@@ -5,7 +5,7 @@ mod common;
 use common::{open_edges, weld};
 use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
 use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 fn bake(mesh: &SourceMesh) -> Hierarchy {
     bake_mesh(mesh, &BakeConfig::default()).unwrap()
@@ -25,7 +25,15 @@ fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
 
 /// The share of sight rays through a ball of radius 1.2 that hit a triangle.
 fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> f32 {
-    const SIDE: usize = 48;
+    covered_by::<48>(hierarchy, triangles, |_| true)
+}
+
+/// The same, where a texture is opaque.
+fn covered_by<const SIDE: usize>(
+    hierarchy: &Hierarchy,
+    triangles: &[[u32; 3]],
+    is_opaque: impl Fn(Vec2) -> bool,
+) -> f32 {
     let mut hit = 0;
     for axis in [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.5, -0.62)] {
         let right = axis.any_orthonormal_vector();
@@ -36,14 +44,27 @@ fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> f32 {
                 let p = hierarchy.vertices.positions[vertex as usize];
                 [right, up].map(|along| (p.dot(along) / 1.2 + 1.0) * 0.5 * SIDE as f32)
             });
-            draw(corners, &mut picture);
+            let uvs = triangle.map(|v| hierarchy.vertices.uvs.get(v as usize).copied());
+            draw(corners, &mut picture, |shares| {
+                let parts = uvs.iter().zip(shares);
+                is_opaque(
+                    parts
+                        .map(|(uv, share)| uv.unwrap_or_default() * share)
+                        .sum(),
+                )
+            });
         }
         hit += picture.as_flattened().iter().filter(|hit| **hit).count();
     }
     hit as f32
 }
 
-fn draw<const N: usize>([a, b, c]: [[f32; 2]; 3], picture: &mut [[bool; N]; N]) {
+/// Marks pixels by the shares that the corners have there.
+fn draw<const N: usize>(
+    [a, b, c]: [[f32; 2]; 3],
+    picture: &mut [[bool; N]; N],
+    is_opaque: impl Fn([f32; 3]) -> bool,
+) {
     let range = |axis: usize| {
         let low = a[axis].min(b[axis]).min(c[axis]).max(0.0) as usize;
         let high = a[axis].max(b[axis]).max(c[axis]).max(0.0) as usize;
@@ -55,10 +76,11 @@ fn draw<const N: usize>([a, b, c]: [[f32; 2]; 3], picture: &mut [[bool; N]; N]) 
     for row in range(1) {
         for column in range(0) {
             let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
-            let sides = [side(a, b, x, y), side(b, c, x, y), side(c, a, x, y)];
+            let sides = [side(b, c, x, y), side(c, a, x, y), side(a, b, x, y)];
+            let area = sides.iter().sum::<f32>();
             let is_inside =
                 sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0);
-            picture[row][column] |= is_inside;
+            picture[row][column] |= is_inside && is_opaque(sides.map(|side| side / area));
         }
     }
 }
@@ -67,7 +89,8 @@ fn draw<const N: usize>([a, b, c]: [[f32; 2]; 3], picture: &mut [[bool; N]; N]) 
 fn levels_of_plants_keep_the_area_that_they_cover() {
     for (name, mesh) in [
         ("crown", fixtures::crown(3_000, 3)),
-        ("cards", fixtures::cards(3_000, 3)),
+        // Without texture coordinates nothing can be cut out of them.
+        ("cards", untextured(fixtures::cards(3_000, 3))),
     ] {
         let hierarchy = bake(&mesh);
         let levels = levels(&hierarchy);
@@ -77,6 +100,34 @@ fn levels_of_plants_keep_the_area_that_they_cover() {
             println!("{name}, {} triangles: {share:.3}", triangles.len());
             let least = if triangles.len() > 100 { 0.95 } else { 0.89 };
             assert!(share > least && share < 1.05, "{name}: {share}");
+        }
+    }
+}
+
+fn untextured(mesh: SourceMesh) -> SourceMesh {
+    SourceMesh {
+        uvs: Vec::new(),
+        ..mesh
+    }
+}
+
+/// Leaves cut out of cards by a texture, in dense crowns and in sparse ones: what the texture leaves of each level.
+#[test]
+fn levels_of_cards_keep_the_area_that_their_texture_leaves() {
+    let leaf = |uv: Vec2| ((uv - 0.5) * Vec2::new(3.0, 2.0)).length_squared() < 1.0;
+    for count in [300, 3_000, 8_000] {
+        let hierarchy = bake(&fixtures::cards(count, 3));
+        let levels = levels(&hierarchy);
+        let source = covered_by::<160>(&hierarchy, &levels[0], leaf);
+        for triangles in &levels {
+            let share = covered_by::<160>(&hierarchy, triangles, leaf) / source;
+            println!("{count} cards, {} triangles: {share:.3}", triangles.len());
+            let least = match triangles.len() {
+                ..25 => 0.75,
+                25..=100 => 0.9,
+                _ => 0.92,
+            };
+            assert!(share > least && share < 1.1, "{count}: {share}");
         }
     }
 }
@@ -143,4 +194,97 @@ fn vertices_of_elements_stay_finite() {
     let hierarchy = bake(&mesh);
     assert_eq!(hierarchy.validate(), Ok(()));
     assert!(hierarchy.vertices.normals.iter().all(|n| n.is_finite()));
+}
+
+/// Bent blades of ten triangles on a meadow. Red is how much the wind moves a vertex: nothing at the foot, and most at
+/// the tip, of each blade more or less; green tells when.
+fn blades(count: u32) -> SourceMesh {
+    const JOINTS: u32 = 5;
+    let mut mesh = SourceMesh::default();
+    let mut random = Random::new(11);
+    for _ in 0..count {
+        let first = mesh.positions.len() as u32;
+        let foot = Vec3::new(random.unit(), 0.0, random.unit());
+        let lean = random.vector().with_y(0.0) * 0.15;
+        let across = Vec3::Y.cross(random.vector()).normalize_or(Vec3::X) * 0.01;
+        let (sway, phase) = (0.3 + 0.6 * random.unit(), random.unit());
+        for joint in 0..=JOINTS {
+            let up = joint as f32 / JOINTS as f32;
+            let middle = foot + Vec3::Y * 0.3 * up + lean * up * up;
+            let half = across * (1.0 - 0.8 * up);
+            mesh.positions.extend([middle - half, middle + half]);
+            mesh.normals.extend([across.cross(Vec3::Y).normalize(); 2]);
+            mesh.colors
+                .extend([Vec4::new(sway * up * up, phase, 0.0, 1.0); 2]);
+        }
+        for joint in 0..JOINTS {
+            let corner = first + 2 * joint;
+            let corners = [0, 1, 2, 2, 1, 3];
+            mesh.indices
+                .extend(corners.map(|of_joint| corner + of_joint));
+        }
+    }
+    mesh
+}
+
+#[test]
+fn colours_serve_as_weights_of_the_wind_at_every_level() {
+    let mesh = blades(400);
+    let hierarchy = bake(&mesh);
+    let vertices = &hierarchy.vertices;
+    let most = |colors: &[Vec4]| colors.iter().copied().fold(Vec4::ZERO, Vec4::max);
+    let (of_source, of_all) = (most(&mesh.colors), most(&vertices.colors));
+    assert!(of_all.cmple(of_source).all(), "{of_all} > {of_source}");
+    assert!(
+        vertices
+            .colors
+            .iter()
+            .all(|c| c.min_element() >= 0.0 && c.w == 1.0)
+    );
+    let levels = levels(&hierarchy);
+    assert!(levels.len() > 5);
+    for triangles in &levels {
+        let blades = components(triangles, vertices.positions.len());
+        let height = |vertex: &u32| vertices.positions[*vertex as usize].y;
+        let sway = |vertex: &u32| vertices.colors[*vertex as usize].x;
+        let (mut most_of_feet, mut tips) = (0.0f32, 0.0);
+        for blade in &blades {
+            let lowest = blade.iter().map(height).fold(f32::MAX, f32::min);
+            let feet = blade.iter().filter(|v| height(v) <= lowest);
+            most_of_feet = most_of_feet.max(feet.map(sway).fold(f32::MAX, f32::min));
+            tips += blade.iter().map(sway).fold(0.0, f32::max);
+        }
+        let mean_of_tips = tips / blades.len() as f32;
+        println!(
+            "{} triangles: feet {most_of_feet}, tips {mean_of_tips}",
+            triangles.len()
+        );
+        // What is left in the end are a few blades that stand for all.
+        let most = if triangles.len() > 20 { 0.0 } else { 0.1 };
+        assert!(most_of_feet <= most, "{}: {most_of_feet}", triangles.len());
+        assert!(mean_of_tips > 0.3, "{}: {mean_of_tips}", triangles.len());
+    }
+}
+
+/// The vertices of each connected component.
+fn components(triangles: &[[u32; 3]], vertex_count: usize) -> Vec<Vec<u32>> {
+    let mut leads_to: Vec<usize> = (0..vertex_count).collect();
+    let root = |leads_to: &[usize], mut vertex: usize| {
+        while leads_to[vertex] != vertex {
+            vertex = leads_to[vertex];
+        }
+        vertex
+    };
+    for [a, b, c] in triangles {
+        for other in [b, c] {
+            let roots = [a, other].map(|v| root(&leads_to, *v as usize));
+            leads_to[roots[0]] = roots[1];
+        }
+    }
+    let mut found = std::collections::BTreeMap::<usize, Vec<u32>>::new();
+    for &vertex in triangles.as_flattened() {
+        let component = root(&leads_to, vertex as usize);
+        found.entry(component).or_default().push(vertex);
+    }
+    found.into_values().collect()
 }

@@ -89,6 +89,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["offscreen", "headless"])]
     pub(crate) measure: Option<PathBuf>,
 
+    /// Frames of selection alone before each one that is measured, at 60 a second of the walk there; 0 measures each
+    /// for itself
+    #[cfg(feature = "lab")]
+    #[arg(long, value_name = "N", default_value_t = 90, requires = "measure")]
+    pub(crate) approach: u32,
+
     /// Split the picture: levels of detail on the left, full detail on the right.
     #[arg(long)]
     pub(crate) split: bool,

@@ -12,10 +12,12 @@ use fieldlod_lab::scenes::{Options, World, measure, table};
 
 use crate::args::Args;
 use crate::layout;
-use crate::path::CameraPath;
+use crate::path::{CameraPath, DURATION_IN_S};
 use crate::quality::Quality;
 use crate::scene::lod_kind;
 use crate::shapes::{self, Shape};
+
+const FRAMES_PER_SECOND: f32 = 60.0;
 
 /// Measures the frames of the path, writes figures into a folder and prints them.
 pub(crate) fn run(args: &Args, quality: &Quality, folder: &Path) -> Result<(), String> {
@@ -36,9 +38,16 @@ pub(crate) fn run(args: &Args, quality: &Quality, folder: &Path) -> Result<(), S
     let path = CameraPath::new();
     let size_px: Vec2 = quality.size_in_px.as_vec2();
     for (_, round) in args.frames(quality.frames)? {
-        let pose = path.pose(round);
-        let eye = Eye::perspective(pose.fov_in_rad.to_degrees(), size_px, 0.1);
-        world.look(eye.looking_at(pose.eye, pose.target));
+        let eye_at = |round: f32| {
+            let pose = path.pose(round.rem_euclid(1.0));
+            let eye = Eye::perspective(pose.fov_in_rad.to_degrees(), size_px, 0.1);
+            eye.looking_at(pose.eye, pose.target)
+        };
+        let before = |frames: u32| frames as f32 / (FRAMES_PER_SECOND * DURATION_IN_S);
+        let approach = (1..=args.approach)
+            .rev()
+            .map(|frames| eye_at(round - before(frames)));
+        world.look_after(approach.collect(), eye_at(round));
     }
     // Pictures and figures.
     let renderer = Renderer::new().map_err(|fault| fault.to_string())?;

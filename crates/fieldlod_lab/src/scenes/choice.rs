@@ -83,6 +83,9 @@ pub(super) fn by_selector(
     settings: &LodSettings,
 ) -> (UnitsOfAll, Duration) {
     let mut selector = Selector::default();
+    for eye in frame.approach {
+        selector.select(&world.scene, &eye.view(), settings);
+    }
     let start = Instant::now();
     selector.select(&world.scene, &frame.eye.view(), settings);
     let elapsed = start.elapsed();

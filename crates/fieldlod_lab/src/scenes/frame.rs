@@ -36,6 +36,8 @@ pub(super) struct Measured {
 pub(super) struct Frame<'a> {
     stage: &'a Stage<'a>,
     pub(super) eye: &'a Eye,
+    /// What the eye saw before.
+    pub(super) approach: &'a [Eye],
     pub(super) views: Vec<ObjectView<'a>>,
     reference: Picture,
     limits: Option<Limits>,
@@ -93,6 +95,7 @@ impl<'a> Frame<'a> {
     pub(super) fn new(
         stage: &'a Stage,
         eye: &'a Eye,
+        approach: &'a [Eye],
         with_limits: bool,
     ) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
@@ -109,6 +112,7 @@ impl<'a> Frame<'a> {
             limits: with_limits.then(limits).transpose()?,
             stage,
             eye,
+            approach,
             views,
             reference,
         })

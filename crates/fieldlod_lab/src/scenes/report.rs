@@ -50,8 +50,8 @@ pub struct WorldResult {
     /// Pixels of a frame that change if what is hidden is drawn at its coarsest, at the same threshold: by
     /// the buffer, and by the picture of full detail, where limits were asked for. The worst frame.
     pub pixels_changed: [Option<usize>; 2],
-    /// Times of selecting a frame from scratch, without and with visible flux: means over the frames, in
-    /// milliseconds.
+    /// Times of selecting a frame, from scratch if it has no approach, without and with visible flux: means over the
+    /// frames, in milliseconds.
     pub selection_ms: [f64; 2],
     /// Mean triangles and points in the depth image.
     pub occluders: [f64; 2],
@@ -69,8 +69,8 @@ pub fn measure(
 ) -> Result<WorldResult, ChartError> {
     make_folder(folder)?;
     let stage = Stage::new(renderer, world, options.shadows);
-    let new = |eye| Frame::new(&stage, eye, options.limits);
-    let frames = world.eyes.iter().map(new);
+    let eyes = world.eyes.iter().zip(&world.approaches);
+    let frames = eyes.map(|(eye, approach)| Frame::new(&stage, eye, approach, options.limits));
     let frames = frames.collect::<Result<Vec<Frame>, RenderError>>()?;
     let methods: Vec<Visibility> = if options.shadows {
         let shares = CASTER_SHARES.into_iter();
@@ -79,10 +79,11 @@ pub fn measure(
             .collect()
     } else {
         let least_share = VisibleFlux::default().least_share;
-        let mut methods = vec![
-            Visibility::Buffer { least_share },
-            Visibility::HiddenInBuffer,
-        ];
+        let mut methods = vec![Visibility::Buffer { least_share }];
+        // That knows nothing of what was drawn before.
+        if world.approaches.iter().all(Vec::is_empty) {
+            methods.push(Visibility::HiddenInBuffer);
+        }
         if options.limits {
             methods.extend([
                 Visibility::Picture,
@@ -218,7 +219,7 @@ pub fn table(result: &WorldResult) -> String {
     let _ = writeln!(
         text,
         "\nPixels of the worst frame that change if only what is hidden is drawn at its coarsest: {by_buffer} by \
-         the buffer, {by_picture} by the picture. Selecting a frame from scratch takes {without:.2} ms, {with:.2} ms \
+         the buffer, {by_picture} by the picture. Selecting a frame takes {without:.2} ms, {with:.2} ms \
          with visible flux; its depth image has {triangles:.0} triangles and {points:.0} points.\n"
     );
     text

@@ -20,6 +20,8 @@ pub struct World {
     pub(super) instances: Vec<(usize, Instance)>,
     /// One for each frame.
     pub(super) eyes: Vec<Eye>,
+    /// What each of them saw before, in frames of selection alone.
+    pub(super) approaches: Vec<Vec<Eye>>,
     /// As selection knows the instances, in the same order.
     pub(super) scene: Scene,
     pub(super) ids: Vec<InstanceId>,
@@ -35,6 +37,7 @@ impl World {
             mesh_ids: Vec::new(),
             instances: Vec::new(),
             eyes: Vec::new(),
+            approaches: Vec::new(),
             scene: Scene::default(),
             ids: Vec::new(),
         }
@@ -67,8 +70,14 @@ impl World {
         self.instances.push((mesh, Instance::at(world_from_local)));
     }
 
-    /// Adds a frame as an eye sees it.
+    /// Adds a frame as an eye sees it that was nowhere before.
     pub fn look(&mut self, eye: Eye) {
+        self.look_after(Vec::new(), eye);
+    }
+
+    /// Adds a frame as an eye sees it after the frames of its way there, in which cuts are selected only.
+    pub fn look_after(&mut self, approach: Vec<Eye>, eye: Eye) {
+        self.approaches.push(approach);
         self.eyes.push(eye);
     }
 

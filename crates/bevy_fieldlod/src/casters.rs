@@ -10,12 +10,12 @@ use bevy::camera::visibility::RenderLayers;
 use bevy::light::{Cascades, NotShadowCaster, SimulationLightSystems};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
+use bevy::render::sync_world::MainEntity;
 use bevy::render::view::RetainedViewEntity;
 use fieldlod_select::InstanceId;
 
 use crate::draw_records::DrawRecords;
 use crate::gpu_culling::GpuCulling;
-use crate::list_changes::ListChange;
 use crate::lod_mesh::LodObject;
 use crate::lod_scene::{LodInstance, LodScene};
 use crate::settings::FieldLodSettings;
@@ -41,6 +41,19 @@ struct Cascade {
     drawn: HashMap<u32, Caster>,
     /// What came, with `true`, and went since the render world was last told.
     changed: Vec<(Caster, bool)>,
+}
+
+/// What changed in what cascades draw otherwise than their cameras.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum CasterChange {
+    /// A cascade begins or ends to draw an entity otherwise: a unit there alone, an object not there.
+    Mark {
+        cascade: RetainedViewEntity,
+        entity: MainEntity,
+        is_marked: bool,
+    },
+    /// A cascade is gone.
+    RemoveCascade(RetainedViewEntity),
 }
 
 /// A unit that casts the shadow of a whole mesh.
@@ -162,14 +175,14 @@ impl CascadeCasters {
         }
     }
 
-    /// Notes what changed for the render world; `placed` are records of units that got an entity.
-    pub(crate) fn note_changes(
+    /// What changed, for the render world; `placed` are records of units that got an entity.
+    pub(crate) fn take_changes(
         &mut self,
         records: &DrawRecords,
         placed: &[(u32, Entity)],
-        changes: &mut Vec<ListChange>,
-    ) {
-        changes.extend(self.removed.drain(..).map(ListChange::RemoveCascade));
+    ) -> Vec<CasterChange> {
+        let removed = self.removed.drain(..);
+        let mut changes: Vec<CasterChange> = removed.map(CasterChange::RemoveCascade).collect();
         for (&cascade, casters) in &mut self.cascades {
             let came = placed.iter().filter_map(|&(record, _)| {
                 let caster = casters.drawn.get(&records.unit(record)?.0)?;
@@ -179,15 +192,15 @@ impl CascadeCasters {
                 let unit = records.entity(caster.record);
                 // The object casts its shadow until the unit is there.
                 let object = (unit.is_some() || !is_marked).then_some(caster.object);
-                changes.extend(unit.into_iter().chain(object).map(|entity| {
-                    ListChange::MarkCaster {
-                        cascade,
-                        entity: entity.into(),
-                        is_marked,
-                    }
+                let entities = unit.into_iter().chain(object);
+                changes.extend(entities.map(|entity| CasterChange::Mark {
+                    cascade,
+                    entity: entity.into(),
+                    is_marked,
                 }));
             }
         }
+        changes
     }
 }
 

@@ -22,6 +22,7 @@ use bevy::render::view::{
 };
 use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
+use crate::casters::CasterChange;
 use crate::list_changes::{ListChange, ListChanges};
 
 /// Which views draw what.
@@ -89,16 +90,16 @@ impl ListedEntities {
                 mark(self.marked.entry(view).or_default(), entity, is_marked);
                 self.changed.push(entity);
             }
-            ListChange::MarkCaster {
+            ListChange::Caster(CasterChange::Mark {
                 cascade,
                 entity,
                 is_marked,
-            } => {
+            }) => {
                 let marked = self.marked_casters.entry(cascade).or_default();
                 mark(marked, entity, is_marked);
                 self.changed.push(entity);
             }
-            ListChange::RemoveCascade(cascade) => {
+            ListChange::Caster(CasterChange::RemoveCascade(cascade)) => {
                 let marked = self.marked_casters.remove(&cascade);
                 self.changed.extend(marked.into_iter().flatten());
             }

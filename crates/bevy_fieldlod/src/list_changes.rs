@@ -8,9 +8,8 @@ use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::sync_world::MainEntity;
-use bevy::render::view::RetainedViewEntity;
 
-use crate::casters::CascadeCasters;
+use crate::casters::{CascadeCasters, CasterChange};
 use crate::filter::{ShadowCasters, shared_shadow_cut};
 use crate::lod_scene::LodScene;
 use crate::systems::FieldLodSystems;
@@ -29,14 +28,8 @@ pub(crate) enum ListChange {
         entity: MainEntity,
         is_marked: bool,
     },
-    /// A cascade begins or ends to draw an entity otherwise than its camera: only there, or not there.
-    MarkCaster {
-        cascade: RetainedViewEntity,
-        entity: MainEntity,
-        is_marked: bool,
-    },
-    /// A cascade is gone.
-    RemoveCascade(RetainedViewEntity),
+    /// A cascade draws something otherwise than its camera, or does no longer.
+    Caster(CasterChange),
     /// An entity is on other layers, or casts shadows no longer or again.
     Touch(MainEntity),
     /// A view is gone.
@@ -124,9 +117,9 @@ fn note_changes(
         let sources = sources.into_iter().flatten();
         all.extend(sources.map(|entity| mark(entity, sees_sources)));
     }
-    casters
-        .bypass_change_detection()
-        .note_changes(&scene.records, &placed, &mut all);
+    let casters = casters.bypass_change_detection();
+    let casters = casters.take_changes(&scene.records, &placed);
+    all.extend(casters.into_iter().map(ListChange::Caster));
     if !all.is_empty() {
         changes.extend(all);
     }

@@ -86,6 +86,10 @@ mod triangles_4;
 mod verify;
 mod vertices;
 
+/// Counts changes of what the same mesh and configuration are baked to within a version: whoever keeps bakes knows by
+/// it which are out of date.
+pub const REVISION: u32 = 1;
+
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]
 pub use clusterlod::bare_clusterlod;

@@ -49,6 +49,7 @@ fn entry_name(source: &SourceArrays, config: &BakeConfig) -> String {
     // Another version may bake differently, or write another format.
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&FORMAT_VERSION.to_le_bytes());
+    hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
     hasher.update(format!("{config:?}").as_bytes());
     let mesh = source.vertices.source_hash(&source.indices);
     hasher.update(&mesh.0.to_le_bytes());

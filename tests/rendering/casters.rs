@@ -178,6 +178,14 @@ fn shadows_keep_up_with_what_casts_them() {
     assert!(full >= drawn && cascades == [full; CASCADES]);
     noon.with_shadow_error(2.0);
     assert_eq!(noon.triangles()[CASCADES], far);
+    // What casts none has none in any cascade, until it does again.
+    noon.stage.insert(noon.prop, NotShadowCaster);
+    noon.stage.app.update();
+    assert_eq!(noon.triangles(), [drawn, 0, 0, 0]);
+    let mut prop = noon.stage.app.world_mut().entity_mut(noon.prop);
+    prop.remove::<NotShadowCaster>();
+    noon.stage.app.update();
+    assert_eq!(noon.triangles()[CASCADES], far);
     // So do they with the sun.
     noon.stage.insert(noon.sun, Visibility::Hidden);
     noon.stage.app.update();

@@ -70,6 +70,10 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) visible_flux: bool,
 
+    /// Let the GPU leave out what is wholly hidden, after a prepass of depths, as Bevy's `OcclusionCulling` does
+    #[arg(long)]
+    pub(crate) occlusion_culling: bool,
+
     /// How much errors count of what only casts shadows: from 0, its coarsest level, to 1, as what is seen.
     #[arg(long, value_name = "SHARE", value_parser = parse_shadow_bias)]
     pub(crate) shadow_bias: Option<f32>,

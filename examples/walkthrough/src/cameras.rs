@@ -1,8 +1,10 @@
 //! The camera, and its twin for the split screen.
 
 use bevy::camera::{RenderTarget, ShadowLodOrigin, Viewport};
+use bevy::core_pipeline::prepass::DepthPrepass;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
+use bevy::render::occlusion_culling::OcclusionCulling;
 use bevy_fieldlod::prelude::*;
 
 use crate::quality::Quality;
@@ -28,6 +30,8 @@ pub(crate) struct ViewOptions {
     pub(crate) offscreen_margin: f32,
     /// Whether errors count by how much of a thing nothing hides.
     pub(crate) visible_flux: bool,
+    /// Whether the GPU leaves out what is wholly hidden.
+    pub(crate) occlusion_culling: bool,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
     /// Whether everything is drawn as Bevy draws it without the plugin.
@@ -60,7 +64,12 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
     }
 }
 
-fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
+fn spawn(
+    mut commands: Commands,
+    target: Res<CameraTarget>,
+    quality: Res<Quality>,
+    options: Res<ViewOptions>,
+) {
     // The camera of pictures is off until it is placed: meanwhile baking gets the processor.
     let is_active = matches!(target.0, RenderTarget::Window(_));
     let lod = FieldLodSettings::default();
@@ -69,7 +78,10 @@ fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality
         ..lod
     };
     let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);
-    commands.spawn((camera(0, is_active, &target, &quality), main));
+    let mut main = commands.spawn((camera(0, is_active, &target, &quality), main));
+    if options.occlusion_culling {
+        main.insert((DepthPrepass, OcclusionCulling));
+    }
     let twin = (FullDetailCamera, full_detail);
     commands.spawn((camera(1, false, &target, &quality), twin));
 }

@@ -82,6 +82,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
                 .unwrap_or(defaults.shadow_error_texels),
             offscreen_margin: args.offscreen_margin.unwrap_or(defaults.offscreen_margin),
             visible_flux: args.visible_flux,
+            occlusion_culling: args.occlusion_culling,
             split: args.split,
             plain: args.plain,
             night: args.night,

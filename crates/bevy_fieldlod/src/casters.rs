@@ -17,7 +17,7 @@ use fieldlod_select::InstanceId;
 use crate::draw_records::DrawRecords;
 use crate::gpu_culling::GpuCulling;
 use crate::lod_mesh::LodObject;
-use crate::lod_scene::{LodInstance, LodScene};
+use crate::lod_scene::{LodInstance, LodScene, largest_scale};
 use crate::settings::FieldLodSettings;
 use crate::systems::FieldLodSystems;
 use crate::view_cut::{ViewCut, ViewState, layer_bits};
@@ -114,13 +114,13 @@ fn choose_casters(
     for one in wanted {
         let cascade = casters.cascades.entry(one.key).or_default();
         // While a lens zooms, not all are chosen anew in every frame.
-        let change = one.largest_error_in_world / cascade.largest_error_in_world;
-        if (0.8..1.25).contains(&change) {
+        let (now, before) = (one.largest_error_in_world, cascade.largest_error_in_world);
+        if now == before || (0.8..1.25).contains(&(now / before)) {
             for &index in &changed {
                 cascade.choose(index, scene, one.cut, &objects);
             }
         } else {
-            cascade.largest_error_in_world = one.largest_error_in_world;
+            cascade.largest_error_in_world = now;
             for index in scene.indices() {
                 cascade.choose(index, scene, one.cut, &objects);
             }
@@ -264,8 +264,7 @@ impl Cascade {
             return None;
         }
         let world_from_local = scene.scene.placement(instance.id);
-        let [x, y, z] = [0, 1, 2].map(|axis| world_from_local.matrix3.col(axis).length());
-        let scale = x.max(y).max(z) * object.auto_lod.bias;
+        let scale = largest_scale(&world_from_local) * object.auto_lod.bias;
         let errs_less = |level: &u32| {
             pieces[*level as usize].error_in_local * scale <= self.largest_error_in_world
         };

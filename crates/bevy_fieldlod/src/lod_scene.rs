@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bevy::ecs::entity::EntityHashMap;
+use bevy::math::Affine3A;
 use bevy::prelude::*;
 use fieldlod_select::{InstanceId, Scene};
 
@@ -91,6 +92,12 @@ impl LodInstance {
     }
 }
 
+/// How much larger an instance is along the axis along which it is scaled most.
+pub(crate) fn largest_scale(world_from_local: &Affine3A) -> f32 {
+    let axis = |index: usize| world_from_local.matrix3.col(index).length();
+    axis(0).max(axis(1)).max(axis(2))
+}
+
 impl LodScene {
     /// Frees a mesh as soon as no instance uses it.
     pub(crate) fn retire(&mut self, mesh: Arc<LodMesh>) {
@@ -109,8 +116,13 @@ impl LodScene {
         self.revision += 1;
         // One that is known has only moved.
         if let Some(&id) = self.instance_of.get(&entity) {
+            let before = largest_scale(&self.scene.placement(id));
+            let now = largest_scale(&transform.affine());
             self.scene.set_placement(id, transform.affine());
-            self.choose_casters_of(id);
+            // Turning leaves some rounding.
+            if (now - before).abs() > 1e-5 * before {
+                self.choose_casters_of(id);
+            }
             return;
         }
         // A new entity starts at its finest level, or without any unit.

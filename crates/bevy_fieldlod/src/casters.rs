@@ -2,9 +2,9 @@
 //! draws.
 //!
 //! The shadow maps of a sun, one for each cascade, reach far around the camera, so that what stands near it is drawn
-//! again in maps whose texels are hundreds of times its pixels. Where a level errs by a texel at most, and saves enough
-//! triangles, that level casts the shadow: a unit, which only the cascade draws, and in which the object itself
-//! is not drawn.
+//! again in maps whose texels are much larger than its details. Where a level errs by no more texels than
+//! [`FieldLodSettings::shadow_error_texels`], and saves enough triangles, that level casts the shadow: a unit, which
+//! cascades alone draw, in place of the object.
 
 use bevy::camera::visibility::RenderLayers;
 use bevy::light::{Cascades, NotShadowCaster, SimulationLightSystems};

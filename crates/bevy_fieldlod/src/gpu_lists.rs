@@ -2,7 +2,8 @@
 //!
 //! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. Here the sources of units
 //! and the units themselves are taken out of the lists of views that do not draw them, and put back as
-//! cuts change. Shadow views have the lists of the camera that they are for. Views that come later than an
+//! cuts change. Shadow views have the lists of the camera that they are for, but for
+//! what casts shadows in a cascade alone, or not there. Views that come later than an
 //! entity, or change their layers, get their lists anew: Bevy adds only what has changed, and takes a view without
 //! layers for one that sees them all.
 

@@ -69,7 +69,7 @@ pub struct FieldLodSettings {
     pub shadow_bias: f32,
     /// The largest error of what casts shadows of a sun, in texels of the cascade. What is seen casts the shadow of what
     /// is drawn, or it would shade itself; but where a prop's coarser level errs by less than this, so that the bias
-    /// against that hides it, the coarser level is drawn into the shadow map. 0 draws the same level everywhere.
+    /// against that hides it, the coarser level is drawn into the shadow map. 0 or less draws the same level everywhere.
     /// Only where the GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
     pub shadow_error_texels: f32,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it

@@ -13,6 +13,7 @@ use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
 use rayon::prelude::*;
 
 use crate::picture::{Model, Picture, Viewpoint, exposure_of};
+use crate::surface::Surface;
 
 /// From how many directions a mesh is seen.
 const DIRECTIONS: usize = 12;
@@ -33,13 +34,13 @@ const MOST_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels of a mesh that may be drawn as a whole, and states in each group how the level
 /// looks that it is simplified to.
-pub(crate) fn measure_levels(hierarchy: &mut Hierarchy) {
+pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surface: Option<&Surface>) {
     if hierarchy.source_vertex_count > MOST_VERTICES {
         return;
     }
     let cuts = hierarchy.whole_mesh_cuts();
     let radius = sphere_of(hierarchy).radius;
-    let differences = differences(hierarchy, &cuts);
+    let differences = differences(hierarchy, &cuts, surface);
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
     for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
         let good_until_px = good_until(by_size);
@@ -72,7 +73,11 @@ struct Squares {
 
 /// How each cut but the first differs from that, relative to the first one's detail, as a root mean
 /// square over all directions, at each size, the largest first.
-fn differences(hierarchy: &Hierarchy, cuts: &[WholeMeshCut]) -> Vec<[f32; SIZES]> {
+fn differences(
+    hierarchy: &Hierarchy,
+    cuts: &[WholeMeshCut],
+    surface: Option<&Surface>,
+) -> Vec<[f32; SIZES]> {
     let Some((source, levels)) = cuts.split_first() else {
         return Vec::new();
     };
@@ -82,8 +87,16 @@ fn differences(hierarchy: &Hierarchy, cuts: &[WholeMeshCut]) -> Vec<[f32; SIZES]
         positions: &vertices.positions,
         normals: &vertices.normals,
         colors: &vertices.colors,
+        surface,
+        uvs: match surface.and_then(Surface::mapping) {
+            Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
+            _ => &vertices.uvs,
+        },
         sphere: sphere_of(hierarchy),
-        exposure: exposure_of(source_colors.take(hierarchy.source_vertex_count as usize)),
+        exposure: exposure_of(
+            source_colors.take(hierarchy.source_vertex_count as usize),
+            surface,
+        ),
     };
     let side = (2.0 * LARGEST_PX) as usize * SAMPLES;
     let views = (0..DIRECTIONS).into_par_iter();
@@ -167,7 +180,11 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let cuts = hierarchy.whole_mesh_cuts();
             let radius = sphere_of(&hierarchy).radius;
-            for (cut, by_size) in cuts.iter().skip(1).zip(differences(&hierarchy, &cuts)) {
+            for (cut, by_size) in cuts
+                .iter()
+                .skip(1)
+                .zip(differences(&hierarchy, &cuts, None))
+            {
                 let error = hierarchy.largest_below(cut.group_level, |g| g.error_in_local);
                 let at_1_px = radius / (error * FACING_ALL_WAYS);
                 let size = (LARGEST_PX / at_1_px).log2();

@@ -74,6 +74,15 @@ impl AttributeLayout {
         self.uv.is_some() || self.uv_1.is_some()
     }
 
+    /// The texture coordinates of a row; of the second set, if `second`.
+    pub(crate) fn uv_of(&self, row: &[f32], second: bool) -> Option<Vec2> {
+        let (at, scale) = match second {
+            true => (self.uv_1?, self.uv_1_scale),
+            false => (self.uv?, self.uv_scale),
+        };
+        Some(scale.unscaled(Vec2::from_slice(&row[at..])))
+    }
+
     /// The rows of the vertices of `mesh`.
     pub(crate) fn rows_of(&self, mesh: &SourceMesh) -> Vec<f32> {
         let mut rows = Vec::with_capacity(mesh.positions.len() * self.width());

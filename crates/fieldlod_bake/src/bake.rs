@@ -49,7 +49,10 @@ pub(crate) fn bake_mesh_with_progress(
     // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
     // by their errors, by which that is calibrated.
     if config.measure_appearance && report.has_aggregates {
-        measure_levels(&mut hierarchy);
+        measure_levels(
+            &mut hierarchy,
+            mesh.usable_surface().map(|surface| &**surface),
+        );
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))

@@ -2,7 +2,7 @@
 //!
 //! Closed ones ([`icosphere`], [`rock`], [`torus_knot`], [`shells`]) have every edge shared by two
 //! triangles once vertices at one place count as one; open ones ([`height_field`], [`islands`])
-//! have a border; plants ([`crown`], [`cards`]) have many leaves; degenerate ones test that a bake survives what files contain.
+//! have a border; plants ([`crown`], [`cards`], which [`cut_out`] cuts leaves out of) have many leaves; degenerate ones test that a bake survives what files contain.
 
 mod closed;
 mod degenerate;
@@ -12,7 +12,7 @@ mod plants;
 pub use closed::{icosphere, rock, shells, torus_knot};
 pub use degenerate::{coincident_points, doubled, flat_shaded, non_manifold_fan, one_triangle};
 pub use open::{height_field, islands, plane};
-pub use plants::{cards, crown};
+pub use plants::{cards, crown, cut_out};
 
 use glam::Vec3;
 

@@ -1,6 +1,8 @@
 //! The levels: clusters are gathered in groups, each group is simplified, and what is left is split
 //! into clusters again, until a dozen triangles are left.
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
 
 use crate::clusters::{
@@ -8,7 +10,7 @@ use crate::clusters::{
     triangle_count,
 };
 use crate::config::BakeConfig;
-use crate::coverage::Coverage;
+use crate::coverage::{Coverage, Drawn};
 use crate::deviation::{Measured, Ruler};
 use crate::groups::Groups;
 use crate::mesh::SourceMesh;
@@ -22,6 +24,8 @@ const FEWEST_TRIANGLES: usize = 12;
 const MOST_TURNED: f32 = 0.003;
 /// By how much groups grow where nothing gets on.
 const GROWTH: usize = 4;
+/// A level whose elements lack less than this share of their area is left as it is.
+const HARDLY_LACKING: f32 = 0.02;
 /// A level that keeps more than this share of the triangles hardly gets on.
 const HARDLY: f32 = 0.98;
 
@@ -44,7 +48,7 @@ pub(crate) fn build_levels(
     let mut report = BakeReport::default();
     let mut group_clusters = config.group_clusters;
     let mut level = 0;
-    let mut coverage: Option<Coverage> = None;
+    let coverage = OnceCell::new();
     let mut area_gain = 1.0;
     while triangle_count(&pool) > FEWEST_TRIANGLES {
         let before = triangle_count(&pool);
@@ -53,9 +57,9 @@ pub(crate) fn build_levels(
         let is_whole = parts.len() == 1;
         let is_shared = shared_positions(&parts, vertices);
         if is_whole && level == 0 {
-            coverage = Some(Coverage::of(&mesh.indices, vertices));
+            coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
         }
-        let builder = Builder {
+        let mut builder = Builder {
             vertices,
             config,
             ruler: &ruler,
@@ -65,16 +69,20 @@ pub(crate) fn build_levels(
             level,
             area_gain,
             triangles: before,
-            coverage: coverage.as_ref().filter(|_| is_whole),
+            coverage: coverage.get().filter(|_| is_whole),
             has_aggregates: report.has_aggregates,
         };
-        let built = parts.par_iter().map(|part| builder.build(part));
-        let built: Vec<Option<Built>> = built.collect();
-        let of_aggregates = |built: &Option<Built>| {
-            let built = built.as_ref();
-            built.is_some_and(|built| built.simplified.means == Means::Aggregate)
-        };
-        let has_aggregates = built.iter().any(of_aggregates);
+        let mut built = builder.build_all(&parts);
+        let has_aggregates = built.iter().flatten().any(Built::is_aggregate);
+        // Where it is known what is seen of elements, a level of several groups is built again with what they lack.
+        if has_aggregates && !is_whole && vertices.surface.is_some() {
+            let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
+            let lacking = coverage.gain(&drawn_of(&parts, &built, vertices), vertices);
+            if (lacking - 1.0).abs() > HARDLY_LACKING {
+                builder.area_gain *= lacking;
+                built = builder.build_all(&parts);
+            }
+        }
         report.has_aggregates |= has_aggregates;
         // In the order of the groups, so that the result is the same for any number of threads.
         pool = Vec::new();
@@ -95,8 +103,10 @@ pub(crate) fn build_levels(
         report.whole_mesh_levels += usize::from(is_whole);
         // Elements cover as much as they did.
         if has_aggregates {
-            let coverage = coverage.get_or_insert_with(|| Coverage::of(&mesh.indices, vertices));
-            area_gain = coverage.gain(&pool, vertices);
+            let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
+            let corners = pool.iter().flat_map(|cluster| &cluster.corners);
+            let drawn = Drawn::of(corners.copied().collect(), vertices);
+            area_gain = coverage.gain(&drawn, vertices);
         }
         level += 1;
         if triangle_count(&pool) as f32 > before as f32 * config.stuck_ratio {
@@ -115,6 +125,18 @@ pub(crate) fn build_levels(
     report.coarsest_triangles = triangle_count(&pool);
     groups.add_terminal(pool);
     (groups, report)
+}
+
+/// What a level draws, of which some parts may be stuck.
+fn drawn_of(parts: &[Vec<Cluster>], built: &[Option<Built>], vertices: &LevelVertices) -> Drawn {
+    let mut drawn = Drawn::default();
+    for (part, built) in parts.iter().zip(built) {
+        match built {
+            Some(built) => drawn.push(&built.piece, &built.simplified),
+            None => drawn.push_unchanged(part.iter().flat_map(|c| &c.corners), vertices),
+        }
+    }
+    drawn
 }
 
 /// Builds the groups of one level.
@@ -148,6 +170,10 @@ struct Built {
 }
 
 impl Builder<'_> {
+    fn build_all(&self, parts: &[Vec<Cluster>]) -> Vec<Option<Built>> {
+        parts.par_iter().map(|part| self.build(part)).collect()
+    }
+
     /// `None` for a group that is stuck.
     fn build(&self, part: &[Cluster]) -> Option<Built> {
         let vertices = self.vertices;
@@ -238,6 +264,10 @@ impl Builder<'_> {
 }
 
 impl Built {
+    fn is_aggregate(&self) -> bool {
+        self.simplified.means == Means::Aggregate
+    }
+
     fn note(&self, part: &[Cluster], group: u32, report: &mut BakeReport) {
         let kind = match self.simplified.means {
             Means::Moved | Means::Kept if self.simplified.is_pruned => FallbackKind::Pruned,

@@ -28,7 +28,7 @@
 //! | leaves, blades and gravel, which keep their area | `aggregate`, `elements`, `components` |
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
-//! | what levels of the whole mesh look like | `appearance`, `picture` |
+//! | what levels of the whole mesh look like | `appearance`, `picture`, `surface` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
 //! # Conventions
@@ -80,6 +80,7 @@ mod picture;
 mod progress;
 mod report;
 mod simplify;
+mod surface;
 mod triangle;
 mod triangle_tree;
 mod triangles_4;
@@ -103,5 +104,6 @@ pub use import::{
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
+pub use surface::{Surface, SurfaceAlpha, TextureMapping};
 pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -1,8 +1,12 @@
 //! The mesh that goes in, and what may be wrong with it.
 
+use std::sync::Arc;
+
 use fieldlod_hierarchy::{SourceHash, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use thiserror::Error;
+
+use crate::surface::Surface;
 
 /// Coordinates beyond this are refused: their squares would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;
@@ -29,6 +33,8 @@ pub struct SourceMesh {
     /// Whether vertices have attributes besides these, which the hierarchy cannot hold: it then
     /// tells of each vertex from which of the mesh's it came.
     pub has_other_attributes: bool,
+    /// What its material looks like, if that is known.
+    pub surface: Option<Arc<Surface>>,
     /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
@@ -109,6 +115,17 @@ impl SourceMesh {
         }
     }
 
+    /// The surface, if it is seen and there are the texture coordinates that it needs.
+    pub(crate) fn usable_surface(&self) -> Option<&Arc<Surface>> {
+        let has_uvs = |surface: &Surface| match surface.mapping() {
+            Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
+            Some(_) => !self.uvs.is_empty(),
+            None => true,
+        };
+        let surface = self.surface.as_ref();
+        surface.filter(|surface| surface.is_visible() && has_uvs(surface))
+    }
+
     /// The same triangles with three vertices of their own and a flat normal each: what a renderer
     /// makes of a mesh without normals.
     ///
@@ -126,6 +143,7 @@ impl SourceMesh {
             uvs_1: at_corners(&self.uvs_1, &self.indices),
             colors: at_corners(&self.colors, &self.indices),
             has_other_attributes: self.has_other_attributes,
+            surface: self.surface.clone(),
             indices: (0..positions.len() as u32).collect(),
             positions,
         }

@@ -1,11 +1,14 @@
 //! Small pictures of a mesh on the processor: what a level of detail looks like.
 //!
 //! Orthographic, with a depth buffer, from any direction. The albedo is that of the vertices' colours,
-//! or gray, lit from above and from the eye. Both sides of a triangle are drawn. Textures and alpha are
-//! not known to a bake: every card is drawn whole, or as opaque all over as is likely.
+//! or gray, and of the surface, if that is known, lit from above and from the eye. Both sides of a triangle
+//! are drawn. Of a surface that is known only what is opaque is drawn. Of one that is not, every card is
+//! drawn whole, or as opaque all over as is likely.
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
+
+use crate::surface::Surface;
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;
@@ -36,6 +39,9 @@ pub(crate) struct Model<'a> {
     /// One for each position, or none.
     pub(crate) normals: &'a [Vec3],
     pub(crate) colors: &'a [Vec4],
+    /// If it is known, and the texture coordinates that it goes by: one for each position, or none.
+    pub(crate) surface: Option<&'a Surface>,
+    pub(crate) uvs: &'a [Vec2],
     /// What is in the picture.
     pub(crate) sphere: Sphere,
     /// What colours are multiplied by.
@@ -61,14 +67,23 @@ impl Viewpoint {
 }
 
 /// By what the colours of a source are multiplied in pictures of it and its levels.
-pub(crate) fn exposure_of<'a>(colors: impl Iterator<Item = &'a Vec4>) -> f32 {
+pub(crate) fn exposure_of<'a>(
+    colors: impl Iterator<Item = &'a Vec4>,
+    surface: Option<&Surface>,
+) -> f32 {
     let (sum, count) = colors.fold((0.0f32, 0u32), |(sum, count), color| {
         (sum + color.truncate().element_sum(), count + 3)
     });
-    if sum > 0.0 {
+    let exposure = if sum > 0.0 {
         EXPOSURE * count as f32 / sum
     } else {
         EXPOSURE
+    };
+    let of_surface = surface.map_or(1.0, |surface| surface.mean_color().element_sum() / 3.0);
+    if of_surface > 0.0 {
+        exposure / of_surface
+    } else {
+        exposure
     }
 }
 
@@ -84,19 +99,28 @@ impl Model<'_> {
             };
             let mut colors = None;
             raster.each_pixel(|index, shares, near| {
-                if near > nearness[index] {
+                let place = || {
+                    self.surface
+                        .map(|surface| (surface, self.uv_at(triangle, shares)))
+                };
+                if near > nearness[index]
+                    && let Some(tint) =
+                        place().map_or(Some(Vec3::ONE), |(surface, uv)| surface.drawn_at(uv))
+                {
                     nearness[index] = near;
                     let colors = colors
                         .get_or_insert_with(|| triangle.map(|v| self.color(v, triangle, view)));
                     let [a, b, c] = *colors;
-                    pixels[index] = (a * shares.x + b * shares.y + c * shares.z).extend(1.0);
+                    let color = a * shares.x + b * shares.y + c * shares.z;
+                    pixels[index] = (color * tint).extend(1.0);
                 }
             });
         }
         Picture { side, pixels }
     }
 
-    /// How many pixels of a square triangles cover together, each as opaque as told.
+    /// How many pixels of a square triangles cover together, each as opaque as its surface, or as told if that is not
+    /// known.
     pub(crate) fn covered(
         &self,
         triangles: &[[u32; 3]],
@@ -110,10 +134,27 @@ impl Model<'_> {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
+            if let Some(surface) = self.surface {
+                let opacity = surface.opacity(self.uvs_of(triangle), raster.area());
+                raster.each_pixel(|index, shares, _| {
+                    clear[index] *= 1.0 - opacity(self.uv_at(triangle, shares));
+                });
+                continue;
+            }
             let left = 1.0 - opacity(triangle);
             raster.each_pixel(|index, _, _| clear[index] *= left);
         }
         clear.iter().map(|clear| 1.0 - clear).sum()
+    }
+
+    /// The texture coordinates of the corners.
+    fn uvs_of(&self, triangle: &[u32; 3]) -> [Vec2; 3] {
+        triangle.map(|v| self.uvs.get(v as usize).copied().unwrap_or_default())
+    }
+
+    fn uv_at(&self, triangle: &[u32; 3], shares: Vec3) -> Vec2 {
+        let [a, b, c] = self.uvs_of(triangle);
+        a * shares.x + b * shares.y + c * shares.z
     }
 
     /// A triangle in a picture in which the sphere fills a square.
@@ -176,6 +217,11 @@ impl Raster {
             per_area,
         };
         per_area.is_finite().then_some(raster)
+    }
+
+    /// In pixels.
+    fn area(&self) -> f32 {
+        0.5 * self.per_area.recip().abs()
     }
 
     /// Calls with each pixel inside, the shares of the corners and the nearness.
@@ -252,4 +298,43 @@ fn blurred_along(
         pixels[index] * 0.5 + (pixels[before] + pixels[after]) * 0.25
     };
     (0..pixels.len()).map(pixel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+
+    #[test]
+    fn pictures_show_the_surface_where_it_is_opaque() {
+        let plane = fixtures::plane(1);
+        let draw = |surface: Option<&Surface>| {
+            let model = Model {
+                positions: &plane.positions,
+                normals: &plane.normals,
+                colors: &[],
+                surface,
+                uvs: &plane.uvs,
+                sphere: Sphere::around(plane.positions.iter().copied()),
+                exposure: 1.0,
+            };
+            let (triangles, _) = plane.indices.as_chunks();
+            model.draw(triangles, &Viewpoint::around(0, 12), 64)
+        };
+        let covered = |picture: &Picture| picture.pixels.iter().map(|pixel| pixel.w).sum::<f32>();
+        let whole = draw(None);
+        let cut = draw(Some(&fixtures::cut_out(|uv| uv.x < 0.25)));
+        let share = covered(&cut) / covered(&whole);
+        assert!((share - 0.25).abs() < 0.02, "{share}");
+        for (cut, whole) in cut
+            .pixels
+            .iter()
+            .zip(&whole.pixels)
+            .filter(|(cut, _)| cut.w > 0.0)
+        {
+            let tint = cut.truncate() / whole.truncate();
+            let expected = Vec3::new(60.0, 120.0, 30.0) / 255.0;
+            assert!(tint.abs_diff_eq(expected * expected, 1e-3), "{tint}");
+        }
+    }
 }

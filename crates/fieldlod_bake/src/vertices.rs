@@ -2,6 +2,8 @@
 //! keep their precision whatever the units of the mesh. The source's come first, and after them those
 //! that simplification makes.
 
+use std::sync::Arc;
+
 use fieldlod_hierarchy::Vertices;
 use glam::Vec3;
 use meshopt::{SimplifyVertex, VertexDataAdapter};
@@ -11,6 +13,7 @@ use crate::attributes::AttributeLayout;
 use crate::config::BakeConfig;
 use crate::edges::Links;
 use crate::mesh::SourceMesh;
+use crate::surface::Surface;
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {
@@ -30,6 +33,8 @@ pub(crate) struct LevelVertices {
     /// For each vertex, the source vertex that it came from: itself, for one of the source.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
+    /// What the mesh looks like, if that is known.
+    pub(crate) surface: Option<Arc<Surface>>,
 }
 
 /// A vertex that a simplification made.
@@ -57,6 +62,7 @@ impl LevelVertices {
             protection: vec![SimplifyVertex::empty(); count],
             origin: (0..count as u32).collect(),
             source_count: count,
+            surface: mesh.usable_surface().cloned(),
             positions,
             local_from_scaled,
             layout,
@@ -68,6 +74,11 @@ impl LevelVertices {
 
     pub(crate) fn position(&self, vertex: u32) -> Vec3 {
         Vec3::from(self.positions[vertex as usize])
+    }
+
+    /// The attributes of all vertices, a row for each.
+    pub(crate) fn rows(&self) -> &[f32] {
+        &self.attributes
     }
 
     /// The attributes of a vertex.

@@ -2,8 +2,10 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{open_edges, weld};
-use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
+use fieldlod_bake::{BakeConfig, SourceMesh, Surface, VerifySettings, bake_mesh, fixtures, verify};
 use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
 use glam::{Vec2, Vec3, Vec4};
 
@@ -23,19 +25,23 @@ fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
     (0..hierarchy.level_count()).map(level).collect()
 }
 
+/// What levels are looked at along.
+const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.5, -0.62)];
+
 /// The share of sight rays through a ball of radius 1.2 that hit a triangle.
 fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> f32 {
-    covered_by::<48>(hierarchy, triangles, |_| true)
+    covered_by::<48>(hierarchy, triangles, &AXES, |_| true)
 }
 
 /// The same, where a texture is opaque.
 fn covered_by<const SIDE: usize>(
     hierarchy: &Hierarchy,
     triangles: &[[u32; 3]],
+    axes: &[Vec3],
     is_opaque: impl Fn(Vec2) -> bool,
 ) -> f32 {
     let mut hit = 0;
-    for axis in [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.5, -0.62)] {
+    for &axis in axes {
         let right = axis.any_orthonormal_vector();
         let up = axis.cross(right);
         let mut picture = [[false; SIDE]; SIDE];
@@ -118,9 +124,9 @@ fn levels_of_cards_keep_the_area_that_their_texture_leaves() {
     for count in [300, 3_000, 8_000] {
         let hierarchy = bake(&fixtures::cards(count, 3));
         let levels = levels(&hierarchy);
-        let source = covered_by::<160>(&hierarchy, &levels[0], leaf);
+        let source = covered_by::<160>(&hierarchy, &levels[0], &AXES, leaf);
         for triangles in &levels {
-            let share = covered_by::<160>(&hierarchy, triangles, leaf) / source;
+            let share = covered_by::<160>(&hierarchy, triangles, &AXES, leaf) / source;
             println!("{count} cards, {} triangles: {share:.3}", triangles.len());
             let least = match triangles.len() {
                 ..25 => 0.75,
@@ -130,6 +136,56 @@ fn levels_of_cards_keep_the_area_that_their_texture_leaves() {
             assert!(share > least && share < 1.1, "{count}: {share}");
         }
     }
+}
+
+/// What textures leave of a card: 0.52, all, and 0.2.
+const TEXTURES: [(&str, fn(Vec2) -> bool); 3] = [
+    ("leaf", |uv| {
+        ((uv - 0.5) * Vec2::new(3.0, 2.0)).length_squared() < 1.0
+    }),
+    ("opaque", |_| true),
+    ("needles", |uv| (uv.x * 5.0).fract() < 0.2),
+];
+
+/// If the bake knows the texture, whatever that leaves, from directions other than those of the bake.
+#[test]
+fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
+    let mut random = Random::new(77);
+    let axes: [Vec3; 10] = std::array::from_fn(|_| random.vector().normalize());
+    for (name, is_opaque) in TEXTURES {
+        for count in [300, 3_000, 8_000] {
+            let mesh = SourceMesh {
+                surface: Some(Arc::new(fixtures::cut_out(is_opaque))),
+                ..fixtures::cards(count, 3)
+            };
+            let hierarchy = bake(&mesh);
+            let levels = levels(&hierarchy);
+            let covered =
+                |triangles: &[_]| covered_by::<240>(&hierarchy, triangles, &axes, is_opaque);
+            let source = covered(&levels[0]);
+            for triangles in levels.iter().filter(|triangles| triangles.len() > 100) {
+                let share = covered(triangles) / source;
+                println!("{count} of {name}, {}: {share:.3}", triangles.len());
+                let is_kept = (0.95..1.03).contains(&share);
+                assert!(is_kept, "{count} of {name}: {share}");
+            }
+        }
+    }
+}
+
+#[test]
+fn surfaces_that_cannot_be_seen_or_have_no_coordinates_are_unknown() {
+    let cards = fixtures::cards(300, 3);
+    let with = |mesh: &SourceMesh, surface: Surface| SourceMesh {
+        surface: Some(Arc::new(surface)),
+        ..mesh.clone()
+    };
+    let bare = untextured(cards.clone());
+    let invisible = fixtures::cut_out(|_| false);
+    let leaf = fixtures::cut_out(TEXTURES[0].1);
+    assert!(bake(&with(&cards, invisible)) == bake(&cards));
+    assert!(bake(&with(&bare, leaf.clone())) == bake(&bare));
+    assert!(bake(&with(&cards, leaf)) != bake(&cards));
 }
 
 #[test]

@@ -39,6 +39,7 @@ fn source_mesh(source: SourceArrays) -> SourceMesh {
         uvs_1: source.vertices.uvs_1,
         colors: source.vertices.colors,
         has_other_attributes: source.has_other_attributes,
+        surface: None,
         indices: source.indices,
     }
 }

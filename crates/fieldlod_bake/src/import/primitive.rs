@@ -80,6 +80,7 @@ impl Reader<'_> {
             has_other_attributes: has_other_attributes(self.primitive)
                 || (tangents.is_empty() && gets_tangents(self.primitive)),
             tangents: tangents.into_iter().map(Vec4::from_array).collect(),
+            surface: None,
             indices: triangle_list(self.primitive.mode(), corners),
         })
     }

@@ -79,6 +79,9 @@ impl Process for BakeIntoGlb {
 fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
     match bake_file_bytes(&glb, Path::new(""), &BakeConfig::default(), &|_| ()) {
         Ok(outcome) => {
+            for unread in &outcome.unread_images {
+                warn!("{path}: {unread}");
+            }
             let options = FileOptions {
                 precision: Precision::Quantized16,
                 beside_source: true,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::bake::bake_mesh_with_progress;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, Skipped, import_gltf, import_gltf_bytes,
+    Import, ImportError, ImportedPrimitive, Skipped, UnreadImage, import_gltf, import_gltf_bytes,
 };
 use crate::progress::{BakeProgress, Tracker};
 use crate::report::BakeReport;
@@ -22,6 +22,8 @@ pub struct BakeOutcome {
     pub reports: Vec<BakeReport>,
     /// The primitives that have no levels of detail, and why.
     pub skipped: Vec<Skipped>,
+    /// The images that could not be read: what has them was baked as if nothing were known of its surface.
+    pub unread_images: Vec<UnreadImage>,
 }
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, several at a time.
@@ -39,7 +41,7 @@ pub fn bake_file(
     bake_import(import_gltf(path)?, config, progress)
 }
 
-/// [`bake_file`] for the bytes of a file. Buffers beside it are looked for in `folder`.
+/// [`bake_file`] for the bytes of a file. Buffers and images beside it are looked for in `folder`.
 ///
 /// # Errors
 /// As [`bake_file`].
@@ -70,6 +72,7 @@ fn bake_import(
         file: BakedFile { primitives },
         reports,
         skipped: import.skipped,
+        unread_images: import.unread_images,
     })
 }
 

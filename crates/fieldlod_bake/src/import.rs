@@ -13,6 +13,8 @@
 //! views packed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, which Bevy 0.19 does not
 //! read either, are unpacked. Draco-compressed geometry is refused by name.
 //!
+//! Base colours and alpha of materials become the [`Surface`](crate::Surface) of a mesh, with textures in PNG or JPEG.
+//!
 //! Strips and fans are unrolled to lists, wound as the glTF specification says. Nothing in a file
 //! is trusted: every range is checked before it is read, and no file makes this panic.
 
@@ -21,17 +23,22 @@ mod buffers;
 mod document;
 mod error;
 mod format;
+mod images;
+mod material;
 mod meshopt_views;
 mod primitive;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 pub use error::{AccessorFault, BufferFault, ImportError, PrimitivePlace, SkipReason};
+pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
 
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
 use document::MeshIndices;
+use material::Materials;
 
 /// What a file holds for a bake.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,6 +47,8 @@ pub struct Import {
     pub primitives: Vec<ImportedPrimitive>,
     /// The primitives that cannot, and why.
     pub skipped: Vec<Skipped>,
+    /// The images that cannot be read: what has them has no surface.
+    pub unread_images: Vec<UnreadImage>,
 }
 
 /// One primitive of a glTF mesh, in its local space.
@@ -60,7 +69,8 @@ pub struct Skipped {
     pub reason: SkipReason,
 }
 
-/// Reads the triangle meshes of a `.gltf` or `.glb` file. Images are not looked at.
+/// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Of images base colours
+/// alone are looked at; none that is missing or broken is an error.
 ///
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
@@ -69,8 +79,7 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     import_gltf_bytes(&bytes, path.parent().unwrap_or(Path::new("")))
 }
 
-/// Reads the triangle meshes of a `.gltf` or `.glb` file's bytes. Buffers beside it are looked for
-/// in `folder`.
+/// [`import_gltf`] for the bytes of a file. Buffers and images beside it are looked for in `folder`.
 ///
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
@@ -81,6 +90,7 @@ pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportEr
     let skinned = MeshIndices::on_skinned_nodes(&document);
     // Every primitive of every mesh, unless there is a reason against it.
     let mut import = Import::default();
+    let mut materials = Vec::new();
     for mesh in document.meshes() {
         for primitive in mesh.primitives() {
             let place = PrimitivePlace {
@@ -100,7 +110,20 @@ pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportEr
                 continue;
             }
             import.primitives.push(ImportedPrimitive { place, mesh });
+            materials.push(primitive.material().index());
         }
     }
+    // What they look like. A primitive without a material may be given any.
+    let used: BTreeSet<usize> = materials.iter().copied().flatten().collect();
+    let of_file = Materials {
+        document: &document,
+        buffers: &buffers,
+        folder,
+    };
+    let (surfaces, unread_images) = of_file.surfaces(&used);
+    for (primitive, material) in import.primitives.iter_mut().zip(materials) {
+        primitive.mesh.surface = material.and_then(|material| surfaces.get(&material).cloned());
+    }
+    import.unread_images = unread_images;
     Ok(import)
 }

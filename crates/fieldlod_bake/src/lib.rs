@@ -20,7 +20,7 @@
 //! | Step | Where |
 //! |---|---|
 //! | a whole file, several primitives at a time | `file` |
-//! | JSON, buffers and accessors become a [`SourceMesh`] | `import`: `document`, `buffers`, `primitive`, `accessor` |
+//! | JSON, buffers and accessors become a [`SourceMesh`], images its [`Surface`] | `import`: `document`, `buffers`, `primitive`, `accessor`, `material`, `images` |
 //! | the recipe for one mesh | `bake` |
 //! | scaled positions and weighted attributes of all levels, seams, borders | `vertices`, `attributes`, `edges` |
 //! | the loop: groups, level by level | `levels`, `clusters`, `groups` |
@@ -98,8 +98,9 @@ pub use clusterlod::clusterlod_hierarchy;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes};
 pub use import::{
-    AccessorFault, BufferFault, Import, ImportError, ImportedPrimitive, PackedViewFault,
-    PrimitivePlace, SkipReason, Skipped, import_gltf, import_gltf_bytes,
+    AccessorFault, BufferFault, ImageFault, Import, ImportError, ImportedPrimitive,
+    PackedViewFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
+    import_gltf_bytes,
 };
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use progress::BakeProgress;

@@ -170,7 +170,8 @@ impl Surface {
     }
 
     /// Where its texture lies, if it has one.
-    pub(crate) fn mapping(&self) -> Option<TextureMapping> {
+    #[must_use]
+    pub fn mapping(&self) -> Option<TextureMapping> {
         self.texture.as_ref().map(|texture| texture.mapping)
     }
 

@@ -83,6 +83,8 @@ struct Report {
     #[serde(skip)]
     fallbacks: String,
     skipped: Vec<SkippedReport>,
+    /// A line for each image that could not be read.
+    unread_images: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -258,6 +260,11 @@ impl Report {
             bakes: bakes.collect(),
             fallbacks: fallbacks.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
+            unread_images: outcome
+                .unread_images
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
             primitives,
         }
     }
@@ -288,6 +295,9 @@ impl Report {
                 text,
                 "\nskipped: mesh {mesh} ({name:?}), primitive {primitive}: {reason}"
             );
+        }
+        for unread in &self.unread_images {
+            let _ = write!(text, "\nwarning: {}: {unread}", self.input);
         }
         text
     }

@@ -107,6 +107,30 @@ fn bakes_and_inspects() {
 }
 
 #[test]
+fn names_images_that_it_cannot_read() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 16);
+    let bytes = fs::read(&input).unwrap();
+    let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let mut json: Value = serde_json::from_slice(&bytes[20..binary]).unwrap();
+    json["images"] = json!([{ "uri": "leaves.ktx2" }]);
+    json["textures"] = json!([{ "source": 0 }]);
+    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+    json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    fs::write(&input, glb(&json, &bytes[binary + 8..])).unwrap();
+    fs::write(folder.path().join("leaves.ktx2"), "KTX").unwrap();
+
+    let bake = fieldlod(&["bake", text(&input)]);
+    assert!(bake.status.success(), "{bake:?}");
+    let said = String::from_utf8(bake.stdout).unwrap();
+    let warning = format!(
+        "warning: {}: image 0 (\"leaves.ktx2\") is not looked at: it is neither PNG nor JPEG",
+        input.display()
+    );
+    assert!(said.contains(&warning), "{said}");
+}
+
+#[test]
 fn json_is_one_object_on_standard_output() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);

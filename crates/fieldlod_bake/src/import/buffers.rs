@@ -87,16 +87,21 @@ fn load_one(
     // In the file itself, in its JSON, or beside it.
     let bytes = match buffer.source() {
         Source::Bin => blob.ok_or(BufferFault::NoBinaryChunk)?.to_vec(),
-        Source::Uri(uri) => match uri.strip_prefix("data:") {
-            Some(data) => decode_data_uri(data)?,
-            None => read_beside(uri, folder)?,
-        },
+        Source::Uri(uri) => read_uri(uri, folder)?,
     };
     let (needed, available) = (buffer.length() as u64, bytes.len() as u64);
     if available < needed {
         return Err(BufferFault::Truncated { needed, available });
     }
     Ok(bytes)
+}
+
+/// The bytes in a data URI, or those of a file in `folder`.
+pub(super) fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, BufferFault> {
+    match uri.strip_prefix("data:") {
+        Some(data) => decode_data_uri(data),
+        None => read_beside(uri, folder),
+    }
 }
 
 fn decode_data_uri(data: &str) -> Result<Vec<u8>, BufferFault> {

@@ -1,0 +1,176 @@
+//! PNG and JPEG images, wherever a file has them.
+
+use std::fmt;
+use std::io::Cursor;
+use std::path::Path;
+
+use glam::UVec2;
+use gltf::Document;
+use thiserror::Error;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::buffers::{Buffers, read_uri};
+
+/// The largest side of an image that is decoded, in texels: a quarter of a gigabyte.
+const MOST_SIDE: u32 = 8_192;
+/// What a decoder may take beside that, in bytes.
+const MOST_BYTES: usize = 1 << 28;
+
+/// An image of a file that cannot be read. What it leaves of a surface is not known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnreadImage {
+    /// Index of the image in the file, if there is one.
+    pub image: Option<u32>,
+    /// Its name or its file's, or an empty string.
+    pub name: String,
+    /// What is wrong.
+    pub fault: ImageFault,
+}
+
+impl fmt::Display for UnreadImage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.image {
+            Some(image) => write!(f, "image {image}")?,
+            None => write!(f, "an image")?,
+        }
+        if !self.name.is_empty() {
+            write!(f, " ({:?})", self.name)?;
+        }
+        write!(f, " is not looked at: {}", self.fault)
+    }
+}
+
+/// Why an image cannot be read.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageFault {
+    /// Only an extension tells where it is.
+    #[error("only an extension names it")]
+    Missing,
+    /// Its bytes cannot be had.
+    #[error("{0}")]
+    Unavailable(String),
+    /// Such as KTX2 and WebP.
+    #[error("it is neither PNG nor JPEG")]
+    Format,
+    /// Its sides, in texels.
+    #[error("{0} × {1} texels are too many")]
+    TooLarge(u32, u32),
+    /// What the decoder says.
+    #[error("it cannot be decoded: {0}")]
+    Broken(String),
+}
+
+/// Texels by rows: red, green, blue and alpha.
+pub(super) struct Pixels {
+    pub(super) size: UVec2,
+    channels: usize,
+    bytes: Vec<u8>,
+}
+
+impl Pixels {
+    /// The texel in a column and a row.
+    pub(super) fn texel(&self, x: u32, y: u32) -> [u8; 4] {
+        let first = (y as usize * self.size.x as usize + x as usize) * self.channels;
+        match self.bytes[first..first + self.channels] {
+            [gray] => [gray, gray, gray, u8::MAX],
+            [gray, alpha] => [gray, gray, gray, alpha],
+            [red, green, blue] => [red, green, blue, u8::MAX],
+            [red, green, blue, alpha, ..] => [red, green, blue, alpha],
+            [] => [0; 4],
+        }
+    }
+
+    /// `None` if there are not so many bytes.
+    fn of(size: UVec2, bytes: Vec<u8>) -> Option<Self> {
+        let texels = size.x as usize * size.y as usize;
+        let channels = bytes.len().checked_div(texels).filter(|count| *count > 0)?;
+        Some(Self {
+            size,
+            channels,
+            bytes,
+        })
+    }
+}
+
+/// Reads an image of a valid document by its index.
+pub(super) fn read(
+    document: &Document,
+    index: usize,
+    buffers: &Buffers,
+    folder: &Path,
+) -> Result<Pixels, UnreadImage> {
+    let Some(image) = document.as_json().images.get(index) else {
+        return Err(UnreadImage {
+            image: None,
+            name: String::new(),
+            fault: ImageFault::Missing,
+        });
+    };
+    let uri = image.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+    let unread = |fault| UnreadImage {
+        image: Some(index as u32),
+        name: uri.or(image.name.as_deref()).unwrap_or_default().to_owned(),
+        fault,
+    };
+    let view = image.buffer_view.as_ref();
+    let view = view.and_then(|view| document.views().nth(view.value()));
+    if let Some(view) = view {
+        let outside = || ImageFault::Unavailable("it lies outside its buffer".into());
+        let bytes = buffers.view(&view).ok_or_else(outside);
+        return bytes.and_then(decode).map_err(unread);
+    }
+    let Some(uri) = &image.uri else {
+        return Err(unread(ImageFault::Missing));
+    };
+    let unavailable = |fault: super::BufferFault| ImageFault::Unavailable(fault.to_string());
+    let bytes = read_uri(uri, folder).map_err(unavailable);
+    bytes.and_then(|bytes| decode(&bytes)).map_err(unread)
+}
+
+/// Decodes an image by what its first bytes say that it is.
+fn decode(bytes: &[u8]) -> Result<Pixels, ImageFault> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => decode_png(bytes),
+        [0xff, 0xd8, ..] => decode_jpeg(bytes),
+        _ => Err(ImageFault::Format),
+    }
+}
+
+fn broken(fault: impl fmt::Display) -> ImageFault {
+    let one_line = fault.to_string().replace(char::is_control, " ");
+    ImageFault::Broken(one_line)
+}
+
+fn checked_size(width: u32, height: u32) -> Result<UVec2, ImageFault> {
+    match width.max(height) <= MOST_SIDE {
+        true => Ok(UVec2::new(width, height)),
+        false => Err(ImageFault::TooLarge(width, height)),
+    }
+}
+
+fn decode_png(bytes: &[u8]) -> Result<Pixels, ImageFault> {
+    let limits = png::Limits { bytes: MOST_BYTES };
+    let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let (width, height) = decoder.read_header_info().map_err(broken)?.size();
+    let size = checked_size(width, height)?;
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let length = reader.output_buffer_size();
+    let mut texels = vec![0; length.ok_or(ImageFault::TooLarge(width, height))?];
+    reader.next_frame(&mut texels).map_err(broken)?;
+    Pixels::of(size, texels).ok_or_else(|| broken("it has no texels"))
+}
+
+fn decode_jpeg(bytes: &[u8]) -> Result<Pixels, ImageFault> {
+    let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(broken)?;
+    let info = decoder.info().ok_or_else(|| broken("it has no header"))?;
+    let size = checked_size(info.width.into(), info.height.into())?;
+    let texels = decoder.decode().map_err(broken)?;
+    Pixels::of(size, texels).ok_or_else(|| broken("it has no texels"))
+}

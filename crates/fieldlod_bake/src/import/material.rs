@@ -1,0 +1,106 @@
+//! What the material of a primitive looks like.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{Affine2, DVec2, Vec4};
+use gltf::json::serialize::to_value;
+use gltf::material::AlphaMode;
+use gltf::{Document, Material};
+use rayon::prelude::*;
+
+use super::buffers::Buffers;
+use super::images::{self, UnreadImage};
+use crate::surface::{Surface, SurfaceAlpha, TextureMapping};
+
+/// The cutoff of a mask that has none of its own.
+const CUTOFF: f32 = 0.5;
+
+/// The materials of a file, and where their images are found.
+pub(super) struct Materials<'a> {
+    pub(super) document: &'a Document,
+    pub(super) buffers: &'a Buffers,
+    pub(super) folder: &'a Path,
+}
+
+impl Materials<'_> {
+    /// The surfaces of those materials that are `used`, by the index of each, and the images that cannot be read.
+    /// What is not among the surfaces is not known.
+    pub(super) fn surfaces(
+        &self,
+        used: &BTreeSet<usize>,
+    ) -> (BTreeMap<usize, Arc<Surface>>, Vec<UnreadImage>) {
+        let used: Vec<usize> = used.iter().copied().collect();
+        let surface = |&index: &usize| (index, self.surface(index));
+        let read: Vec<_> = used.par_iter().map(surface).collect();
+        let (mut surfaces, mut unread) = (BTreeMap::new(), Vec::new());
+        for (index, surface) in read {
+            match surface {
+                Ok(Some(surface)) => _ = surfaces.insert(index, Arc::new(surface)),
+                Ok(None) => {}
+                Err(image) if unread.contains(&image) => {}
+                Err(image) => unread.push(image),
+            }
+        }
+        (surfaces, unread)
+    }
+
+    /// `None` for a material that a bake cannot follow.
+    fn surface(&self, index: usize) -> Result<Option<Surface>, UnreadImage> {
+        let Some(material) = self.document.materials().nth(index) else {
+            return Ok(None);
+        };
+        let pbr = material.pbr_metallic_roughness();
+        let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material));
+        let Some(texture) = pbr.base_color_texture() else {
+            return Ok(Some(plain));
+        };
+        let Some(mapping) = self.mapping(index, texture.tex_coord()) else {
+            return Ok(None);
+        };
+        // Not the texture's own way to its image: that depends on features that other crates may turn on.
+        let texture = &self.document.as_json().textures[texture.texture().index()];
+        let image = texture.source.value();
+        let pixels = images::read(self.document, image, self.buffers, self.folder)?;
+        let texel = |x, y| pixels.texel(x, y);
+        Ok(Some(plain.with_texture(pixels.size, mapping, texel)))
+    }
+
+    /// Where the base colour lies, as told by `KHR_texture_transform` if that is there; `None` if by texture
+    /// coordinates beyond the second.
+    fn mapping(&self, material: usize, uv_set: u32) -> Option<TextureMapping> {
+        // By its JSON, whichever extensions the gltf crate knows.
+        let json = self.document.as_json().materials.get(material)?;
+        let json = to_value(&json.pbr_metallic_roughness).ok()?;
+        let transform = json.pointer("/baseColorTexture/extensions/KHR_texture_transform");
+        let number = |path: &str| transform?.pointer(path)?.as_f64();
+        let vector = |name: &str, other: f64| {
+            let part = |index| number(&format!("/{name}/{index}")).unwrap_or(other);
+            DVec2::new(part(0), part(1)).as_vec2()
+        };
+        let (sin, cos) = number("/rotation").unwrap_or(0.0).sin_cos();
+        let (scale, offset) = (vector("scale", 1.0), vector("offset", 0.0));
+        let uv_set = number("/texCoord").map_or(uv_set, |set| set as u32);
+        // As Bevy turns it.
+        let (across, down) = (DVec2::new(cos, -sin), DVec2::new(sin, cos));
+        (uv_set < 2).then(|| TextureMapping {
+            uses_uvs_1: uv_set == 1,
+            transform: Affine2::from_cols(
+                across.as_vec2() * scale.x,
+                down.as_vec2() * scale.y,
+                offset,
+            ),
+        })
+    }
+}
+
+fn alpha_of(material: &Material<'_>) -> SurfaceAlpha {
+    match material.alpha_mode() {
+        AlphaMode::Opaque => SurfaceAlpha::Opaque,
+        AlphaMode::Mask => SurfaceAlpha::Mask {
+            cutoff: material.alpha_cutoff().unwrap_or(CUTOFF),
+        },
+        AlphaMode::Blend => SurfaceAlpha::Blend,
+    }
+}

@@ -25,6 +25,7 @@ pub(crate) mod solid;
 pub(crate) mod surface_samples;
 #[cfg(test)]
 mod tests;
+mod texels;
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
@@ -40,38 +41,11 @@ use choice::{ChosenOccluder, DrawnBy, OccluderChoice, camera_from_local};
 use image_plane::{ImagePlane, NEAREST};
 use nearness_pyramid::NearnessPyramid;
 use occluder::OccluderMesh;
-use screen_triangle::{ScreenTriangle, front_triangles};
+use screen_triangle::{Corner, parts_in_front};
+use texels::Texels;
 
 /// Elements of eight points that are drawn before it is asked whether others are in front of them.
 const STRETCH: usize = 8;
-
-/// Who owns a texel that shows nothing.
-const NOBODY: u32 = u32::MAX;
-
-/// What one place of the image shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Texel {
-    nearness: f32,
-    /// The instance.
-    owner: u32,
-}
-
-impl Texel {
-    const EMPTY: Self = Self {
-        nearness: f32::NEG_INFINITY,
-        owner: NOBODY,
-    };
-
-    /// Shows another instance if that is nearer. Whether it is.
-    #[inline(always)]
-    fn keep_nearer(&mut self, nearness: f32, owner: u32) -> bool {
-        let is_nearer = self.nearness < nearness;
-        if is_nearer {
-            *self = Self { nearness, owner };
-        }
-        is_nearer
-    }
-}
 
 /// The depth image of one view.
 #[derive(Clone, Debug)]
@@ -79,10 +53,7 @@ pub struct OcclusionBuffer {
     view: View,
     plane: ImagePlane,
     choice: OccluderChoice,
-    /// By row.
-    texels: Vec<Texel>,
-    /// How near they are, once all is drawn.
-    nearness: Vec<f32>,
+    texels: Texels,
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
     pyramid: NearnessPyramid,
@@ -90,7 +61,7 @@ pub struct OcclusionBuffer {
     certain: Option<(CertainImage, f32)>,
     row: Vec<f32>,
     /// Corners of the occluder that is being drawn.
-    corners: Vec<Vec3>,
+    corners: Vec<Corner>,
 }
 
 impl OcclusionBuffer {
@@ -118,8 +89,7 @@ impl OcclusionBuffer {
             view: *view,
             plane: ImagePlane::new(&view.image_camera),
             choice: OccluderChoice::default(),
-            texels: Vec::new(),
-            nearness: Vec::new(),
+            texels: Texels::default(),
             shrunk: Vec::new(),
             pyramid: NearnessPyramid::default(),
             certain: None,
@@ -158,12 +128,9 @@ impl OcclusionBuffer {
             }
         }
         self.choice = choice;
-        self.nearness.clear();
-        let texels = self.texels.iter();
-        self.nearness.extend(texels.map(|texel| texel.nearness));
         self.shrink();
         let [width, height] = self.size();
-        self.pyramid.build(&self.nearness, width, height);
+        self.pyramid.build(&self.texels.nearness, width, height);
         if let Some((image, _)) = &mut self.certain {
             image.finish(&self.plane);
         }
@@ -173,8 +140,7 @@ impl OcclusionBuffer {
         self.view = *view;
         self.plane = ImagePlane::new(&view.image_camera);
         let texels = self.plane.width * self.plane.height;
-        self.texels.clear();
-        self.texels.resize(texels, Texel::EMPTY);
+        self.texels.clear(self.plane.width, self.plane.height);
         self.shrunk.clear();
         self.shrunk.resize(texels, f32::NEG_INFINITY);
         self.row.resize(self.plane.width, f32::NEG_INFINITY);
@@ -190,7 +156,7 @@ impl OcclusionBuffer {
     /// in an orthographic one, `−∞` where nothing is.
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
-        &self.nearness
+        &self.texels.nearness
     }
 
     /// Triangles, and points, that were drawn.
@@ -212,12 +178,10 @@ impl OcclusionBuffer {
         let Some(place) = self.plane.rectangle(center, sphere.radius) else {
             return false;
         };
-        let width = self.plane.width;
-        let mut rows = place.rows.map(|row| &self.texels[row * width..][..width]);
+        let mut rows = place.rows.map(|row| self.texels.row(row));
         rows.all(|row| {
-            row[place.columns.clone()]
-                .iter()
-                .all(|texel| texel.nearness > place.nearest)
+            let mut columns = row[place.columns.clone()].iter();
+            columns.all(|&nearness| nearness > place.nearest)
         })
     }
 
@@ -266,16 +230,14 @@ impl OcclusionBuffer {
 
     /// Draws one level of an instance.
     fn draw_mesh(&mut self, mesh: &OccluderMesh, linear: &Mat3, origin: Vec3, owner: u32) {
-        let mut corners = std::mem::take(&mut self.corners);
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
         for part in mesh.parts_in_view(&plane, linear, origin) {
-            for triangle in part.triangles_in_camera(linear, origin, &mut corners) {
-                for triangle in front_triangles(&plane, triangle, is_mirrored, NEAREST) {
-                    self.fill(&triangle, owner);
-                }
+            for triangle in part.placed_triangles(&plane, linear, origin, &mut self.corners) {
+                parts_in_front(&plane, triangle, is_mirrored, NEAREST, |part| {
+                    self.texels.draw(part, owner);
+                });
             }
         }
-        self.corners = corners;
     }
 
     /// Draws an instance by points, each one texel large, until none of a stretch of them is in front. Returns how
@@ -311,32 +273,11 @@ impl OcclusionBuffer {
         let nearness = at.z.to_array();
         let mut is_in_front = false;
         for lane in set_bits_of(bits_of(has_place)) {
-            is_in_front |= self.texels[texels[lane] as usize].keep_nearer(nearness[lane], owner);
+            is_in_front |= self
+                .texels
+                .keep_nearer(texels[lane] as usize, nearness[lane], owner);
         }
         is_in_front
-    }
-
-    /// Keeps the nearer of a triangle and what was drawn before.
-    fn fill(&mut self, triangle: &ScreenTriangle, owner: u32) {
-        let width = self.plane.width;
-        let columns = triangle.columns(width);
-        let chunks = columns.start / LANES..columns.end.div_ceil(LANES);
-        for row in triangle.rows(self.plane.height) {
-            let y = f32x8::splat(row as f32 + 0.5);
-            for chunk in chunks.clone() {
-                let x = f32x8::splat((chunk * LANES) as f32) + CENTRES;
-                let covered = triangle.covers(x, y);
-                if bits_of(covered) == 0 {
-                    continue;
-                }
-                let first = row * width + chunk * LANES;
-                let texels = &mut self.texels[first..first + LANES];
-                let nearness = triangle.nearness(x, y).to_array();
-                for lane in set_bits_of(bits_of(covered)) {
-                    texels[lane].keep_nearer(nearness[lane], owner);
-                }
-            }
-        }
     }
 
     /// Ends the drawing: finds the least of each texel and its neighbours.
@@ -344,8 +285,10 @@ impl OcclusionBuffer {
         let (width, height) = (self.plane.width, self.plane.height);
         // The least of three in each row, then of three rows.
         for row in 0..height {
-            let texels = &self.nearness[row * width..][..width];
-            least_of_three(texels, &mut self.shrunk[row * width..][..width]);
+            least_of_three(
+                self.texels.row(row),
+                &mut self.shrunk[row * width..][..width],
+            );
         }
         let mut above = std::mem::take(&mut self.row);
         above.copy_from_slice(&self.shrunk[..width]);

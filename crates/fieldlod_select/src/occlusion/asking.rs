@@ -114,7 +114,7 @@ impl OcclusionBuffer {
         if is_whole && certain.is_some_and(|image| hides(&image.nearness, &image.pyramid)) {
             return Some(CERTAINLY_HIDDEN);
         }
-        hides(&self.nearness, &self.pyramid).then_some(HIDDEN)
+        hides(&self.texels.nearness, &self.pyramid).then_some(HIDDEN)
     }
 
     /// The share of an instance in steps, rounded up; `None` where it is so large in the
@@ -232,11 +232,10 @@ impl OcclusionBuffer {
             let nearness = nearness.to_array();
             for lane in set_bits_of(bits_of(has_place)) {
                 let texel = texels[lane] as usize;
-                let shown = &self.texels[texel];
-                let is_visible = if shown.owner == query.instance {
+                let is_visible = if self.texels.owners[texel] == query.instance {
                     is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
                 } else {
-                    shown.nearness <= nearness[lane]
+                    self.texels.nearness[texel] <= nearness[lane]
                 };
                 visible += u32::from(is_visible);
             }

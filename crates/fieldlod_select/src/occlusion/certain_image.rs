@@ -13,7 +13,7 @@ use wide::f32x8;
 
 use super::image_plane::ImagePlane;
 use super::nearness_pyramid::NearnessPyramid;
-use super::screen_triangle::{ScreenTriangle, front_triangles};
+use super::screen_triangle::{Corner, ScreenTriangle, parts_in_front};
 use super::solid::SolidLevel;
 use super::{CENTRES, smaller};
 use crate::bits::{LANES, set_bits_of};
@@ -100,9 +100,12 @@ impl CertainImage {
         let fronts = fronts.filter(|(_, is_front)| **is_front);
         let fronts = fronts.map(|(triangle, _)| triangle.map(corner));
         for triangle in fronts.clone() {
-            for part in front_triangles(plane, triangle, is_mirrored, NEAREST) {
-                self.fill(plane, &part);
-            }
+            let placed = triangle.map(|corner| Corner::new(plane, corner));
+            parts_in_front(plane, placed, is_mirrored, NEAREST, |part| {
+                if let Some(part) = ScreenTriangle::new(part) {
+                    self.fill(plane, &part);
+                }
+            });
         }
         for cut in fronts.filter_map(near_cut) {
             self.mark(plane, cut, &tolerance);

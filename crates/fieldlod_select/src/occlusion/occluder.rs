@@ -4,6 +4,7 @@ use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
 use super::image_plane::ImagePlane;
+use super::screen_triangle::Corner;
 use super::solid::SolidLevel;
 use crate::boxes::{AxisBox, LocalBox};
 
@@ -113,15 +114,17 @@ impl OccluderPart {
         self.triangles.len() as u32
     }
 
-    /// Its triangles in camera space; `corners` is room for its vertices.
-    pub(crate) fn triangles_in_camera<'a>(
+    /// Its triangles where they are seen; `corners` is room for its vertices.
+    pub(crate) fn placed_triangles<'a>(
         &'a self,
+        plane: &ImagePlane,
         linear: &Mat3,
         origin: Vec3,
-        corners: &'a mut Vec<Vec3>,
-    ) -> impl Iterator<Item = [Vec3; 3]> + 'a {
+        corners: &'a mut Vec<Corner>,
+    ) -> impl Iterator<Item = [Corner; 3]> + 'a {
+        let placed = |&at: &Vec3| Corner::new(plane, *linear * at + origin);
         corners.clear();
-        corners.extend(self.positions.iter().map(|&at| *linear * at + origin));
+        corners.extend(self.positions.iter().map(placed));
         let corner = |index: u16| corners[usize::from(index)];
         self.triangles
             .iter()

@@ -9,6 +9,8 @@ use glam::{Affine3A, Quat, Vec2};
 use proptest::prelude::*;
 
 use super::choice::ChosenOccluder;
+use super::screen_triangle::ScreenTriangle;
+use super::texels::NOBODY;
 use super::*;
 use crate::boxes::AxisBox;
 use crate::scene::{InstanceId, MeshId};
@@ -57,9 +59,12 @@ fn draw_naively(
             let level = &table.occluders[level];
             let mut corners = Vec::new();
             for part in level.parts() {
-                for corners in part.triangles_in_camera(&linear, origin, &mut corners) {
+                for corners in part.placed_triangles(plane, &linear, origin, &mut corners) {
                     let is_mirrored = linear.determinant() < 0.0;
-                    for triangle in front_triangles(plane, corners, is_mirrored, NEAREST) {
+                    parts_in_front(plane, corners, is_mirrored, NEAREST, |part| {
+                        let Some(triangle) = ScreenTriangle::new(part) else {
+                            return;
+                        };
                         for texel in 0..texels {
                             let x = (texel % plane.width) as f32 + 0.5;
                             let y = (texel / plane.width) as f32 + 0.5;
@@ -67,7 +72,7 @@ fn draw_naively(
                                 keep(texel, triangle.nearness(x, y));
                             }
                         }
-                    }
+                    });
                 }
             }
             Vec::new()
@@ -112,7 +117,7 @@ fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
     let mut least = f32::INFINITY;
     for y in y.saturating_sub(1)..(y + 2).min(height) {
         for x in x.saturating_sub(1)..(x + 2).min(width) {
-            least = least.min(buffer.nearness[y * width + x]);
+            least = least.min(buffer.texels.nearness[y * width + x]);
         }
     }
     least
@@ -185,11 +190,37 @@ proptest! {
         let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::from_rotation_z(turn)), budget);
         let (image, owners) = naive_image(&scene, &buffer);
         let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
-        prop_assert_eq!(bits(&buffer.nearness), bits(&image));
-        let drawn: Vec<u32> = buffer.texels.iter().map(|texel| texel.owner).collect();
+        prop_assert_eq!(bits(&buffer.texels.nearness), bits(&image));
+        let drawn: Vec<u32> = buffer.texels.owners.clone();
         prop_assert_eq!(&drawn, &owners);
         prop_assert!((0..image.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
         prop_assert!(buffer.choice.triangle_count <= budget);
+    }
+
+    #[test]
+    fn two_triangles_at_an_edge_leave_no_gap(
+        corner in prop::array::uniform2(0.0f32..30.0),
+        sides in prop::array::uniform4(-30.0f32..30.0),
+        is_on_centres in any::<bool>(),
+    ) {
+        // A parallelogram, whose diagonal may run through the centres of texels.
+        let placed = |at: Vec2| if is_on_centres { at.floor() + 0.5 } else { at };
+        let corner = placed(corner.into());
+        let [u, v] = [0, 2].map(|first| placed(Vec2::new(sides[first], sides[first + 1])) - 0.5);
+        let (u, v) = if u.perp_dot(v) < 0.0 { (u, v) } else { (v, u) };
+        let at = |offset: Vec2| (corner + offset).extend(1.0);
+        let corners = [at(Vec2::ZERO), at(u), at(u + v), at(v)];
+        let triangles = [[0, 1, 2], [0, 2, 3]].map(|three| ScreenTriangle::new(three.map(|index: usize| corners[index])));
+        prop_assume!(u.perp_dot(v) < -0.1);
+        let [first, second] = triangles.map(Option::unwrap);
+        let (u, v, area) = (u.as_dvec2(), v.as_dvec2(), f64::from(u.perp_dot(v)));
+        for texel in 0..64 * 64 {
+            let (x, y) = ((texel % 64) as f32 + 0.5, (texel / 64) as f32 + 0.5);
+            let from_corner = Vec2::new(x, y).as_dvec2() - corner.as_dvec2();
+            let along = [from_corner.perp_dot(v) / area, u.perp_dot(from_corner) / area];
+            let is_inside = along.iter().all(|along| (0.01..=0.99).contains(along));
+            prop_assert!(!is_inside || first.covers(x, y) || second.covers(x, y));
+        }
     }
 
     #[test]
@@ -215,7 +246,7 @@ proptest! {
                 chosen.inspect(|chosen| drop(draw_naively(&scene, &buffer, chosen, &mut image)));
             }
         }
-        prop_assert_eq!(&buffer.nearness, &image.0);
+        prop_assert_eq!(&buffer.texels.nearness, &image.0);
     }
 
     #[test]
@@ -236,7 +267,7 @@ proptest! {
         let seen: V3<f32> = buffer.plane.project(V3::splat(camera));
         let is_behind = !buffer.plane.has_place(seen, camera.z) || {
             let texel = seen.y as usize * buffer.plane.width + seen.x as usize;
-            seen.z < buffer.nearness[texel]
+            seen.z < buffer.texels.nearness[texel]
         };
         let is_inner_hidden = buffer.hides(&around((at + point) * 0.5, half * 0.4)).is_some();
         prop_assert!(!is_hidden || (is_behind && is_inner_hidden));

@@ -46,10 +46,10 @@ use traversal::TraversalContext;
 /// view moves change nothing but what is in the image. The cuts are those
 /// that deciding every group anew would give. Where hidden things count less
 /// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
-/// the scene, and answers that rest on it end with it: nodes and instances that stay at their coarsest
-/// because they are hidden are asked for anew, as a whole where a node is hidden as a whole; so is what is
-/// decided group by group. Instances of which more or less is visible than counted are decided again, and of
-/// their groups those in chunks where that has changed.
+/// the scene, and what it leaves visible is asked for anew: of nodes that stay at their coarsest because they are
+/// hidden, of instances that do, and of what is refined. A node that is not hidden any more leads to what is below. An
+/// instance as a whole is decided again if more of it is visible than at its last answer, or if less is held; of what is
+/// decided group by group, those are in chunks where what counts has changed.
 /// With nothing changed a frame costs nothing; once its
 /// storage has grown to the scene, none allocates.
 ///

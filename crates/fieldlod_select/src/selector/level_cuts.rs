@@ -83,12 +83,14 @@ impl TraversalContext<'_> {
 }
 
 impl SceneCuts {
-    /// Takes notice of what is visible of an instance that is drawn at a level. Whether that counts for more or
-    /// less than before.
+    /// Takes notice of what is visible of an instance that is drawn at a level, or at its coarsest because of what is
+    /// visible. Whether the last answer may be another one for that.
     pub(super) fn update_level_share(&mut self, context: &TraversalContext, instance: u32) -> bool {
         let memory = &mut self.memories[instance as usize];
-        let InstanceState::AtLevel(mesh, _) = memory.state else {
-            return false;
+        let (mesh, is_refined) = match memory.state {
+            InstanceState::AtLevel(mesh, _) => (mesh, true),
+            InstanceState::Coarsest(mesh) if memory.share.is_some() => (mesh, false),
+            _ => return false,
         };
         let Some(hidden) = &context.hidden else {
             return memory.share.take().is_some();
@@ -98,19 +100,17 @@ impl SceneCuts {
         }
         let was_hidden = memory.share.is_some_and(|share| share.is_hidden());
         let now = hidden.share_of_whole(context.scene, mesh, instance, was_hidden);
-        let Some(now) = now else {
-            return false;
-        };
-        match &mut memory.share {
-            Some(share) => {
-                let has_changed = share.update(now, hidden.hold_frames);
+        match (&mut memory.share, now) {
+            (Some(share), Some(now)) => {
+                let may_change = share.update(now, is_refined, hidden.hold_frames);
                 self.has_unsettled_shares |= !share.is_settled();
-                has_changed
+                may_change
             }
-            none => {
-                *none = Some(LevelShare::seen(now));
+            (share, Some(now)) => {
+                *share = Some(LevelShare::seen(now));
                 true
             }
+            (share, None) => !is_refined && share.take().is_some(),
         }
     }
 
@@ -141,7 +141,11 @@ impl SceneCuts {
             let seen = seen.or_else(|| hidden.and_then(ask));
             self.memories[instance as usize].share = seen.map(LevelShare::seen);
         }
-        let share = self.memories[instance as usize].share;
+        let share = self.memories[instance as usize].share.as_mut();
+        let share = share.map(|share| {
+            share.note_decided();
+            *share
+        });
         let (level, validity) = context.level(instance, table, was, share.as_ref());
         self.statistics.instances_decided += 1;
         self.statistics.groups_decided += table.group_count();
@@ -156,14 +160,8 @@ impl SceneCuts {
                 context.scene.instance_at(instance).generation;
             self.change_state(context.scene, instance, state);
         }
-        // What is coarsest because it is hidden is asked for in each frame.
-        let validity = if share.is_some() && level == coarsest {
-            Validity::NONE
-        } else {
-            validity.and(size_validity, &context.now)
-        };
         NodeMemory {
-            validity,
+            validity: validity.and(size_validity, &context.now),
             below: state.below(),
         }
     }
@@ -191,7 +189,8 @@ impl SceneCuts {
                 let cut = self.pool.at_mut(key);
                 cut.begin_shares(index, table.terminal.len(), None);
                 cut.begin_at_level(table, usize::from(level));
-                self.memories[index as usize].state = InstanceState::Mixed(key);
+                let memory = &mut self.memories[index as usize];
+                (memory.state, memory.share) = (InstanceState::Mixed(key), None);
             }
         }
     }

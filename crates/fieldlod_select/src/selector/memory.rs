@@ -10,7 +10,8 @@ pub(super) struct InstanceMemory {
     pub(super) state: InstanceState,
     /// Which of the instances that had the index one after the other.
     pub(super) generation: u32,
-    /// What counts of it while it is drawn [at a level](InstanceState::AtLevel), if hidden things count less.
+    /// What counts of it while it is drawn [at a level](InstanceState::AtLevel), if hidden things count less, or at
+    /// its coarsest because of that.
     pub(super) share: Option<LevelShare>,
 }
 
@@ -51,11 +52,9 @@ impl InstanceMemory {
     /// What a visit to the instance has found, for the nodes above: where it rests on what is visible, there is
     /// another visit in each frame.
     pub(super) fn for_node(&self, found: NodeMemory) -> NodeMemory {
-        let is_asked_again =
-            self.share.is_some() && matches!(self.state, InstanceState::AtLevel(..));
-        match is_asked_again {
-            true => NodeMemory::new(found.below),
-            false => found,
+        match self.share {
+            Some(_) => NodeMemory::new(found.below),
+            None => found,
         }
     }
 }

@@ -39,12 +39,17 @@ impl HeldShare<'_> {
 
 /// What counts of a mesh that is drawn as a whole: one held share for all levels that are refined. Finer ones count
 /// what is seen now.
+///
+/// The more of a level counts the more does its error: an answer holds as long as no more is seen and no less is held.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelShare {
     now: u8,
     held: u8,
     peak: u8,
     waited: u8,
+    /// Of the last answer.
+    decided_now: u8,
+    decided_held: u8,
 }
 
 impl LevelShare {
@@ -55,25 +60,37 @@ impl LevelShare {
             held: now,
             peak: now,
             waited: 0,
+            decided_now: now,
+            decided_held: now,
         }
     }
 
-    /// Goes on to another frame. Whether anything counts more or less than before.
-    pub(super) fn update(&mut self, now: u8, hold_frames: u8) -> bool {
-        let before = (self.now, self.held);
+    /// Goes on to another frame, after one in which something was refined or not. Whether the last answer may be
+    /// another one for it.
+    pub(super) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) -> bool {
         self.now = now;
         let held = HeldShare {
             held: &mut self.held,
             peak: &mut self.peak,
             waited: &mut self.waited,
         };
-        held.update(now, true, hold_frames);
-        before != (self.now, self.held)
+        held.update(now, was_refined, hold_frames);
+        self.now > self.decided_now || was_refined && self.held < self.decided_held
+    }
+
+    /// Notes that there is an answer for this frame.
+    pub(super) fn note_decided(&mut self) {
+        (self.decided_now, self.decided_held) = (self.now, self.held);
     }
 
     /// Whether the next frame changes nothing if it sees the same.
     pub(super) fn is_settled(&self) -> bool {
         self.held == self.now
+    }
+
+    /// What is seen now.
+    pub(super) fn now(&self) -> u8 {
+        self.now
     }
 
     /// Whether nothing is seen now.

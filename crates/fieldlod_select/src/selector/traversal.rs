@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::hidden_test::HiddenTest;
 use super::memory::{Below, InstanceState, NodeMemory, Pending};
 use super::scene_cuts::SceneCuts;
+use super::share_memory::LevelShare;
 use crate::object_test::ObjectTest;
 use crate::scene::{MeshId, Scene};
 use crate::size_test::SizeTest;
@@ -77,16 +78,14 @@ impl TraversalContext<'_> {
     fn hides(&self, node: &Node) -> bool {
         let step = |hidden: &HiddenTest| hidden.buffer.hides(&node.surface_box);
         let step = self.hidden.as_ref().and_then(step);
-        self.stays_coarsest(node, step)
+        self.coarsest_by_share(node, step).is_some()
     }
 
-    /// Whether what is visible by a share stays at its coarsest.
-    fn stays_coarsest(&self, node: &Node, share: Option<u8>) -> bool {
-        let (Some(hidden), Some(share)) = (&self.hidden, share) else {
-            return false;
-        };
+    /// For how long what is visible by a share stays at its coarsest, if it does and no more of it becomes visible.
+    fn coarsest_by_share(&self, node: &Node, share: Option<u8>) -> Option<Validity> {
+        let (hidden, share) = (self.hidden.as_ref()?, share?);
         let seen = node.bounds.seen_by(hidden.counted(share));
-        self.test.coarsest(&seen, true).is_some()
+        self.test.coarsest(&seen, true)
     }
 }
 
@@ -184,14 +183,14 @@ impl SceneCuts {
         let forever = Validity::forever(&context.now);
         let entry = &context.scene.entries[index];
         let Some(mesh) = entry.seen_mesh(context.layers) else {
-            return self.mark_tested(context, position, Below::Coarsest, forever);
+            return self.mark_tested(context, position, Below::Coarsest, forever, None);
         };
         let (is_drawn, size_validity) = match &context.size {
             Some(size) => size.of_instance(node, memory.state.is_drawn()),
             None => (true, forever),
         };
         if !is_drawn {
-            return self.mark_tested(context, position, Below::Culled, size_validity);
+            return self.mark_tested(context, position, Below::Culled, size_validity, None);
         }
         // An answer for the instance as a whole.
         let forced_level = context.forced_level.or(instance_data.forced_level);
@@ -202,15 +201,16 @@ impl SceneCuts {
         };
         if let Some(coarsest) = coarsest {
             let validity = coarsest.and(&size_validity, &context.now);
-            return self.mark_tested(context, position, Below::Coarsest, validity);
+            return self.mark_tested(context, position, Below::Coarsest, validity, None);
         }
         // The same by what is visible of it, unless something was refined.
         let share = match forced_level {
             Some(_) => None,
             None => self.share_if_coarsest(context, instance, mesh),
         };
-        if context.stays_coarsest(node, share) {
-            return self.mark_tested(context, position, Below::Coarsest, Validity::NONE);
+        if let Some(coarsest) = context.coarsest_by_share(node, share) {
+            let validity = coarsest.and(&size_validity, &context.now);
+            return self.mark_tested(context, position, Below::Coarsest, validity, share);
         }
         // One level of a mesh as a whole.
         let table = context.scene.table(mesh);
@@ -220,6 +220,7 @@ impl SceneCuts {
             return self.memories[index].for_node(found);
         }
         // Its groups have to be decided.
+        self.memories[index].share = None;
         self.leaves[position] = NodeMemory::new(Below::Mixed);
         let cut = match memory.state {
             InstanceState::Mixed(key) => key,
@@ -247,13 +248,15 @@ impl SceneCuts {
     ) -> Option<u8> {
         let hidden = context.hidden.as_ref()?;
         let table = context.scene.table(mesh);
-        match self.memories[instance as usize].state {
+        let memory = &self.memories[instance as usize];
+        match memory.state {
             InstanceState::Mixed(key) => {
                 let cut = self.pool.at(key);
                 let share = cut.shares().last_of_all();
                 share.filter(|_| cut.is_coarsest(table))
             }
             InstanceState::AtLevel(..) => None,
+            InstanceState::Coarsest(_) if memory.share.is_some() => memory.share.map(|it| it.now()),
             _ => {
                 let placed = &context.scene.instances[instance as usize];
                 hidden.buffer.share_of_all(table, instance, placed)
@@ -299,17 +302,22 @@ impl SceneCuts {
         memory
     }
 
-    /// As [`Self::mark_instance`], of an instance that was tested by itself, by its position in the tree.
+    /// As [`Self::mark_instance`], of an instance that was tested by itself, by its position in the tree, and of which
+    /// no more may become visible than the `share` on which that rests.
     fn mark_tested(
         &mut self,
         context: &TraversalContext,
         position: usize,
         below: Below,
         validity: Validity,
+        share: Option<u8>,
     ) -> NodeMemory {
-        self.mark_instance(context, context.scene.tree.order[position], below);
+        let instance = context.scene.tree.order[position];
+        self.mark_instance(context, instance, below);
         self.leaves[position] = NodeMemory { validity, below };
-        self.leaves[position]
+        let memory = &mut self.memories[instance as usize];
+        memory.share = share.map(LevelShare::seen);
+        memory.for_node(self.leaves[position])
     }
 
     fn mark_instance(&mut self, context: &TraversalContext, instance: u32, below: Below) {

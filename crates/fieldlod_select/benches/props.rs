@@ -10,9 +10,7 @@ use std::time::{Duration, Instant};
 
 use common::{look_from_afar, look_through, medians};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{
-    LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View, whole_mesh_levels,
-};
+use fieldlod_select::{LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -30,7 +28,7 @@ fn main() {
     }
     let config = fieldlod_bake::BakeConfig::default();
     let rock = fieldlod_bake::bake_mesh(&fieldlod_bake::fixtures::rock(4, 1), &config).unwrap();
-    let levels = whole_mesh_levels(&rock).unwrap();
+    let levels = rock.whole_mesh_levels().unwrap();
     if std::env::args().any(|arg| arg == "views") {
         sizes.iter().for_each(|&size| views(&levels, size));
         return;

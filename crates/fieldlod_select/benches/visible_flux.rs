@@ -17,7 +17,7 @@ fn field_of_rocks(count: u32) -> Scene {
     let bake = |mesh| fieldlod_bake::bake_mesh(&mesh, &config).unwrap();
     let mut scene = Scene::default();
     let rock = bake(fieldlod_bake::fixtures::rock(5, 1));
-    let whole = scene.add_mesh(&fieldlod_select::whole_mesh_levels(&rock).unwrap());
+    let whole = scene.add_mesh(&rock.whole_mesh_levels().unwrap());
     let rock = scene.add_mesh(&rock);
     let side = (count as f32).sqrt().ceil() as u32;
     for index in 0..count {

@@ -54,7 +54,7 @@
 //! 4. The same interval, taken over all places and turns that the camera can reach within a distance,
 //!    tells for how long the decisions on 64 groups stay valid: a walking camera decides few of them
 //!    anew.
-//! 5. Of a mesh that is drawn as a whole ([`whole_mesh_levels`]) an instance keeps its level and for how far the
+//! 5. Of a mesh that is drawn as a whole ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) an instance keeps its level and for how far the
 //!    camera may move and turn with it, sought so that it is about as far as it can be. `benches/props.rs` walks
 //!    through a million of them.
 //!
@@ -100,7 +100,6 @@ mod tree;
 mod validity;
 mod view;
 mod view_parts;
-mod whole_mesh_levels;
 mod zoom;
 
 pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
@@ -114,4 +113,3 @@ pub use shadow_lights::ShadowLight;
 pub use table::GroupTable;
 pub use tree::Tally;
 pub use view::{InstanceView, View};
-pub use whole_mesh_levels::whole_mesh_levels;

@@ -12,7 +12,7 @@ use common::{
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
     Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen, Scene, Selector,
-    ShadowLight, View, group_error_px, naive, select_with, whole_mesh_levels,
+    ShadowLight, View, group_error_px, naive, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -465,7 +465,7 @@ proptest! {
         let mut scene = Scene::default();
         // In pieces and as a whole.
         let rock = &hierarchies()[0];
-        let meshes = [scene.add_mesh(rock), scene.add_mesh(&whole_mesh_levels(rock).unwrap())];
+        let meshes = [scene.add_mesh(rock), scene.add_mesh(&rock.whole_mesh_levels().unwrap())];
         let rocks: Vec<(InstanceId, Vec3)> = places.iter().zip(meshes.iter().cycle()).map(|(place, mesh)| {
             let at = *place * 30.0;
             (scene.add_instance(*mesh, Affine3A::from_translation(at), 1.0), at)

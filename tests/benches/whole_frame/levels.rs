@@ -5,7 +5,6 @@ use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::whole_mesh_levels;
 use fieldlod_tests::apps::bevy_mesh;
 
 /// Shapes of rocks.
@@ -29,7 +28,9 @@ pub(crate) fn by_rock() -> Vec<Vec<Level>> {
 
 fn levels_of(source: &SourceMesh) -> Vec<Level> {
     let baked = bake_mesh(source, &BakeConfig::default()).expect("a rock can be baked");
-    let whole = whole_mesh_levels(&baked).expect("its level fits 16-bit indices");
+    let whole = baked
+        .whole_mesh_levels()
+        .expect("its level fits 16-bit indices");
     let all = source.indices.len() as f32 / 3.0;
     let level = |kept: f32| {
         let mut units = whole.units.iter().enumerate();

@@ -12,7 +12,7 @@ use bevy::mesh::{Mesh, MeshAccessError};
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
-use fieldlod_select::{GroupTable, whole_mesh_levels};
+use fieldlod_select::GroupTable;
 
 #[cfg(feature = "bake")]
 use super::bake::bake_unless_cached;
@@ -75,7 +75,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let triangles_full = baked.source_triangle_count() as u32;
     // A level with more vertices than 16-bit indices reach cannot be drawn as a whole.
     let whole_meshes = match job.kind {
-        LodKind::WholeMesh => whole_mesh_levels(&baked),
+        LodKind::WholeMesh => baked.whole_mesh_levels(),
         _ => None,
     };
     let (kind, hierarchy) = match whole_meshes {

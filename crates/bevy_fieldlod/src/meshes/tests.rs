@@ -8,7 +8,6 @@ use bevy::mesh::{
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, Vertices, fixtures,
 };
-use fieldlod_select::whole_mesh_levels;
 
 use super::source_arrays::SourceArrays;
 use crate::events::LodError;
@@ -141,7 +140,7 @@ fn moved_vertices_have_the_values_of_the_hierarchy_and_else_those_of_where_they_
     let hierarchy = pyramid();
     let mesh = with_wind(source_of(&hierarchy));
     assert_cut(&mesh, &hierarchy);
-    assert_cut(&mesh, &whole_mesh_levels(&hierarchy).unwrap());
+    assert_cut(&mesh, &hierarchy.whole_mesh_levels().unwrap());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Scene, Selector, whole_mesh_levels};
+use fieldlod_select::{LodSettings, Scene, Selector};
 use glam::Affine3A;
 use serde::Serialize;
 
@@ -44,7 +44,7 @@ pub struct Pop {
 /// # Errors
 /// As [`Renderer::draw`].
 pub fn fly(renderer: &Renderer, baked: &Hierarchy) -> Result<Vec<FlightFrame>, RenderError> {
-    let whole = whole_mesh_levels(baked).unwrap_or_else(|| baked.clone());
+    let whole = baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
     let sphere = sphere_of(&whole);
     let model = renderer.upload(&whole);
     let mut scene = Scene::default();

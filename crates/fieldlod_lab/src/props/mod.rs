@@ -1,6 +1,6 @@
 //! Levels of whole meshes as pictures: how far each is from its source, at which size on screen.
 //!
-//! Every level of [`whole_mesh_levels`] is drawn beside the source from directions spread over the
+//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn beside the source from directions spread over the
 //! sphere, so small that its bounding sphere has one of [`RADII_PX`], and the pictures are compared.
 //! What the selection draws at [`ASKED_PX`] of quality is drawn and compared, too.
 
@@ -9,7 +9,7 @@ mod flight;
 use std::fmt::Write;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
-use fieldlod_select::{Cut, LodSettings, select, whole_mesh_levels};
+use fieldlod_select::{Cut, LodSettings, select};
 use glam::{Affine3A, Vec2, Vec3};
 use serde::Serialize;
 
@@ -71,7 +71,7 @@ pub fn measure(
     baked: &Hierarchy,
     directions: u32,
 ) -> Result<PropResult, RenderError> {
-    let whole = whole_mesh_levels(baked).unwrap_or_else(|| baked.clone());
+    let whole = baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
     let sphere = sphere_of(&whole);
     let model = renderer.upload(&whole);
     let count = whole.units.len();

@@ -1,7 +1,7 @@
 //! A world of several objects, and the eyes that look at it.
 
 use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh};
-use fieldlod_select::{InstanceId, MeshId, Scene, whole_mesh_levels};
+use fieldlod_select::{InstanceId, MeshId, Scene};
 use glam::Affine3A;
 
 use crate::eye::{Eye, Instance};
@@ -50,7 +50,7 @@ impl World {
     /// [`MeshError`] of a mesh that cannot be baked.
     pub fn add_mesh(&mut self, mesh: &SourceMesh, as_a_whole: bool) -> Result<usize, MeshError> {
         let baked = bake_mesh(mesh, &BakeConfig::default())?;
-        let whole = as_a_whole.then(|| whole_mesh_levels(&baked)).flatten();
+        let whole = as_a_whole.then(|| baked.whole_mesh_levels()).flatten();
         let hierarchy = whole.unwrap_or(baked);
         self.mesh_ids.push(self.scene.add_mesh(&hierarchy));
         self.objects

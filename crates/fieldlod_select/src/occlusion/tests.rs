@@ -162,7 +162,7 @@ fn bake_meshes() -> [Hierarchy; 3] {
             _ => {}
         }
     }
-    let whole = crate::whole_mesh_levels(&ball).unwrap();
+    let whole = ball.whole_mesh_levels().unwrap();
     [ball, whole, broken]
 }
 

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Offscreen, View, whole_mesh_levels};
+use fieldlod_select::{LodSettings, Offscreen, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -32,7 +32,9 @@ pub(crate) fn hierarchies() -> &'static [Hierarchy] {
             synthetic::ball(4, 0.002),
             unmeasured(synthetic::ball(4, 0.002)),
             synthetic::whole_mesh_levels(11, 0.002),
-            whole_mesh_levels(&bake(fixtures::height_field(16))).unwrap(),
+            bake(fixtures::height_field(16))
+                .whole_mesh_levels()
+                .unwrap(),
         ]
     })
 }

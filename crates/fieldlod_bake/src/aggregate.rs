@@ -11,8 +11,12 @@
 //! of an element which is gone to those that are left, and that of one which has grown to the source. So
 //! a guarantee says how far away the nearest leaf is drawn, not that each is.
 
+use glam::Vec3;
+
 use crate::components::{Component, components_of};
+use crate::mesh::SourceMesh;
 use crate::simplify::{Means, Simplified, Task};
+use crate::vertices::adapter;
 
 /// Fewer loose pieces are no aggregate.
 const FEWEST_ELEMENTS: usize = 6;
@@ -33,6 +37,18 @@ const SURFACE_TOLERANCE: f32 = 0.5;
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles.
 const LEAST_LEFT: f32 = 0.125;
+
+/// Whether most triangles of a mesh are those of loose pieces, such as leaves.
+pub(crate) fn is_mostly_loose(mesh: &SourceMesh) -> bool {
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+    let same_position = meshopt::generate_position_remap(&adapter(&positions));
+    let is_locked = vec![false; positions.len()];
+    let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
+    let most = (mesh.triangle_count() as f32 * MOST_OF_GROUP) as usize;
+    let elements = components.iter().filter(|c| c.triangles.len() <= most);
+    let triangles: usize = elements.clone().map(|c| c.triangles.len()).sum();
+    elements.count() >= FEWEST_ELEMENTS && triangles * 2 >= mesh.triangle_count()
+}
 
 impl Task<'_> {
     /// Simplifies surfaces and elements until the share `ratio` of the triangles is left; `None` if this

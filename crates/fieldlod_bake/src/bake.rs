@@ -41,6 +41,15 @@ pub(crate) fn bake_mesh_with_progress(
     // Check: the simplifier trusts what it is given.
     config.validate()?;
     mesh.validate()?;
+    Ok(bake_valid_mesh(mesh, config, on_triangles))
+}
+
+/// [`bake_mesh_with_progress`] without checks.
+pub(crate) fn bake_valid_mesh(
+    mesh: &SourceMesh,
+    config: &BakeConfig,
+    on_triangles: &dyn Fn(usize),
+) -> (Hierarchy, BakeReport) {
     // Cluster, group, simplify and measure, level by level.
     let mut vertices = LevelVertices::of(mesh, config);
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
@@ -55,5 +64,5 @@ pub(crate) fn bake_mesh_with_progress(
         );
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
-    Ok((hierarchy, report))
+    (hierarchy, report)
 }

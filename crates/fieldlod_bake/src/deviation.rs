@@ -25,6 +25,7 @@ use self::closer_look::{AGGREGATE_MARGIN, SAMPLING_MARGIN, Suspect, Target, WITH
 use self::handed_on::handed_on;
 use self::seen::Seen;
 use crate::clusters::{Cluster, Place};
+use crate::config::BakeConfig;
 use crate::mesh::SourceMesh;
 use crate::simplify::{Means, Simplified};
 use crate::triangle_tree::TriangleTree;
@@ -80,6 +81,55 @@ pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
     /// For each of its clusters the places that are handed on.
     pub(crate) places: Vec<Vec<Place>>,
+}
+
+/// How far each level of a mesh as a whole lies from it, in local units: levels as triangles of `positions`, of
+/// which the mesh's own come first. No level is nearer than a finer one.
+pub(crate) fn deviation_in_local(
+    mesh: &SourceMesh,
+    positions: &[Vec3],
+    levels: &[&[[u32; 3]]],
+    config: &BakeConfig,
+) -> Vec<f32> {
+    let source_count = mesh.positions.len();
+    let vertices = LevelVertices::of(mesh, config);
+    let ruler = Ruler::of(mesh, &vertices);
+    let source = [Cluster {
+        produced_by: NO_GROUP,
+        corners: mesh.indices.clone(),
+        places: Vec::new(),
+    }];
+    let scaled_from_local = vertices.local_from_scaled.recip();
+    let scaled = positions
+        .iter()
+        .map(|p| (*p * scaled_from_local).to_array());
+    let mut simplified = Simplified {
+        corners: Vec::new(),
+        error_in_scaled: 0.0,
+        least_deviation_in_scaled: 0.0,
+        means: Means::Aggregate,
+        is_pruned: false,
+        positions: scaled.collect(),
+        rows: Vec::new(),
+        is_new: (0..positions.len()).map(|v| v >= source_count).collect(),
+    };
+    let mut finer_in_scaled = 0.0;
+    let level = |triangles: &&[[u32; 3]]| {
+        simplified.corners = triangles.as_flattened().to_vec();
+        let clusters = [simplified.corners.clone()];
+        let count = triangles.len();
+        let measured = ruler.measure(
+            &source,
+            &vertices,
+            count,
+            &simplified,
+            &clusters,
+            finer_in_scaled,
+        );
+        finer_in_scaled = measured.deviation_in_scaled;
+        (finer_in_scaled * vertices.local_from_scaled).min(f32::MAX)
+    };
+    levels.iter().map(level).collect()
 }
 
 impl Ruler {

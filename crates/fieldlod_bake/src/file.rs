@@ -5,13 +5,14 @@ use std::path::Path;
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use rayon::prelude::*;
 
-use crate::bake::bake_mesh_with_progress;
 use crate::config::BakeConfig;
 use crate::import::{
     Import, ImportError, ImportedPrimitive, Skipped, UnreadImage, import_gltf, import_gltf_bytes,
 };
-use crate::progress::{BakeProgress, Tracker};
+use crate::mesh::SourceMesh;
+use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
+use crate::together::bake_together_with_progress;
 
 /// The levels of detail of all primitives of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,10 +65,17 @@ fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
-    let primitives = import.primitives.par_iter();
-    let in_parallel = primitives.map(|primitive| bake_primitive(primitive, config, &tracker));
+    // What is in one glTF mesh may be one plant.
+    let meshes: Vec<&[ImportedPrimitive]> = import
+        .primitives
+        .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
+        .collect();
+    let in_parallel = meshes
+        .par_iter()
+        .map(|mesh| bake_primitives(mesh, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
-    let (primitives, reports) = baked.into_iter().unzip();
+    let baked = baked.into_iter().flatten();
+    let (primitives, reports) = baked.unzip();
     Ok(BakeOutcome {
         file: BakedFile { primitives },
         reports,
@@ -76,22 +84,31 @@ fn bake_import(
     })
 }
 
-fn bake_primitive(
-    primitive: &ImportedPrimitive,
+/// The primitives of one glTF mesh.
+fn bake_primitives(
+    primitives: &[ImportedPrimitive],
     config: &BakeConfig,
     tracker: &Tracker<'_>,
-) -> Result<(BakedPrimitive, BakeReport), ImportError> {
-    let share = tracker.share_of(primitive.mesh.triangle_count());
-    let baked = bake_mesh_with_progress(&primitive.mesh, config, &|count| share.add(count));
-    share.finish();
-    let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
-        place: primitive.place.clone(),
-        fault,
-    })?;
-    let place = &primitive.place;
-    let (mesh, index) = (place.mesh_index, place.primitive_index);
-    let baked = BakedPrimitive::new(mesh, index, &*place.name, hierarchy);
-    Ok((baked, report))
+) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
+    let meshes: Vec<&SourceMesh> = primitives.iter().map(|primitive| &primitive.mesh).collect();
+    let shares = meshes
+        .iter()
+        .map(|mesh| tracker.share_of(mesh.triangle_count()));
+    let shares: Vec<Share<'_>> = shares.collect();
+    let baked =
+        bake_together_with_progress(&meshes, config, &|mesh, count| shares[mesh].add(count));
+    shares.iter().for_each(Share::finish);
+    let finished = primitives.iter().zip(baked).map(|(primitive, baked)| {
+        let place = &primitive.place;
+        let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
+            place: place.clone(),
+            fault,
+        })?;
+        let (mesh, index) = (place.mesh_index, place.primitive_index);
+        let baked = BakedPrimitive::new(mesh, index, &*place.name, hierarchy);
+        Ok((baked, report))
+    });
+    finished.collect()
 }
 
 fn nothing_to_bake(skipped: &[Skipped]) -> ImportError {

@@ -12,7 +12,7 @@ mod plants;
 pub use closed::{icosphere, rock, shells, torus_knot};
 pub use degenerate::{coincident_points, doubled, flat_shaded, non_manifold_fan, one_triangle};
 pub use open::{height_field, islands, plane};
-pub use plants::{cards, crown, cut_out};
+pub use plants::{cards, crown, crown_in_parts, cut_out};
 
 use glam::Vec3;
 

@@ -29,6 +29,7 @@
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
 //! | what levels of the whole mesh look like | `appearance`, `picture`, `surface` |
+//! | primitives that are one plant, baked as one | `together` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
 //! # Conventions
@@ -81,6 +82,7 @@ mod progress;
 mod report;
 mod simplify;
 mod surface;
+mod together;
 mod triangle;
 mod triangle_tree;
 mod triangles_4;
@@ -106,5 +108,6 @@ pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
 pub use surface::{Surface, SurfaceAlpha, TextureMapping};
+pub use together::bake_together;
 pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

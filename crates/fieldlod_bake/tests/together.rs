@@ -1,0 +1,170 @@
+//! Meshes that are baked together, as the bark and the leaves of a tree.
+
+mod common;
+
+use fieldlod_bake::{
+    BakeConfig, MeshError, SourceMesh, VerifySettings, bake_mesh, bake_together, fixtures, verify,
+};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Vec2, Vec3};
+
+fn bake(meshes: &[&SourceMesh]) -> Vec<Hierarchy> {
+    let baked = bake_together(meshes, &BakeConfig::default());
+    baked.into_iter().map(|baked| baked.unwrap().0).collect()
+}
+
+/// By what it is decided how long each level is drawn.
+fn decisions(levels: &Hierarchy) -> Vec<(f32, f32)> {
+    let groups = levels.groups.iter();
+    groups
+        .map(|group| (group.error_in_local, group.deviation_in_local))
+        .collect()
+}
+
+#[test]
+fn two_meshes_of_a_crown_have_the_levels_of_one() {
+    let [bark, leaves] = fixtures::crown_in_parts(1500, 1);
+    let one = bake_mesh(&fixtures::crown(1500, 1), &BakeConfig::default()).unwrap();
+    let one = one.whole_mesh_levels().unwrap();
+    let both = bake(&[&bark, &leaves]);
+    // Each is drawn as it is by the same decisions.
+    for (part, source) in both.iter().zip([&bark, &leaves]) {
+        assert_eq!(part.validate(), Ok(()));
+        assert_eq!(part.source, source.source_hash());
+        assert_eq!(part.whole_mesh_levels().as_ref(), Some(part));
+        assert!(
+            part.groups
+                .iter()
+                .all(|group| group.bounds == both[0].groups[0].bounds)
+        );
+        let verified = verify(source, part, &VerifySettings::default());
+        verified.unwrap();
+    }
+    // They change at the same errors, but for levels at which one of them hardly does, until leaves are no more.
+    let [bark, leaves] = [&both[0], &both[1]].map(decisions);
+    let same = bark.iter().filter(|step| leaves.contains(step)).count();
+    assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
+    // At each error of the one, both together have about its triangles.
+    for group in &one.groups {
+        let drawn = |levels: &Hierarchy| {
+            let mut groups = levels.groups.iter();
+            let index = groups.position(|own| own.error_in_local >= group.error_in_local * 0.99);
+            levels.units[index.unwrap()].triangle_count as f32
+        };
+        let (together, whole) = (both.iter().map(drawn).sum::<f32>(), drawn(&one));
+        println!("{together} for {whole}");
+        assert!(together < whole * 1.35 + 8.0, "{together} for {whole}");
+    }
+}
+
+#[test]
+fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
+    let config = BakeConfig::default();
+    let [bark, leaves] = fixtures::crown_in_parts(600, 2);
+    let rock = fixtures::rock(4, 1);
+    let small = BakeConfig {
+        together_below_triangles: bark.triangle_count() + leaves.triangle_count(),
+        ..config.clone()
+    };
+    let without_normals = SourceMesh {
+        normals: Vec::new(),
+        ..bark.clone()
+    };
+    let apart: [(&[&SourceMesh], _); 4] = [
+        (&[&rock, &bark], &config),
+        (&[&bark, &leaves], &small),
+        (&[&without_normals, &leaves], &config),
+        (&[&leaves], &config),
+    ];
+    for (meshes, config) in apart {
+        for (baked, mesh) in bake_together(meshes, config).into_iter().zip(meshes) {
+            assert_eq!(baked.unwrap().0, bake_mesh(mesh, config).unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_broken_mesh_harms_no_other() {
+    let [bark, leaves] = fixtures::crown_in_parts(600, 2);
+    let broken = SourceMesh {
+        positions: vec![Vec3::NAN; bark.positions.len()],
+        ..bark
+    };
+    let baked = bake_together(&[&broken, &leaves], &BakeConfig::default());
+    assert!(matches!(
+        baked[0],
+        Err(MeshError::BadPosition { vertex: 0, .. })
+    ));
+    let alone = bake_mesh(&leaves, &BakeConfig::default()).unwrap();
+    assert_eq!(baked[1].as_ref().unwrap().0, alone);
+    assert!(bake_together(&[], &BakeConfig::default()).is_empty());
+}
+
+/// One has texture coordinates, the other colours; some vertices of both lie at the same places.
+#[test]
+fn meshes_keep_their_own_attributes_and_vertices() {
+    let [bark, mut leaves] = fixtures::crown_in_parts(1500, 3);
+    leaves.colors.clear();
+    leaves.uvs = vec![Vec2::splat(0.25); leaves.positions.len()];
+    leaves.has_other_attributes = true;
+    for leaf in leaves.positions.chunks_mut(4) {
+        let distance = |p: &Vec3| p.distance_squared(leaf[0]);
+        let nearest = bark
+            .positions
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        leaf[0] = *nearest.unwrap();
+    }
+    let both = bake(&[&bark, &leaves]);
+    for (part, source) in both.iter().zip([&bark, &leaves]) {
+        let vertices = &part.vertices;
+        let count = vertices.positions.len();
+        assert!(count > source.positions.len() && part.units.len() > 3);
+        let lengths = |present: bool| if present { count } else { 0 };
+        assert_eq!(vertices.colors.len(), lengths(!source.colors.is_empty()));
+        assert_eq!(vertices.uvs.len(), lengths(!source.uvs.is_empty()));
+        assert_eq!(vertices.normals.len(), count);
+        assert!(
+            vertices
+                .uvs
+                .iter()
+                .all(|uv| uv.distance(Vec2::splat(0.25)) < 1e-3)
+        );
+        let moved = count - source.positions.len();
+        assert_eq!(
+            part.moved_from.len(),
+            if source.has_other_attributes {
+                moved
+            } else {
+                0
+            }
+        );
+        let origins = part.moved_from.iter();
+        assert!(
+            origins
+                .clone()
+                .all(|&v| (v as usize) < source.positions.len())
+        );
+        verify(source, part, &VerifySettings::default()).unwrap();
+    }
+}
+
+#[test]
+fn a_mesh_twice_and_a_mesh_without_area_are_survived() {
+    let leaves = fixtures::cards(400, 1);
+    let nothing = SourceMesh {
+        uvs: vec![Vec2::ZERO; 300],
+        normals: vec![Vec3::Y; 300],
+        ..fixtures::coincident_points(100)
+    };
+    assert_eq!(nothing.positions.len(), 300);
+    for meshes in [[&leaves, &leaves], [&leaves, &nothing]] {
+        for (part, source) in bake(&meshes).iter().zip(meshes) {
+            assert_eq!(part.validate(), Ok(()));
+            assert_eq!(
+                part.source_triangle_count() as usize,
+                source.triangle_count()
+            );
+        }
+    }
+}

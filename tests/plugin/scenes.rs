@@ -5,14 +5,16 @@ use std::path::Path;
 use bevy::gltf::{GltfLoaderSettings, convert_coordinates::GltfConvertCoordinates};
 use bevy::log::tracing::Level;
 use bevy::prelude::*;
-use bevy_fieldlod::LodOrigin;
+use bevy_fieldlod::{LodOrigin, LodSource};
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{app_in, logged, origins, progress, ready, run_until, spawn_camera, stats};
+use crate::headless::{
+    app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera, stats,
+};
 
 /// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
 /// without normals.
@@ -34,6 +36,22 @@ fn two_rocks() -> GltfFile {
 /// A file with one scene of one rock.
 fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
     let mut file = GltfFile::of(&fieldlod_tests::rock(subdivisions, seed));
+    file.json["nodes"] = json!([{ "mesh": 0 }]);
+    file.json["scenes"] = json!([{ "nodes": [0] }]);
+    file
+}
+
+/// A file with one scene of one tree: bark and leaves are primitives of one mesh.
+fn one_tree() -> GltfFile {
+    let [bark, leaves] = fieldlod_tests::crown_in_parts(1500, 1);
+    let mut file = GltfFile::of(&bark);
+    file.add_mesh(&leaves);
+    let added = file.list("meshes").pop().unwrap();
+    let leaves = added["primitives"][0].clone();
+    file.list("meshes")[0]["primitives"]
+        .as_array_mut()
+        .unwrap()
+        .push(leaves);
     file.json["nodes"] = json!([{ "mesh": 0 }]);
     file.json["scenes"] = json!([{ "nodes": [0] }]);
     file
@@ -305,4 +323,57 @@ fn rejects_a_missing_fieldlod_file() {
     run_until(&mut app, "the log names the file", |_| {
         logged(Level::ERROR, &["missing.fieldlod"])
     });
+}
+
+/// The triangles of all that is drawn of a tree on the way up to it, bark and leaves.
+fn triangles_on_the_way(app: &mut App) -> Vec<[usize; 2]> {
+    let camera = spawn_camera(app, 400.0);
+    let mut drawn = Vec::new();
+    let mut distance = 400.0f32;
+    while distance > 4.0 {
+        move_camera(app, camera, distance);
+        app.update();
+        app.update();
+        let mut objects = app.world_mut().query::<(&Mesh3d, &LodSource)>();
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        let count = |(mesh, source): (&Mesh3d, &LodSource)| {
+            let count = |mesh| meshes.get(mesh).unwrap().indices().unwrap().len() / 3;
+            (count(&source.mesh), count(&mesh.0))
+        };
+        let mut counts: Vec<_> = objects.iter(app.world()).map(count).collect();
+        counts.sort_unstable();
+        drawn.push([counts[0].1, counts[1].1]);
+        distance *= 0.97;
+    }
+    drawn
+}
+
+#[test]
+fn bark_and_leaves_of_a_tree_change_their_levels_together() {
+    let mut file = one_tree();
+    let glb = file.glb();
+    let cache = tempfile::tempdir().unwrap();
+    let on_the_way = |origin: LodOrigin| {
+        let mut app = app_in(file.folder());
+        let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+        config.cache_folder = Some(cache.path().into());
+        spawn_scene(&mut app, None);
+        ready(&mut app, 2);
+        assert_eq!(origins(&app), [origin; 2]);
+        triangles_on_the_way(&mut app)
+    };
+    let baked = on_the_way(LodOrigin::Baked);
+    assert_eq!(on_the_way(LodOrigin::Cache), baked);
+    file.write("mesh.fieldlod", &bake(&glb));
+    assert_eq!(on_the_way(LodOrigin::BesideAsset), baked);
+    // In every step in which one changes, so does the other, until leaves are too few to change.
+    let steps = baked
+        .windows(2)
+        .map(|pair| [0, 1].map(|part| pair[0][part] != pair[1][part]));
+    let changes: Vec<[bool; 2]> = steps.filter(|[bark, leaves]| *bark || *leaves).collect();
+    let together = changes
+        .iter()
+        .filter(|[bark, leaves]| *bark && *leaves)
+        .count();
+    assert!(together >= 4 && together + 4 >= changes.len(), "{baked:?}");
 }

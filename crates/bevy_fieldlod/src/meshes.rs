@@ -15,6 +15,8 @@ mod source_arrays;
 #[cfg(test)]
 mod tests;
 mod threads;
+#[cfg(feature = "bake")]
+mod together;
 
 use bevy::prelude::*;
 

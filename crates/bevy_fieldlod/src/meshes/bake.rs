@@ -9,28 +9,38 @@ use xxhash_rust::xxh3::Xxh3;
 use super::cache;
 use super::source_arrays::SourceArrays;
 use super::threads::BakeThreads;
+use super::together::Member;
 use crate::events::{LodError, LodOrigin};
 
-/// Takes the hierarchy of `source` from the cache, else bakes it on `threads` and puts it there.
+/// Takes the hierarchy of `source` from the cache, else bakes it on `threads`, with the others that it is `member` of,
+/// and puts it there.
 pub(super) fn bake_unless_cached(
     source: SourceArrays,
     cache_folder: Option<&Path>,
     config: &BakeConfig,
     threads: Option<&BakeThreads>,
+    member: Option<&Member>,
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
-    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, config)));
+    let together = member.and_then(|member| Some((member, member.sources()?)));
+    let others = together
+        .as_ref()
+        .map(|(member, sources)| (member.index(), &**sources));
+    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, config, others)));
     if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
         return Ok((found, LodOrigin::Cache));
     }
     let threads = threads.ok_or(LodError::BakeDisabled)?;
-    let baked = threads.run(|| bake_mesh(&source_mesh(source), config))?;
+    let baked = match together {
+        Some((member, sources)) => member.bake(sources, threads)?,
+        None => threads.run(|| bake_mesh(&source_mesh(source), config))?,
+    };
     if let Some(path) = &entry {
         cache::write(path, &baked);
     }
     Ok((baked, LodOrigin::Baked))
 }
 
-fn source_mesh(source: SourceArrays) -> SourceMesh {
+pub(super) fn source_mesh(source: SourceArrays) -> SourceMesh {
     SourceMesh {
         positions: source.vertices.positions,
         normals: source.vertices.normals,
@@ -44,16 +54,28 @@ fn source_mesh(source: SourceArrays) -> SourceMesh {
     }
 }
 
-/// The name of the cache entry: a hash of all that baking looks at.
-fn entry_name(source: &SourceArrays, config: &BakeConfig) -> String {
+/// The name of the cache entry: a hash of all that baking looks at. `together` are the meshes of which this one, by
+/// its index, is baked with the others.
+fn entry_name(
+    source: &SourceArrays,
+    config: &BakeConfig,
+    together: Option<(usize, &[SourceArrays])>,
+) -> String {
     let mut hasher = Xxh3::new();
     // Another version may bake differently, or write another format.
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&FORMAT_VERSION.to_le_bytes());
     hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
     hasher.update(format!("{config:?}").as_bytes());
-    let mesh = source.vertices.source_hash(&source.indices);
-    hasher.update(&mesh.0.to_le_bytes());
-    hasher.update(&[source.has_other_attributes.into()]);
+    let mut add = |source: &SourceArrays| {
+        let mesh = source.vertices.source_hash(&source.indices);
+        hasher.update(&mesh.0.to_le_bytes());
+        hasher.update(&[source.has_other_attributes.into()]);
+    };
+    add(source);
+    if let Some((index, all)) = together {
+        all.iter().for_each(add);
+        hasher.update(&index.to_le_bytes());
+    }
     format!("{:032x}.fieldlod", hasher.digest128())
 }

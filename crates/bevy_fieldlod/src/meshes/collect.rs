@@ -67,6 +67,8 @@ pub(super) fn collect_prepared_meshes(
     // Files may change until the next mesh asks for them.
     if known.in_preparation.meshes == 0 {
         known.sidecars.clear();
+        #[cfg(feature = "bake")]
+        known.together.clear();
     }
 }
 

@@ -14,6 +14,8 @@ use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
 use super::threads::PrepareThreads;
+#[cfg(feature = "bake")]
+use super::together::{AllTogether, Candidates};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
@@ -35,6 +37,8 @@ pub(crate) struct LodMeshes {
     pub(super) sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
     pub(super) changing: ChangingMeshes,
+    #[cfg(feature = "bake")]
+    pub(super) together: AllTogether,
     threads: Option<PrepareThreads>,
 }
 
@@ -88,6 +92,8 @@ impl LodMeshes {
 
     /// Forgets a mesh that changed or is gone, and returns the levels that it had.
     pub(crate) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
+        #[cfg(feature = "bake")]
+        self.together.forget(mesh);
         let forgotten = self.entries.remove(&mesh).unwrap_or_default();
         if !forgotten.is_empty() {
             self.count_in_preparation();
@@ -240,6 +246,20 @@ impl LodMeshLookup<'_> {
         };
         // All else is the task's.
         let sidecar = self.sidecar(mesh);
+        #[cfg(feature = "bake")]
+        let bake = request.bake.as_ref().unwrap_or(&self.config.bake).clone();
+        #[cfg(feature = "bake")]
+        let candidates = Candidates {
+            kind: request.kind,
+            lods: &self.config,
+            meshes: &self.meshes,
+            assets: &self.assets,
+        };
+        #[cfg(feature = "bake")]
+        let member = match kind {
+            LodKind::WholeMesh => self.known.together.member(mesh, &bake, &candidates),
+            _ => None,
+        };
         let new_threads = || PrepareThreads::new(&self.config);
         let threads = self.known.threads.get_or_insert_with(new_threads);
         let job = PrepareJob {
@@ -252,7 +272,9 @@ impl LodMeshLookup<'_> {
             #[cfg(feature = "bake")]
             cache_folder: self.config.cache_folder.clone(),
             #[cfg(feature = "bake")]
-            bake: request.bake.as_ref().unwrap_or(&self.config.bake).clone(),
+            member,
+            #[cfg(feature = "bake")]
+            bake,
             #[cfg(feature = "bake")]
             threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
         };
@@ -308,7 +330,7 @@ impl LodMeshLookup<'_> {
     }
 }
 
-fn triangle_count(mesh: &Mesh) -> usize {
+pub(super) fn triangle_count(mesh: &Mesh) -> usize {
     // What cannot be counted is refused, with its reason, by the task.
     let corners = match mesh.try_indices_option() {
         Ok(Some(indices)) => Indices::len(indices),

@@ -20,6 +20,8 @@ use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 #[cfg(feature = "bake")]
 use super::threads::BakeThreads;
+#[cfg(feature = "bake")]
+use super::together::Member;
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
@@ -46,6 +48,9 @@ pub(super) struct PrepareJob {
     /// What a bake runs on; `None` if there is to be none.
     #[cfg(feature = "bake")]
     pub(super) threads: Option<BakeThreads>,
+    /// What it is baked with.
+    #[cfg(feature = "bake")]
+    pub(super) member: Option<Member>,
 }
 
 /// A mesh with levels of detail that is not in the scene and in the assets yet.
@@ -193,6 +198,6 @@ async fn find_or_bake(
         };
         // What was baked once is not baked again.
         let (folder, threads) = (job.cache_folder.as_deref(), job.threads.as_ref());
-        bake_unless_cached(source, folder, &config, threads)
+        bake_unless_cached(source, folder, &config, threads, job.member.as_ref())
     }
 }

@@ -55,8 +55,8 @@ pub struct BakeConfig {
     /// loose pieces, such as leaves, with no more vertices than can be drawn as a whole. Without, a level is
     /// as bad as its worst piece.
     pub measure_appearance: bool,
-    /// Primitives of one glTF mesh that have fewer triangles than this in all, most of them those of loose pieces,
-    /// such as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
+    /// Up to four primitives of one glTF mesh that have fewer triangles than this in all, many of them those of
+    /// leaves, as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
     pub together_below_triangles: usize,
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,
@@ -75,7 +75,7 @@ impl Default for BakeConfig {
             first_moved_level: 0,
             measure_deviation: true,
             measure_appearance: true,
-            together_below_triangles: 20_000,
+            together_below_triangles: 1 << 16,
             protect_uv_seams: true,
         }
     }

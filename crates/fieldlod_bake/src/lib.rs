@@ -108,6 +108,6 @@ pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
 pub use surface::{Surface, SurfaceAlpha, TextureMapping};
-pub use together::bake_together;
+pub use together::{MOST_TOGETHER, bake_together};
 pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -13,13 +13,15 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::aggregate::is_mostly_loose;
+use crate::aggregate::has_leaves;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
 
+/// No more meshes than this are taken for one plant.
+pub const MOST_TOGETHER: usize = 4;
 /// All vertices of the meshes are counted by 16 bits, as those of any mesh that is drawn as a whole.
 const MOST_VERTICES: usize = 1 << 16;
 /// A level of one of the meshes that keeps more than this share of its triangles is left out.
@@ -31,8 +33,8 @@ const APART: f32 = 1.0 / (1 << 22) as f32;
 /// Bakes meshes that are one object, in the order given: plants together, anything else each by itself.
 ///
 /// Together means with one bake over all, so that they change levels together and only as a whole: each
-/// hierarchy has one unit for each level. That is done for two or more meshes, mostly of loose pieces such as
-/// leaves, that have fewer than [`BakeConfig::together_below_triangles`] triangles and no more than 65,536 vertices
+/// hierarchy has one unit for each level. That is done for two to [`MOST_TOGETHER`] meshes, of which a quarter of the
+/// triangles is many loose pieces such as leaves, that have fewer than [`BakeConfig::together_below_triangles`] triangles and no more than 65,536 vertices
 /// in all, and normals or none; and only if all of them are valid.
 ///
 /// # Errors
@@ -68,12 +70,12 @@ fn are_one_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles
         && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES;
     let with_normals = meshes.iter().filter(|mesh| !mesh.normals.is_empty());
-    meshes.len() > 1
+    (2..=MOST_TOGETHER).contains(&meshes.len())
         && is_small
         && [0, meshes.len()].contains(&with_normals.count())
         && config.validate().is_ok()
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
-        && is_mostly_loose(&as_one_mesh(meshes))
+        && has_leaves(&as_one_mesh(meshes))
 }
 
 /// The vertices of each mesh among those of all.
@@ -183,6 +185,8 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
 /// What is one mesh's of the levels of all.
 struct Part<'a> {
     mesh: &'a SourceMesh,
+    /// Where the whole has its vertices, by bits, and where the mesh has them.
+    own_positions: FxHashMap<[u32; 3], Vec3>,
     vertices: Vertices,
     moved_from: Vec<u32>,
     /// Its own levels, finest first: which level of the whole each is, and its triangles.
@@ -192,8 +196,13 @@ struct Part<'a> {
 impl<'a> Part<'a> {
     /// Of the mesh whose vertices are `range` of the whole's.
     fn of(mesh: &'a SourceMesh, range: Range<usize>, whole: &Hierarchy) -> Self {
+        let of_whole = whole.vertices.positions[range.clone()].iter();
         let mut part = Self {
             mesh,
+            own_positions: of_whole
+                .map(bits)
+                .zip(mesh.positions.iter().copied())
+                .collect(),
             vertices: mesh.vertices(),
             moved_from: Vec::new(),
             levels: Vec::new(),
@@ -232,9 +241,12 @@ impl<'a> Part<'a> {
         }
         let from = &whole.vertices;
         let own = self.vertices.positions.len() as u32;
+        // What stayed at its place is exactly where the mesh has it: else there would be cracks.
+        let position = &from.positions[vertex as usize];
+        let own_position = self.own_positions.get(&bits(position));
         self.vertices
             .positions
-            .push(from.positions[vertex as usize]);
+            .push(*own_position.unwrap_or(position));
         push_if_held(&mut self.vertices.normals, &from.normals, vertex);
         push_if_held(&mut self.vertices.uvs, &from.uvs, vertex);
         push_if_held(&mut self.vertices.tangents, &from.tangents, vertex);
@@ -273,6 +285,10 @@ impl<'a> Part<'a> {
         debug_assert_eq!(own.validate(), Ok(()));
         Some(own)
     }
+}
+
+fn bits(position: &Vec3) -> [u32; 3] {
+    position.to_array().map(f32::to_bits)
 }
 
 /// The source vertex that a vertex is or came from.

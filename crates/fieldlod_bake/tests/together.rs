@@ -5,7 +5,7 @@ mod common;
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifySettings, bake_mesh, bake_together, fixtures, verify,
 };
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
 use glam::{Vec2, Vec3};
 
 fn bake(meshes: &[&SourceMesh]) -> Vec<Hierarchy> {
@@ -70,7 +70,8 @@ fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
         normals: Vec::new(),
         ..bark.clone()
     };
-    let apart: [(&[&SourceMesh], _); 4] = [
+    let apart: [(&[&SourceMesh], _); 5] = [
+        (&[&bark, &leaves, &rock, &rock, &rock], &config),
         (&[&rock, &bark], &config),
         (&[&bark, &leaves], &small),
         (&[&without_normals, &leaves], &config),
@@ -145,6 +146,27 @@ fn meshes_keep_their_own_attributes_and_vertices() {
                 .clone()
                 .all(|&v| (v as usize) < source.positions.len())
         );
+        verify(source, part, &VerifySettings::default()).unwrap();
+    }
+}
+
+/// Closed fruits become flat beside open leaves, and bark has seams.
+#[test]
+fn closed_meshes_stay_closed_beside_open_ones() {
+    let mut random = Random::new(1);
+    let fruits = (0..60).map(|_| {
+        let (mut fruit, at) = (fixtures::icosphere(1), random.vector());
+        fruit.positions.iter_mut().for_each(|p| *p = at + *p * 0.05);
+        fruit
+    });
+    let fruits = fixtures::joined(&fruits.collect::<Vec<_>>());
+    let mut leaves = fixtures::cards(1000, 2);
+    leaves.uvs.clear();
+    let bark = fixtures::flat_shaded(&fixtures::rock(3, 1));
+    let meshes = [&leaves, &fruits, &bark];
+    for (part, source) in bake(&meshes).iter().zip(meshes) {
+        assert_eq!(part.whole_mesh_levels().as_ref(), Some(part));
+        assert!(part.units.len() > 3);
         verify(source, part, &VerifySettings::default()).unwrap();
     }
 }

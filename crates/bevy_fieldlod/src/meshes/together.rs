@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::Mesh;
-use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_together};
+use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, bake_together};
 use fieldlod_hierarchy::Hierarchy;
 
 use super::bake::source_mesh;
@@ -74,14 +74,14 @@ pub(super) struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// The primitives of the same glTF mesh that are drawn as whole meshes, `None` if it is the only one or they
-    /// have too many triangles.
+    /// The primitives of the same glTF mesh that are drawn as whole meshes, `None` if it is the only one, or they
+    /// are too many or have too many triangles.
     fn beside(&self, mesh: AssetId<Mesh>, config: &BakeConfig) -> Option<Together> {
         let path = self.assets.get_path(mesh)?.into_owned();
         let of_mesh: usize = mesh_index(path.label()?)?;
         let mut left = config.together_below_triangles;
         let mut found: Vec<(AssetId<Mesh>, &Mesh)> = Vec::new();
-        for primitive in 0.. {
+        for primitive in 0..=MOST_TOGETHER {
             let label = GltfAssetLabel::Primitive {
                 mesh: of_mesh,
                 primitive,
@@ -90,6 +90,9 @@ impl Candidates<'_> {
             let Some(handle) = self.assets.get_handle::<Mesh>(path) else {
                 break;
             };
+            if primitive == MOST_TOGETHER {
+                return None;
+            }
             let Some(mesh) = self.meshes.get(&handle) else {
                 continue;
             };

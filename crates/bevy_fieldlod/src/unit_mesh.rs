@@ -45,7 +45,9 @@ pub(crate) fn unit_mesh(
 ) -> Result<Mesh, MeshAccessError> {
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     let vertices = hierarchy.vertices_of(unit);
-    let origins: Vec<u32> = vertices.iter().map(|&v| origin(hierarchy, v)).collect();
+    // Any, if that is not known: then the hierarchy holds all attributes of moved vertices.
+    let origin = |&vertex: &u32| hierarchy.origin_of(vertex).unwrap_or(0);
+    let origins: Vec<u32> = vertices.iter().map(origin).collect();
     for (attribute, values) in source.try_attributes()? {
         let mut values = gather(values, &origins);
         move_values(&mut values, attribute.id, hierarchy, vertices);
@@ -76,15 +78,6 @@ pub(crate) fn simplified_mesh(hierarchy: &Hierarchy, level: u32) -> Mesh {
     )
     .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
     .with_inserted_indices(Indices::U32(indices))
-}
-
-/// The source vertex that `vertex` is or came from. Any, if that is not known: then the hierarchy holds
-/// all attributes of moved vertices.
-fn origin(hierarchy: &Hierarchy, vertex: u32) -> u32 {
-    match vertex.checked_sub(hierarchy.source_vertex_count) {
-        Some(moved) => *hierarchy.moved_from.get(moved as usize).unwrap_or(&0),
-        None => vertex,
-    }
 }
 
 /// Gives moved vertices the values that the hierarchy holds of an attribute.

@@ -10,10 +10,11 @@
 //! the level is as good as 1 px. The error by which it is chosen is then `1 / √c`, a length.
 
 use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
+use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::picture::{Model, Picture, Viewpoint, exposure_of};
-use crate::surface::Surface;
+use crate::surface::{Surface, Surfaces};
 
 /// From how many directions a mesh is seen.
 const DIRECTIONS: usize = 12;
@@ -34,13 +35,13 @@ const MOST_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels of a mesh that may be drawn as a whole, and states in each group how the level
 /// looks that it is simplified to.
-pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surface: Option<&Surface>) {
+pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     if hierarchy.source_vertex_count > MOST_VERTICES {
         return;
     }
     let cuts = hierarchy.whole_mesh_cuts();
     let radius = sphere_of(hierarchy).radius;
-    let differences = differences(hierarchy, &cuts, surface);
+    let differences = differences(hierarchy, &cuts, surfaces);
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
     for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
         let good_until_px = good_until(by_size);
@@ -76,26 +77,34 @@ struct Squares {
 fn differences(
     hierarchy: &Hierarchy,
     cuts: &[WholeMeshCut],
-    surface: Option<&Surface>,
+    surfaces: &Surfaces,
 ) -> Vec<[f32; SIZES]> {
     let Some((source, levels)) = cuts.split_first() else {
         return Vec::new();
     };
     let vertices = &hierarchy.vertices;
-    let source_colors = vertices.colors.iter();
+    let count = hierarchy.source_vertex_count;
+    let surface = |vertex: u32| surfaces.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
+    let all = 0..vertices.positions.len() as u32;
+    let of_vertices: Vec<Option<&Surface>> = all.clone().map(surface).collect();
+    let uv = |vertex: u32| {
+        let mapping = of_vertices[vertex as usize].and_then(Surface::mapping);
+        let uvs = match mapping {
+            Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
+            _ => &vertices.uvs,
+        };
+        uvs.get(vertex as usize).copied().unwrap_or_default()
+    };
     let model = Model {
         positions: &vertices.positions,
         normals: &vertices.normals,
         colors: &vertices.colors,
-        surface,
-        uvs: match surface.and_then(Surface::mapping) {
-            Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
-            _ => &vertices.uvs,
-        },
+        surfaces: &of_vertices,
+        uvs: &all.map(uv).collect::<Vec<Vec2>>(),
         sphere: sphere_of(hierarchy),
         exposure: exposure_of(
-            source_colors.take(hierarchy.source_vertex_count as usize),
-            surface,
+            vertices.colors.get(..count as usize).unwrap_or(&[]),
+            surfaces,
         ),
     };
     let side = (2.0 * LARGEST_PX) as usize * SAMPLES;
@@ -180,10 +189,10 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let cuts = hierarchy.whole_mesh_cuts();
             let radius = sphere_of(&hierarchy).radius;
-            for (cut, by_size) in cuts
-                .iter()
-                .skip(1)
-                .zip(differences(&hierarchy, &cuts, None))
+            for (cut, by_size) in
+                cuts.iter()
+                    .skip(1)
+                    .zip(differences(&hierarchy, &cuts, &Surfaces::default()))
             {
                 let error = hierarchy.largest_below(cut.group_level, |g| g.error_in_local);
                 let at_1_px = radius / (error * FACING_ALL_WAYS);

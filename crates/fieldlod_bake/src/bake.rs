@@ -8,6 +8,7 @@ use crate::config::BakeConfig;
 use crate::levels::build_levels;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
+use crate::surface::Surfaces;
 use crate::vertices::LevelVertices;
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
@@ -41,27 +42,31 @@ pub(crate) fn bake_mesh_with_progress(
     // Check: the simplifier trusts what it is given.
     config.validate()?;
     mesh.validate()?;
-    Ok(bake_valid_mesh(mesh, config, on_triangles))
+    Ok(bake_valid_mesh(
+        mesh,
+        Surfaces::of([mesh]),
+        config,
+        on_triangles,
+    ))
 }
 
-/// [`bake_mesh_with_progress`] without checks.
+/// [`bake_mesh_with_progress`] without checks, of a mesh of one or more parts that look like `surfaces`.
 pub(crate) fn bake_valid_mesh(
     mesh: &SourceMesh,
+    surfaces: Surfaces,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> (Hierarchy, BakeReport) {
     // Cluster, group, simplify and measure, level by level.
     let mut vertices = LevelVertices::of(mesh, config);
+    vertices.surfaces = surfaces.clone();
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);
     // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
     // by their errors, by which that is calibrated.
     if config.measure_appearance && report.has_aggregates {
-        measure_levels(
-            &mut hierarchy,
-            mesh.usable_surface().map(|surface| &**surface),
-        );
+        measure_levels(&mut hierarchy, &surfaces);
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     (hierarchy, report)

@@ -120,22 +120,22 @@ impl Coverage {
     /// Pixels that a level covers.
     fn measure(&self, drawn: &Drawn, vertices: &LevelVertices) -> f32 {
         let positions: Vec<Vec3> = drawn.positions.iter().copied().map(Vec3::from).collect();
-        // What is opaque all over needs no look at its texture.
-        let surface = vertices.surface.as_deref();
-        let surface = surface.filter(|surface| !surface.is_opaque());
-        let uvs = surface.map(|surface| drawn.uvs(surface, vertices));
+        let (surfaces, uvs) = drawn.surfaces(vertices);
         let model = Model {
             positions: &positions,
             normals: &[],
             colors: &[],
-            surface,
-            uvs: &uvs.unwrap_or_default(),
+            surfaces: &surfaces,
+            uvs: &uvs,
             sphere: self.sphere,
             exposure: 1.0,
         };
-        let may_be_cut_out = vertices.surface.is_none() && vertices.layout.has_uvs();
-        let is_open = |&own: &u32| vertices.is_border[drawn.vertices[own as usize] as usize];
-        let opacity = |triangle: &[u32; 3]| match may_be_cut_out && triangle.iter().all(is_open) {
+        let has_uvs = vertices.layout.has_uvs();
+        let is_cut_out = |&own: &u32| {
+            let vertex = drawn.vertices[own as usize];
+            vertices.is_border[vertex as usize] && vertices.surface(vertex).is_none()
+        };
+        let opacity = |triangle: &[u32; 3]| match has_uvs && triangle.iter().all(is_cut_out) {
             true => OPACITY_OF_CARDS,
             false => 1.0,
         };
@@ -150,7 +150,7 @@ impl Coverage {
 }
 
 fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    match vertices.surface.is_some() {
+    match vertices.surfaces.any_known() {
         true => OF_KNOWN_SURFACE,
         false => OF_UNKNOWN_SURFACE,
     }
@@ -205,14 +205,20 @@ impl Drawn {
         self.vertices.extend(&piece.vertices);
     }
 
-    /// The texture coordinates that a surface goes by.
-    fn uvs(&self, surface: &Surface, vertices: &LevelVertices) -> Vec<Vec2> {
-        let Some(mapping) = surface.mapping() else {
-            return Vec::new();
-        };
+    /// What of the surfaces is known, and the texture coordinates that they go by.
+    fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
+        if !vertices.surfaces.any_known() {
+            return Default::default();
+        }
+        let of_vertices = self.vertices.iter().map(|&vertex| vertices.surface(vertex));
+        let surfaces: Vec<Option<&Surface>> = of_vertices.collect();
         let rows = self.rows.chunks_exact(vertices.layout.width());
-        let uv = |row| vertices.layout.uv_of(row, mapping.uses_uvs_1);
-        rows.map(|row| uv(row).unwrap_or_default()).collect()
+        let uvs = rows.zip(&surfaces).map(|(row, surface)| {
+            let mapping = surface.and_then(Surface::mapping)?;
+            vertices.layout.uv_of(row, mapping.uses_uvs_1)
+        });
+        let uvs = uvs.map(Option::unwrap_or_default).collect();
+        (surfaces, uvs)
     }
 }
 

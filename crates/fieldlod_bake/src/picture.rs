@@ -8,7 +8,7 @@
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::surface::Surface;
+use crate::surface::{Surface, Surfaces};
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;
@@ -39,8 +39,9 @@ pub(crate) struct Model<'a> {
     /// One for each position, or none.
     pub(crate) normals: &'a [Vec3],
     pub(crate) colors: &'a [Vec4],
-    /// If it is known, and the texture coordinates that it goes by: one for each position, or none.
-    pub(crate) surface: Option<&'a Surface>,
+    /// Those that are known, and the texture coordinates that they go by: one for each position, or none. A triangle
+    /// has that of its first corner.
+    pub(crate) surfaces: &'a [Option<&'a Surface>],
     pub(crate) uvs: &'a [Vec2],
     /// What is in the picture.
     pub(crate) sphere: Sphere,
@@ -66,24 +67,21 @@ impl Viewpoint {
     }
 }
 
-/// By what the colours of a source are multiplied in pictures of it and its levels.
-pub(crate) fn exposure_of<'a>(
-    colors: impl Iterator<Item = &'a Vec4>,
-    surface: Option<&Surface>,
-) -> f32 {
-    let (sum, count) = colors.fold((0.0f32, 0u32), |(sum, count), color| {
-        (sum + color.truncate().element_sum(), count + 3)
-    });
-    let exposure = if sum > 0.0 {
+/// By what the colours of a source are multiplied in pictures of it and its levels. Without colours, vertices are
+/// white.
+pub(crate) fn exposure_of(source_colors: &[Vec4], surfaces: &Surfaces) -> f32 {
+    let (mut sum, mut count) = (0.0f32, 0u32);
+    for (end, tint) in surfaces.mean_tints() {
+        for vertex in count / 3..end {
+            let color = source_colors.get(vertex as usize).unwrap_or(&Vec4::ONE);
+            sum += color.truncate().element_sum() * tint;
+            count += 3;
+        }
+    }
+    if sum > 0.0 {
         EXPOSURE * count as f32 / sum
     } else {
         EXPOSURE
-    };
-    let of_surface = surface.map_or(1.0, |surface| surface.mean_color().element_sum() / 3.0);
-    if of_surface > 0.0 {
-        exposure / of_surface
-    } else {
-        exposure
     }
 }
 
@@ -98,14 +96,14 @@ impl Model<'_> {
                 continue;
             };
             let mut colors = None;
+            let surface = self.surface(triangle);
             raster.each_pixel(|index, shares, near| {
-                let place = || {
-                    self.surface
-                        .map(|surface| (surface, self.uv_at(triangle, shares)))
+                let tint = || match surface {
+                    Some(surface) => surface.drawn_at(self.uv_at(triangle, shares)),
+                    None => Some(Vec3::ONE),
                 };
                 if near > nearness[index]
-                    && let Some(tint) =
-                        place().map_or(Some(Vec3::ONE), |(surface, uv)| surface.drawn_at(uv))
+                    && let Some(tint) = tint()
                 {
                     nearness[index] = near;
                     let colors = colors
@@ -134,7 +132,7 @@ impl Model<'_> {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
-            if let Some(surface) = self.surface {
+            if let Some(surface) = self.surface(triangle).filter(|s| !s.is_opaque()) {
                 let opacity = surface.opacity(self.uvs_of(triangle), raster.area());
                 raster.each_pixel(|index, shares, _| {
                     clear[index] *= 1.0 - opacity(self.uv_at(triangle, shares));
@@ -145,6 +143,10 @@ impl Model<'_> {
             raster.each_pixel(|index, _, _| clear[index] *= left);
         }
         clear.iter().map(|clear| 1.0 - clear).sum()
+    }
+
+    fn surface(&self, triangle: &[u32; 3]) -> Option<&Surface> {
+        *self.surfaces.get(triangle[0] as usize)?
     }
 
     /// The texture coordinates of the corners.
@@ -313,7 +315,7 @@ mod tests {
                 positions: &plane.positions,
                 normals: &plane.normals,
                 colors: &[],
-                surface,
+                surfaces: &vec![surface; plane.positions.len()],
                 uvs: &plane.uvs,
                 sphere: Sphere::around(plane.positions.iter().copied()),
                 exposure: 1.0,

@@ -2,7 +2,11 @@
 //!
 //! Textures are kept small: a mesh fills 128 pixels of the pictures that a bake takes of it.
 
+use std::sync::Arc;
+
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
+
+use crate::mesh::SourceMesh;
 
 /// The largest side of a texture that is kept, in texels.
 const LARGEST_SIDE: u32 = 256;
@@ -20,6 +24,15 @@ pub struct Surface {
     texture: Option<Texture>,
     /// Texels as opaque as this, from 0 to 1, are drawn in pictures.
     drawn_from: f32,
+    /// Whether nothing is seen through it.
+    is_opaque: bool,
+}
+
+/// The surfaces of a mesh of one or more parts, in the order of their vertices.
+#[derive(Clone, Default)]
+pub(crate) struct Surfaces {
+    /// Up to which of the source's vertices each part reaches, and its surface if that is known.
+    parts: Vec<(u32, Option<Arc<Surface>>)>,
 }
 
 /// What the alpha of a material does.
@@ -73,8 +86,11 @@ impl Surface {
             alpha,
             texture: None,
             drawn_from: 0.0,
+            is_opaque: false,
         };
-        surface.drawn_from = surface.opacity_of(1.0) * 0.5;
+        let opacity = surface.opacity_of(1.0);
+        surface.drawn_from = opacity * 0.5;
+        surface.is_opaque = opacity >= 1.0;
         surface
     }
 
@@ -94,8 +110,9 @@ impl Surface {
         let side = |side: u32| 1 << side.min(LARGEST_SIDE).ilog2();
         let small = UVec2::new(side(size.x), side(size.y));
         let largest = Mip::of(small, |at| self.mean_texel(at, small, size, &texel));
-        let most = largest.texels.iter().map(|texel| texel[3]).max();
-        self.drawn_from = f32::from(most.unwrap_or_default()) / 255.0 * 0.5;
+        let opacities = || largest.texels.iter().map(|texel| texel[3]);
+        self.drawn_from = f32::from(opacities().max().unwrap_or_default()) / 255.0 * 0.5;
+        self.is_opaque = opacities().all(|opacity| opacity == u8::MAX);
         let smaller = |mip: &Mip| (mip.size != UVec2::ONE).then(|| mip.halved());
         let mips = std::iter::successors(Some(largest), smaller).collect();
         self.texture = Some(Texture { mips, mapping });
@@ -155,13 +172,7 @@ impl Surface {
 impl Surface {
     /// Whether nothing is seen through it.
     pub(crate) fn is_opaque(&self) -> bool {
-        match &self.texture {
-            Some(texture) => texture.mips[0]
-                .texels
-                .iter()
-                .all(|texel| texel[3] == u8::MAX),
-            None => self.opacity_of(1.0) >= 1.0,
-        }
+        self.is_opaque
     }
 
     /// Whether anything of it is seen.
@@ -216,6 +227,37 @@ impl Surface {
             Vec3::ONE
         };
         mean * self.base_color.truncate()
+    }
+}
+
+impl Surfaces {
+    pub(crate) fn of<'a>(parts: impl IntoIterator<Item = &'a SourceMesh>) -> Self {
+        let mut end = 0;
+        let parts = parts.into_iter().map(|mesh| {
+            end += mesh.positions.len() as u32;
+            (end, mesh.usable_surface().cloned())
+        });
+        Self {
+            parts: parts.collect(),
+        }
+    }
+
+    /// Whether that of any part is known.
+    pub(crate) fn any_known(&self) -> bool {
+        self.parts.iter().any(|(_, surface)| surface.is_some())
+    }
+
+    /// That of the part of a vertex of the source.
+    pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
+        let part = self.parts.partition_point(|&(end, _)| end <= vertex);
+        self.parts.get(part)?.1.as_deref()
+    }
+
+    /// By what the surface multiplies the colours of the vertices of each part in the mean, and where the part ends.
+    pub(crate) fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
+        let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
+        let parts = self.parts.iter();
+        parts.map(move |(end, surface)| (*end, surface.as_deref().map_or(1.0, tint)))
     }
 }
 

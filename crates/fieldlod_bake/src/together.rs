@@ -19,6 +19,7 @@ use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
+use crate::surface::Surfaces;
 
 /// No more meshes than this are taken for one plant.
 pub const MOST_TOGETHER: usize = 4;
@@ -137,7 +138,12 @@ fn bake_as_one(
     on_triangles: &dyn Fn(usize),
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
-    let (hierarchy, report) = bake_valid_mesh(&as_one_mesh(meshes), config, on_triangles);
+    let (hierarchy, report) = bake_valid_mesh(
+        &as_one_mesh(meshes),
+        Surfaces::of(meshes.iter().copied()),
+        config,
+        on_triangles,
+    );
     let whole = hierarchy.whole_mesh_levels()?;
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
@@ -207,7 +213,7 @@ impl<'a> Part<'a> {
             moved_from: Vec::new(),
             levels: Vec::new(),
         };
-        let is_own = |vertex: u32| range.contains(&(origin(whole, vertex) as usize));
+        let is_own = |vertex: u32| range.contains(&(whole.origin_of(vertex).unwrap_or(0) as usize));
         // A simplifier that merges vertices at one place may have made a triangle of two meshes'.
         let is_mostly_own =
             |triangle: &[u32; 3]| triangle.iter().filter(|v| is_own(**v)).count() > 1;
@@ -252,7 +258,7 @@ impl<'a> Part<'a> {
         push_if_held(&mut self.vertices.tangents, &from.tangents, vertex);
         push_if_held(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
         push_if_held(&mut self.vertices.colors, &from.colors, vertex);
-        let origin = origin(whole, vertex) as usize;
+        let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
         let is_own = range.contains(&origin);
         self.moved_from.push(if is_own {
             (origin - range.start) as u32
@@ -289,14 +295,6 @@ impl<'a> Part<'a> {
 
 fn bits(position: &Vec3) -> [u32; 3] {
     position.to_array().map(f32::to_bits)
-}
-
-/// The source vertex that a vertex is or came from.
-fn origin(whole: &Hierarchy, vertex: u32) -> u32 {
-    match vertex.checked_sub(whole.source_vertex_count) {
-        Some(moved) => whole.moved_from[moved as usize],
-        None => vertex,
-    }
 }
 
 /// Adds the value of a vertex, unless the mesh does not have the attribute.

@@ -2,8 +2,6 @@
 //! keep their precision whatever the units of the mesh. The source's come first, and after them those
 //! that simplification makes.
 
-use std::sync::Arc;
-
 use fieldlod_hierarchy::Vertices;
 use glam::Vec3;
 use meshopt::{SimplifyVertex, VertexDataAdapter};
@@ -13,7 +11,7 @@ use crate::attributes::AttributeLayout;
 use crate::config::BakeConfig;
 use crate::edges::Links;
 use crate::mesh::SourceMesh;
-use crate::surface::Surface;
+use crate::surface::{Surface, Surfaces};
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {
@@ -33,8 +31,8 @@ pub(crate) struct LevelVertices {
     /// For each vertex, the source vertex that it came from: itself, for one of the source.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
-    /// What the mesh looks like, if that is known.
-    pub(crate) surface: Option<Arc<Surface>>,
+    /// What the mesh looks like, as far as that is known.
+    pub(crate) surfaces: Surfaces,
 }
 
 /// A vertex that a simplification made.
@@ -62,7 +60,7 @@ impl LevelVertices {
             protection: vec![SimplifyVertex::empty(); count],
             origin: (0..count as u32).collect(),
             source_count: count,
-            surface: mesh.usable_surface().cloned(),
+            surfaces: Surfaces::of([mesh]),
             positions,
             local_from_scaled,
             layout,
@@ -74,6 +72,11 @@ impl LevelVertices {
 
     pub(crate) fn position(&self, vertex: u32) -> Vec3 {
         Vec3::from(self.positions[vertex as usize])
+    }
+
+    /// What a vertex looks like, if that is known.
+    pub(crate) fn surface(&self, vertex: u32) -> Option<&Surface> {
+        self.surfaces.of_vertex(self.origin[vertex as usize])
     }
 
     /// The attributes of all vertices, a row for each.

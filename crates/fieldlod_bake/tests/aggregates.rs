@@ -5,7 +5,10 @@ mod common;
 use std::sync::Arc;
 
 use common::{open_edges, weld};
-use fieldlod_bake::{BakeConfig, SourceMesh, Surface, VerifySettings, bake_mesh, fixtures, verify};
+use fieldlod_bake::{
+    BakeConfig, SourceMesh, Surface, SurfaceAlpha, VerifySettings, bake_mesh, bake_together,
+    fixtures, verify,
+};
 use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
 use glam::{Vec2, Vec3, Vec4};
 
@@ -147,11 +150,16 @@ const TEXTURES: [(&str, fn(Vec2) -> bool); 3] = [
     ("needles", |uv| (uv.x * 5.0).fract() < 0.2),
 ];
 
-/// If the bake knows the texture, whatever that leaves, from directions other than those of the bake.
+/// Directions other than those of the bake.
+fn other_axes() -> [Vec3; 10] {
+    let mut random = Random::new(77);
+    std::array::from_fn(|_| random.vector().normalize())
+}
+
+/// If the bake knows the texture, whatever that leaves.
 #[test]
 fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
-    let mut random = Random::new(77);
-    let axes: [Vec3; 10] = std::array::from_fn(|_| random.vector().normalize());
+    let axes = other_axes();
     for (name, is_opaque) in TEXTURES {
         for count in [300, 3_000, 8_000] {
             let mesh = SourceMesh {
@@ -169,6 +177,62 @@ fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
                 let is_kept = (0.95..1.03).contains(&share);
                 assert!(is_kept, "{count} of {name}: {share}");
             }
+        }
+    }
+}
+
+/// The two meshes of a plant at the levels that are good enough for an error, in one.
+fn drawn_together(both: &[Hierarchy], error_in_local: f32) -> (Hierarchy, Vec<[u32; 3]>) {
+    let mut all = Hierarchy::default();
+    let mut triangles = Vec::new();
+    for part in both {
+        let first = all.vertices.positions.len() as u32;
+        all.vertices.positions.extend(&part.vertices.positions);
+        all.vertices.uvs.extend(&part.vertices.uvs);
+        let mut groups = part.groups.iter();
+        let level = groups.position(|group| group.error_in_local > error_in_local);
+        let drawn = part.triangles_of(&part.units[level.unwrap()]);
+        triangles.extend(drawn.map(|triangle| triangle.map(|vertex| first + vertex)));
+    }
+    (all, triangles)
+}
+
+/// Leaves cut out of cards around opaque bark, which has its place in the texture outside of it.
+#[test]
+fn bark_and_leaves_together_keep_the_area_that_their_textures_leave() {
+    let (outside, axes) = (Vec2::splat(-5.0), other_axes());
+    for (name, is_opaque) in TEXTURES {
+        let leaves = SourceMesh {
+            surface: Some(Arc::new(fixtures::cut_out(is_opaque))),
+            ..fixtures::cards(1_500, 3)
+        };
+        let mut bark = fixtures::rock(3, 1);
+        bark.positions.iter_mut().for_each(|p| *p *= 0.3);
+        bark.uvs = vec![outside; bark.positions.len()];
+        bark.surface = Some(Arc::new(Surface::new(Vec4::ONE, SurfaceAlpha::Opaque)));
+        let baked = bake_together(&[&bark, &leaves], &BakeConfig::default());
+        let both: Vec<Hierarchy> = baked.into_iter().map(|baked| baked.unwrap().0).collect();
+        let covered = |error_in_local: f32| {
+            let (all, triangles) = drawn_together(&both, error_in_local);
+            let is_drawn = |uv: Vec2| uv.x < -1.0 || is_opaque(uv);
+            (
+                triangles.len(),
+                covered_by::<240>(&all, &triangles, &axes, is_drawn),
+            )
+        };
+        let (_, source) = covered(0.0);
+        for group in both[1].groups.iter().filter(|group| !group.is_terminal()) {
+            let (triangles, covered) = covered(group.error_in_local);
+            let share = covered / source;
+            println!("{name}, {triangles}: {share:.3}");
+            let least = match triangles {
+                ..=100 => 0.0,
+                101..=300 if name == "needles" => 0.88,
+                101..1_000 => 0.93,
+                _ => 0.96,
+            };
+            let is_kept = (least..1.03).contains(&share);
+            assert!(is_kept, "{triangles} of {name}: {share}");
         }
     }
 }

@@ -179,6 +179,15 @@ impl Unit {
 }
 
 impl Hierarchy {
+    /// The source vertex that `vertex` is or came from; `None` of a moved one of which it is not told.
+    #[must_use]
+    pub fn origin_of(&self, vertex: u32) -> Option<u32> {
+        match vertex.checked_sub(self.source_vertex_count) {
+            Some(moved) => self.moved_from.get(moved as usize).copied(),
+            None => Some(vertex),
+        }
+    }
+
     /// How many levels there are; 0 for a hierarchy of nothing.
     #[must_use]
     pub fn level_count(&self) -> u32 {

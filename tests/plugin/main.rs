@@ -21,6 +21,7 @@ mod soak;
 mod standalone;
 mod stock;
 mod streamed;
+mod surfaces;
 mod textures;
 mod views;
 mod visible_flux;

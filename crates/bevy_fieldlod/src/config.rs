@@ -149,6 +149,9 @@ pub enum LodKind {
     /// fewer, larger leaves. A material that moves vertices, as wind does, finds positions, normals,
     /// colours and texture coordinates to go by, but must not go by the number of a vertex. Where it
     /// needs every vertex of the source, the mesh is to be [`Plain`](Self::Plain).
+    ///
+    /// A bake at run time goes by the base colour, its texture and the alpha of the `StandardMaterial` of the
+    /// entity that asks first, and waits for that texture.
     WholeMesh,
     /// Each piece of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,

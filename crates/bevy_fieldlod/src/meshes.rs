@@ -12,6 +12,8 @@ mod objects;
 mod prepare;
 mod sidecar;
 mod source_arrays;
+#[cfg(feature = "bake")]
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod threads;

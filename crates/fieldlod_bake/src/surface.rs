@@ -119,6 +119,26 @@ impl Surface {
         self
     }
 
+    /// All that a bake looks at, for keys of what was baked.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let alpha = match self.alpha {
+            SurfaceAlpha::Opaque => [0.0; 2],
+            SurfaceAlpha::Mask { cutoff } => [1.0, cutoff],
+            SurfaceAlpha::Blend => [2.0, 0.0],
+        };
+        let mut numbers = [&self.base_color.to_array()[..], &alpha].concat();
+        let mut texels: &[[u8; 4]] = &[];
+        if let Some(Texture { mips, mapping }) = &self.texture {
+            numbers.extend(mips[0].size.as_vec2().to_array());
+            numbers.extend(mapping.transform.to_cols_array());
+            numbers.push(f32::from(mapping.uses_uvs_1));
+            texels = &mips[0].texels;
+        }
+        let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+        bytes.chain(texels.as_flattened().iter().copied()).collect()
+    }
+
     /// The mean of what lies under a texel of a texture that is scaled from `size` down to `small`.
     fn mean_texel(
         &self,

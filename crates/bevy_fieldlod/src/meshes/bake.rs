@@ -49,7 +49,7 @@ pub(super) fn source_mesh(source: SourceArrays) -> SourceMesh {
         uvs_1: source.vertices.uvs_1,
         colors: source.vertices.colors,
         has_other_attributes: source.has_other_attributes,
-        surface: None,
+        surface: source.surface,
         indices: source.indices,
     }
 }
@@ -71,6 +71,9 @@ fn entry_name(
         let mesh = source.vertices.source_hash(&source.indices);
         hasher.update(&mesh.0.to_le_bytes());
         hasher.update(&[source.has_other_attributes.into()]);
+        if let Some(surface) = &source.surface {
+            hasher.update(&surface.to_bytes());
+        }
     };
     add(source);
     if let Some((index, all)) = together {

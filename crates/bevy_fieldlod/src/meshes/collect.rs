@@ -69,6 +69,8 @@ pub(super) fn collect_prepared_meshes(
         known.sidecars.clear();
         #[cfg(feature = "bake")]
         known.together.clear();
+        #[cfg(feature = "bake")]
+        known.surfaces.clear();
     }
 }
 

@@ -13,6 +13,8 @@ use fieldlod_hierarchy::BakedFile;
 use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
+#[cfg(feature = "bake")]
+use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
 #[cfg(feature = "bake")]
 use super::together::{AllTogether, Candidates};
@@ -39,6 +41,8 @@ pub(crate) struct LodMeshes {
     pub(super) changing: ChangingMeshes,
     #[cfg(feature = "bake")]
     pub(super) together: AllTogether,
+    #[cfg(feature = "bake")]
+    pub(super) surfaces: Surfaces,
     threads: Option<PrepareThreads>,
 }
 
@@ -178,17 +182,20 @@ pub(super) struct LodMeshLookup<'w> {
     config: Res<'w, FieldLodConfig>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
+    #[cfg(feature = "bake")]
+    materials: Materials<'w>,
     assets: Res<'w, AssetServer>,
     events: MessageWriter<'w, FieldLodEvent>,
 }
 
 impl LodMeshLookup<'_> {
     /// What is known of `mesh`; `None` while something is being loaded. The first time, a task is started
-    /// that prepares it, once all that it needs is loaded.
+    /// that prepares it, once all that it needs is loaded; a bake goes by the `material` of that time.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
+        material: Option<AssetId<StandardMaterial>>,
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
         if self.known.changing.contains(mesh) {
@@ -205,7 +212,7 @@ impl LodMeshLookup<'_> {
         let index = match entries.and_then(|entries| entries.iter().position(known)) {
             Some(index) => index,
             None => {
-                let entry = self.start(mesh, &request)?;
+                let entry = self.start(mesh, &request, material)?;
                 let entries = self.known.entries.entry(mesh).or_default();
                 entries.push((request, entry));
                 entries.len() - 1
@@ -214,7 +221,12 @@ impl LodMeshLookup<'_> {
         Some(&self.known.entries[&mesh][index].1)
     }
 
-    fn start(&mut self, mesh: AssetId<Mesh>, request: &LodRequest) -> Option<LodMeshEntry> {
+    fn start(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        material: Option<AssetId<StandardMaterial>>,
+    ) -> Option<LodMeshEntry> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
         let triangles = triangle_count(source);
@@ -244,6 +256,17 @@ impl LodMeshLookup<'_> {
             },
             None => None,
         };
+        // What is drawn as a whole is baked by what it looks like.
+        #[cfg(feature = "bake")]
+        let surface = match material {
+            Some(material) if kind == LodKind::WholeMesh && file.is_none() => {
+                let surfaces = &mut self.known.surfaces;
+                surfaces.find(material, &self.materials, &self.assets)?
+            }
+            _ => None,
+        };
+        #[cfg(not(feature = "bake"))]
+        let _ = material;
         // All else is the task's.
         let sidecar = self.sidecar(mesh);
         #[cfg(feature = "bake")]
@@ -275,6 +298,8 @@ impl LodMeshLookup<'_> {
             member,
             #[cfg(feature = "bake")]
             bake,
+            #[cfg(feature = "bake")]
+            surface,
             #[cfg(feature = "bake")]
             threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
         };

@@ -58,13 +58,20 @@ pub(super) fn skip_unsupported_objects(
 /// has.
 pub(super) fn give_levels_to_objects(
     mut commands: Commands,
-    waiting: Query<(Entity, &Mesh3d, &LodWaiting, Has<NoAutoAabb>)>,
+    waiting: Query<(
+        Entity,
+        &Mesh3d,
+        &LodWaiting,
+        Has<NoAutoAabb>,
+        Option<&MeshMaterial3d<StandardMaterial>>,
+    )>,
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
 ) {
-    for (entity, mesh, wanted, has_no_auto_aabb) in &waiting {
+    for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
         let mut commands = commands.entity(entity);
-        match lookup.find(mesh.id(), &wanted.auto_lod) {
+        let material = material.map(|material| material.id());
+        match lookup.find(mesh.id(), &wanted.auto_lod, material) {
             Some(LodMeshEntry::Plain(error)) => {
                 commands
                     .try_insert((LodPlain, LodState::Plain))

@@ -10,7 +10,7 @@ use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError};
 #[cfg(feature = "bake")]
-use fieldlod_bake::BakeConfig;
+use fieldlod_bake::{BakeConfig, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::GroupTable;
 
@@ -45,6 +45,9 @@ pub(super) struct PrepareJob {
     pub(super) cache_folder: Option<PathBuf>,
     #[cfg(feature = "bake")]
     pub(super) bake: BakeConfig,
+    /// What it looks like, if that is known.
+    #[cfg(feature = "bake")]
+    pub(super) surface: Option<Arc<Surface>>,
     /// What a bake runs on; `None` if there is to be none.
     #[cfg(feature = "bake")]
     pub(super) threads: Option<BakeThreads>,
@@ -196,6 +199,8 @@ async fn find_or_bake(
             measure_appearance: job.bake.measure_appearance && job.kind == LodKind::WholeMesh,
             ..job.bake.clone()
         };
+        let mut source = source;
+        source.surface.clone_from(&job.surface);
         // What was baked once is not baked again.
         let (folder, threads) = (job.cache_folder.as_deref(), job.threads.as_ref());
         bake_unless_cached(source, folder, &config, threads, job.member.as_ref())

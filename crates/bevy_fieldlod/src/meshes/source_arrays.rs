@@ -1,8 +1,13 @@
 //! The vertex attributes and indices of a Bevy mesh that baking reads, and which hierarchies fit them.
 
+#[cfg(feature = "bake")]
+use std::sync::Arc;
+
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
+#[cfg(feature = "bake")]
+use fieldlod_bake::Surface;
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::events::LodError;
@@ -13,6 +18,9 @@ pub(super) struct SourceArrays {
     /// Whether vertices have attributes besides these, or in other formats.
     pub(super) has_other_attributes: bool,
     pub(super) indices: Vec<u32>,
+    /// What the mesh looks like, if that is known.
+    #[cfg(feature = "bake")]
+    pub(super) surface: Option<Arc<Surface>>,
 }
 
 impl SourceArrays {
@@ -52,6 +60,8 @@ impl SourceArrays {
             vertices,
             has_other_attributes,
             indices,
+            #[cfg(feature = "bake")]
+            surface: None,
         })
     }
 

@@ -1,0 +1,140 @@
+//! Bakes at run time go by the material of the entity that asks first.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use bevy::asset::RenderAssetUsages;
+use bevy::prelude::*;
+use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
+use bevy_fieldlod::LodOrigin;
+use bevy_fieldlod::prelude::*;
+use fieldlod_bake::{
+    BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_mesh, fixtures,
+};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions};
+use fieldlod_tests::apps::bevy_mesh;
+
+use crate::headless::{add, app_in, origins, ready};
+
+const SIDE: u32 = 16;
+
+/// A texture of needles as wide as this, in texels.
+fn needles(width: u32) -> impl Fn(u32, u32) -> [u8; 4] {
+    move |x, _| [40, 90, 20, if x % 8 < width { 255 } else { 0 }]
+}
+
+fn image(width: u32, usage: RenderAssetUsages) -> Image {
+    let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+    let needles = needles(width);
+    let bytes = texels.flat_map(|(x, y)| needles(x, y)).collect();
+    let size = Extent3d {
+        width: SIDE,
+        height: SIDE,
+        ..default()
+    };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    Image::new(size, TextureDimension::D2, bytes, format, usage)
+}
+
+fn material(texture: Handle<Image>) -> StandardMaterial {
+    StandardMaterial {
+        base_color: Color::linear_rgb(0.5, 1.0, 1.0),
+        base_color_texture: Some(texture),
+        alpha_mode: AlphaMode::Mask(0.5),
+        ..default()
+    }
+}
+
+/// The entry that the cache has of cards with this surface.
+fn entry(surface: Option<Surface>) -> Vec<u8> {
+    let mesh = SourceMesh {
+        surface: surface.map(Arc::new),
+        ..fixtures::cards(300, 3)
+    };
+    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy)];
+    BakedFile { primitives }.to_bytes_with(FileOptions {
+        beside_source: true,
+        ..default()
+    })
+}
+
+fn known(width: u32) -> Vec<u8> {
+    let color = Vec4::new(0.5, 1.0, 1.0, 1.0);
+    let plain = Surface::new(color, SurfaceAlpha::Mask { cutoff: 0.5 });
+    let mapping = TextureMapping::default();
+    entry(Some(plain.with_texture(
+        UVec2::splat(SIDE),
+        mapping,
+        needles(width),
+    )))
+}
+
+/// The entry that an app makes of cards with a material, of a texture that `texture` makes or finds in `folder`,
+/// and whether it found it already.
+fn baked(
+    folder: &Path,
+    texture: impl FnOnce(&mut App) -> Handle<Image>,
+) -> (LodOrigin, Vec<Vec<u8>>) {
+    let mut app = app_in(folder);
+    let cache = folder.join("cache");
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.cache_folder = Some(cache.clone());
+    let texture = texture(&mut app);
+    let material = add(&mut app, material(texture));
+    let cards = fixtures::cards(300, 3);
+    let uvs: Vec<[f32; 2]> = cards.uvs.iter().map(Vec2::to_array).collect();
+    let mesh = bevy_mesh(&cards).with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs);
+    let mesh = add(&mut app, mesh);
+    let object = (Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default());
+    app.world_mut().spawn(object);
+    ready(&mut app, 1);
+    let entries = fs::read_dir(cache).unwrap();
+    let entries = entries.map(|entry| fs::read(entry.unwrap().path()).unwrap());
+    (origins(&app)[0], entries.collect())
+}
+
+#[test]
+fn cards_are_baked_by_what_the_texture_of_their_material_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let wide = |app: &mut App| add(app, image(6, RenderAssetUsages::all()));
+    let narrow = |app: &mut App| add(app, image(1, RenderAssetUsages::all()));
+    let (origin, entries) = baked(folder.path(), wide);
+    assert_eq!((origin, entries.len()), (LodOrigin::Baked, 1));
+    assert!(entries[0] == known(6) && entries[0] != entry(None));
+    // Another texture is another entry.
+    let (origin, entries) = baked(folder.path(), narrow);
+    assert_eq!((origin, entries.len()), (LodOrigin::Baked, 2));
+    assert!(entries.contains(&known(1)));
+    let (origin, entries) = baked(folder.path(), wide);
+    assert_eq!((origin, entries.len()), (LodOrigin::Cache, 2));
+}
+
+#[test]
+fn a_texture_that_is_still_loading_is_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = image(3, RenderAssetUsages::all());
+    let picture = picture.try_into_dynamic().unwrap();
+    picture.save(folder.path().join("needles.png")).unwrap();
+    let load = |app: &mut App| app.world().resource::<AssetServer>().load("needles.png");
+    assert!(baked(folder.path(), load).1 == [known(3)]);
+}
+
+#[test]
+fn a_texture_that_cannot_be_read_leaves_the_surface_unknown() {
+    let missing = |app: &mut App| app.world().resource::<AssetServer>().load("none.png");
+    let on_gpu = |app: &mut App| add(app, image(3, RenderAssetUsages::RENDER_WORLD));
+    let compressed = |app: &mut App| {
+        let mut image = image(3, RenderAssetUsages::all());
+        image.texture_descriptor.format = TextureFormat::Bc3RgbaUnorm;
+        add(app, image)
+    };
+    let reserved = |app: &mut App| app.world().resource::<Assets<Image>>().reserve_handle();
+    let textures: [&dyn Fn(&mut App) -> Handle<Image>; 4] =
+        [&missing, &on_gpu, &compressed, &reserved];
+    for texture in textures {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(baked(folder.path(), texture).1 == [entry(None)]);
+    }
+}

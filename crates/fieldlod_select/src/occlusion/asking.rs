@@ -8,7 +8,7 @@ use super::OcclusionBuffer;
 use super::choice::camera_from_local;
 use super::image_plane::NEAREST;
 use super::nearness_pyramid::NearnessPyramid;
-use crate::bits::{LANES, set_bits_of};
+use crate::bits::LANES;
 use crate::boxes::AxisBox;
 use crate::lane::{Lane, M3, V3, bits_of};
 use crate::scene::{Instance, InstanceId, Scene};
@@ -160,7 +160,7 @@ impl OcclusionBuffer {
             INSTANCE_SAMPLES
         };
         let query = self.query(index, instance);
-        Some(self.share(table.samples.of_mesh(count), &query, f32::INFINITY))
+        Some(self.share(table.samples.of_mesh(count), &query, None))
     }
 
     /// The shares of an instance's groups likewise.
@@ -184,7 +184,7 @@ impl OcclusionBuffer {
             if self.hides_for_certain(center, radius * (1.0 + SIZE_SLACK)) {
                 return CERTAINLY_HIDDEN;
             }
-            self.share(table.samples.of_group(group), &query, radius)
+            self.share(table.samples.of_group(group), &query, Some(radius))
         }));
     }
 
@@ -214,8 +214,9 @@ impl OcclusionBuffer {
     }
 
     /// The share of points that are visible. Those of the same instance hide only what is farther by more
-    /// than `thickness`. Full if there are none.
-    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: f32) -> u8 {
+    /// than a `thickness`, and nothing if there is none. Full if there are none.
+    #[inline(always)]
+    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: Option<f32>) -> u8 {
         let (mut count, mut visible) = (0, 0);
         for sample in samples {
             let point = query.linear.of(*sample).plus(query.origin);
@@ -223,22 +224,18 @@ impl OcclusionBuffer {
             let has_place = self.plane.has_place(at, point.z);
             count += bits_of(point.dot(point).is_below(f32x8::infinity())).count_ones();
             let texels = self.plane.texels_at(at, has_place);
-            let front = self
-                .plane
-                .nearness(point.z - f32x8::splat(thickness))
-                .to_array();
-            let is_before = bits_of((point.z - f32x8::splat(thickness)).is_below(f32x8::zero()));
+            let of_texels = |image: &[f32]| f32x8::new(texels.map(|texel| image[texel as usize]));
             let nearness = at.z + at.z.abs() * f32x8::splat(SAME_DEPTH);
-            let nearness = nearness.to_array();
-            for lane in set_bits_of(bits_of(has_place)) {
-                let texel = texels[lane] as usize;
-                let is_visible = if self.texels.owners[texel] == query.instance {
-                    is_before >> lane & 1 == 1 || self.shrunk[texel] <= front[lane]
-                } else {
-                    self.texels.nearness[texel] <= nearness[lane]
-                };
-                visible += u32::from(is_visible);
-            }
+            let before_others = bits_of(of_texels(&self.texels.nearness).is_at_most(nearness));
+            let before_own = thickness.map_or(0xff, |thickness| {
+                let front = point.z - f32x8::splat(thickness);
+                let shrunk = of_texels(&self.shrunk).is_at_most(self.plane.nearness(front));
+                bits_of(front.is_below(f32x8::zero()) | shrunk)
+            });
+            let is_own = |texel: i32| self.texels.owners[texel as usize] == query.instance;
+            let own = (0..LANES).fold(0, |own, lane| own | u32::from(is_own(texels[lane])) << lane);
+            let is_visible = own & before_own | !own & before_others;
+            visible += (is_visible & bits_of(has_place)).count_ones();
         }
         match count {
             0 => FULL_SHARE,

@@ -1,7 +1,7 @@
 //! Bakes at run time go by the material of the entity that asks first.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bevy::asset::RenderAssetUsages;
@@ -10,11 +10,13 @@ use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{
-    BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_mesh, fixtures,
+    BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_file, bake_mesh, fixtures,
 };
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
 use fieldlod_tests::apps::bevy_mesh;
+use serde_json::json;
 
+use crate::gltf_file::GltfFile;
 use crate::headless::{add, app_in, origins, ready};
 
 const SIDE: u32 = 16;
@@ -37,6 +39,12 @@ fn image(width: u32, usage: RenderAssetUsages) -> Image {
     Image::new(size, TextureDimension::D2, bytes, format, usage)
 }
 
+fn save(folder: &Path, width: u32) {
+    let picture = image(width, RenderAssetUsages::all());
+    let picture = picture.try_into_dynamic().unwrap();
+    picture.save(folder.join("needles.png")).unwrap();
+}
+
 fn material(texture: Handle<Image>) -> StandardMaterial {
     StandardMaterial {
         base_color: Color::linear_rgb(0.5, 1.0, 1.0),
@@ -52,7 +60,10 @@ fn entry(surface: Option<Surface>) -> Vec<u8> {
         surface: surface.map(Arc::new),
         ..fixtures::cards(300, 3)
     };
-    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    entry_of(bake_mesh(&mesh, &BakeConfig::default()).unwrap())
+}
+
+fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
     let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy)];
     BakedFile { primitives }.to_bytes_with(FileOptions {
         beside_source: true,
@@ -78,9 +89,7 @@ fn baked(
     texture: impl FnOnce(&mut App) -> Handle<Image>,
 ) -> (LodOrigin, Vec<Vec<u8>>) {
     let mut app = app_in(folder);
-    let cache = folder.join("cache");
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
-    config.cache_folder = Some(cache.clone());
+    let cache = keep_bakes(&mut app, folder);
     let texture = texture(&mut app);
     let material = add(&mut app, material(texture));
     let cards = fixtures::cards(300, 3);
@@ -90,9 +99,51 @@ fn baked(
     let object = (Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default());
     app.world_mut().spawn(object);
     ready(&mut app, 1);
+    (origins(&app)[0], entries(&cache))
+}
+
+/// Lets the app keep what it bakes in a folder in this one, and returns that.
+fn keep_bakes(app: &mut App, folder: &Path) -> PathBuf {
+    let cache = folder.join("cache");
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.cache_folder = Some(cache.clone());
+    cache
+}
+
+fn entries(cache: &Path) -> Vec<Vec<u8>> {
     let entries = fs::read_dir(cache).unwrap();
-    let entries = entries.map(|entry| fs::read(entry.unwrap().path()).unwrap());
-    (origins(&app)[0], entries.collect())
+    let bytes = entries.map(|entry| fs::read(entry.unwrap().path()).unwrap());
+    bytes.collect()
+}
+
+/// A glTF mesh of bark and leaves, of which a texture beside the file cuts out some.
+fn tree() -> GltfFile {
+    let mut file = GltfFile::of(&fieldlod_tests::rock(3, 1));
+    file.add_mesh(&fixtures::cards(1_000, 3));
+    let leaves = file.list("meshes").pop().unwrap();
+    let mut leaves = leaves["primitives"][0].clone();
+    leaves["material"] = json!(1);
+    file.primitive()["material"] = json!(0);
+    let primitives = file.json["meshes"][0]["primitives"].as_array_mut();
+    primitives.unwrap().push(leaves);
+    file.json["materials"] = json!([
+        { "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.125, 0.125, 1.0] } },
+        { "alphaMode": "MASK", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } },
+    ]);
+    file.json["textures"] = json!([{ "source": 0 }]);
+    file.json["images"] = json!([{ "uri": "needles.png" }]);
+    file.json["nodes"] = json!([{ "mesh": 0 }]);
+    file.json["scenes"] = json!([{ "nodes": [0] }]);
+    file
+}
+
+/// The bakes of each primitive of the tree, ahead of time.
+fn baked_ahead(glb: &Path) -> Vec<Vec<u8>> {
+    let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
+    let primitives = outcome.file.primitives.into_iter();
+    let mut entries: Vec<_> = primitives.map(|p| entry_of(p.hierarchy)).collect();
+    entries.sort();
+    entries
 }
 
 #[test]
@@ -114,9 +165,7 @@ fn cards_are_baked_by_what_the_texture_of_their_material_leaves() {
 #[test]
 fn a_texture_that_is_still_loading_is_waited_for() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = image(3, RenderAssetUsages::all());
-    let picture = picture.try_into_dynamic().unwrap();
-    picture.save(folder.path().join("needles.png")).unwrap();
+    save(folder.path(), 3);
     let load = |app: &mut App| app.world().resource::<AssetServer>().load("needles.png");
     assert!(baked(folder.path(), load).1 == [known(3)]);
 }
@@ -137,4 +186,24 @@ fn a_texture_that_cannot_be_read_leaves_the_surface_unknown() {
         let folder = tempfile::tempdir().unwrap();
         assert!(baked(folder.path(), texture).1 == [entry(None)]);
     }
+}
+
+#[test]
+fn bark_and_leaves_are_baked_by_both_their_materials() {
+    let mut file = tree();
+    let glb = file.glb();
+    let unknown = baked_ahead(&glb);
+    save(file.folder(), 2);
+    let known = baked_ahead(&glb);
+    assert!(known != unknown);
+    let mut app = app_in(file.folder());
+    let cache = keep_bakes(&mut app, file.folder());
+    let assets = app.world().resource::<AssetServer>();
+    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("mesh.glb"));
+    let scene = (WorldAssetRoot(scene), AutoLod::default());
+    app.world_mut().spawn(scene);
+    ready(&mut app, 2);
+    let mut found = entries(&cache);
+    found.sort();
+    assert!(found == known);
 }

@@ -70,6 +70,9 @@ impl Viewpoint {
 /// By what the colours of a source are multiplied in pictures of it and its levels. Without colours, vertices are
 /// white.
 pub(crate) fn exposure_of(source_colors: &[Vec4], surfaces: &Surfaces) -> f32 {
+    if source_colors.is_empty() && !surfaces.any_known() {
+        return EXPOSURE;
+    }
     let (mut sum, mut count) = (0.0f32, 0u32);
     for (end, tint) in surfaces.mean_tints() {
         for vertex in count / 3..end {

@@ -200,6 +200,12 @@ impl Surface {
         self.drawn_from > 0.0
     }
 
+    /// Whether it is white and opaque all over, as everything is to which nobody has given a material: that says
+    /// nothing.
+    pub(crate) fn is_blank(&self) -> bool {
+        self.texture.is_none() && self.is_opaque && self.base_color.truncate() == Vec3::ONE
+    }
+
     /// Where its texture lies, if it has one.
     #[must_use]
     pub fn mapping(&self) -> Option<TextureMapping> {

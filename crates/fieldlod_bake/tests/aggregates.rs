@@ -238,7 +238,7 @@ fn bark_and_leaves_together_keep_the_area_that_their_textures_leave() {
 }
 
 #[test]
-fn surfaces_that_cannot_be_seen_or_have_no_coordinates_are_unknown() {
+fn surfaces_that_are_invisible_blank_or_without_coordinates_are_unknown() {
     let cards = fixtures::cards(300, 3);
     let with = |mesh: &SourceMesh, surface: Surface| SourceMesh {
         surface: Some(Arc::new(surface)),
@@ -247,7 +247,11 @@ fn surfaces_that_cannot_be_seen_or_have_no_coordinates_are_unknown() {
     let bare = untextured(cards.clone());
     let invisible = fixtures::cut_out(|_| false);
     let leaf = fixtures::cut_out(TEXTURES[0].1);
+    let blank = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
+    let brown = Surface::new(Vec4::new(0.2, 0.1, 0.1, 1.0), SurfaceAlpha::Opaque);
     assert!(bake(&with(&cards, invisible)) == bake(&cards));
+    assert!(bake(&with(&cards, blank)) == bake(&cards));
+    assert!(bake(&with(&cards, brown)) != bake(&cards));
     assert!(bake(&with(&bare, leaf.clone())) == bake(&bare));
     assert!(bake(&with(&cards, leaf)) != bake(&cards));
 }

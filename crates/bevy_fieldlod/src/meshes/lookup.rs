@@ -8,6 +8,8 @@ use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::tasks::Task;
+#[cfg(feature = "bake")]
+use fieldlod_bake::{BakeConfig, Surface};
 use fieldlod_hierarchy::BakedFile;
 
 use super::changing::ChangingMeshes;
@@ -17,7 +19,7 @@ use super::sidecar::SidecarFiles;
 use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
 #[cfg(feature = "bake")]
-use super::together::{AllTogether, Candidates};
+use super::together::{AllTogether, Candidates, Member};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
@@ -190,12 +192,12 @@ pub(super) struct LodMeshLookup<'w> {
 
 impl LodMeshLookup<'_> {
     /// What is known of `mesh`; `None` while something is being loaded. The first time, a task is started
-    /// that prepares it, once all that it needs is loaded; a bake goes by the `material` of that time.
+    /// that prepares it, once all that it needs is loaded; a bake goes by the materials that meshes have then.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
-        material: Option<AssetId<StandardMaterial>>,
+        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
         if self.known.changing.contains(mesh) {
@@ -212,7 +214,7 @@ impl LodMeshLookup<'_> {
         let index = match entries.and_then(|entries| entries.iter().position(known)) {
             Some(index) => index,
             None => {
-                let entry = self.start(mesh, &request, material)?;
+                let entry = self.start(mesh, &request, material_of)?;
                 let entries = self.known.entries.entry(mesh).or_default();
                 entries.push((request, entry));
                 entries.len() - 1
@@ -225,7 +227,7 @@ impl LodMeshLookup<'_> {
         &mut self,
         mesh: AssetId<Mesh>,
         request: &LodRequest,
-        material: Option<AssetId<StandardMaterial>>,
+        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
     ) -> Option<LodMeshEntry> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
@@ -256,37 +258,21 @@ impl LodMeshLookup<'_> {
             },
             None => None,
         };
-        // What is drawn as a whole is baked by what it looks like.
-        #[cfg(feature = "bake")]
-        let surface = match material {
-            Some(material) if kind == LodKind::WholeMesh && file.is_none() => {
-                let surfaces = &mut self.known.surfaces;
-                surfaces.find(material, &self.materials, &self.assets)?
-            }
-            _ => None,
-        };
-        #[cfg(not(feature = "bake"))]
-        let _ = material;
-        // All else is the task's.
-        let sidecar = self.sidecar(mesh);
         #[cfg(feature = "bake")]
         let bake = request.bake.as_ref().unwrap_or(&self.config.bake).clone();
         #[cfg(feature = "bake")]
-        let candidates = Candidates {
-            kind: request.kind,
-            lods: &self.config,
-            meshes: &self.meshes,
-            assets: &self.assets,
+        let (surface, member) = match kind == LodKind::WholeMesh && file.is_none() {
+            true => self.seen(mesh, request.kind, &bake, material_of)?,
+            false => (None, None),
         };
-        #[cfg(feature = "bake")]
-        let member = match kind {
-            LodKind::WholeMesh => self.known.together.member(mesh, &bake, &candidates),
-            _ => None,
-        };
+        #[cfg(not(feature = "bake"))]
+        let _ = material_of;
+        // All else is the task's.
+        let sidecar = self.sidecar(mesh);
         let new_threads = || PrepareThreads::new(&self.config);
         let threads = self.known.threads.get_or_insert_with(new_threads);
         let job = PrepareJob {
-            mesh: source.clone(),
+            mesh: self.meshes.get(mesh)?.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
             kind,
             simplified_level: request.simplified_level,
@@ -306,6 +292,35 @@ impl LodMeshLookup<'_> {
         let task = threads.tasks.spawn(prepare(job));
         self.known.in_preparation = self.known.in_preparation.with(triangles);
         Some(LodMeshEntry::Preparing(task, triangles))
+    }
+
+    /// What a mesh looks like that is drawn as a whole, and what it is baked with; `None` while a material is being
+    /// loaded.
+    #[cfg(feature = "bake")]
+    fn seen(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        kind: LodKind,
+        bake: &BakeConfig,
+        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
+    ) -> Option<(Option<Arc<Surface>>, Option<Member>)> {
+        let known = &mut *self.known;
+        let mut surface_of = |mesh| match material_of(mesh) {
+            Some(material) => known.surfaces.find(material, &self.materials, &self.assets),
+            None => Some(None),
+        };
+        let surface = surface_of(mesh)?;
+        let candidates = Candidates {
+            kind,
+            lods: &self.config,
+            meshes: &self.meshes,
+            assets: &self.assets,
+        };
+        let member = known.together.member(mesh, bake, &candidates);
+        if let Some(member) = &member {
+            member.find_surfaces(surface_of)?;
+        }
+        Some((surface, member))
     }
 
     /// Prepares what of a mesh is there before its pages are read.

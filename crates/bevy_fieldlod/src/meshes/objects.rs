@@ -1,9 +1,11 @@
 //! Gives levels of detail to the mesh entities that wait for them.
 
+use std::cell::OnceCell;
+
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
-use bevy::platform::collections::HashSet;
+use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
@@ -68,10 +70,24 @@ pub(super) fn give_levels_to_objects(
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
 ) {
+    // Only what is baked together asks for those of other meshes.
+    let materials: OnceCell<HashMap<AssetId<Mesh>, AssetId<StandardMaterial>>> = OnceCell::new();
+    let all_materials = || {
+        let waiting = waiting.iter();
+        let with_material = |(_, mesh, _, _, material): (_, &Mesh3d, _, _, Option<_>)| {
+            let material: &MeshMaterial3d<StandardMaterial> = material?;
+            Some((mesh.id(), material.id()))
+        };
+        waiting.filter_map(with_material).collect()
+    };
     for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
         let mut commands = commands.entity(entity);
-        let material = material.map(|material| material.id());
-        match lookup.find(mesh.id(), &wanted.auto_lod, material) {
+        let own = material.map(|material| material.id());
+        let material_of = |other: AssetId<Mesh>| match other == mesh.id() {
+            true => own,
+            false => materials.get_or_init(all_materials).get(&other).copied(),
+        };
+        match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
             Some(LodMeshEntry::Plain(error)) => {
                 commands
                     .try_insert((LodPlain, LodState::Plain))

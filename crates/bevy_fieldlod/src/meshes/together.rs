@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::Mesh;
-use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, bake_together};
+use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together};
 use fieldlod_hierarchy::Hierarchy;
 
 use super::bake::source_mesh;
@@ -18,6 +18,8 @@ use crate::config::{FieldLodConfig, LodKind};
 pub(super) struct Together {
     ids: Vec<AssetId<Mesh>>,
     meshes: Vec<Mesh>,
+    /// What each looks like, once that is loaded.
+    surfaces: OnceLock<Vec<Option<Arc<Surface>>>>,
     config: BakeConfig,
     baked: OnceLock<Vec<Result<Hierarchy, MeshError>>>,
 }
@@ -105,6 +107,7 @@ impl Candidates<'_> {
         (found.len() > 1).then(|| Together {
             ids: found.iter().map(|(id, _)| *id).collect(),
             meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
+            surfaces: OnceLock::new(),
             config: config.clone(),
             baked: OnceLock::new(),
         })
@@ -118,13 +121,29 @@ fn mesh_index(label: &str) -> Option<usize> {
 }
 
 impl Member {
+    /// Finds out what all of them look like, unless that is known; `None` while some of it is being loaded.
+    pub(super) fn find_surfaces(
+        &self,
+        surface_of: impl FnMut(AssetId<Mesh>) -> Option<Option<Arc<Surface>>>,
+    ) -> Option<()> {
+        if self.all.surfaces.get().is_none() {
+            let surfaces = self.all.ids.iter().copied().map(surface_of);
+            let surfaces = surfaces.collect::<Option<Vec<_>>>()?;
+            self.all.surfaces.get_or_init(|| surfaces);
+        }
+        Some(())
+    }
+
     /// What is baked together, in order; `None` if something there cannot be baked at all.
     pub(super) fn sources(&self) -> Option<Vec<SourceArrays>> {
-        self.all
-            .meshes
-            .iter()
-            .map(|mesh| SourceArrays::of(mesh).ok())
-            .collect()
+        let surfaces = self.all.surfaces.get()?;
+        let sources = self.all.meshes.iter().zip(surfaces);
+        let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
+            let mut source = SourceArrays::of(mesh).ok()?;
+            source.surface.clone_from(surface);
+            Some(source)
+        };
+        sources.map(source).collect()
     }
 
     /// Which of them this is.

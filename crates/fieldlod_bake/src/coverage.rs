@@ -29,6 +29,7 @@ struct Pictures {
     attempts: usize,
 }
 
+/// Where nothing is known of what textures cut out, or nothing can be cut out.
 const OF_UNKNOWN_SURFACE: Pictures = Pictures {
     directions: 6,
     side: 160,
@@ -150,7 +151,7 @@ impl Coverage {
 }
 
 fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    match vertices.surfaces.any_known() {
+    match vertices.knows_what_is_cut_out() {
         true => OF_KNOWN_SURFACE,
         false => OF_UNKNOWN_SURFACE,
     }
@@ -207,7 +208,7 @@ impl Drawn {
 
     /// What of the surfaces is known, and the texture coordinates that they go by.
     fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
-        if !vertices.surfaces.any_known() {
+        if !vertices.knows_what_is_cut_out() {
             return Default::default();
         }
         let of_vertices = self.vertices.iter().map(|&vertex| vertices.surface(vertex));

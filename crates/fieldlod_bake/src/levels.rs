@@ -75,7 +75,7 @@ pub(crate) fn build_levels(
         let mut built = builder.build_all(&parts);
         let has_aggregates = built.iter().flatten().any(Built::is_aggregate);
         // Where it is known what is seen of elements, a level of several groups is built again with what they lack.
-        if has_aggregates && !is_whole && vertices.surfaces.any_known() {
+        if has_aggregates && !is_whole && vertices.knows_what_is_cut_out() {
             let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
             let lacking = coverage.gain(&drawn_of(&parts, &built, vertices), vertices);
             if (lacking - 1.0).abs() > HARDLY_LACKING {

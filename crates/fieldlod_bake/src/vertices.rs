@@ -79,6 +79,11 @@ impl LevelVertices {
         self.surfaces.of_vertex(self.origin[vertex as usize])
     }
 
+    /// Whether it is known of some triangles what a texture leaves of them.
+    pub(crate) fn knows_what_is_cut_out(&self) -> bool {
+        self.layout.has_uvs() && self.surfaces.any_known()
+    }
+
     /// The attributes of all vertices, a row for each.
     pub(crate) fn rows(&self) -> &[f32] {
         &self.attributes

@@ -43,7 +43,7 @@ fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
 
 /// A file with one scene of one tree: bark and leaves are primitives of one mesh.
 fn one_tree() -> GltfFile {
-    let [bark, leaves] = fieldlod_tests::crown_in_parts(1500, 1);
+    let [bark, leaves] = fieldlod_tests::tree_in_parts(1500, 1);
     let mut file = GltfFile::of(&bark);
     file.add_mesh(&leaves);
     let added = file.list("meshes").pop().unwrap();

@@ -12,7 +12,7 @@ mod plants;
 pub use closed::{icosphere, rock, shells, torus_knot};
 pub use degenerate::{coincident_points, doubled, flat_shaded, non_manifold_fan, one_triangle};
 pub use open::{height_field, islands, plane};
-pub use plants::{cards, crown, crown_in_parts, cut_out};
+pub use plants::{cards, crown, cut_out, tree_in_parts};
 
 use glam::Vec3;
 
@@ -45,6 +45,7 @@ pub fn joined(meshes: &[SourceMesh]) -> SourceMesh {
         all.positions.extend(&mesh.positions);
         all.normals.extend(&mesh.normals);
         all.uvs.extend(&mesh.uvs);
+        all.colors.extend(&mesh.colors);
         all.indices
             .extend(mesh.indices.iter().map(|index| first_vertex + index));
     }
@@ -53,6 +54,9 @@ pub fn joined(meshes: &[SourceMesh]) -> SourceMesh {
     }
     if all.uvs.len() != all.positions.len() {
         all.uvs.clear();
+    }
+    if all.colors.len() != all.positions.len() {
+        all.colors.clear();
     }
     all
 }

@@ -22,16 +22,20 @@ fn decisions(levels: &Hierarchy) -> Vec<(f32, f32)> {
 }
 
 #[test]
-fn two_meshes_of_a_crown_have_the_levels_of_one() {
-    let [bark, leaves] = fixtures::crown_in_parts(1500, 1);
-    let one = bake_mesh(&fixtures::crown(1500, 1), &BakeConfig::default()).unwrap();
+fn two_meshes_of_a_tree_have_the_levels_of_one() {
+    let [bark, leaves] = fixtures::tree_in_parts(1500, 1);
+    let one = bake_mesh(
+        &fixtures::joined(&[bark.clone(), leaves.clone()]),
+        &BakeConfig::default(),
+    )
+    .unwrap();
     let one = one.whole_mesh_levels().unwrap();
     let both = bake(&[&bark, &leaves]);
     // Each is drawn as it is by the same decisions.
     for (part, source) in both.iter().zip([&bark, &leaves]) {
         assert_eq!(part.validate(), Ok(()));
         assert_eq!(part.source, source.source_hash());
-        assert_eq!(part.whole_mesh_levels().as_ref(), Some(part));
+        assert!(part.whole_mesh_levels().as_ref() == Some(part));
         assert!(
             part.groups
                 .iter()
@@ -60,7 +64,7 @@ fn two_meshes_of_a_crown_have_the_levels_of_one() {
 #[test]
 fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
     let config = BakeConfig::default();
-    let [bark, leaves] = fixtures::crown_in_parts(600, 2);
+    let [bark, leaves] = fixtures::tree_in_parts(600, 2);
     let rock = fixtures::rock(4, 1);
     let small = BakeConfig {
         together_below_triangles: bark.triangle_count() + leaves.triangle_count(),
@@ -72,21 +76,22 @@ fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
     };
     let apart: [(&[&SourceMesh], _); 5] = [
         (&[&bark, &leaves, &rock, &rock, &rock], &config),
-        (&[&rock, &bark], &config),
+        (&[&rock, &fixtures::rock(3, 2)], &config),
         (&[&bark, &leaves], &small),
         (&[&without_normals, &leaves], &config),
         (&[&leaves], &config),
     ];
     for (meshes, config) in apart {
         for (baked, mesh) in bake_together(meshes, config).into_iter().zip(meshes) {
-            assert_eq!(baked.unwrap().0, bake_mesh(mesh, config).unwrap());
+            // Too long to be told of.
+            assert!(baked.unwrap().0 == bake_mesh(mesh, config).unwrap());
         }
     }
 }
 
 #[test]
 fn a_broken_mesh_harms_no_other() {
-    let [bark, leaves] = fixtures::crown_in_parts(600, 2);
+    let [bark, leaves] = fixtures::tree_in_parts(600, 2);
     let broken = SourceMesh {
         positions: vec![Vec3::NAN; bark.positions.len()],
         ..bark
@@ -97,14 +102,14 @@ fn a_broken_mesh_harms_no_other() {
         Err(MeshError::BadPosition { vertex: 0, .. })
     ));
     let alone = bake_mesh(&leaves, &BakeConfig::default()).unwrap();
-    assert_eq!(baked[1].as_ref().unwrap().0, alone);
+    assert!(baked[1].as_ref().unwrap().0 == alone);
     assert!(bake_together(&[], &BakeConfig::default()).is_empty());
 }
 
 /// One has texture coordinates, the other colours; some vertices of both lie at the same places.
 #[test]
 fn meshes_keep_their_own_attributes_and_vertices() {
-    let [bark, mut leaves] = fixtures::crown_in_parts(1500, 3);
+    let [bark, mut leaves] = fixtures::tree_in_parts(1500, 3);
     leaves.colors.clear();
     leaves.uvs = vec![Vec2::splat(0.25); leaves.positions.len()];
     leaves.has_other_attributes = true;
@@ -165,7 +170,7 @@ fn closed_meshes_stay_closed_beside_open_ones() {
     let bark = fixtures::flat_shaded(&fixtures::rock(3, 1));
     let meshes = [&leaves, &fruits, &bark];
     for (part, source) in bake(&meshes).iter().zip(meshes) {
-        assert_eq!(part.whole_mesh_levels().as_ref(), Some(part));
+        assert!(part.whole_mesh_levels().as_ref() == Some(part));
         assert!(part.units.len() > 3);
         verify(source, part, &VerifySettings::default()).unwrap();
     }

@@ -2,8 +2,9 @@
 
 mod common;
 
-use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-use fieldlod_lab::props;
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bake_together, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_lab::props::{self, LevelResult, PropResult, RADII_PX};
 
 /// What is wished for is a ratio of 1.5 and a step of 0.02; the worst of these crowns are 1.64 and 0.016.
 #[test]
@@ -15,7 +16,7 @@ fn changes_of_a_crowns_level_are_small() {
     for (leaves, seed) in [(1500, 1), (1500, 2), (4000, 1)] {
         let crown = fixtures::crown(leaves, seed);
         let baked = bake_mesh(&crown, &BakeConfig::default()).unwrap();
-        let frames = props::fly(&renderer, &baked).unwrap();
+        let frames = props::fly(&renderer, &[baked]).unwrap();
         flights.push((format!("crown {leaves} {seed}"), props::pops(&frames)));
     }
     println!("{}", props::pop_table(&flights));
@@ -25,5 +26,62 @@ fn changes_of_a_crowns_level_are_small() {
         assert!(pop.triangles[0] < pop.triangles[1], "{pop:?}");
         assert!((1.0 / 1.75..=1.75).contains(&pop.flip_ratio), "{pop:?}");
         assert!(pop.area_step.abs() <= 0.02, "{pop:?}");
+    }
+}
+
+/// Together if they have fewer triangles than that.
+fn together(meshes: &[&SourceMesh], together_below_triangles: usize) -> Vec<Hierarchy> {
+    let config = BakeConfig {
+        together_below_triangles,
+        ..BakeConfig::default()
+    };
+    let baked = bake_together(meshes, &config).into_iter();
+    baked.map(|baked| baked.unwrap().0).collect()
+}
+
+/// How many triangles levels need for a FLIP at one of the sizes, between their own.
+fn triangles_at(result: &PropResult, size: usize, flip: f64) -> Option<f64> {
+    let of_level = |level: &LevelResult| (f64::from(level.triangles), level.looks[size].flip);
+    result.levels.windows(2).find_map(|pair| {
+        let [(more, low), (less, high)] = [&pair[0], &pair[1]].map(of_level);
+        let share = (flip - low) / (high - low);
+        ((0.0..=1.0).contains(&share)).then(|| more * (less / more).powf(share))
+    })
+}
+
+/// Bark and leaves that are baked together take fewer triangles for a picture than those that are baked apart.
+#[test]
+fn two_meshes_of_a_tree_take_fewer_triangles_together() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let [bark, leaves] = fixtures::tree_in_parts(4000, 1);
+    let measure = |limit| {
+        let baked = together(&[&bark, &leaves], limit);
+        let result = props::measure(&renderer, "tree", &baked, 4).unwrap();
+        println!("{}", props::table(std::slice::from_ref(&result)));
+        result
+    };
+    let (apart, together) = (measure(0), measure(1 << 16));
+    for (size, radius_px) in RADII_PX.iter().enumerate() {
+        let levels = together.levels.iter();
+        let levels = levels.filter(|level| (100..4_000).contains(&level.triangles));
+        let ratios: Vec<f64> = levels
+            .filter_map(|level| {
+                let apart = triangles_at(&apart, size, level.looks[size].flip)?;
+                Some(f64::from(level.triangles) / apart)
+            })
+            .collect();
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        println!("{radius_px} px: {ratios:.2?}, {mean:.2}");
+        assert!(
+            ratios.len() > 3 && mean < 0.85,
+            "{radius_px} px: {ratios:?}"
+        );
+    }
+    // And they cover what they did.
+    for level in together.levels.iter().filter(|level| level.triangles > 100) {
+        let covered = level.looks[RADII_PX.len() - 1].covered;
+        assert!((0.95..1.03).contains(&covered), "{covered}");
     }
 }

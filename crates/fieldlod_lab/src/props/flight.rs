@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Scene, Selector};
+use fieldlod_select::{InstanceId, LodSettings, Scene, Selector};
 use glam::Affine3A;
 use serde::Serialize;
 
-use super::{ASKED_PX, Look, direction, eye, look_of, sphere_of};
+use super::prop::{Prop, Units};
+use super::{ASKED_PX, Look, direction, eye, look_of};
 use crate::render::{RenderError, Renderer};
 
 /// The radii between which an eye flies, in pixels.
@@ -39,17 +40,18 @@ pub struct Pop {
     pub area_step: f64,
 }
 
-/// Flies towards a prop, whose level is chosen at [`ASKED_PX`], and compares each frame with full detail.
+/// Flies towards a prop of one or more meshes, whose level is chosen at [`ASKED_PX`], and compares each frame with full detail.
 ///
 /// # Errors
 /// As [`Renderer::draw`].
-pub fn fly(renderer: &Renderer, baked: &Hierarchy) -> Result<Vec<FlightFrame>, RenderError> {
-    let whole = baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
-    let sphere = sphere_of(&whole);
-    let model = renderer.upload(&whole);
+pub fn fly(renderer: &Renderer, baked: &[Hierarchy]) -> Result<Vec<FlightFrame>, RenderError> {
+    let prop = Prop::new(renderer, baked);
     let mut scene = Scene::default();
-    let mesh = scene.add_mesh(&whole);
-    let instance = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    let add = |mesh: &Hierarchy| {
+        let mesh = scene.add_mesh(mesh);
+        scene.add_instance(mesh, Affine3A::IDENTITY, 1.0)
+    };
+    let instances: Vec<InstanceId> = prop.meshes.iter().map(add).collect();
     scene.update();
     let mut selector = Selector::default();
     let settings = LodSettings::with_error_px(ASKED_PX);
@@ -57,15 +59,17 @@ pub fn fly(renderer: &Renderer, baked: &Hierarchy) -> Result<Vec<FlightFrame>, R
     let radii = std::iter::successors(Some(from), |radius| Some(radius * (1.0 + STEP)));
     let frame = |radius_px: f32| {
         // A little from above, as one who comes sees a tree.
-        let eye = eye(&sphere, direction(3, 8), radius_px);
+        let eye = eye(&prop.sphere, direction(3, 8), radius_px);
         selector.select(&scene, &eye.view(), &settings);
-        let units = selector.units(&scene, instance);
-        let reference = renderer.draw(&model, &eye, &[0])?;
-        let picture = renderer.draw(&model, &eye, units)?;
-        let count = |unit: &u32| whole.units[*unit as usize].triangle_count;
+        let units = instances
+            .iter()
+            .filter_map(|&id| selector.units(&scene, id).first());
+        let units: Units = units.copied().collect();
+        let reference = prop.draw(renderer, &eye, &prop.source())?;
+        let picture = prop.draw(renderer, &eye, &units)?;
         Ok(FlightFrame {
             radius_px,
-            triangles: units.iter().map(count).sum(),
+            triangles: prop.triangles(&units),
             look: look_of(&reference, &picture),
         })
     };

@@ -5,17 +5,18 @@
 //! What the selection draws at [`ASKED_PX`] of quality is drawn and compared, too.
 
 mod flight;
+mod prop;
 
 use std::fmt::Write;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
-use fieldlod_select::{Cut, LodSettings, select};
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use crate::eye::Eye;
 use crate::measure::image_error;
 use crate::render::{Picture, RenderError, Renderer};
+use prop::Prop;
 
 pub use flight::{FlightFrame, Pop, fly, pop_table, pops};
 
@@ -61,54 +62,48 @@ pub struct Look {
     pub covered: f64,
 }
 
-/// Measures the levels of `baked`, seen from so many directions.
+/// Measures the levels of a prop of one or more meshes, `baked`, seen from so many directions.
 ///
 /// # Errors
 /// As [`Renderer::draw`].
 pub fn measure(
     renderer: &Renderer,
     name: &str,
-    baked: &Hierarchy,
+    baked: &[Hierarchy],
     directions: u32,
 ) -> Result<PropResult, RenderError> {
-    let whole = baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
-    let sphere = sphere_of(&whole);
-    let model = renderer.upload(&whole);
-    let count = whole.units.len();
-    let mut looks = vec![vec![Look::default(); RADII_PX.len()]; count];
+    let prop = Prop::new(renderer, baked);
+    let levels = prop.levels();
+    let share = f64::from(directions).recip();
+    let mut looks = vec![vec![Look::default(); RADII_PX.len()]; levels.len()];
     let mut chosen = vec![(0.0, Look::default()); RADII_PX.len()];
     for (at, &radius_px) in RADII_PX.iter().enumerate() {
         for direction in (0..directions).map(|index| direction(index, directions)) {
-            let eye = eye(&sphere, direction, radius_px);
-            let reference = renderer.draw(&model, &eye, &[0])?;
-            let mut of_units = vec![Look {
-                covered: 1.0,
-                ..Look::default()
-            }];
-            for unit in 1..count as u32 {
-                let picture = renderer.draw(&model, &eye, &[unit])?;
-                of_units.push(look_of(&reference, &picture));
+            let eye = eye(&prop.sphere, direction, radius_px);
+            let reference = prop.draw(renderer, &eye, &prop.source())?;
+            let look = |units: &[u32]| {
+                let picture = prop.draw(renderer, &eye, units)?;
+                Ok::<_, RenderError>(look_of(&reference, &picture))
+            };
+            for (looks, (_, units)) in looks.iter_mut().zip(&levels) {
+                looks[at].add(&look(units)?, share);
             }
-            let share = f64::from(directions).recip();
-            for (look, of_unit) in looks.iter_mut().zip(&of_units) {
-                look[at].add(of_unit, share);
-            }
-            let unit = chosen_unit(&whole, &eye);
-            chosen[at].0 += f64::from(whole.units[unit].triangle_count) * share;
-            chosen[at].1.add(&of_units[unit], share);
+            let units = prop.chosen(&eye);
+            chosen[at].0 += f64::from(prop.triangles(&units)) * share;
+            chosen[at].1.add(&look(&units)?, share);
         }
     }
-    let levels = (1..count).map(|unit| {
-        let simplified_by = whole.units[unit].producer().unwrap_or_default();
-        LevelResult {
-            triangles: whole.units[unit].triangle_count,
-            error: whole.groups[simplified_by as usize].error_in_local / sphere.radius,
-            looks: looks[unit].clone(),
-        }
-    });
+    let levels = levels
+        .iter()
+        .zip(looks)
+        .map(|((error, units), looks)| LevelResult {
+            triangles: prop.triangles(units),
+            error: error / prop.sphere.radius,
+            looks,
+        });
     Ok(PropResult {
         name: name.to_owned(),
-        triangles: whole.source_triangle_count(),
+        triangles: prop.triangles(&prop.source()).into(),
         levels: levels.collect(),
         chosen,
     })
@@ -122,12 +117,6 @@ impl Look {
     }
 }
 
-/// Around the source, so that bakes of it are seen at the same size.
-fn sphere_of(whole: &Hierarchy) -> Sphere {
-    let source = whole.vertices.positions.iter().copied();
-    Sphere::around(source.take(whole.source_vertex_count as usize))
-}
-
 fn look_of(reference: &Picture, picture: &Picture) -> Look {
     let error = image_error(reference, picture, true);
     let area = |covered: &[bool]| covered.iter().filter(|c| **c).count() as f64;
@@ -136,17 +125,6 @@ fn look_of(reference: &Picture, picture: &Picture) -> Look {
         flip: error.flip.unwrap_or_default(),
         covered: area(&picture.covered) / area(&reference.covered).max(1.0),
     }
-}
-
-/// The unit that is drawn by [`ASKED_PX`].
-fn chosen_unit(whole: &Hierarchy, eye: &Eye) -> usize {
-    let settings = LodSettings {
-        error_px: Some(ASKED_PX),
-        ..LodSettings::default()
-    };
-    let mut cut = Cut::default();
-    select(whole, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
-    cut.units().first().map_or(0, |&unit| unit as usize)
 }
 
 /// One of `count` directions on a spiral from pole to pole.

@@ -49,7 +49,8 @@ pub struct PlacedUnits<'a> {
 
 impl<'a> PlacedUnits<'a> {
     /// Units of a model at the origin.
-    fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
+    #[must_use]
+    pub fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
         Self {
             model,
             world_from_local: Affine3A::IDENTITY,

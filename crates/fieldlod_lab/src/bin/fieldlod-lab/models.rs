@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use fieldlod_bake::{
-    BakeConfig, MeshError, SourceMesh, bake_mesh, clusterlod_hierarchy, import_gltf,
+    BakeConfig, ImportedPrimitive, MeshError, SourceMesh, bake_mesh, bake_together,
+    clusterlod_hierarchy, import_gltf,
 };
 use fieldlod_cli::output::Failure;
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
@@ -42,6 +43,29 @@ impl Model {
     pub(crate) fn bake_ours(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
         let (mesh, baked) = self.load()?;
         self.hierarchy_of(&mesh, baked, config)
+    }
+
+    /// All primitives of the glTF mesh with most triangles, together if they are a plant.
+    pub(crate) fn bake_plant(&self, config: &BakeConfig) -> Result<Vec<Hierarchy>, Failure> {
+        let path = match self {
+            Self::File(path) if path.extension().is_none_or(|it| it != "fieldlod") => path,
+            _ => return Ok(vec![self.bake_ours(config)?]),
+        };
+        let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
+        let meshes = (import.primitives).chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index);
+        let triangles = |primitives: &&[ImportedPrimitive]| {
+            let counts = primitives
+                .iter()
+                .map(|primitive| primitive.mesh.triangle_count());
+            counts.sum::<usize>()
+        };
+        let largest = meshes
+            .max_by_key(triangles)
+            .ok_or_else(|| no_primitives(path))?;
+        let largest: Vec<&SourceMesh> = largest.iter().map(|primitive| &primitive.mesh).collect();
+        let baked = bake_together(&largest, config).into_iter();
+        let baked = baked.map(|baked| Ok(baked.map_err(|error| self.failure(error))?.0));
+        baked.collect()
     }
 
     fn hierarchy_of(

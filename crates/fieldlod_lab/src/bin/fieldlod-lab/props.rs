@@ -18,7 +18,7 @@ use crate::models::Model;
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files [default: plants that the program makes]. Of each, the
-    /// primitive with most triangles is taken.
+    /// mesh with most triangles is taken, all its primitives together.
     models: Vec<PathBuf>,
     /// Directions that each is seen from.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return fly(&renderer, &models, arguments.json);
     }
     let measured = models.iter().map(|model| {
-        let baked = model.bake_ours(&BakeConfig::default())?;
+        let baked = model.bake_plant(&BakeConfig::default())?;
         Ok(props::measure(
             &renderer,
             &model.name(),
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn fly(renderer: &Renderer, models: &[Model], as_json: bool) -> Result<(), Failure> {
     let flown = models.iter().map(|model| {
-        let baked = model.bake_ours(&BakeConfig::default())?;
+        let baked = model.bake_plant(&BakeConfig::default())?;
         Ok((model.name(), props::pops(&props::fly(renderer, &baked)?)))
     });
     let results: Vec<(String, Vec<Pop>)> = flown.collect::<Result<_, Failure>>()?;

@@ -120,12 +120,10 @@ fn entries(cache: &Path) -> Vec<Vec<u8>> {
 fn tree() -> GltfFile {
     let mut file = GltfFile::of(&fieldlod_tests::rock(3, 1));
     file.add_mesh(&fixtures::cards(1_000, 3));
-    let leaves = file.list("meshes").pop().unwrap();
-    let mut leaves = leaves["primitives"][0].clone();
-    leaves["material"] = json!(1);
-    file.primitive()["material"] = json!(0);
-    let primitives = file.json["meshes"][0]["primitives"].as_array_mut();
-    primitives.unwrap().push(leaves);
+    file.join_meshes();
+    for primitive in 0..2 {
+        file.json["meshes"][0]["primitives"][primitive]["material"] = json!(primitive);
+    }
     file.json["materials"] = json!([
         { "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.125, 0.125, 1.0] } },
         { "alphaMode": "MASK", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } },

@@ -58,7 +58,7 @@ fn two_meshes_of_a_tree_take_fewer_triangles_together() {
     let [bark, leaves] = fixtures::tree_in_parts(4000, 1);
     let measure = |limit| {
         let baked = together(&[&bark, &leaves], limit);
-        let result = props::measure(&renderer, "tree", &baked, 4).unwrap();
+        let result = props::measure(&renderer, "tree", &baked, 8).unwrap();
         println!("{}", props::table(std::slice::from_ref(&result)));
         result
     };

@@ -1,8 +1,9 @@
 //! Bakes meshes, unless they are in the cache.
 
-use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Arc;
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
+use fieldlod_bake::{BakeConfig, SourceMesh, Surface, bake_mesh};
 use fieldlod_hierarchy::{FORMAT_VERSION, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -12,32 +13,45 @@ use super::threads::BakeThreads;
 use super::together::Member;
 use crate::events::{LodError, LodOrigin};
 
-/// Takes the hierarchy of `source` from the cache, else bakes it on `threads`, with the others that it is `member` of,
-/// and puts it there.
-pub(super) fn bake_unless_cached(
-    source: SourceArrays,
-    cache_folder: Option<&Path>,
-    config: &BakeConfig,
-    threads: Option<&BakeThreads>,
-    member: Option<&Member>,
-) -> Result<(Hierarchy, LodOrigin), LodError> {
-    let together = member.and_then(|member| Some((member, member.sources()?)));
-    let others = together
-        .as_ref()
-        .map(|(member, sources)| (member.index(), &**sources));
-    let entry = cache_folder.map(|folder| folder.join(entry_name(&source, config, others)));
-    if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
-        return Ok((found, LodOrigin::Cache));
+/// What a bake goes by, beside the source.
+pub(super) struct BakeJob {
+    pub(super) cache_folder: Option<PathBuf>,
+    pub(super) config: BakeConfig,
+    /// What it runs on; `None` if there is to be none.
+    pub(super) threads: Option<BakeThreads>,
+    /// What the mesh looks like, if that is known.
+    pub(super) surface: Option<Arc<Surface>>,
+    /// What it is baked with, if it is not alone.
+    pub(super) member: Option<Member>,
+}
+
+impl BakeJob {
+    /// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
+    pub(super) fn run(&self, source: SourceArrays) -> Result<(Hierarchy, LodOrigin), LodError> {
+        let source = SourceArrays {
+            surface: self.surface.clone(),
+            ..source
+        };
+        let all = self.member.as_ref();
+        let all = all.and_then(|member| Some((member, member.sources()?)));
+        let together = all
+            .as_ref()
+            .map(|(member, sources)| (member.index(), &**sources));
+        let name = entry_name(&source, &self.config, together);
+        let entry = self.cache_folder.as_ref().map(|folder| folder.join(name));
+        if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
+            return Ok((found, LodOrigin::Cache));
+        }
+        let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
+        let baked = match all {
+            Some((member, sources)) => member.bake(sources, threads)?,
+            None => threads.run(|| bake_mesh(&source_mesh(source), &self.config))?,
+        };
+        if let Some(path) = &entry {
+            cache::write(path, &baked);
+        }
+        Ok((baked, LodOrigin::Baked))
     }
-    let threads = threads.ok_or(LodError::BakeDisabled)?;
-    let baked = match together {
-        Some((member, sources)) => member.bake(sources, threads)?,
-        None => threads.run(|| bake_mesh(&source_mesh(source), config))?,
-    };
-    if let Some(path) = &entry {
-        cache::write(path, &baked);
-    }
-    Ok((baked, LodOrigin::Baked))
 }
 
 pub(super) fn source_mesh(source: SourceArrays) -> SourceMesh {

@@ -9,9 +9,11 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::tasks::Task;
 #[cfg(feature = "bake")]
-use fieldlod_bake::{BakeConfig, Surface};
+use fieldlod_bake::BakeConfig;
 use fieldlod_hierarchy::BakedFile;
 
+#[cfg(feature = "bake")]
+use super::bake::BakeJob;
 use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
@@ -19,7 +21,7 @@ use super::sidecar::SidecarFiles;
 use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
 #[cfg(feature = "bake")]
-use super::together::{AllTogether, Candidates, Member};
+use super::together::{AllTogether, Candidates};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::config::{FieldLodConfig, LodKind};
@@ -177,6 +179,9 @@ impl LodMeshes {
     }
 }
 
+/// Tells the material of an entity with a mesh.
+pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>> + 'a;
+
 /// Looks up the levels of detail of meshes.
 #[derive(SystemParam)]
 pub(super) struct LodMeshLookup<'w> {
@@ -192,12 +197,13 @@ pub(super) struct LodMeshLookup<'w> {
 
 impl LodMeshLookup<'_> {
     /// What is known of `mesh`; `None` while something is being loaded. The first time, a task is started
-    /// that prepares it, once all that it needs is loaded; a bake goes by the materials that meshes have then.
+    /// that prepares it, once all that it needs is loaded; a bake goes by the materials that
+    /// meshes have then.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
-        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
+        material_of: &MaterialOf<'_>,
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
         if self.known.changing.contains(mesh) {
@@ -227,7 +233,7 @@ impl LodMeshLookup<'_> {
         &mut self,
         mesh: AssetId<Mesh>,
         request: &LodRequest,
-        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
+        material_of: &MaterialOf<'_>,
     ) -> Option<LodMeshEntry> {
         // Small meshes need no levels.
         let source = self.meshes.get(mesh)?;
@@ -259,12 +265,7 @@ impl LodMeshLookup<'_> {
             None => None,
         };
         #[cfg(feature = "bake")]
-        let bake = request.bake.as_ref().unwrap_or(&self.config.bake).clone();
-        #[cfg(feature = "bake")]
-        let (surface, member) = match kind == LodKind::WholeMesh && file.is_none() {
-            true => self.seen(mesh, request.kind, &bake, material_of)?,
-            false => (None, None),
-        };
+        let bake = self.bake_job(mesh, request, kind, file.is_none(), material_of)?;
         #[cfg(not(feature = "bake"))]
         let _ = material_of;
         // All else is the task's.
@@ -279,48 +280,57 @@ impl LodMeshLookup<'_> {
             file,
             sidecar,
             #[cfg(feature = "bake")]
-            cache_folder: self.config.cache_folder.clone(),
-            #[cfg(feature = "bake")]
-            member,
-            #[cfg(feature = "bake")]
             bake,
-            #[cfg(feature = "bake")]
-            surface,
-            #[cfg(feature = "bake")]
-            threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
         };
         let task = threads.tasks.spawn(prepare(job));
         self.known.in_preparation = self.known.in_preparation.with(triangles);
         Some(LodMeshEntry::Preparing(task, triangles))
     }
 
-    /// What a mesh looks like that is drawn as a whole, and what it is baked with; `None` while a material is being
-    /// loaded.
+    /// What a bake goes by; `None` while some of it is being loaded. What is drawn as a whole is baked by what it looks
+    /// like, and with what it is one plant with, if it `may_be_baked` at all.
     #[cfg(feature = "bake")]
-    fn seen(
+    fn bake_job(
         &mut self,
         mesh: AssetId<Mesh>,
+        request: &LodRequest,
         kind: LodKind,
-        bake: &BakeConfig,
-        material_of: &dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>>,
-    ) -> Option<(Option<Arc<Surface>>, Option<Member>)> {
+        may_be_baked: bool,
+        material_of: &MaterialOf<'_>,
+    ) -> Option<BakeJob> {
         let known = &mut *self.known;
-        let mut surface_of = |mesh| match material_of(mesh) {
-            Some(material) => known.surfaces.find(material, &self.materials, &self.assets),
-            None => Some(None),
+        let new_threads = || PrepareThreads::new(&self.config);
+        let threads = known.threads.get_or_insert_with(new_threads);
+        let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+        let is_whole = kind == LodKind::WholeMesh;
+        let mut job = BakeJob {
+            cache_folder: self.config.cache_folder.clone(),
+            // Only of what is drawn as a whole it counts how the whole looks.
+            config: BakeConfig {
+                measure_appearance: config.measure_appearance && is_whole,
+                ..config.clone()
+            },
+            threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),
+            surface: None,
+            member: None,
         };
-        let surface = surface_of(mesh)?;
-        let candidates = Candidates {
-            kind,
-            lods: &self.config,
-            meshes: &self.meshes,
-            assets: &self.assets,
-        };
-        let member = known.together.member(mesh, bake, &candidates);
-        if let Some(member) = &member {
-            member.find_surfaces(surface_of)?;
+        if is_whole && may_be_baked {
+            let surfaces = &mut known.surfaces;
+            let mut surface_of = |mesh| match material_of(mesh) {
+                Some(material) => surfaces.find(material, &self.materials, &self.assets),
+                None => Some(None),
+            };
+            let candidates = Candidates {
+                kind: request.kind,
+                lods: &self.config,
+                meshes: &self.meshes,
+                assets: &self.assets,
+            };
+            job.surface = surface_of(mesh)?;
+            let together = &mut known.together;
+            job.member = together.member(mesh, &job.config, &candidates, surface_of)?;
         }
-        Some((surface, member))
+        Some(job)
     }
 
     /// Prepares what of a mesh is there before its pages are read.

@@ -1,27 +1,19 @@
 //! Prepares one mesh in a background task: finds or bakes its hierarchy, and cuts it into the meshes of its
 //! units.
 
-#[cfg(feature = "bake")]
-use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError};
-#[cfg(feature = "bake")]
-use fieldlod_bake::{BakeConfig, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::GroupTable;
 
 #[cfg(feature = "bake")]
-use super::bake::bake_unless_cached;
+use super::bake::BakeJob;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
-#[cfg(feature = "bake")]
-use super::threads::BakeThreads;
-#[cfg(feature = "bake")]
-use super::together::Member;
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
@@ -42,18 +34,7 @@ pub(super) struct PrepareJob {
     /// Where the mesh was loaded from, to look for a file there.
     pub(super) sidecar: Option<(AssetServer, AssetPath<'static>, Arc<SidecarFiles>)>,
     #[cfg(feature = "bake")]
-    pub(super) cache_folder: Option<PathBuf>,
-    #[cfg(feature = "bake")]
-    pub(super) bake: BakeConfig,
-    /// What it looks like, if that is known.
-    #[cfg(feature = "bake")]
-    pub(super) surface: Option<Arc<Surface>>,
-    /// What a bake runs on; `None` if there is to be none.
-    #[cfg(feature = "bake")]
-    pub(super) threads: Option<BakeThreads>,
-    /// What it is baked with.
-    #[cfg(feature = "bake")]
-    pub(super) member: Option<Member>,
+    pub(super) bake: BakeJob,
 }
 
 /// A mesh with levels of detail that is not in the scene and in the assets yet.
@@ -190,19 +171,9 @@ async fn find_or_bake(
             Err(error) => warn!("{}: {error}", job.name),
         }
     }
-    #[cfg(not(feature = "bake"))]
-    return Err(LodError::BakeDisabled);
+    // What was baked once is not baked again.
     #[cfg(feature = "bake")]
-    {
-        // Only of what is drawn as a whole it counts how the whole looks.
-        let config = BakeConfig {
-            measure_appearance: job.bake.measure_appearance && job.kind == LodKind::WholeMesh,
-            ..job.bake.clone()
-        };
-        let mut source = source;
-        source.surface.clone_from(&job.surface);
-        // What was baked once is not baked again.
-        let (folder, threads) = (job.cache_folder.as_deref(), job.threads.as_ref());
-        bake_unless_cached(source, folder, &config, threads, job.member.as_ref())
-    }
+    return job.bake.run(source);
+    #[cfg(not(feature = "bake"))]
+    Err(LodError::BakeDisabled)
 }

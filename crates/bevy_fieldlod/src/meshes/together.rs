@@ -18,8 +18,8 @@ use crate::config::{FieldLodConfig, LodKind};
 pub(super) struct Together {
     ids: Vec<AssetId<Mesh>>,
     meshes: Vec<Mesh>,
-    /// What each looks like, once that is loaded.
-    surfaces: OnceLock<Vec<Option<Arc<Surface>>>>,
+    /// What each looks like, if that is known.
+    surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
     baked: OnceLock<Vec<Result<Hierarchy, MeshError>>>,
 }
@@ -46,24 +46,37 @@ impl AllTogether {
         self.0.retain(|all| !all.ids.contains(&mesh));
     }
 
-    /// The primitives that may be baked with `mesh` by `config`, if there are any.
+    /// The primitives that may be baked with `mesh` by `config`, if there are any; `None` while it is not known yet what
+    /// one of them looks like, by `surface_of`.
     pub(super) fn member(
         &mut self,
         mesh: AssetId<Mesh>,
         config: &BakeConfig,
         candidates: &Candidates<'_>,
-    ) -> Option<Member> {
+        surface_of: impl FnMut(AssetId<Mesh>) -> Option<Option<Arc<Surface>>>,
+    ) -> Option<Option<Member>> {
         let known = |all: &&Arc<Together>| all.ids.contains(&mesh) && all.config == *config;
         let all = match self.0.iter().find(known) {
             Some(all) => all.clone(),
             None => {
-                let all = Arc::new(candidates.beside(mesh, config)?);
+                let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
+                    return Some(None);
+                };
+                let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
+                let surfaces = ids.iter().copied().map(surface_of);
+                let all = Arc::new(Together {
+                    surfaces: surfaces.collect::<Option<_>>()?,
+                    meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
+                    config: config.clone(),
+                    baked: OnceLock::new(),
+                    ids,
+                });
                 self.0.push(all.clone());
                 all
             }
         };
-        let index = all.ids.iter().position(|id| *id == mesh)?;
-        Some(Member { all, index })
+        let index = all.ids.iter().position(|id| *id == mesh);
+        Some(index.map(|index| Member { all, index }))
     }
 }
 
@@ -78,10 +91,14 @@ pub(super) struct Candidates<'a> {
 impl Candidates<'_> {
     /// The primitives of the same glTF mesh that are drawn as whole meshes, `None` if it is the only one, or they
     /// are too many or have too many triangles.
-    fn beside(&self, mesh: AssetId<Mesh>, config: &BakeConfig) -> Option<Together> {
+    fn beside(
+        &self,
+        mesh: AssetId<Mesh>,
+        most_triangles: usize,
+    ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
         let path = self.assets.get_path(mesh)?.into_owned();
         let of_mesh: usize = mesh_index(path.label()?)?;
-        let mut left = config.together_below_triangles;
+        let mut left = most_triangles;
         let mut found: Vec<(AssetId<Mesh>, &Mesh)> = Vec::new();
         for primitive in 0..=MOST_TOGETHER {
             let label = GltfAssetLabel::Primitive {
@@ -104,13 +121,7 @@ impl Candidates<'_> {
                 found.push((handle.id(), mesh));
             }
         }
-        (found.len() > 1).then(|| Together {
-            ids: found.iter().map(|(id, _)| *id).collect(),
-            meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
-            surfaces: OnceLock::new(),
-            config: config.clone(),
-            baked: OnceLock::new(),
-        })
+        (found.len() > 1).then_some(found)
     }
 }
 
@@ -121,29 +132,17 @@ fn mesh_index(label: &str) -> Option<usize> {
 }
 
 impl Member {
-    /// Finds out what all of them look like, unless that is known; `None` while some of it is being loaded.
-    pub(super) fn find_surfaces(
-        &self,
-        surface_of: impl FnMut(AssetId<Mesh>) -> Option<Option<Arc<Surface>>>,
-    ) -> Option<()> {
-        if self.all.surfaces.get().is_none() {
-            let surfaces = self.all.ids.iter().copied().map(surface_of);
-            let surfaces = surfaces.collect::<Option<Vec<_>>>()?;
-            self.all.surfaces.get_or_init(|| surfaces);
-        }
-        Some(())
-    }
-
     /// What is baked together, in order; `None` if something there cannot be baked at all.
     pub(super) fn sources(&self) -> Option<Vec<SourceArrays>> {
-        let surfaces = self.all.surfaces.get()?;
-        let sources = self.all.meshes.iter().zip(surfaces);
+        let meshes = self.all.meshes.iter().zip(&self.all.surfaces);
         let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
-            let mut source = SourceArrays::of(mesh).ok()?;
-            source.surface.clone_from(surface);
-            Some(source)
+            let source = SourceArrays::of(mesh).ok()?;
+            Some(SourceArrays {
+                surface: surface.clone(),
+                ..source
+            })
         };
-        sources.map(source).collect()
+        meshes.map(source).collect()
     }
 
     /// Which of them this is.

@@ -59,6 +59,16 @@ impl GltfFile {
         self.list("meshes").push(mesh);
     }
 
+    /// Makes one mesh of all.
+    pub(crate) fn join_meshes(&mut self) {
+        let added = self.list("meshes").split_off(1);
+        for mesh in added {
+            let primitive = mesh["primitives"][0].clone();
+            let primitives = self.list("meshes")[0]["primitives"].as_array_mut();
+            primitives.unwrap().push(primitive);
+        }
+    }
+
     pub(crate) fn add_floats(&mut self, floats: &[f32], kind: &str) -> usize {
         let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
         let width = match kind {

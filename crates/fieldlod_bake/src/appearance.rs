@@ -14,7 +14,8 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::picture::{Model, Picture, Viewpoint, exposure_of};
-use crate::surface::{Surface, Surfaces};
+use crate::surface::Surface;
+use crate::surfaces::Surfaces;
 
 /// From how many directions a mesh is seen.
 const DIRECTIONS: usize = 12;

@@ -8,7 +8,7 @@ use crate::config::BakeConfig;
 use crate::levels::build_levels;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
-use crate::surface::Surfaces;
+use crate::surfaces::Surfaces;
 use crate::vertices::LevelVertices;
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.

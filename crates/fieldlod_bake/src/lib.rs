@@ -28,7 +28,7 @@
 //! | leaves, blades and gravel, which keep their area | `aggregate`, `elements`, `components` |
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
-//! | what levels of the whole mesh look like | `appearance`, `picture`, `surface` |
+//! | what levels of the whole mesh look like | `appearance`, `picture`, `surface`, `surfaces` |
 //! | primitives that are one plant, baked as one | `together` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
@@ -82,6 +82,7 @@ mod progress;
 mod report;
 mod simplify;
 mod surface;
+mod surfaces;
 mod together;
 mod triangle;
 mod triangle_tree;

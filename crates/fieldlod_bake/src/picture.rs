@@ -8,7 +8,8 @@
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::surface::{Surface, Surfaces};
+use crate::surface::Surface;
+use crate::surfaces::Surfaces;
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;

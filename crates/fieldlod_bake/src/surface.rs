@@ -2,11 +2,7 @@
 //!
 //! Textures are kept small: a mesh fills 128 pixels of the pictures that a bake takes of it.
 
-use std::sync::Arc;
-
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
-
-use crate::mesh::SourceMesh;
 
 /// The largest side of a texture that is kept, in texels.
 const LARGEST_SIDE: u32 = 256;
@@ -26,13 +22,6 @@ pub struct Surface {
     drawn_from: f32,
     /// Whether nothing is seen through it.
     is_opaque: bool,
-}
-
-/// The surfaces of a mesh of one or more parts, in the order of their vertices.
-#[derive(Clone, Default)]
-pub(crate) struct Surfaces {
-    /// Up to which of the source's vertices each part reaches, and its surface if that is known.
-    parts: Vec<(u32, Option<Arc<Surface>>)>,
 }
 
 /// What the alpha of a material does.
@@ -253,37 +242,6 @@ impl Surface {
             Vec3::ONE
         };
         mean * self.base_color.truncate()
-    }
-}
-
-impl Surfaces {
-    pub(crate) fn of<'a>(parts: impl IntoIterator<Item = &'a SourceMesh>) -> Self {
-        let mut end = 0;
-        let parts = parts.into_iter().map(|mesh| {
-            end += mesh.positions.len() as u32;
-            (end, mesh.usable_surface().cloned())
-        });
-        Self {
-            parts: parts.collect(),
-        }
-    }
-
-    /// Whether that of any part is known.
-    pub(crate) fn any_known(&self) -> bool {
-        self.parts.iter().any(|(_, surface)| surface.is_some())
-    }
-
-    /// That of the part of a vertex of the source.
-    pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
-        let part = self.parts.partition_point(|&(end, _)| end <= vertex);
-        self.parts.get(part)?.1.as_deref()
-    }
-
-    /// By what the surface multiplies the colours of the vertices of each part in the mean, and where the part ends.
-    pub(crate) fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
-        let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
-        let parts = self.parts.iter();
-        parts.map(move |(end, surface)| (*end, surface.as_deref().map_or(1.0, tint)))
     }
 }
 

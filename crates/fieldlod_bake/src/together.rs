@@ -19,7 +19,7 @@ use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::report::BakeReport;
-use crate::surface::Surfaces;
+use crate::surfaces::Surfaces;
 
 /// No more meshes than this are taken for one plant.
 pub const MOST_TOGETHER: usize = 4;

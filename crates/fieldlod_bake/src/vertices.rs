@@ -11,7 +11,8 @@ use crate::attributes::AttributeLayout;
 use crate::config::BakeConfig;
 use crate::edges::Links;
 use crate::mesh::SourceMesh;
-use crate::surface::{Surface, Surfaces};
+use crate::surface::Surface;
+use crate::surfaces::Surfaces;
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use fieldlod_bake::{BakeConfig, SourceMesh, Surface, bake_mesh};
+use fieldlod_bake::{BakeConfig, Surface, bake_mesh};
 use fieldlod_hierarchy::{FORMAT_VERSION, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -45,26 +45,12 @@ impl BakeJob {
         let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
         let baked = match all {
             Some((member, sources)) => member.bake(sources, threads)?,
-            None => threads.run(|| bake_mesh(&source_mesh(source), &self.config))?,
+            None => threads.run(|| bake_mesh(&source.into_mesh(), &self.config))?,
         };
         if let Some(path) = &entry {
             cache::write(path, &baked);
         }
         Ok((baked, LodOrigin::Baked))
-    }
-}
-
-pub(super) fn source_mesh(source: SourceArrays) -> SourceMesh {
-    SourceMesh {
-        positions: source.vertices.positions,
-        normals: source.vertices.normals,
-        uvs: source.vertices.uvs,
-        tangents: source.vertices.tangents,
-        uvs_1: source.vertices.uvs_1,
-        colors: source.vertices.colors,
-        has_other_attributes: source.has_other_attributes,
-        surface: source.surface,
-        indices: source.indices,
     }
 }
 

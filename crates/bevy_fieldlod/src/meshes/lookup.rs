@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use bevy::asset::{AssetId, AssetPath};
 use bevy::ecs::system::SystemParam;
-use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::tasks::Task;
@@ -17,6 +16,7 @@ use super::bake::BakeJob;
 use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
+use super::source_arrays::triangle_count;
 #[cfg(feature = "bake")]
 use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
@@ -378,15 +378,4 @@ impl LodMeshLookup<'_> {
         let path = self.assets.get_path(mesh)?.into_owned();
         Some((self.assets.clone(), path, self.known.sidecars.clone()))
     }
-}
-
-pub(super) fn triangle_count(mesh: &Mesh) -> usize {
-    // What cannot be counted is refused, with its reason, by the task.
-    let corners = match mesh.try_indices_option() {
-        Ok(Some(indices)) => Indices::len(indices),
-        _ => mesh
-            .try_attribute(Mesh::ATTRIBUTE_POSITION)
-            .map_or(usize::MAX, VertexAttributeValues::len),
-    };
-    corners / 3
 }

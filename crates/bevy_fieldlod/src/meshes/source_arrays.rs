@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use bevy::asset::RenderAssetUsages;
-use bevy::mesh::{Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
+use bevy::mesh::{Indices, Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 #[cfg(feature = "bake")]
-use fieldlod_bake::Surface;
+use fieldlod_bake::{SourceMesh, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::events::LodError;
@@ -63,6 +63,22 @@ impl SourceArrays {
             #[cfg(feature = "bake")]
             surface: None,
         })
+    }
+
+    /// What a bake takes.
+    #[cfg(feature = "bake")]
+    pub(super) fn into_mesh(self) -> SourceMesh {
+        SourceMesh {
+            positions: self.vertices.positions,
+            normals: self.vertices.normals,
+            uvs: self.vertices.uvs,
+            tangents: self.vertices.tangents,
+            uvs_1: self.vertices.uvs_1,
+            colors: self.vertices.colors,
+            has_other_attributes: self.has_other_attributes,
+            surface: self.surface,
+            indices: self.indices,
+        }
     }
 
     /// Area in texture coordinates for each unit of area in local space; 0 without either.
@@ -157,6 +173,18 @@ impl SourceArrays {
             colors: if_held(&own.colors, colors),
         }
     }
+}
+
+/// How many triangles a mesh has, as far as that can be told.
+pub(super) fn triangle_count(mesh: &Mesh) -> usize {
+    // What cannot be counted is refused, with its reason, by the task.
+    let corners = match mesh.try_indices_option() {
+        Ok(Some(indices)) => Indices::len(indices),
+        _ => mesh
+            .try_attribute(Mesh::ATTRIBUTE_POSITION)
+            .map_or(usize::MAX, VertexAttributeValues::len),
+    };
+    corners / 3
 }
 
 /// Which attributes there are besides positions.

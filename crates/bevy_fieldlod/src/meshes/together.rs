@@ -8,9 +8,7 @@ use bevy::mesh::Mesh;
 use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together};
 use fieldlod_hierarchy::Hierarchy;
 
-use super::bake::source_mesh;
-use super::lookup::triangle_count;
-use super::source_arrays::SourceArrays;
+use super::source_arrays::{SourceArrays, triangle_count};
 use super::threads::BakeThreads;
 use crate::config::{FieldLodConfig, LodKind};
 
@@ -157,7 +155,8 @@ impl Member {
         threads: &BakeThreads,
     ) -> Result<Hierarchy, MeshError> {
         let bake = || {
-            let meshes: Vec<SourceMesh> = sources.into_iter().map(source_mesh).collect();
+            let meshes: Vec<SourceMesh> =
+                sources.into_iter().map(SourceArrays::into_mesh).collect();
             let meshes: Vec<&SourceMesh> = meshes.iter().collect();
             let baked = threads.run(|| bake_together(&meshes, &self.all.config));
             baked.into_iter().map(|baked| Ok(baked?.0)).collect()

@@ -14,6 +14,9 @@ use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 use crate::together::bake_together_with_progress;
 
+/// Primitives with so many triangles are drawn in pieces unless someone asks for something else.
+const IN_PIECES_FROM: usize = 20_000;
+
 /// The levels of detail of all primitives of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOutcome {
@@ -95,6 +98,15 @@ fn bake_primitives(
         .iter()
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
+    // What is drawn in pieces, as a rule, needs them.
+    let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
+    let config = &BakeConfig {
+        together_below_triangles: match meshes.iter().any(is_large) {
+            true => 0,
+            false => config.together_below_triangles,
+        },
+        ..config.clone()
+    };
     let baked =
         bake_together_with_progress(&meshes, config, &|mesh, count| shares[mesh].add(count));
     shares.iter().for_each(Share::finish);

@@ -32,8 +32,11 @@ impl BakeJob {
             surface: self.surface.clone(),
             ..source
         };
+        // The mesh may have changed since it was found to be one of several.
+        let is_same = |found: &SourceArrays| found.has_same_mesh_as(&source);
         let all = self.member.as_ref();
         let all = all.and_then(|member| Some((member, member.sources()?)));
+        let all = all.filter(|(member, sources)| is_same(&sources[member.index()]));
         let together = all
             .as_ref()
             .map(|(member, sources)| (member.index(), &**sources));

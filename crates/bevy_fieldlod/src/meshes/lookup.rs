@@ -43,6 +43,8 @@ pub(crate) struct LodMeshes {
     pub(super) sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
     pub(super) changing: ChangingMeshes,
+    /// What was asked for in this frame, and cannot be started yet.
+    not_yet: HashMap<AssetId<Mesh>, Vec<LodRequest>>,
     #[cfg(feature = "bake")]
     pub(super) together: AllTogether,
     #[cfg(feature = "bake")]
@@ -155,6 +157,8 @@ impl LodMeshes {
 
     /// Notes that a program has changed a mesh, and returns whether levels of it were known until now.
     pub(crate) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
+        #[cfg(feature = "bake")]
+        self.together.forget(mesh);
         let is_known = self.entries.contains_key(&mesh);
         self.changing.note(mesh, is_known, assets);
         is_known
@@ -196,6 +200,13 @@ pub(super) struct LodMeshLookup<'w> {
 }
 
 impl LodMeshLookup<'_> {
+    /// Lets what could not be started in the last frame be tried again.
+    pub(super) fn try_again(&mut self) {
+        if !self.known.not_yet.is_empty() {
+            self.known.not_yet.clear();
+        }
+    }
+
     /// What is known of `mesh`; `None` while something is being loaded. The first time, a task is started
     /// that prepares it, once all that it needs is loaded; a bake goes by the materials that
     /// meshes have then.
@@ -220,7 +231,14 @@ impl LodMeshLookup<'_> {
         let index = match entries.and_then(|entries| entries.iter().position(known)) {
             Some(index) => index,
             None => {
-                let entry = self.start(mesh, &request, material_of)?;
+                let not_yet = self.known.not_yet.get(&mesh);
+                if not_yet.is_some_and(|requests| requests.contains(&request)) {
+                    return None;
+                }
+                let Some(entry) = self.start(mesh, &request, material_of) else {
+                    self.known.not_yet.entry(mesh).or_default().push(request);
+                    return None;
+                };
                 let entries = self.known.entries.entry(mesh).or_default();
                 entries.push((request, entry));
                 entries.len() - 1

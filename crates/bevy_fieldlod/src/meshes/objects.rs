@@ -67,18 +67,26 @@ pub(super) fn give_levels_to_objects(
         Has<NoAutoAabb>,
         Option<&MeshMaterial3d<StandardMaterial>>,
     )>,
+    ready: Query<(&LodSource, &MeshMaterial3d<StandardMaterial>)>,
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
 ) {
-    // Only what is baked together asks for those of other meshes.
+    lookup.try_again();
+    // Only what is baked together asks for those of other meshes. Of each mesh, that of the first entity.
     let materials: OnceCell<HashMap<AssetId<Mesh>, AssetId<StandardMaterial>>> = OnceCell::new();
     let all_materials = || {
-        let waiting = waiting.iter();
-        let with_material = |(_, mesh, _, _, material): (_, &Mesh3d, _, _, Option<_>)| {
+        let waiting = waiting.iter().filter_map(|(_, mesh, _, _, material)| {
             let material: &MeshMaterial3d<StandardMaterial> = material?;
             Some((mesh.id(), material.id()))
-        };
-        waiting.filter_map(with_material).collect()
+        });
+        let ready = ready
+            .iter()
+            .map(|(source, material)| (source.mesh.id(), material.id()));
+        let mut first = HashMap::new();
+        for (mesh, material) in waiting.chain(ready) {
+            first.entry(mesh).or_insert(material);
+        }
+        first
     };
     for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
         let mut commands = commands.entity(entity);

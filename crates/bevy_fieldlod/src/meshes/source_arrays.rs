@@ -81,6 +81,13 @@ impl SourceArrays {
         }
     }
 
+    #[cfg(feature = "bake")]
+    pub(super) fn has_same_mesh_as(&self, other: &Self) -> bool {
+        self.vertices == other.vertices
+            && self.indices == other.indices
+            && self.has_other_attributes == other.has_other_attributes
+    }
+
     /// Area in texture coordinates for each unit of area in local space; 0 without either.
     pub(super) fn uv_per_area(&self) -> f32 {
         let (triangles, _) = self.indices.as_chunks::<3>();

@@ -29,19 +29,25 @@ pub(super) struct Member {
     index: usize,
 }
 
-/// Those of which some are not baked yet.
+/// Those of which some have not been asked for yet.
 #[derive(Default)]
-pub(super) struct AllTogether(Vec<Arc<Together>>);
+pub(super) struct AllTogether(Vec<Expected>);
+
+struct Expected {
+    all: Arc<Together>,
+    /// Which of them.
+    left: Vec<AssetId<Mesh>>,
+}
 
 impl AllTogether {
-    /// Forgets what has been baked, but not what someone still waits for.
+    /// Forgets those whose others nobody asks for.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
 
     /// Forgets the bake of a mesh that changed.
     pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) {
-        self.0.retain(|all| !all.ids.contains(&mesh));
+        self.0.retain(|expected| !expected.all.ids.contains(&mesh));
     }
 
     /// The primitives that may be baked with `mesh` by `config`, if there are any; `None` while it is not known yet what
@@ -53,9 +59,10 @@ impl AllTogether {
         candidates: &Candidates<'_>,
         surface_of: impl FnMut(AssetId<Mesh>) -> Option<Option<Arc<Surface>>>,
     ) -> Option<Option<Member>> {
-        let known = |all: &&Arc<Together>| all.ids.contains(&mesh) && all.config == *config;
-        let all = match self.0.iter().find(known) {
-            Some(all) => all.clone(),
+        let known =
+            |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
+        let at = match self.0.iter().position(known) {
+            Some(at) => at,
             None => {
                 let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
                     return Some(None);
@@ -67,12 +74,19 @@ impl AllTogether {
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
                     baked: OnceLock::new(),
-                    ids,
+                    ids: ids.clone(),
                 });
-                self.0.push(all.clone());
-                all
+                self.0.push(Expected { all, left: ids });
+                self.0.len() - 1
             }
         };
+        // Whoever bakes them keeps them as long as that takes.
+        let expected = &mut self.0[at];
+        let all = expected.all.clone();
+        expected.left.retain(|id| *id != mesh);
+        if expected.left.is_empty() {
+            self.0.swap_remove(at);
+        }
         let index = all.ids.iter().position(|id| *id == mesh);
         Some(index.map(|index| Member { all, index }))
     }

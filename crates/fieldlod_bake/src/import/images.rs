@@ -131,13 +131,14 @@ pub(super) fn read(
     bytes.and_then(|bytes| decode(&bytes)).map_err(unread)
 }
 
-/// Decodes an image by what its first bytes say that it is.
+/// Decodes an image by what its first bytes say that it is. A decoder that panics has met a broken image.
 fn decode(bytes: &[u8]) -> Result<Pixels, ImageFault> {
-    match bytes {
-        [0x89, b'P', b'N', b'G', ..] => decode_png(bytes),
-        [0xff, 0xd8, ..] => decode_jpeg(bytes),
-        _ => Err(ImageFault::Format),
-    }
+    let decode: fn(&[u8]) -> Result<Pixels, ImageFault> = match bytes {
+        [0x89, b'P', b'N', b'G', ..] => decode_png,
+        [0xff, 0xd8, ..] => decode_jpeg,
+        _ => return Err(ImageFault::Format),
+    };
+    std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(broken("its decoder failed")))
 }
 
 fn broken(fault: impl fmt::Display) -> ImageFault {

@@ -17,6 +17,9 @@ use crate::surface::{Surface, SurfaceAlpha, TextureMapping};
 /// The cutoff of a mask that has none of its own.
 const CUTOFF: f32 = 0.5;
 
+/// Images that are decoded at the same time, each of a quarter of a gigabyte at most.
+const IMAGES_AT_ONCE: usize = 4;
+
 /// The materials of a file, and where their images are found.
 pub(super) struct Materials<'a> {
     pub(super) document: &'a Document,
@@ -33,7 +36,10 @@ impl Materials<'_> {
     ) -> (BTreeMap<usize, Arc<Surface>>, Vec<UnreadImage>) {
         let used: Vec<usize> = used.iter().copied().collect();
         let surface = |&index: &usize| (index, self.surface(index));
-        let read: Vec<_> = used.par_iter().map(surface).collect();
+        let mut read = Vec::new();
+        for few in used.chunks(IMAGES_AT_ONCE) {
+            read.par_extend(few.par_iter().map(surface));
+        }
         let (mut surfaces, mut unread) = (BTreeMap::new(), Vec::new());
         for (index, surface) in read {
             match surface {

@@ -374,33 +374,3 @@ fn bark_and_leaves_of_a_tree_change_their_levels_together() {
         assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
     }
 }
-
-/// The leaves are there when the bark is found to be one plant with them, and are others when it is their turn.
-#[test]
-fn leaves_that_change_before_their_turn_are_baked_as_they_are() {
-    let mut file = one_tree();
-    file.glb();
-    let mut app = app_in(file.folder());
-    let load = |app: &App, primitive| {
-        let label = GltfAssetLabel::Primitive { mesh: 0, primitive };
-        let assets = app.world().resource::<AssetServer>();
-        assets.load::<Mesh>(label.from_asset("mesh.glb"))
-    };
-    let [bark, leaves] = [0, 1].map(|primitive| load(&app, primitive));
-    run_until(&mut app, "its meshes", |app| {
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        [&bark, &leaves]
-            .iter()
-            .all(|mesh| meshes.contains(mesh.id()))
-    });
-    app.world_mut().spawn((Mesh3d(bark), AutoLod::default()));
-    app.update();
-    let other = fieldlod_tests::apps::bevy_mesh(&fieldlod_tests::rock(4, 1));
-    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-    meshes.insert(&leaves, other).unwrap();
-    app.world_mut().spawn((Mesh3d(leaves), AutoLod::default()));
-    ready(&mut app, 2);
-    let camera = spawn_camera(&mut app, 3.0);
-    app.update();
-    assert!(stats(&app, camera).triangles_drawn > 0);
-}

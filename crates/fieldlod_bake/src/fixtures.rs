@@ -2,7 +2,7 @@
 //!
 //! Closed ones ([`icosphere`], [`rock`], [`torus_knot`], [`shells`]) have every edge shared by two
 //! triangles once vertices at one place count as one; open ones ([`height_field`], [`islands`])
-//! have a border; plants ([`crown`], [`cards`], which [`cut_out`] cuts leaves out of) have many leaves; degenerate ones test that a bake survives what files contain.
+//! have a border; plants ([`crown`], [`tree_in_parts`], [`cards`], which [`cut_out`] cuts leaves out of) have many leaves; degenerate ones test that a bake survives what files contain.
 
 mod closed;
 mod degenerate;

@@ -32,7 +32,7 @@ const LEAST_DETAIL: f32 = 0.002;
 /// By what the criterion multiplies the error of a mesh that faces all ways: √(1 + 0.4).
 const FACING_ALL_WAYS: f32 = 1.183_216;
 /// Levels with more vertices are never drawn as whole meshes: 16 bits do not count them.
-const MOST_VERTICES: u32 = 1 << 16;
+pub(crate) const MOST_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels of a mesh that may be drawn as a whole, and states in each group how the level
 /// looks that it is simplified to.

@@ -57,6 +57,7 @@ pub struct BakeConfig {
     pub measure_appearance: bool,
     /// Up to four primitives of one glTF mesh that have fewer triangles than this in all, many of them those of
     /// leaves, as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
+    /// Not in [files](crate::bake_file) if one of them has 20,000 triangles or more: as a rule it is drawn in pieces.
     pub together_below_triangles: usize,
     /// Whether texture seams are kept: without it, a texture may be torn along them.
     pub protect_uv_seams: bool,

@@ -52,6 +52,7 @@ const NEAR: f32 = 0.003;
 /// How much of a card with an unknown texture is opaque: as a rule a leaf is cut out of it. Cards count as transparent by the
 /// rest, so that those behind others count as well.
 const OPACITY_OF_CARDS: f32 = 0.5;
+
 /// What covers how much.
 pub(crate) struct Coverage {
     of_source: f32,

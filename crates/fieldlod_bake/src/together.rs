@@ -8,12 +8,13 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, Vertices};
+use fieldlod_hierarchy::{Group, Hierarchy, Vertices, WholeMeshCut};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::aggregate::has_leaves;
+use crate::appearance::MOST_VERTICES;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
@@ -23,10 +24,6 @@ use crate::surfaces::Surfaces;
 
 /// No more meshes than this are taken for one plant.
 pub const MOST_TOGETHER: usize = 4;
-/// All vertices of the meshes are counted by 16 bits, as those of any mesh that is drawn as a whole.
-const MOST_VERTICES: usize = 1 << 16;
-/// A level of one of the meshes that keeps more than this share of its triangles is left out.
-const MOST_KEPT: f32 = 0.75;
 /// Each mesh is this share of the largest coordinate apart from the next, two steps of 32 bits at most there: the
 /// simplifier takes vertices at one place for the same.
 const APART: f32 = 1.0 / (1 << 22) as f32;
@@ -35,8 +32,9 @@ const APART: f32 = 1.0 / (1 << 22) as f32;
 ///
 /// Together means with one bake over all, so that they change levels together and only as a whole: each
 /// hierarchy has one unit for each level. That is done for two to [`MOST_TOGETHER`] meshes, of which a quarter of the
-/// triangles is many loose pieces such as leaves, that have fewer than [`BakeConfig::together_below_triangles`] triangles and no more than 65,536 vertices
-/// in all, and normals or none; and only if all of them are valid.
+/// triangles is many loose pieces such as leaves, that have fewer than [`BakeConfig::together_below_triangles`] triangles
+/// and no more than 65,536 vertices in all, and normals or none; and only if all of them are valid. Their reports are
+/// then of that one bake, groups in it too, but for their own coarsest triangles.
 ///
 /// # Errors
 /// For each mesh, as [`bake_mesh`](crate::bake_mesh).
@@ -69,7 +67,7 @@ fn are_one_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let sum =
         |count: fn(&SourceMesh) -> usize| meshes.iter().map(|mesh| count(mesh)).sum::<usize>();
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles
-        && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES;
+        && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES as usize;
     let with_normals = meshes.iter().filter(|mesh| !mesh.normals.is_empty());
     (2..=MOST_TOGETHER).contains(&meshes.len())
         && is_small
@@ -223,7 +221,7 @@ impl<'a> Part<'a> {
             let most = part
                 .levels
                 .last()
-                .map(|(_, last)| last.len() as f32 * MOST_KEPT);
+                .map(|(_, last)| last.len() as f32 * WholeMeshCut::MOST_KEPT);
             // What vanishes altogether stays as it was last.
             let is_kept = most.is_none_or(|most| triangles.len() as f32 <= most);
             if level == 0 || is_kept && !triangles.is_empty() {

@@ -2,8 +2,10 @@
 
 mod common;
 
+use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, MeshError, SourceMesh, VerifySettings, bake_mesh, bake_together, fixtures, verify,
+    BakeConfig, MeshError, SourceMesh, VerifySettings, bake_file, bake_mesh, bake_together,
+    fixtures, verify,
 };
 use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
 use glam::{Vec2, Vec3};
@@ -192,6 +194,24 @@ fn a_mesh_twice_and_a_mesh_without_area_are_survived() {
                 part.source_triangle_count() as usize,
                 source.triangle_count()
             );
+        }
+    }
+}
+
+/// In files, small primitives of a plant are baked together, and a large one keeps its pieces.
+#[test]
+fn files_have_plants_of_small_primitives() {
+    for (leaves, is_together) in [(1_000, true), (5_000, false)] {
+        let [bark, leaves] = fixtures::tree_in_parts(leaves, 1);
+        let mut file = GltfFile::of(&bark);
+        file.add_mesh(&leaves);
+        file.join_meshes();
+        let baked = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap();
+        assert_eq!(baked.file.primitives.len(), 2);
+        for primitive in &baked.file.primitives {
+            let is_chain =
+                primitive.hierarchy.whole_mesh_levels().as_ref() == Some(&primitive.hierarchy);
+            assert!(is_chain == is_together);
         }
     }
 }

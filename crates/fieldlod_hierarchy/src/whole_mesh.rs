@@ -8,9 +8,6 @@ use glam::Vec3;
 use crate::bounds::{Aabb, Sphere};
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
 
-/// A level that keeps more than this share of the triangles of the one before is left out.
-const MOST_KEPT: f32 = 0.75;
-
 /// The whole mesh at one level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WholeMeshCut {
@@ -18,6 +15,11 @@ pub struct WholeMeshCut {
     pub group_level: u32,
     /// Triangles as indices into [`Hierarchy::vertices`].
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl WholeMeshCut {
+    /// A level that keeps more than this share of the triangles of the one before is left out.
+    pub const MOST_KEPT: f32 = 0.75;
 }
 
 impl Hierarchy {
@@ -30,7 +32,7 @@ impl Hierarchy {
             let triangles = self.triangles_from_level(group_level);
             let most = kept
                 .last()
-                .map(|last| last.triangles.len() as f32 * MOST_KEPT);
+                .map(|last| last.triangles.len() as f32 * WholeMeshCut::MOST_KEPT);
             if most.is_none_or(|most| triangles.len() as f32 <= most) {
                 kept.push(WholeMeshCut {
                     group_level,

@@ -52,6 +52,24 @@ fn one_tree() -> GltfFile {
     file
 }
 
+/// Two trees whose bark is the same, and the leaves are not; the scene has the second.
+fn second_of_two_trees() -> GltfFile {
+    let [bark, leaves] = fieldlod_tests::tree_in_parts(1500, 1);
+    let [_, fewer_leaves] = fieldlod_tests::tree_in_parts(300, 2);
+    let mut file = GltfFile::of(&bark);
+    file.add_mesh(&leaves);
+    file.add_mesh(&fewer_leaves);
+    let primitive = |mesh: usize| file.json["meshes"][mesh]["primitives"][0].clone();
+    let [bark, leaves, fewer_leaves] = [0, 1, 2].map(primitive);
+    file.json["meshes"] = json!([
+        { "primitives": [bark, leaves] },
+        { "primitives": [bark, fewer_leaves] },
+    ]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1 }]);
+    file.json["scenes"] = json!([{ "nodes": [1] }]);
+    file
+}
+
 fn bake(glb: &Path) -> Vec<u8> {
     bake_with(glb, FileOptions::default())
 }
@@ -361,16 +379,31 @@ fn bark_and_leaves_of_a_tree_change_their_levels_together() {
     assert_eq!(on_the_way(LodOrigin::Cache), baked);
     // A file knows the material, which this app has not.
     file.write("mesh.fieldlod", &bake(&glb));
-    for drawn in [baked, on_the_way(LodOrigin::BesideAsset)] {
-        // In every step in which one changes, so does the other, until leaves are too few to change.
-        let steps = drawn
-            .windows(2)
-            .map(|pair| [0, 1].map(|part| pair[0][part] != pair[1][part]));
-        let changes: Vec<[bool; 2]> = steps.filter(|[bark, leaves]| *bark || *leaves).collect();
-        let together = changes
-            .iter()
-            .filter(|[bark, leaves]| *bark && *leaves)
-            .count();
-        assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
-    }
+    assert_changes_together(&baked);
+    assert_changes_together(&on_the_way(LodOrigin::BesideAsset));
+}
+
+/// In every step in which one changes, so does the other, until leaves are too few to change.
+fn assert_changes_together(drawn: &[[usize; 2]]) {
+    let steps = drawn
+        .windows(2)
+        .map(|pair| [0, 1].map(|part| pair[0][part] != pair[1][part]));
+    let changes: Vec<[bool; 2]> = steps.filter(|[bark, leaves]| *bark || *leaves).collect();
+    let together = changes
+        .iter()
+        .filter(|[bark, leaves]| *bark && *leaves)
+        .count();
+    assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
+}
+
+#[test]
+fn bark_that_two_trees_of_a_file_share_changes_with_the_leaves_of_each() {
+    let mut file = second_of_two_trees();
+    let bytes = bake(&file.glb());
+    file.write("mesh.fieldlod", &bytes);
+    let mut app = app_in(file.folder());
+    spawn_scene(&mut app, None);
+    ready(&mut app, 2);
+    assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
+    assert_changes_together(&triangles_on_the_way(&mut app));
 }

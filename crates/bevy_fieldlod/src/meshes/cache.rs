@@ -26,7 +26,7 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     };
     let file = BakedFile::from_bytes_beside_source(&bytes);
     let file = file.inspect_err(|error| unusable(error)).ok()?;
-    let found = source.find_hierarchy(&file, "it");
+    let found = source.find_hierarchy(&file, None, "it");
     found.inspect_err(|error| unusable(error)).ok()
 }
 

@@ -16,7 +16,7 @@ use super::bake::BakeJob;
 use super::changing::ChangingMeshes;
 use super::prepare::{PrepareJob, PreparedMesh, prepare, prepare_pages};
 use super::sidecar::SidecarFiles;
-use super::source_arrays::triangle_count;
+use super::source_arrays::{place_in_gltf, triangle_count};
 #[cfg(feature = "bake")]
 use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
@@ -287,12 +287,14 @@ impl LodMeshLookup<'_> {
         #[cfg(not(feature = "bake"))]
         let _ = material_of;
         // All else is the task's.
+        let path = self.assets.get_path(mesh);
         let sidecar = self.sidecar(mesh);
         let new_threads = || PrepareThreads::new(&self.config);
         let threads = self.known.threads.get_or_insert_with(new_threads);
         let job = PrepareJob {
             mesh: self.meshes.get(mesh)?.clone(),
             name: asset_name(&self.assets, mesh.untyped()),
+            place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
             simplified_level: request.simplified_level,
             file,

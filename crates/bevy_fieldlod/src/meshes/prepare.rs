@@ -25,6 +25,8 @@ pub(super) struct PrepareJob {
     pub(super) mesh: Mesh,
     /// The name of the mesh in messages.
     pub(super) name: String,
+    /// Which mesh of a glTF file it is, and which primitive of that, if it is one.
+    pub(super) place: Option<[u32; 2]>,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(super) kind: LodKind,
     /// The level that rays and physics get.
@@ -160,13 +162,14 @@ async fn find_or_bake(
 ) -> Result<(Hierarchy, LodOrigin), LodError> {
     // A file that was named must fit.
     if let Some((file, baked)) = &job.file {
-        return Ok((source.find_hierarchy(baked, file)?, LodOrigin::File));
+        let found = source.find_hierarchy(baked, job.place, file)?;
+        return Ok((found, LodOrigin::File));
     }
     // A file beside the asset may be out of date.
     if let Some((assets, path, sidecars)) = &job.sidecar
         && let Some((file, baked)) = sidecars.find(assets, path).await
     {
-        match source.find_hierarchy(&baked, &file) {
+        match source.find_hierarchy(&baked, job.place, &file) {
             Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
             Err(error) => warn!("{}: {error}", job.name),
         }

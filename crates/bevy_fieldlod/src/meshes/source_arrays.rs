@@ -107,20 +107,21 @@ impl SourceArrays {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
-    /// The hierarchy of this mesh in `baked`, complete and valid. `file` names it in errors.
+    /// The hierarchy of this mesh in `baked`, complete and valid: that at its own `place` if it fits. `file` names it in
+    /// errors.
     pub(super) fn find_hierarchy(
         &self,
         baked: &BakedFile,
+        place: Option<[u32; 2]>,
         file: &str,
     ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
         // By the attributes that hierarchies hold: this mesh with no others, and the hash of it.
         let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();
-        let hierarchies = baked
-            .primitives
-            .iter()
-            .map(|primitive| &primitive.hierarchy);
-        for hierarchy in hierarchies {
+        // Trees may share a trunk, which changes its levels with the leaves of each.
+        let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
+        for primitive in own.into_iter().chain(&baked.primitives) {
+            let hierarchy = &primitive.hierarchy;
             let held = attributes(&hierarchy.vertices);
             let (vertices, hash) = known.entry(held).or_insert_with(|| {
                 let vertices = self.vertices_with(held);
@@ -180,6 +181,12 @@ impl SourceArrays {
             colors: if_held(&own.colors, colors),
         }
     }
+}
+
+/// Which mesh of its glTF file the primitive with this label is of, and which primitive of that.
+pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
+    let (mesh, primitive) = label.strip_prefix("Mesh")?.split_once("/Primitive")?;
+    Some([mesh.parse().ok()?, primitive.parse().ok()?])
 }
 
 /// How many triangles a mesh has, as far as that can be told.

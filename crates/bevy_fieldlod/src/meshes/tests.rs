@@ -1,6 +1,7 @@
 //! Hierarchies with moved vertices on the Bevy meshes that they were baked from.
 
 use bevy::asset::RenderAssetUsages;
+use bevy::gltf::GltfAssetLabel;
 use bevy::math::{Vec2, Vec3, Vec4};
 use bevy::mesh::{
     Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
@@ -9,7 +10,7 @@ use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, Vertices, fixtures,
 };
 
-use super::source_arrays::SourceArrays;
+use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::events::LodError;
 use crate::unit_mesh::unit_mesh;
 
@@ -81,7 +82,7 @@ fn file_of(hierarchy: &Hierarchy, beside_source: bool) -> BakedFile {
 }
 
 fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
-    SourceArrays::of(mesh)?.find_hierarchy(file, "pyramid")
+    SourceArrays::of(mesh)?.find_hierarchy(file, None, "pyramid")
 }
 
 fn cut(mesh: &Mesh, hierarchy: &Hierarchy, unit: &Unit) -> Mesh {
@@ -262,6 +263,32 @@ fn finds_its_own_levels_among_those_of_equal_triangles() {
     file.primitives.extend(file_of(&other, true).primitives);
     for hierarchy in [pyramid(), other] {
         assert!(find(&source_of(&hierarchy), &file) == Ok(hierarchy));
+    }
+}
+
+/// As of a trunk that two trees share, whose levels are those of each tree.
+#[test]
+fn of_equal_meshes_each_finds_the_levels_of_its_own_place() {
+    let mut file = file_of(&pyramid(), true);
+    let mut other = file.primitives[0].clone();
+    (other.mesh_index, other.primitive_index) = (2, 1);
+    other.hierarchy.groups[0].deviation_in_local *= 0.5;
+    file.primitives.push(other);
+    let mesh = SourceArrays::of(&source_of(&pyramid())).unwrap();
+    let found = |place| mesh.find_hierarchy(&file, place, "pyramid").unwrap();
+    let [first, second] = [0, 1].map(|index: usize| &file.primitives[index].hierarchy.groups);
+    assert!(first != second);
+    assert!(found(Some([0, 0])).groups == *first && found(Some([2, 1])).groups == *second);
+    // One that is elsewhere, or nowhere, has the first that fits.
+    assert!(found(Some([1, 1])).groups == *first && found(None).groups == *first);
+}
+
+#[test]
+fn a_place_is_read_from_a_label_of_bevys() {
+    let label = |mesh, primitive| GltfAssetLabel::Primitive { mesh, primitive }.to_string();
+    assert_eq!(place_in_gltf(&label(12, 3)), Some([12, 3]));
+    for other in ["Mesh12", "Scene0", "Mesh1/Primitive", "Mesh/Primitive1", ""] {
+        assert_eq!(place_in_gltf(other), None);
     }
 }
 

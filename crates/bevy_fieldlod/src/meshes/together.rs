@@ -8,7 +8,7 @@ use bevy::mesh::Mesh;
 use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together};
 use fieldlod_hierarchy::Hierarchy;
 
-use super::source_arrays::{SourceArrays, triangle_count};
+use super::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
 use super::threads::BakeThreads;
 use crate::config::{FieldLodConfig, LodKind};
 
@@ -109,12 +109,12 @@ impl Candidates<'_> {
         most_triangles: usize,
     ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
         let path = self.assets.get_path(mesh)?.into_owned();
-        let of_mesh: usize = mesh_index(path.label()?)?;
+        let [of_mesh, _] = place_in_gltf(path.label()?)?;
         let mut left = most_triangles;
         let mut found: Vec<(AssetId<Mesh>, &Mesh)> = Vec::new();
         for primitive in 0..=MOST_TOGETHER {
             let label = GltfAssetLabel::Primitive {
-                mesh: of_mesh,
+                mesh: of_mesh as usize,
                 primitive,
             };
             let path = path.clone().with_label(label.to_string());
@@ -135,12 +135,6 @@ impl Candidates<'_> {
         }
         (found.len() > 1).then_some(found)
     }
-}
-
-/// Which mesh of its file a primitive with this label is of.
-fn mesh_index(label: &str) -> Option<usize> {
-    let (mesh, _) = label.strip_prefix("Mesh")?.split_once("/Primitive")?;
-    mesh.parse().ok()
 }
 
 impl Member {

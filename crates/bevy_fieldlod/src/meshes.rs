@@ -32,11 +32,9 @@ pub(crate) use lookup::LodMeshes;
 /// Prepares meshes while entities wait for them.
 pub(crate) fn plugin(app: &mut App) {
     let any_preparing = |known: Res<LodMeshes>| known.in_preparation.meshes > 0;
-    let any_changing = |known: Res<LodMeshes>| known.changing.any();
     let any_to_send = |pieces: Res<PiecesToSend>| !pieces.is_empty();
     let any_waiting = any_with_component::<LodWaiting>;
     let systems = (
-        objects::look_again_at_rest.run_if(any_changing),
         objects::skip_unsupported_objects.run_if(any_waiting),
         collect::collect_prepared_meshes.run_if(any_preparing),
         send_pieces.run_if(any_to_send),

@@ -40,6 +40,7 @@ pub(crate) fn restart_objects(
             _ => {}
         }
     }
+    outdated.extend(known.take_rested());
     for event in file_events.read() {
         match event {
             AssetEvent::Modified { id } => outdated.extend(known.meshes_of_file(*id, false)),

@@ -1,7 +1,8 @@
 //! Meshes that a program changes: water, cloth, a terrain that is dug into.
 //!
 //! Levels of such a mesh would be out of date before they are baked. It is drawn as it is, and prepared
-//! anew once it has rested for a while: longer each time that it did not stay at rest.
+//! anew once it has rested for a while: longer each time that it did not stay at rest. So is then what is baked with
+//! it, as bark is with leaves, which keeps its levels until then.
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
@@ -61,12 +62,6 @@ impl ChangingMeshes {
     pub(super) fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         let changing = self.meshes.get(&mesh);
         changing.is_some_and(|changing| changing.changed_at.is_some())
-    }
-
-    /// Whether any has.
-    pub(super) fn any(&self) -> bool {
-        let mut meshes = self.meshes.values();
-        meshes.any(|changing| changing.changed_at.is_some())
     }
 
     /// Ends a frame, and returns the meshes that are at rest now.

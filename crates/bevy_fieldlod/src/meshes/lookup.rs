@@ -121,6 +121,8 @@ impl LodMeshes {
         self.file_of.remove(&mesh);
         self.pages_of.remove(&mesh);
         self.changing.forget(mesh);
+        #[cfg(feature = "bake")]
+        self.together.forget_source(mesh);
     }
 
     /// Lets the levels of a mesh, which draws the coarsest cut, be read in parts.
@@ -162,6 +164,17 @@ impl LodMeshes {
         let is_known = self.entries.contains_key(&mesh);
         self.changing.note(mesh, is_known, assets);
         is_known
+    }
+
+    /// Ends a frame for changing meshes, and returns those that are at rest now, with all that was baked with them.
+    pub(crate) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
+        let rested = self.changing.take_rested();
+        #[cfg(feature = "bake")]
+        let rested = rested
+            .into_iter()
+            .flat_map(|mesh| self.together.with_others(mesh))
+            .collect();
+        rested
     }
 
     /// All that is known, each with its mesh.

@@ -17,20 +17,6 @@ use crate::lod_mesh::{
 };
 use crate::stats::FieldLodProgress;
 
-/// Lets the entities of meshes that have rested be looked at again.
-pub(super) fn look_again_at_rest(
-    mut known: ResMut<LodMeshes>,
-    mut plain: Query<&mut Mesh3d, With<LodPlain>>,
-) {
-    let rested = known.changing.take_rested();
-    if !rested.is_empty() {
-        let meshes = plain.iter_mut();
-        meshes
-            .filter(|mesh| rested.contains(&mesh.id()))
-            .for_each(|mut mesh| mesh.set_changed());
-    }
-}
-
 /// Leaves skinned and morphed meshes as they are.
 pub(super) fn skip_unsupported_objects(
     mut commands: Commands,

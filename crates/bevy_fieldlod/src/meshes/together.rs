@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::Mesh;
+use bevy::platform::collections::HashMap;
 use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together};
 use fieldlod_hierarchy::Hierarchy;
 
@@ -14,7 +15,7 @@ use crate::config::{FieldLodConfig, LodKind};
 
 /// All primitives of a glTF mesh that have levels of the mesh as a whole, until each has got its own.
 pub(super) struct Together {
-    ids: Vec<AssetId<Mesh>>,
+    ids: Arc<[AssetId<Mesh>]>,
     meshes: Vec<Mesh>,
     /// What each looks like, if that is known.
     surfaces: Vec<Option<Arc<Surface>>>,
@@ -29,9 +30,14 @@ pub(super) struct Member {
     index: usize,
 }
 
-/// Those of which some have not been asked for yet.
+/// What is baked together.
 #[derive(Default)]
-pub(super) struct AllTogether(Vec<Expected>);
+pub(super) struct AllTogether {
+    /// Those of which some have not been asked for yet.
+    expected: Vec<Expected>,
+    /// By each mesh, all those that it was last baked with, or would have been.
+    others_of: HashMap<AssetId<Mesh>, Arc<[AssetId<Mesh>]>>,
+}
 
 struct Expected {
     all: Arc<Together>,
@@ -42,12 +48,24 @@ struct Expected {
 impl AllTogether {
     /// Forgets those whose others nobody asks for.
     pub(super) fn clear(&mut self) {
-        self.0.clear();
+        self.expected.clear();
     }
 
     /// Forgets the bake of a mesh that changed.
     pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) {
-        self.0.retain(|expected| !expected.all.ids.contains(&mesh));
+        let has = |expected: &Expected| expected.all.ids.contains(&mesh);
+        self.expected.retain(|expected| !has(expected));
+    }
+
+    /// Forgets what a mesh that is gone was baked with.
+    pub(super) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+        self.others_of.remove(&mesh);
+    }
+
+    /// `mesh`, and what changes its levels with it.
+    pub(super) fn with_others(&self, mesh: AssetId<Mesh>) -> Vec<AssetId<Mesh>> {
+        let others = self.others_of.get(&mesh);
+        others.map_or_else(|| vec![mesh], |others| others.to_vec())
     }
 
     /// The primitives that may be baked with `mesh` by `config`, if there are any; `None` while it is not known yet what
@@ -61,7 +79,8 @@ impl AllTogether {
     ) -> Option<Option<Member>> {
         let known =
             |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
-        let at = match self.0.iter().position(known) {
+        self.others_of.remove(&mesh);
+        let at = match self.expected.iter().position(known) {
             Some(at) => at,
             None => {
                 let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
@@ -74,19 +93,20 @@ impl AllTogether {
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
                     baked: OnceLock::new(),
-                    ids: ids.clone(),
+                    ids: ids.as_slice().into(),
                 });
-                self.0.push(Expected { all, left: ids });
-                self.0.len() - 1
+                self.expected.push(Expected { all, left: ids });
+                self.expected.len() - 1
             }
         };
         // Whoever bakes them keeps them as long as that takes.
-        let expected = &mut self.0[at];
+        let expected = &mut self.expected[at];
         let all = expected.all.clone();
         expected.left.retain(|id| *id != mesh);
         if expected.left.is_empty() {
-            self.0.swap_remove(at);
+            self.expected.swap_remove(at);
         }
+        self.others_of.insert(mesh, all.ids.clone());
         let index = all.ids.iter().position(|id| *id == mesh);
         Some(index.map(|index| Member { all, index }))
     }

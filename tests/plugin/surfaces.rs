@@ -17,7 +17,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
-use crate::headless::{add, app_in, origins, ready};
+use crate::headless::{add, app_in, origins, ready, rock};
 
 const SIDE: u32 = 16;
 
@@ -158,6 +158,27 @@ fn cards_are_baked_by_what_the_texture_of_their_material_leaves() {
     assert!(entries.contains(&known(1)));
     let (origin, entries) = baked(folder.path(), wide);
     assert_eq!((origin, entries.len()), (LodOrigin::Cache, 2));
+}
+
+#[test]
+fn tinted_copies_of_a_rock_are_baked_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = app_in(folder.path());
+    let cache = keep_bakes(&mut app, folder.path());
+    // One after the other.
+    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    config.bake_threads = Some(1);
+    for red in [0.2, 0.5, 0.8] {
+        let mesh = Mesh3d(add(&mut app, rock(4, 1)));
+        let tinted = StandardMaterial::from_color(Color::srgb(red, 0.5, 0.5));
+        let material = MeshMaterial3d(add(&mut app, tinted));
+        app.world_mut().spawn((mesh, material, AutoLod::default()));
+    }
+    ready(&mut app, 3);
+    let is_baked = |origin: &&LodOrigin| **origin == LodOrigin::Baked;
+    let origins = origins(&app);
+    assert_eq!(origins.iter().filter(is_baked).count(), 1, "{origins:?}");
+    assert_eq!(entries(&cache).len(), 1);
 }
 
 #[test]

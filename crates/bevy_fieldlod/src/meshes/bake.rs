@@ -1,9 +1,10 @@
 //! Bakes meshes, unless they are in the cache.
 
 use std::path::PathBuf;
+use std::slice;
 use std::sync::Arc;
 
-use fieldlod_bake::{BakeConfig, Surface, bake_mesh};
+use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
 use fieldlod_hierarchy::{FORMAT_VERSION, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -40,48 +41,70 @@ impl BakeJob {
         let together = all
             .as_ref()
             .map(|(member, sources)| (member.index(), &**sources));
-        let name = entry_name(&source, &self.config, together);
-        let entry = self.cache_folder.as_ref().map(|folder| folder.join(name));
-        if let Some(found) = entry.as_ref().and_then(|path| cache::read(path, &source)) {
+        let names = EntryNames::of(&source, &self.config, together);
+        let folder = self.cache_folder.as_ref();
+        let path = |name: &String| folder.map(|folder| folder.join(name));
+        let mut paths = [&names.of_any_surface, &names.of_surfaces]
+            .into_iter()
+            .filter_map(path);
+        if let Some(found) = paths.find_map(|path| cache::read(&path, &source)) {
             return Ok((found, LodOrigin::Cache));
         }
         let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
-        let baked = match all {
+        let (baked, report) = match all {
             Some((member, sources)) => member.bake(sources, threads)?,
-            None => threads.run(|| bake_mesh(&source.into_mesh(), &self.config))?,
+            None => threads.run(|| bake_mesh_with_report(&source.into_mesh(), &self.config))?,
         };
-        if let Some(path) = &entry {
-            cache::write(path, &baked);
+        // Only aggregates are baked by what they look like.
+        let name = match report.has_aggregates {
+            true => &names.of_surfaces,
+            false => &names.of_any_surface,
+        };
+        if let Some(path) = path(name) {
+            cache::write(&path, &baked);
         }
         Ok((baked, LodOrigin::Baked))
     }
 }
 
-/// The name of the cache entry: a hash of all that baking looks at. `together` are the meshes of which this one, by
-/// its index, is baked with the others.
-fn entry_name(
-    source: &SourceArrays,
-    config: &BakeConfig,
-    together: Option<(usize, &[SourceArrays])>,
-) -> String {
-    let mut hasher = Xxh3::new();
-    // Another version may bake differently, or write another format.
-    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-    hasher.update(&FORMAT_VERSION.to_le_bytes());
-    hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
-    hasher.update(format!("{config:?}").as_bytes());
-    let mut add = |source: &SourceArrays| {
-        let mesh = source.vertices.source_hash(&source.indices);
-        hasher.update(&mesh.0.to_le_bytes());
-        hasher.update(&[source.has_other_attributes.into()]);
-        if let Some(surface) = &source.surface {
-            hasher.update(&surface.to_bytes());
-        }
-    };
-    add(source);
-    if let Some((index, all)) = together {
-        all.iter().for_each(add);
+/// The names of cache entries: hashes of all that baking looks at.
+struct EntryNames {
+    /// Of a bake that turned out not to go by surfaces: tinted copies of a rock share it.
+    of_any_surface: String,
+    of_surfaces: String,
+}
+
+impl EntryNames {
+    /// `together` are the meshes of which this one, by its index, is baked with the others.
+    fn of(
+        source: &SourceArrays,
+        config: &BakeConfig,
+        together: Option<(usize, &[SourceArrays])>,
+    ) -> Self {
+        let mut hasher = Xxh3::new();
+        // Another version may bake differently, or write another format.
+        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+        hasher.update(&FORMAT_VERSION.to_le_bytes());
+        hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
+        hasher.update(format!("{config:?}").as_bytes());
+        let (index, all) = together.unwrap_or((0, slice::from_ref(source)));
         hasher.update(&index.to_le_bytes());
+        hasher.update(&all.len().to_le_bytes());
+        for source in all {
+            let mesh = source.vertices.source_hash(&source.indices);
+            hasher.update(&mesh.0.to_le_bytes());
+            hasher.update(&[source.has_other_attributes.into()]);
+        }
+        let name = |hasher: &Xxh3| format!("{:032x}.fieldlod", hasher.digest128());
+        let of_any_surface = name(&hasher);
+        for source in all {
+            let surface = source.surface.as_ref().map(|surface| surface.to_bytes());
+            hasher.update(&[surface.is_some().into()]);
+            hasher.update(&surface.unwrap_or_default());
+        }
+        Self {
+            of_any_surface,
+            of_surfaces: name(&hasher),
+        }
     }
-    format!("{:032x}.fieldlod", hasher.digest128())
 }

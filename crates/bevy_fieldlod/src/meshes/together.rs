@@ -6,7 +6,9 @@ use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::Mesh;
 use bevy::platform::collections::HashMap;
-use fieldlod_bake::{BakeConfig, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together};
+use fieldlod_bake::{
+    BakeConfig, BakeReport, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together,
+};
 use fieldlod_hierarchy::Hierarchy;
 
 use super::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
@@ -20,7 +22,7 @@ pub(super) struct Together {
     /// What each looks like, if that is known.
     surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
-    baked: OnceLock<Vec<Result<Hierarchy, MeshError>>>,
+    baked: OnceLock<Vec<Result<(Hierarchy, BakeReport), MeshError>>>,
 }
 
 /// A primitive and those that it is baked with.
@@ -181,13 +183,12 @@ impl Member {
         &self,
         sources: Vec<SourceArrays>,
         threads: &BakeThreads,
-    ) -> Result<Hierarchy, MeshError> {
+    ) -> Result<(Hierarchy, BakeReport), MeshError> {
         let bake = || {
             let meshes: Vec<SourceMesh> =
                 sources.into_iter().map(SourceArrays::into_mesh).collect();
             let meshes: Vec<&SourceMesh> = meshes.iter().collect();
-            let baked = threads.run(|| bake_together(&meshes, &self.all.config));
-            baked.into_iter().map(|baked| Ok(baked?.0)).collect()
+            threads.run(|| bake_together(&meshes, &self.all.config))
         };
         self.all.baked.get_or_init(bake)[self.index].clone()
     }

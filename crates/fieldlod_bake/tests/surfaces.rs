@@ -185,6 +185,54 @@ fn materials_without_a_texture_are_known_and_none_is_not() {
     assert!(surface_of(&mut file).is_none());
 }
 
+/// Two share one image, by textures of their own; one has another, and one none.
+#[test]
+fn materials_that_share_an_image_each_look_as_they_would_alone() {
+    let file_of = |image: &[u8], materials: &[usize]| {
+        let mut file = cards_with_bytes(image);
+        file.write("gray.jpg", &gray_jpeg());
+        file.list("images").push(json!({ "uri": "gray.jpg" }));
+        file.json["textures"] = json!([{ "source": 0 }, { "source": 1 }, { "source": 0 }]);
+        let material = |red: f32, texture: Value| {
+            json!({ "alphaMode": "MASK", "pbrMetallicRoughness": {
+                "baseColorFactor": [red, 1.0, 1.0, 1.0], "baseColorTexture": texture,
+            } })
+        };
+        let turned = json!({ "KHR_texture_transform": { "rotation": 0.5 } });
+        file.json["materials"] = json!([
+            material(0.25, json!({ "index": 0 })),
+            material(0.5, json!({ "index": 1 })),
+            material(0.75, json!({ "index": 2, "extensions": turned })),
+            material(1.0, Value::Null),
+        ]);
+        let primitive = file.primitive().clone();
+        file.json["meshes"][0]["primitives"] = json!([]);
+        for material in materials {
+            let mut primitive = primitive.clone();
+            primitive["material"] = json!(material);
+            file.list("meshes")[0]["primitives"]
+                .as_array_mut()
+                .unwrap()
+                .push(primitive);
+        }
+        import(&mut file)
+    };
+    let surfaces = |import: Import| {
+        let primitives = import.primitives.into_iter();
+        primitives.map(|p| p.mesh.surface).collect::<Vec<_>>()
+    };
+    let all = [2, 0, 3, 1, 2];
+    let png = leaf_png();
+    let alone = all.map(|material| surfaces(file_of(&png, &[material])).remove(0));
+    assert!(alone.iter().all(Option::is_some) && alone[0] != alone[1]);
+    assert!(surfaces(file_of(&png, &all)) == alone);
+    // An image that cannot be read is told of once, and the others are known.
+    let broken = file_of(&png[..png.len() / 2], &all);
+    assert_eq!(broken.unread_images.len(), 1);
+    let [_, _, plain, gray, _] = alone;
+    assert!(surfaces(broken) == [None, None, plain, gray, None]);
+}
+
 #[test]
 fn rejects_images_that_cannot_be_read_but_bakes() {
     let name = |unread: &UnreadImage| unread.to_string();

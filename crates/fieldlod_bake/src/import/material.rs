@@ -20,6 +20,9 @@ const CUTOFF: f32 = 0.5;
 /// Images that are decoded at the same time, each of a quarter of a gigabyte at most.
 const IMAGES_AT_ONCE: usize = 4;
 
+/// The index of a material, what it looks like without its texture, and where that lies.
+type Textured = (usize, Surface, TextureMapping);
+
 /// The materials of a file, and where their images are found.
 pub(super) struct Materials<'a> {
     pub(super) document: &'a Document,
@@ -34,43 +37,61 @@ impl Materials<'_> {
         &self,
         used: &BTreeSet<usize>,
     ) -> (BTreeMap<usize, Arc<Surface>>, Vec<UnreadImage>) {
-        let used: Vec<usize> = used.iter().copied().collect();
-        let surface = |&index: &usize| (index, self.surface(index));
-        let mut read = Vec::new();
-        for few in used.chunks(IMAGES_AT_ONCE) {
-            read.par_extend(few.par_iter().map(surface));
-        }
         let (mut surfaces, mut unread) = (BTreeMap::new(), Vec::new());
-        for (index, surface) in read {
-            match surface {
-                Ok(Some(surface)) => _ = surfaces.insert(index, Arc::new(surface)),
-                Ok(None) => {}
-                Err(image) if unread.contains(&image) => {}
+        // An image that several have is decoded once.
+        let mut with_image: BTreeMap<usize, Vec<Textured>> = BTreeMap::new();
+        for &index in used {
+            match self.look(index) {
+                Some((plain, None)) => _ = surfaces.insert(index, Arc::new(plain)),
+                Some((plain, Some((image, mapping)))) => {
+                    let textured = (index, plain, mapping);
+                    with_image.entry(image).or_default().push(textured);
+                }
+                None => {}
+            }
+        }
+        let with_image: Vec<(usize, Vec<Textured>)> = with_image.into_iter().collect();
+        let mut read = Vec::new();
+        for few in with_image.chunks(IMAGES_AT_ONCE) {
+            let few = few.par_iter();
+            read.par_extend(few.map(|(image, textured)| self.of_image(*image, textured)));
+        }
+        for textured in read {
+            match textured {
+                Ok(textured) => surfaces.extend(textured),
                 Err(image) => unread.push(image),
             }
         }
         (surfaces, unread)
     }
 
-    /// `None` for a material that a bake cannot follow.
-    fn surface(&self, index: usize) -> Result<Option<Surface>, UnreadImage> {
-        let Some(material) = self.document.materials().nth(index) else {
-            return Ok(None);
-        };
+    /// A material without its texture, and the image of that; `None` for one that a bake cannot follow.
+    fn look(&self, index: usize) -> Option<(Surface, Option<(usize, TextureMapping)>)> {
+        let material = self.document.materials().nth(index)?;
         let pbr = material.pbr_metallic_roughness();
         let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material));
         let Some(texture) = pbr.base_color_texture() else {
-            return Ok(Some(plain));
+            return Some((plain, None));
         };
-        let Some(mapping) = self.mapping(index, texture.tex_coord()) else {
-            return Ok(None);
-        };
+        let mapping = self.mapping(index, texture.tex_coord())?;
         // Not the texture's own way to its image: that depends on features that other crates may turn on.
         let texture = &self.document.as_json().textures[texture.texture().index()];
-        let image = texture.source.value();
+        Some((plain, Some((texture.source.value(), mapping))))
+    }
+
+    /// The surfaces of materials that have one image.
+    fn of_image(
+        &self,
+        image: usize,
+        textured: &[Textured],
+    ) -> Result<Vec<(usize, Arc<Surface>)>, UnreadImage> {
         let pixels = images::read(self.document, image, self.buffers, self.folder)?;
-        let texel = |x, y| pixels.texel(x, y);
-        Ok(Some(plain.with_texture(pixels.size, mapping, texel)))
+        let textured = textured.iter().map(|(index, plain, mapping)| {
+            let plain = plain.clone();
+            let surface = plain.with_texture(pixels.size, *mapping, |x, y| pixels.texel(x, y));
+            (*index, Arc::new(surface))
+        });
+        Ok(textured.collect())
     }
 
     /// Where the base colour lies, as told by `KHR_texture_transform` if that is there; `None` if by texture

@@ -1,6 +1,6 @@
 //! Assets that were processed hold their levels of detail.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bevy::asset::processor::{AssetProcessor, ProcessorState};
 use bevy::log::tracing::Level;
@@ -11,9 +11,11 @@ use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::{FileOptions, Precision};
 use fieldlod_tests::apps::finish;
 use serde_json::json;
+use tempfile::TempDir;
 
 use crate::gltf_file::GltfFile;
 use crate::headless::{logged, origins, progress, run_until, unfinished};
+use crate::surfaces::{save, tree};
 
 fn assets(folder: &Path, processes: bool) -> AssetPlugin {
     AssetPlugin {
@@ -49,6 +51,32 @@ fn rock() -> GltfFile {
     file
 }
 
+const OPTIONS: FileOptions = FileOptions {
+    precision: Precision::Quantized16,
+    beside_source: true,
+};
+
+/// `mesh.glb` of the folder of sources, processed as all there.
+fn process(sources: &Path) -> Vec<u8> {
+    let mut app = unfinished(assets(sources, true));
+    app.add_plugins(FieldLodProcessorPlugin);
+    finish(&mut app);
+    app.update();
+    let processor = app.world().resource::<AssetProcessor>().clone();
+    run_until(&mut app, "the assets are processed", |_| {
+        bevy::tasks::block_on(processor.get_state()) == ProcessorState::Finished
+    });
+    std::fs::read(sources.join("../processed/mesh.glb")).unwrap()
+}
+
+/// A new folder of sources with one file.
+fn sources_in(folder: &TempDir, name: &str, file: &[u8]) -> PathBuf {
+    let sources = folder.path().join("sources");
+    std::fs::create_dir(&sources).unwrap();
+    std::fs::write(sources.join(name), file).unwrap();
+    sources
+}
+
 /// What the processor has put into a `.glb` file.
 fn embedded(glb: &[u8]) -> &[u8] {
     let chunk = glb.windows(4).position(|bytes| bytes == b"FLOD").unwrap() + 4;
@@ -62,30 +90,14 @@ fn a_processed_file_needs_no_bake() {
     file.json["nodes"] = json!([{ "mesh": 0 }]);
     file.json["scenes"] = json!([{ "nodes": [0] }]);
     let folder = tempfile::tempdir().unwrap();
-    let sources = folder.path().join("sources");
-    std::fs::create_dir(&sources).unwrap();
-    std::fs::write(sources.join("mesh.glb"), file.glb_bytes()).unwrap();
-
-    let mut processing = unfinished(assets(&sources, true));
-    processing.add_plugins(FieldLodProcessorPlugin);
-    finish(&mut processing);
-    processing.update();
-    let processor = processing.world().resource::<AssetProcessor>().clone();
-    run_until(&mut processing, "the assets are processed", |_| {
-        bevy::tasks::block_on(processor.get_state()) == ProcessorState::Finished
-    });
-    let processed = std::fs::read(folder.path().join("processed/mesh.glb")).unwrap();
+    let sources = sources_in(&folder, "mesh.glb", &file.glb_bytes());
+    let processed = process(&sources);
     // Exactly what `fieldlod bake --quantize --beside-source` gives, with every attribute.
     let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
     assert!(!vertices.colors.is_empty());
-    let options = FileOptions {
-        precision: Precision::Quantized16,
-        beside_source: true,
-    };
-    assert_eq!(embedded(&processed), baked.file.to_bytes_with(options));
-    drop(processing);
+    assert_eq!(embedded(&processed), baked.file.to_bytes_with(OPTIONS));
     std::fs::remove_dir_all(&sources).unwrap();
     std::fs::create_dir(&sources).unwrap();
 
@@ -100,11 +112,38 @@ fn a_processed_file_needs_no_bake() {
 }
 
 #[test]
+fn leaves_are_processed_by_textures_beside_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let sources = sources_in(&folder, "mesh.glb", &tree().glb_bytes());
+    let glb = sources.join("mesh.glb");
+    let mut all = Vec::new();
+    // What was processed already is processed anew where the texture has changed.
+    for width in [6, 1] {
+        save(&sources, width);
+        let processed = process(&sources);
+        let baked = bake_file(&glb, &BakeConfig::default(), &|_| ()).unwrap();
+        assert_eq!(baked.unread_images, []);
+        assert!(embedded(&processed) == baked.file.to_bytes_with(OPTIONS));
+        all.push(processed);
+    }
+    assert!(all[0] != all[1]);
+}
+
+#[test]
+fn leaves_are_processed_without_a_texture_that_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let sources = sources_in(&folder, "mesh.glb", &tree().glb_bytes());
+    let glb = sources.join("mesh.glb");
+    let processed = process(&sources);
+    let baked = bake_file(&glb, &BakeConfig::default(), &|_| ()).unwrap();
+    assert!(embedded(&processed) == baked.file.to_bytes_with(OPTIONS));
+    assert!(logged(Level::WARN, &["mesh.glb", "needles.png"]));
+}
+
+#[test]
 fn a_file_that_cannot_be_baked_is_processed_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let sources = folder.path().join("sources");
-    std::fs::create_dir(&sources).unwrap();
-    std::fs::write(sources.join("odd-one.glb"), b"no glTF at all").unwrap();
+    let sources = sources_in(&folder, "odd-one.glb", b"no glTF at all");
     let mut app = unfinished(assets(&sources, true));
     app.add_plugins(FieldLodProcessorPlugin);
     finish(&mut app);

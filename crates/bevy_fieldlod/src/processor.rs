@@ -1,14 +1,16 @@
 //! Bakes when assets are processed, so that a shipped game never does.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::{Mutex, PoisonError};
 
-use bevy::asset::AssetPath;
-use bevy::asset::io::{AssetReaderError, AssetWriterError, Writer};
+use bevy::asset::io::{AssetWriterError, Reader, Writer};
 use bevy::asset::processor::{Process, ProcessContext, ProcessError};
+use bevy::asset::{AssetLoader, AssetPath, LoadContext};
 use bevy::gltf::{GltfLoader, GltfLoaderSettings};
 use bevy::prelude::*;
 use bevy::tasks::futures_lite::AsyncWriteExt;
-use fieldlod_bake::{BakeConfig, bake_file_bytes};
+use fieldlod_bake::{BakeConfig, bake_file_bytes, import_gltf_bytes};
 use fieldlod_hierarchy::{FileOptions, Precision};
 
 use crate::glb;
@@ -19,8 +21,9 @@ use crate::glb;
 /// It works while [`AssetPlugin`] processes assets (`AssetMode::Processed` and Bevy's
 /// `asset_processor` feature, as when a game is built for shipping). The processed files are plain
 /// glTF with one more chunk, which other readers ignore. What the game ships with needs neither this
-/// plugin nor the `bake` feature. Files with separate buffers (`.gltf`) are left alone: give them a
-/// `.fieldlod` file with `fieldlod bake`.
+/// plugin nor the `bake` feature. Images beside a file are looked at as other processors leave them: if as PNG or JPEG,
+/// leaves are baked by them, and anew when they change. Files with separate buffers (`.gltf`) are left alone: give
+/// them a `.fieldlod` file with `fieldlod bake`.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
@@ -39,7 +42,8 @@ pub struct FieldLodProcessorPlugin;
 
 impl Plugin for FieldLodProcessorPlugin {
     fn build(&self, app: &mut App) {
-        app.register_asset_processor(BakeIntoGlb)
+        app.register_asset_loader(GlbBaker)
+            .register_asset_processor(BakeIntoGlb)
             .set_default_asset_processor::<BakeIntoGlb>("glb");
     }
 }
@@ -58,26 +62,77 @@ impl Process for BakeIntoGlb {
         settings: &GltfLoaderSettings,
         writer: &mut Writer,
     ) -> Result<GltfLoaderSettings, ProcessError> {
-        let path = context.path().clone();
-        let mut bytes = Vec::new();
-        let read = context.asset_reader().read_to_end(&mut bytes).await;
-        read.map_err(|fault| ProcessError::AssetReaderError {
-            path: path.clone(),
-            err: AssetReaderError::Io(fault.into()),
-        })?;
-        let processed = processed(&path, bytes);
+        let loaded = context.load_source_asset::<GlbBaker>(&()).await?;
+        let BakedGlb(processed) = loaded.take().ok_or(ProcessError::WrongMetaType)?;
         let written = writer.write_all(&processed).await;
         written.map_err(|fault| ProcessError::AssetWriterError {
-            path,
+            path: context.path().clone(),
             err: AssetWriterError::Io(fault),
         })?;
         Ok(copy_of(settings))
     }
 }
 
+/// A `.glb` file with its levels of detail.
+#[derive(Asset, TypePath)]
+struct BakedGlb(Vec<u8>);
+
+/// Loaders may read files beside their own, and Bevy processes anew what they have read changes.
+#[derive(TypePath)]
+struct GlbBaker;
+
+impl AssetLoader for GlbBaker {
+    type Asset = BakedGlb;
+    type Settings = ();
+    type Error = BevyError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<BakedGlb, BevyError> {
+        let mut glb = Vec::new();
+        reader.read_to_end(&mut glb).await?;
+        let files = files_beside(&glb, context).await;
+        Ok(BakedGlb(processed(context.path(), glb, &files)))
+    }
+}
+
+/// Files beside a `.glb` file by their names, or why they cannot be had.
+type Files = BTreeMap<String, Result<Vec<u8>, String>>;
+
+/// The images that are not in the file itself.
+async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
+    let wanted = Mutex::new(Vec::new());
+    let want = |name: &str| {
+        let mut wanted = wanted.lock().unwrap_or_else(PoisonError::into_inner);
+        wanted.push(name.to_owned());
+        Err(io::ErrorKind::NotFound.into())
+    };
+    // Whatever is wrong with the file, the bake finds it as well.
+    let _ = import_gltf_bytes(glb, &want);
+    let mut files = Files::new();
+    for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        let read = match context.path().resolve_embed_str(&name) {
+            Ok(path) => context
+                .read_asset_bytes(path)
+                .await
+                .map_err(|fault| fault.to_string()),
+            Err(fault) => Err(fault.to_string()),
+        };
+        files.insert(name, read);
+    }
+    files
+}
+
 /// `glb` with its levels of detail; as it was, and the log says why, if it has none.
-fn processed(path: &AssetPath, glb: Vec<u8>) -> Vec<u8> {
-    match bake_file_bytes(&glb, Path::new(""), &BakeConfig::default(), &|_| ()) {
+fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
+    let beside = |name: &str| match files.get(name) {
+        Some(file) => file.clone().map_err(io::Error::other),
+        None => Err(io::ErrorKind::NotFound.into()),
+    };
+    match bake_file_bytes(&glb, &beside, &BakeConfig::default(), &|_| ()) {
         Ok(outcome) => {
             for unread in &outcome.unread_images {
                 warn!("{path}: {unread}");

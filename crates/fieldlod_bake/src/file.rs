@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, Skipped, UnreadImage, import_gltf, import_gltf_bytes,
+    Import, ImportError, ImportedPrimitive, ReadBeside, Skipped, UnreadImage, import_gltf,
+    import_gltf_bytes,
 };
 use crate::mesh::SourceMesh;
 use crate::progress::{BakeProgress, Share, Tracker};
@@ -45,17 +46,17 @@ pub fn bake_file(
     bake_import(import_gltf(path)?, config, progress)
 }
 
-/// [`bake_file`] for the bytes of a file. Buffers and images beside it are looked for in `folder`.
+/// [`bake_file`] for the bytes of a file. `beside` reads the buffers and images beside it, by their names.
 ///
 /// # Errors
 /// As [`bake_file`].
 pub fn bake_file_bytes(
     bytes: &[u8],
-    folder: &Path,
+    beside: &ReadBeside<'_>,
     config: &BakeConfig,
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
-    bake_import(import_gltf_bytes(bytes, folder)?, config, progress)
+    bake_import(import_gltf_bytes(bytes, beside)?, config, progress)
 }
 
 fn bake_import(

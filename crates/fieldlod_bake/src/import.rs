@@ -40,6 +40,9 @@ use buffers::Buffers;
 use document::MeshIndices;
 use material::Materials;
 
+/// Reads a file beside a glTF file, by its name there. Names may lead anywhere.
+pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync + 'a;
+
 /// What a file holds for a bake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
@@ -76,17 +79,18 @@ pub struct Skipped {
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     let bytes = std::fs::read(path).map_err(ImportError::Read)?;
-    import_gltf_bytes(&bytes, path.parent().unwrap_or(Path::new("")))
+    let folder = path.parent().unwrap_or(Path::new(""));
+    import_gltf_bytes(&bytes, &|name| std::fs::read(folder.join(name)))
 }
 
-/// [`import_gltf`] for the bytes of a file. Buffers and images beside it are looked for in `folder`.
+/// [`import_gltf`] for the bytes of a file. `beside` reads the buffers and images beside it, by their names.
 ///
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
-pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportError> {
+pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import, ImportError> {
     // The document, and the bytes that it refers to.
     let (document, blob) = document::read(bytes)?;
-    let buffers = Buffers::load(&document, blob, folder)?;
+    let buffers = Buffers::load(&document, blob, beside)?;
     let skinned = MeshIndices::on_skinned_nodes(&document);
     // Every primitive of every mesh, unless there is a reason against it.
     let mut import = Import::default();
@@ -118,7 +122,7 @@ pub fn import_gltf_bytes(bytes: &[u8], folder: &Path) -> Result<Import, ImportEr
     let of_file = Materials {
         document: &document,
         buffers: &buffers,
-        folder,
+        beside,
     };
     let (surfaces, unread_images) = of_file.surfaces(&used);
     for (primitive, material) in import.primitives.iter_mut().zip(materials) {

@@ -1,7 +1,6 @@
 //! The bytes behind a document's buffers.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -9,6 +8,7 @@ use gltf::Document;
 use gltf::buffer::{Source, View};
 use percent_encoding::percent_decode_str;
 
+use super::ReadBeside;
 use super::error::{BufferFault, ImportError};
 use super::meshopt_views;
 
@@ -24,10 +24,10 @@ impl Buffers {
     pub(super) fn load(
         document: &Document,
         blob: Option<&[u8]>,
-        folder: &Path,
+        beside: &ReadBeside<'_>,
     ) -> Result<Self, ImportError> {
         let load = |buffer: gltf::Buffer<'_>| {
-            load_one(&buffer, blob, folder).map_err(|fault| ImportError::Buffer {
+            load_one(&buffer, blob, beside).map_err(|fault| ImportError::Buffer {
                 buffer: buffer.index(),
                 fault,
             })
@@ -79,7 +79,7 @@ fn is_stand_in(buffer: &gltf::Buffer<'_>) -> bool {
 fn load_one(
     buffer: &gltf::Buffer<'_>,
     blob: Option<&[u8]>,
-    folder: &Path,
+    beside: &ReadBeside<'_>,
 ) -> Result<Vec<u8>, BufferFault> {
     if is_stand_in(buffer) {
         return Ok(Vec::new());
@@ -87,7 +87,7 @@ fn load_one(
     // In the file itself, in its JSON, or beside it.
     let bytes = match buffer.source() {
         Source::Bin => blob.ok_or(BufferFault::NoBinaryChunk)?.to_vec(),
-        Source::Uri(uri) => read_uri(uri, folder)?,
+        Source::Uri(uri) => read_uri(uri, beside)?,
     };
     let (needed, available) = (buffer.length() as u64, bytes.len() as u64);
     if available < needed {
@@ -96,11 +96,11 @@ fn load_one(
     Ok(bytes)
 }
 
-/// The bytes in a data URI, or those of a file in `folder`.
-pub(super) fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, BufferFault> {
+/// The bytes in a data URI, or those of a file `beside`.
+pub(super) fn read_uri(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
     match uri.strip_prefix("data:") {
         Some(data) => decode_data_uri(data),
-        None => read_beside(uri, folder),
+        None => read_beside(uri, beside),
     }
 }
 
@@ -117,7 +117,7 @@ fn decode_data_uri(data: &str) -> Result<Vec<u8>, BufferFault> {
         .map_err(|error| BufferFault::DataUri(error.to_string()))
 }
 
-fn read_beside(uri: &str, folder: &Path) -> Result<Vec<u8>, BufferFault> {
+fn read_beside(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
     let elsewhere = || BufferFault::Elsewhere { uri: uri.into() };
     if uri.contains("://") {
         return Err(elsewhere());
@@ -125,7 +125,7 @@ fn read_beside(uri: &str, folder: &Path) -> Result<Vec<u8>, BufferFault> {
     let name = percent_decode_str(uri)
         .decode_utf8()
         .map_err(|_| elsewhere())?;
-    std::fs::read(folder.join(name.as_ref())).map_err(|error| BufferFault::Read {
+    beside(&name).map_err(|error| BufferFault::Read {
         uri: uri.into(),
         error,
     })

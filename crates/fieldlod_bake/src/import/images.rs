@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::Cursor;
-use std::path::Path;
 
 use glam::UVec2;
 use gltf::Document;
@@ -12,6 +11,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use super::ReadBeside;
 use super::buffers::{Buffers, read_uri};
 
 /// The largest side of an image that is decoded, in texels: a quarter of a gigabyte.
@@ -101,7 +101,7 @@ pub(super) fn read(
     document: &Document,
     index: usize,
     buffers: &Buffers,
-    folder: &Path,
+    beside: &ReadBeside<'_>,
 ) -> Result<Pixels, UnreadImage> {
     let Some(image) = document.as_json().images.get(index) else {
         return Err(UnreadImage {
@@ -127,7 +127,7 @@ pub(super) fn read(
         return Err(unread(ImageFault::Missing));
     };
     let unavailable = |fault: super::BufferFault| ImageFault::Unavailable(fault.to_string());
-    let bytes = read_uri(uri, folder).map_err(unavailable);
+    let bytes = read_uri(uri, beside).map_err(unavailable);
     bytes.and_then(|bytes| decode(&bytes)).map_err(unread)
 }
 

@@ -1,7 +1,6 @@
 //! What the material of a primitive looks like.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::{Affine2, DVec2, Vec4};
@@ -10,6 +9,7 @@ use gltf::material::AlphaMode;
 use gltf::{Document, Material};
 use rayon::prelude::*;
 
+use super::ReadBeside;
 use super::buffers::Buffers;
 use super::images::{self, UnreadImage};
 use crate::surface::{Surface, SurfaceAlpha, TextureMapping};
@@ -27,7 +27,7 @@ type Textured = (usize, Surface, TextureMapping);
 pub(super) struct Materials<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a Buffers,
-    pub(super) folder: &'a Path,
+    pub(super) beside: &'a ReadBeside<'a>,
 }
 
 impl Materials<'_> {
@@ -85,7 +85,7 @@ impl Materials<'_> {
         image: usize,
         textured: &[Textured],
     ) -> Result<Vec<(usize, Arc<Surface>)>, UnreadImage> {
-        let pixels = images::read(self.document, image, self.buffers, self.folder)?;
+        let pixels = images::read(self.document, image, self.buffers, self.beside)?;
         let textured = textured.iter().map(|(index, plain, mapping)| {
             let plain = plain.clone();
             let surface = plain.with_texture(pixels.size, *mapping, |x, y| pixels.texel(x, y));

@@ -397,24 +397,31 @@ fn assert_changes_together(drawn: &[[usize; 2]]) {
     assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
 }
 
+/// Whether levels were baked at run time or read from a file.
 #[test]
 fn leaves_that_a_program_changes_change_with_the_bark_again() {
     let mut file = one_tree();
-    file.glb();
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    let mut sources = app.world_mut().query::<&LodSource>();
-    let sources: Vec<_> = sources.iter(app.world()).map(|s| s.mesh.id()).collect();
-    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-    let count = |mesh: &AssetId<Mesh>| meshes.get(*mesh).unwrap().indices().unwrap().len();
-    let leaves = sources.into_iter().max_by_key(count).unwrap();
-    let [_, fewer] = fieldlod_tests::tree_in_parts(300, 2);
-    *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
-    run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
-    ready(&mut app, 2);
-    assert_changes_together(&triangles_on_the_way(&mut app));
-    assert_eq!(origins(&app), [LodOrigin::Baked; 4]);
+    let glb = file.glb();
+    for origin in [LodOrigin::Baked, LodOrigin::BesideAsset] {
+        if origin == LodOrigin::BesideAsset {
+            file.write("mesh.fieldlod", &bake(&glb));
+        }
+        let mut app = app_in(file.folder());
+        spawn_scene(&mut app, None);
+        ready(&mut app, 2);
+        assert_eq!(origins(&app), [origin; 2]);
+        let mut sources = app.world_mut().query::<&LodSource>();
+        let sources: Vec<_> = sources.iter(app.world()).map(|s| s.mesh.id()).collect();
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let count = |mesh: &AssetId<Mesh>| meshes.get(*mesh).unwrap().indices().unwrap().len();
+        let leaves = sources.into_iter().max_by_key(count).unwrap();
+        let [_, fewer] = fieldlod_tests::tree_in_parts(300, 2);
+        *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
+        run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
+        ready(&mut app, 2);
+        assert_changes_together(&triangles_on_the_way(&mut app));
+        assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::slice;
 use std::sync::Arc;
 
 use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
-use fieldlod_hierarchy::{FORMAT_VERSION, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
@@ -27,6 +27,15 @@ pub(super) struct BakeJob {
 }
 
 impl BakeJob {
+    /// Whether a file has levels of all that the mesh would be baked with: those of another bake would not change with
+    /// them.
+    pub(super) fn find_others(&self, baked: &BakedFile, file: &str) -> Result<(), LodError> {
+        let member = self.member.as_ref().filter(|_| self.threads.is_some());
+        let all = member.and_then(Member::sources).unwrap_or_default();
+        let mut found = all.iter().map(|one| one.find_hierarchy(baked, None, file));
+        found.try_for_each(|found| found.map(drop))
+    }
+
     /// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
     pub(super) fn run(&self, source: SourceArrays) -> Result<(Hierarchy, LodOrigin), LodError> {
         let source = SourceArrays {

@@ -169,7 +169,10 @@ async fn find_or_bake(
     if let Some((assets, path, sidecars)) = &job.sidecar
         && let Some((file, baked)) = sidecars.find(assets, path).await
     {
-        match source.find_hierarchy(&baked, job.place, &file) {
+        let found = source.find_hierarchy(&baked, job.place, &file);
+        #[cfg(feature = "bake")]
+        let found = found.and_then(|found| job.bake.find_others(&baked, &file).map(|()| found));
+        match found {
             Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
             Err(error) => warn!("{}: {error}", job.name),
         }

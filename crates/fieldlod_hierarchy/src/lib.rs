@@ -48,16 +48,19 @@
 
 mod bounds;
 mod build;
+mod cards;
 mod file;
 pub mod fixtures;
 mod hierarchy;
 mod refinement;
 mod source;
 mod source_vertices;
+pub mod srgb;
 mod validate;
 mod whole_mesh;
 
 pub use bounds::{Aabb, Sphere};
+pub use cards::{Card, CardLevel, CardPicture, Cards};
 pub use file::{
     BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Page, PageOptions,
     PagedFile, PagedMesh, Precision,

@@ -2,10 +2,12 @@
 //! selection's tests call them all through [`Hierarchy::validate`].
 
 mod bounds;
+mod cards;
 mod links;
 mod measures;
 mod ranges;
 
+use glam::Vec3;
 use thiserror::Error;
 
 use crate::hierarchy::Hierarchy;
@@ -117,6 +119,39 @@ pub enum InvalidHierarchy {
     /// The mean of unit vectors is no longer than 1.
     #[error("group {group} has a mean normal that is NaN or longer than 1")]
     BadMeanNormal { group: usize },
+    /// Errors of cards are lengths and never shrink from finer to coarser.
+    #[error(
+        "level {level} of cards has error {error}, which is negative, not finite or below a finer level's"
+    )]
+    BadCardError { level: usize, error: f32 },
+    /// There are cards, and fewer from level to level.
+    #[error("level {level} of cards has {count} cards: none, or no fewer than a finer level")]
+    BadCardCount { level: usize, count: usize },
+    /// The corners and edges of a card are finite.
+    #[error("card {card} of level {level} has a corner or an edge that is not finite")]
+    CardNotFinite { level: usize, card: usize },
+    /// Edges have lengths, by which their directions are known.
+    #[error("card {card} of level {level} has an edge of no length")]
+    CardWithoutEdge { level: usize, card: usize },
+    /// A card is a rectangle.
+    #[error("card {card} of level {level} has edges that are not at right angles")]
+    CardNotRectangular { level: usize, card: usize },
+    /// A card shows some texels of the picture.
+    #[error("card {card} of level {level} shows no texel, or some outside of the picture")]
+    CardOutsidePicture { level: usize, card: usize },
+    /// The side of a picture is a power of two, and not too large.
+    #[error("the picture of cards has {side_texels} texels a side, which no picture may have")]
+    BadPictureSide { side_texels: u32 },
+    /// A picture has a colour and a normal for each texel.
+    #[error("the picture of cards has {count} {what} for {texels} texels")]
+    PictureTexelCount {
+        what: &'static str,
+        count: usize,
+        texels: usize,
+    },
+    /// A tint is a colour.
+    #[error("the picture of cards has the tint {tint}, which is negative or not finite")]
+    BadPictureTint { tint: Vec3 },
 }
 
 use InvalidHierarchy as E;
@@ -146,7 +181,11 @@ impl Hierarchy {
         self.check_group_references()?;
         self.check_vertex_references()?;
         self.check_links()?;
-        self.check_errors()
+        self.check_errors()?;
+        match &self.cards {
+            Some(cards) => cards.check(),
+            None => Ok(()),
+        }
     }
 
     /// Checks groups, units and their links, where there is no geometry.

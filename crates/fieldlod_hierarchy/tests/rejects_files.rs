@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{Directory, HEADER_BYTES, sealed, strip_file};
+use common::{Directory, HEADER_BYTES, sealed, strip_file, whole_hills_with_cards, with_cards};
 use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, InvalidHierarchy, Precision,
-    fixtures,
+    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Hierarchy, InvalidHierarchy,
+    Precision, fixtures,
 };
 use proptest::prelude::*;
 
@@ -28,7 +28,7 @@ fn rejects_another_kind_of_file() {
 
 #[test]
 fn rejects_another_version() {
-    for found in [0, 1, 2, 3, 4, FORMAT_VERSION + 1] {
+    for found in [0, 1, 2, 3, 4, 5, FORMAT_VERSION + 1] {
         let mut bytes = strip_file().to_bytes();
         bytes[8..12].copy_from_slice(&found.to_le_bytes());
         assert_eq!(fault_of(&bytes), FileError::Version { found });
@@ -228,9 +228,8 @@ fn change() -> impl Strategy<Value = (u16, u8)> {
     (any::<u16>(), prop_oneof![any::<u8>(), 0u8..10])
 }
 
-fn pyramid_bytes(options: FileOptions) -> Vec<u8> {
-    let primitive = BakedPrimitive::new(0, 0, "hills", fixtures::grid_pyramid(1));
-    let primitives = vec![primitive];
+fn bytes_of(hierarchy: Hierarchy, options: FileOptions) -> Vec<u8> {
+    let primitives = vec![BakedPrimitive::new(0, 0, "hills", hierarchy)];
     BakedFile { primitives }.to_bytes_with(options)
 }
 
@@ -240,13 +239,15 @@ proptest! {
     /// Whatever was changed, with the checksums made to fit: an answer, and never a panic. What is
     /// accepted is valid and can be written again.
     #[test]
-    fn survives_any_change(changes in prop::collection::vec(change(), 1..6), kind in 0..4) {
-        let source = fixtures::grid_pyramid(1).source_vertices();
+    fn survives_any_change(changes in prop::collection::vec(change(), 1..6), kind in 0..5) {
+        let hills = fixtures::grid_pyramid(1);
+        let source = hills.source_vertices();
         let mut bytes = match kind {
             0 => strip_file().to_bytes(),
-            1 => pyramid_bytes(Precision::Lossless.into()),
-            2 => pyramid_bytes(Precision::Quantized16.into()),
-            _ => pyramid_bytes(FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
+            1 => bytes_of(hills, Precision::Lossless.into()),
+            2 => bytes_of(with_cards(hills, 64), Precision::Quantized16.into()),
+            3 => bytes_of(whole_hills_with_cards(1), Precision::Lossless.into()),
+            _ => bytes_of(hills, FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
         };
         for (place, value) in changes {
             let length = bytes.len() - HEADER_BYTES;
@@ -257,6 +258,8 @@ proptest! {
             let again = BakedFile::from_bytes(&file.to_bytes()).unwrap();
             for (again, first) in again.primitives.iter().zip(&file.primitives) {
                 prop_assert_eq!(&again.hierarchy.groups, &first.hierarchy.groups);
+                prop_assert_eq!(&again.hierarchy.cards, &first.hierarchy.cards);
+                let _ = first.hierarchy.whole_mesh_levels();
             }
         }
         let _ = BakedFile::from_bytes_coarse(&bytes, 1);

@@ -1,7 +1,9 @@
 //! One test for each invariant of a hierarchy: broken, it is named.
 
+use std::sync::Arc;
+
 use fieldlod_hierarchy::InvalidHierarchy as Fault;
-use fieldlod_hierarchy::{Hierarchy, NO_GROUP, fixtures};
+use fieldlod_hierarchy::{Card, CardPicture, Cards, Hierarchy, NO_GROUP, fixtures};
 use glam::{Vec2, Vec3, Vec4};
 
 fn fault_after(change: impl FnOnce(&mut Hierarchy)) -> Fault {
@@ -365,4 +367,126 @@ fn rejects_bounds_that_leave_triangles_out() {
             index: 0
         }
     );
+}
+
+fn fault_of_cards(change: impl FnOnce(&mut Cards)) -> Fault {
+    let mut hierarchy = fixtures::two_level_strip();
+    hierarchy.cards = Some(fixtures::leafy_cards(8));
+    fault_of(hierarchy, |h| {
+        change(h.cards.as_mut().expect("there are some"));
+    })
+}
+
+fn fault_of_card(change: impl FnOnce(&mut Card)) -> Fault {
+    fault_of_cards(|cards| change(&mut cards.levels[0].cards[3]))
+}
+
+fn fault_of_picture(change: impl FnOnce(&mut CardPicture)) -> Fault {
+    fault_of_cards(|cards| change(Arc::make_mut(&mut cards.picture)))
+}
+
+#[test]
+fn rejects_errors_of_cards_that_are_no_lengths_or_shrink() {
+    for error in [-1.0, f32::NAN, f32::INFINITY] {
+        let fault = fault_of_cards(|cards| cards.levels[0].error_in_local = error);
+        let expected = matches!(fault, Fault::BadCardError { level: 0, .. });
+        assert!(expected, "{fault:?}");
+    }
+    let fault = fault_of_cards(|cards| cards.levels[0].error_in_local = 0.75);
+    let (level, error) = (1, 0.5);
+    assert_eq!(fault, Fault::BadCardError { level, error });
+}
+
+#[test]
+fn rejects_no_cards_and_no_fewer() {
+    let fault = fault_of_cards(|cards| cards.levels.clear());
+    assert_eq!(fault, Fault::BadCardCount { level: 0, count: 0 });
+    let fault = fault_of_cards(|cards| cards.levels[1].cards.clear());
+    assert_eq!(fault, Fault::BadCardCount { level: 1, count: 0 });
+    let fault = fault_of_cards(|cards| cards.levels[0].cards.truncate(2));
+    assert_eq!(fault, Fault::BadCardCount { level: 1, count: 2 });
+}
+
+#[test]
+fn rejects_cards_that_are_not_finite() {
+    for fault in [
+        fault_of_card(|card| card.corner.x = f32::NAN),
+        fault_of_card(|card| card.across.y = f32::INFINITY),
+        fault_of_card(|card| card.down.z = f32::NEG_INFINITY),
+        // Though its numbers are: a length, and the corner that is furthest.
+        fault_of_card(|card| card.down = Vec3::splat(f32::MAX)),
+        fault_of_card(|card| {
+            card.corner.x = f32::MAX;
+            card.across.x = f32::MAX / 1e19;
+        }),
+    ] {
+        assert_eq!(fault, Fault::CardNotFinite { level: 0, card: 3 });
+    }
+}
+
+#[test]
+fn rejects_cards_with_edges_of_no_length() {
+    for fault in [
+        fault_of_card(|card| card.across = Vec3::ZERO),
+        fault_of_card(|card| card.down = Vec3::splat(1e-30)),
+    ] {
+        assert_eq!(fault, Fault::CardWithoutEdge { level: 0, card: 3 });
+    }
+}
+
+/// Their normals would be of any length.
+#[test]
+fn rejects_cards_that_are_no_rectangles() {
+    for fault in [
+        fault_of_card(|card| card.down = card.across),
+        fault_of_card(|card| card.down += card.across * 0.01),
+        fault_of_card(|card| {
+            (card.across, card.down) = (Vec3::X * 1e-12, Vec3::new(-1e12, 1e12, 0.0));
+        }),
+    ] {
+        assert_eq!(fault, Fault::CardNotRectangular { level: 0, card: 3 });
+    }
+}
+
+#[test]
+fn rejects_cards_with_texels_outside_of_the_picture() {
+    for fault in [
+        fault_of_card(|card| card.first_texel[0] = 7),
+        fault_of_card(|card| card.first_texel[1] = u16::MAX),
+        fault_of_card(|card| card.size_texels[0] = u16::MAX),
+        fault_of_card(|card| card.size_texels[1] = 0),
+    ] {
+        assert_eq!(fault, Fault::CardOutsidePicture { level: 0, card: 3 });
+    }
+}
+
+#[test]
+fn rejects_pictures_of_impossible_sides() {
+    for side in [0, 3, 2048, u32::MAX] {
+        let fault = fault_of_picture(|picture| picture.side_texels = side);
+        assert_eq!(fault, Fault::BadPictureSide { side_texels: side });
+    }
+}
+
+#[test]
+fn rejects_pictures_with_other_texels_than_their_sides_say() {
+    let texels = 64;
+    let fault = |what, count| Fault::PictureTexelCount {
+        what,
+        count,
+        texels,
+    };
+    let found = fault_of_picture(|picture| picture.colors.truncate(63));
+    assert_eq!(found, fault("colors", 63));
+    let found = fault_of_picture(|picture| picture.normals.push([0; 3]));
+    assert_eq!(found, fault("normals", 65));
+}
+
+#[test]
+fn rejects_impossible_tints() {
+    for tint in [Vec3::new(1.0, -0.5, 1.0), Vec3::splat(f32::NAN)] {
+        let fault = fault_of_picture(|picture| picture.tint = tint);
+        let expected = matches!(fault, Fault::BadPictureTint { .. });
+        assert!(expected, "{fault:?}");
+    }
 }

@@ -1,6 +1,7 @@
 //! From the bytes of sections to a primitive.
 
 use super::attributes;
+use super::cards;
 use super::coded::Coded;
 use super::contents::BakedPrimitive;
 use super::error::FileError;
@@ -8,6 +9,7 @@ use super::layout::Entry;
 use super::predict::Predict;
 use super::reader::Reader;
 use super::section_reader;
+use crate::cards::Cards;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Decodes a primitive, section by section.
@@ -15,6 +17,7 @@ pub(super) struct Decoder {
     entry: Entry,
     predictors: Vec<Predict>,
     coded: Coded,
+    cards: Option<Cards>,
     sections_read: usize,
 }
 
@@ -30,6 +33,7 @@ impl Decoder {
             entry,
             predictors,
             coded,
+            cards: None,
             sections_read: 0,
         }
     }
@@ -39,6 +43,14 @@ impl Decoder {
         let mut decoder = Self::new(entry);
         decoder.coded.is_page = true;
         decoder
+    }
+
+    /// Takes the cards off the front of `reader`.
+    pub(super) fn read_cards(&mut self, reader: &mut Reader<'_>) -> Result<(), FileError> {
+        let bytes = reader.take("the cards", self.entry.cards.length)?;
+        self.entry.cards.check(bytes)?;
+        self.cards = cards::read(bytes)?;
+        Ok(())
     }
 
     /// Takes the next section off the front of `reader`, if the primitive has one more.
@@ -71,6 +83,11 @@ impl Decoder {
     /// The hierarchy of the sections read, validated. `primitive` is its number in the file.
     pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
         let mut hierarchy = self.hierarchy()?;
+        let is_whole = self.is_whole();
+        hierarchy.cards = self.cards;
+        if !is_whole {
+            hierarchy.remove_cards_left_out();
+        }
         let valid = match self.entry.options.beside_source {
             false => hierarchy.validate(),
             true => {

@@ -1,6 +1,7 @@
 //! From a primitive to the bytes of its sections.
 
 use super::attributes::{self, Attributes};
+use super::cards;
 use super::coded::Coded;
 use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
@@ -9,7 +10,7 @@ use super::rows::Rows;
 use super::section_writer;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
-/// What the directory says about a primitive, and its sections.
+/// What the directory says about a primitive, and its cards and sections.
 ///
 /// # Panics
 /// If the hierarchy is not valid.
@@ -20,7 +21,10 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
     let mut entry = prepared.entry(primitive, of_sections.collect());
     entry.unused_vertices = unused_vertices as u32;
-    (entry, sections)
+    let cards = cards::write(primitive.hierarchy.cards.as_ref());
+    entry.cards = SectionEntry::of(&cards);
+    let parts = std::iter::once(cards).chain(sections);
+    (entry, parts.collect())
 }
 
 /// A hierarchy as it will be read, and the numbers of its vertices.
@@ -75,7 +79,7 @@ impl Prepared<'_> {
             .map_or(self.source, |(hierarchy, _)| hierarchy)
     }
 
-    /// What the directory says, with all vertices in use.
+    /// What the directory says, with all vertices in use and no cards.
     pub(super) fn entry(&self, primitive: &BakedPrimitive, sections: Vec<SectionEntry>) -> Entry {
         let hierarchy = self.hierarchy();
         let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
@@ -93,6 +97,7 @@ impl Prepared<'_> {
             source_vertex_count: hierarchy.source_vertex_count,
             origin_count: hierarchy.moved_from.len() as u32,
             unused_vertices: 0,
+            cards: SectionEntry::of(&[]),
             sections,
         }
     }

@@ -30,10 +30,11 @@ pub(super) struct Entry {
     pub(super) origin_count: u32,
     /// Vertices that no unit uses: they are in the last section.
     pub(super) unused_vertices: u32,
+    pub(super) cards: SectionEntry,
     pub(super) sections: Vec<SectionEntry>,
 }
 
-/// Where a section is, and what its bytes are.
+/// How long a section is, or what is stored of cards, and what its bytes are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectionEntry {
     pub(super) length: u64,
@@ -46,6 +47,15 @@ impl SectionEntry {
             length: section.len() as u64,
             checksum: xxh3_64(section),
         }
+    }
+
+    fn write(self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&self.length.to_le_bytes());
+        bytes.extend_from_slice(&self.checksum.to_le_bytes());
+    }
+
+    fn of_fields([length, checksum]: [u64; 2]) -> Self {
+        Self { length, checksum }
     }
 
     pub(super) fn check(self, section: &[u8]) -> Result<(), FileError> {
@@ -86,10 +96,10 @@ impl Entry {
             self.unused_vertices,
         ];
         bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
+        self.cards.write(bytes);
         bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
         for section in &self.sections {
-            bytes.extend_from_slice(&section.length.to_le_bytes());
-            bytes.extend_from_slice(&section.checksum.to_le_bytes());
+            section.write(bytes);
         }
     }
 
@@ -130,6 +140,7 @@ impl Entry {
             source_vertex_count: reader.value(WHAT)?,
             origin_count: reader.value(WHAT)?,
             unused_vertices: reader.value(WHAT)?,
+            cards: SectionEntry::of_fields(reader.value(WHAT)?),
             sections: read_sections(reader)?,
         };
         if entry.grids.are_usable() && position_error_in_local >= 0.0 {
@@ -151,9 +162,7 @@ fn read_flag(reader: &mut Reader<'_>) -> Result<bool, FileError> {
 fn read_sections(reader: &mut Reader<'_>) -> Result<Vec<SectionEntry>, FileError> {
     let count: u32 = reader.value(WHAT)?;
     let fields = reader.array::<[u64; 2]>(count as usize, WHAT)?;
-    Ok(fields
-        .map(|[length, checksum]| SectionEntry { length, checksum })
-        .collect())
+    Ok(fields.map(SectionEntry::of_fields).collect())
 }
 
 /// The bytes of header and directory.

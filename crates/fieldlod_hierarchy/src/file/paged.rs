@@ -8,7 +8,8 @@
 //! ```
 //! The first page of a mesh holds what its coarsest cut draws, each further one some neighbouring
 //! groups of one level, coarse levels first. A page is coded as a section of a
-//! [`.fieldlod` file](super) is, with all its vertices: it needs no other page to be read.
+//! [`.fieldlod` file](super) is, with all its vertices: it needs no other page to be read. Cards are left out,
+//! and so are units that are cards.
 
 mod partition;
 mod table;
@@ -92,7 +93,7 @@ impl PagedFile {
         bytes.starts_with(&table::MAGIC)
     }
 
-    /// The bytes of a file of the hierarchies in `file`: the same for the same contents.
+    /// The bytes of a file of the hierarchies in `file`, without their cards: the same for the same contents.
     ///
     /// # Panics
     /// If a hierarchy is not valid.

@@ -262,18 +262,18 @@ pub(super) fn read_indices(
 }
 
 /// How much memory a section may still claim.
-struct Budget {
+pub(super) struct Budget {
     bytes: u64,
 }
 
 impl Budget {
-    fn of(section: &[u8]) -> Self {
+    pub(super) fn of(section: &[u8]) -> Self {
         let bytes = (section.len() as u64).saturating_mul(MAX_PER_BYTE);
         Self { bytes }
     }
 
     /// Room for `count` elements of so many bytes.
-    fn claim(&mut self, count: u64, element_bytes: usize) -> Result<usize, FileError> {
+    pub(super) fn claim(&mut self, count: u64, element_bytes: usize) -> Result<usize, FileError> {
         let what = "the number of elements";
         let claimed = count.saturating_mul(element_bytes as u64);
         let left = self.bytes.checked_sub(claimed);
@@ -281,7 +281,7 @@ impl Budget {
         Ok(count as usize)
     }
 
-    fn claim_all(
+    pub(super) fn claim_all(
         &mut self,
         counts: impl Iterator<Item = u32>,
         element_bytes: usize,

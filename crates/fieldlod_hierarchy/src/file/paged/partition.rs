@@ -21,7 +21,9 @@ pub(super) fn encode(
     options: PageOptions,
 ) -> (PagedMesh, Vec<Vec<u8>>) {
     let file_options = FileOptions::from(options.precision);
-    let prepared = encode::prepare(&primitive.hierarchy, file_options);
+    let without_cards = primitive.hierarchy.without_card_units();
+    let whole = without_cards.as_ref().unwrap_or(&primitive.hierarchy);
+    let prepared = encode::prepare(whole, file_options);
     let hierarchy = prepared.hierarchy();
     let vertex_bytes = prepared.rows.width as u64 * 4;
     // Which groups are in which page.

@@ -1,0 +1,97 @@
+//! Colours as sRGB encodes them (IEC 61966-2-1).
+//!
+//! The tables are computed with nothing but + - * /, which are exact by IEEE 754: the same on all machines, as no power
+//! function is.
+
+/// In linear light, by byte.
+const LINEAR: [f32; 256] = linear_from(0.0);
+/// In linear light, amid each byte and the next.
+const MIDDLES: [f32; 256] = linear_from(0.5);
+
+/// What a byte of sRGB, of 255, is in linear light, from 0 to 1.
+#[must_use]
+pub const fn linear_of(srgb: u8) -> f32 {
+    LINEAR[srgb as usize]
+}
+
+/// Linear light as a byte of sRGB: the nearest; less than 0 counts as 0, and more than 1 as 1.
+#[must_use]
+pub fn srgb_of(linear: f32) -> u8 {
+    MIDDLES[..255].partition_point(|middle| *middle <= linear) as u8
+}
+
+/// Linear light of every byte, `offset` bytes further on.
+const fn linear_from(offset: f64) -> [f32; 256] {
+    let mut table = [0.0; 256];
+    let mut byte = 0;
+    while byte < table.len() {
+        table[byte] = decoded((byte as f64 + offset) / 255.0) as f32;
+        byte += 1;
+    }
+    table
+}
+
+/// Linear light of sRGB from 0 to 1.
+const fn decoded(srgb: f64) -> f64 {
+    if srgb <= 0.040_45 {
+        return srgb / 12.92;
+    }
+    // The power 2.4 is the fifth root of the power 12.
+    let base = (srgb + 0.055) / 1.055;
+    let square = base * base;
+    let power = square * square * square;
+    let power = power * power;
+    // I. Newton's way to a root, from above.
+    let mut root = if power > 1.0 { power } else { 1.0 };
+    let mut step = 0;
+    while step < 64 {
+        let square = root * root;
+        root = (4.0 * root + power / (square * square)) / 5.0;
+        step += 1;
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the power function of this machine says, in double precision.
+    fn expected(srgb: f64) -> f64 {
+        match srgb <= 0.040_45 {
+            true => srgb / 12.92,
+            false => ((srgb + 0.055) / 1.055).powf(2.4),
+        }
+    }
+
+    #[test]
+    fn tables_are_as_exact_as_they_can_be() {
+        for (byte, (linear, middle)) in LINEAR.into_iter().zip(MIDDLES).enumerate() {
+            for (found, at) in [(linear, byte as f64), (middle, byte as f64 + 0.5)] {
+                let expected = expected(at / 255.0);
+                let off = (f64::from(found) - expected).abs();
+                assert!(off <= expected * 6e-8, "{at}: {found}, {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_come_back() {
+        for byte in 0..=u8::MAX {
+            assert_eq!(srgb_of(linear_of(byte)), byte);
+        }
+        assert_eq!([-1.0, 0.0, 1.0, 7.0].map(srgb_of), [0, 0, 255, 255]);
+        assert_eq!([f32::NAN, f32::INFINITY].map(srgb_of), [0, 255]);
+        assert!((linear_of(188) - 0.5).abs() < 0.005);
+    }
+
+    /// On either side of what lies amid two bytes.
+    #[test]
+    fn the_nearest_byte_is_found() {
+        for byte in 0..u8::MAX {
+            let middle = expected((f64::from(byte) + 0.5) / 255.0);
+            let [below, above] = [1.0 - 1e-6, 1.0 + 1e-6].map(|share| (middle * share) as f32);
+            assert_eq!([below, above].map(srgb_of), [byte, byte + 1]);
+        }
+    }
+}

@@ -45,8 +45,16 @@ const LEAST_LEFT: f32 = 0.125;
 
 /// Whether many triangles of a mesh are those of many small loose pieces, such as leaves.
 pub(crate) fn has_leaves(mesh: &SourceMesh) -> bool {
-    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+    let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
     let same_position = meshopt::generate_position_remap(&adapter(&positions));
+    // At any scale areas are numbers.
+    let coordinates = positions.as_flattened_mut();
+    let extent = coordinates
+        .iter()
+        .fold(0.0, |most: f32, at| most.max(at.abs()));
+    coordinates
+        .iter_mut()
+        .for_each(|at| *at /= extent.max(f32::MIN_POSITIVE));
     let is_locked = vec![false; positions.len()];
     let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;

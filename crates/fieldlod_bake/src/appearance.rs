@@ -9,12 +9,15 @@
 //! they are no more than those of smooth meshes at 1 px of error is the field's strength `c` up to which
 //! the level is as good as 1 px. The error by which it is chosen is then `1 / √c`, a length.
 
-use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
-use glam::Vec2;
+use std::sync::Arc;
+
+use fieldlod_hierarchy::{Card, CardLevel, CardPicture, Cards, Hierarchy, Sphere, WholeMeshCut};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::cards::cards_of;
 use crate::picture::{Model, Picture, Viewpoint, exposure_of};
-use crate::surface::Surface;
+use crate::surface::{Surface, uvs_of};
 use crate::surfaces::Surfaces;
 
 /// From how many directions a mesh is seen.
@@ -35,18 +38,21 @@ const FACING_ALL_WAYS: f32 = 1.183_216;
 pub(crate) const MOST_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels of a mesh that may be drawn as a whole, and states in each group how the level
-/// looks that it is simplified to.
-pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
+/// looks that it is simplified to. Adds levels of cards, if it is to have some, which state likewise how they look.
+pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces, with_cards: bool) {
     if hierarchy.source_vertex_count > MOST_VERTICES {
         return;
     }
     let cuts = hierarchy.whole_mesh_cuts();
+    let cards = with_cards.then(|| cards_of(hierarchy, surfaces.of_vertex(0)));
+    let (card_levels, picture) = cards.flatten().unwrap_or_default();
     let radius = sphere_of(hierarchy).radius;
-    let differences = differences(hierarchy, &cuts, surfaces);
+    let differences = differences(hierarchy, &cuts, &card_levels, &picture, surfaces);
+    let mut differences = differences.into_iter();
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
-    for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
+    for (cut, by_size) in cuts.iter().skip(1).zip(&mut differences) {
         let good_until_px = good_until(by_size);
-        let seen = radius / (good_until_px * FACING_ALL_WAYS);
+        let seen = seen_error(radius, good_until_px);
         let told = hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
         // Where the largest picture is not large enough to tell, the simplifier may know better.
         let is_good_at_all = good_until_px >= LARGEST_PX;
@@ -59,6 +65,26 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     for group in hierarchy.groups.iter_mut().filter(|g| !g.is_terminal()) {
         group.whole_mesh_error_in_local = errors[group.level as usize + 1];
     }
+    let mut finer = 0.0f32;
+    let levels = card_levels.into_iter().zip(differences);
+    let levels = levels.map(|(cards, by_size)| {
+        let seen = seen_error(radius, good_until(by_size));
+        finer = finer.max(seen).min(f32::MAX);
+        CardLevel {
+            error_in_local: finer,
+            cards,
+        }
+    });
+    let levels: Vec<CardLevel> = levels.collect();
+    hierarchy.cards = (!levels.is_empty()).then(|| Cards {
+        levels,
+        picture: Arc::new(picture),
+    });
+}
+
+/// The error by which a level is chosen that is good enough up to such a radius of the mesh.
+fn seen_error(radius: f32, good_until_px: f32) -> f32 {
+    radius / (good_until_px * FACING_ALL_WAYS)
 }
 
 fn sphere_of(hierarchy: &Hierarchy) -> Sphere {
@@ -73,11 +99,13 @@ struct Squares {
     covered: f32,
 }
 
-/// How each cut but the first differs from that, relative to the first one's detail, as a root mean
-/// square over all directions, at each size, the largest first.
+/// How each cut but the first, and then each level of cards, differs from the first cut, relative to that one's detail,
+/// as a root mean square over all directions, at each size, the largest first.
 fn differences(
     hierarchy: &Hierarchy,
     cuts: &[WholeMeshCut],
+    card_levels: &[Vec<Card>],
+    picture: &CardPicture,
     surfaces: &Surfaces,
 ) -> Vec<[f32; SIZES]> {
     let Some((source, levels)) = cuts.split_first() else {
@@ -89,11 +117,7 @@ fn differences(
     let all = 0..vertices.positions.len() as u32;
     let of_vertices: Vec<Option<&Surface>> = all.clone().map(surface).collect();
     let uv = |vertex: u32| {
-        let mapping = of_vertices[vertex as usize].and_then(Surface::mapping);
-        let uvs = match mapping {
-            Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
-            _ => &vertices.uvs,
-        };
+        let uvs = uvs_of(of_vertices[vertex as usize], vertices);
         uvs.get(vertex as usize).copied().unwrap_or_default()
     };
     let model = Model {
@@ -109,21 +133,25 @@ fn differences(
         ),
     };
     let side = (2.0 * LARGEST_PX) as usize * SAMPLES;
+    let base_color = surfaces.of_vertex(0).map_or(Vec3::ONE, Surface::base_color);
     let views = (0..DIRECTIONS).into_par_iter();
     // The detail first, and then the differences of each level.
     let by_view = views.map(|index| {
         let view = Viewpoint::around(index, DIRECTIONS);
-        let pictures = |cut: &WholeMeshCut| sizes_of(model.draw(&cut.triangles, &view, side));
-        let source = pictures(source);
+        let source = sizes_of(model.draw(&source.triangles, &view, side));
         let detail = std::array::from_fn(|size| {
             let picture = &source[size];
             squares_of(picture, &picture.blurred().blurred())
         });
-        let levels = levels.iter().map(|level| {
-            let level = pictures(level);
+        let triangles = levels.iter();
+        let triangles = triangles.map(|level| model.draw(&level.triangles, &view, side));
+        let cards = card_levels.iter();
+        let cards = cards.map(|cards| model.draw_cards(cards, picture, base_color, &view, side));
+        let differences = triangles.chain(cards).map(|level| {
+            let level = sizes_of(level);
             std::array::from_fn(|size| squares_of(&source[size], &level[size]))
         });
-        std::iter::once(detail).chain(levels).collect()
+        std::iter::once(detail).chain(differences).collect()
     });
     let by_view: Vec<Vec<[Squares; SIZES]>> = by_view.collect();
     let mean = |index: usize, size: usize| {
@@ -138,7 +166,8 @@ fn differences(
         (mean(level, size) / detail).sqrt()
     };
     let of_level = |level: usize| std::array::from_fn(|size| relative(level, size));
-    (1..=levels.len()).map(of_level).collect()
+    let count = levels.len() + card_levels.len();
+    (1..=count).map(of_level).collect()
 }
 
 /// The picture at each size, the largest first, as an eye sees it.
@@ -162,6 +191,8 @@ fn squares_of(a: &Picture, b: &Picture) -> Squares {
 /// sizes, the largest first; [`LARGEST_PX`] if it is at all of them.
 fn good_until(by_size: [f32; SIZES]) -> f32 {
     let radius_px = |size: usize| LARGEST_PX / (1u32 << size) as f32;
+    // What cannot be told is no good: colours may be too bright for numbers.
+    let by_size = by_size.map(|d| if d.is_finite() { d } else { f32::MAX });
     match by_size.iter().position(|&d| d <= AS_GOOD_AS_1_PX) {
         Some(0) => LARGEST_PX,
         Some(size) => {
@@ -178,6 +209,16 @@ mod tests {
     use super::*;
     use crate::{BakeConfig, bake_mesh, fixtures};
 
+    #[test]
+    fn what_cannot_be_told_is_good_nowhere() {
+        for bad in [f32::NAN, f32::INFINITY] {
+            assert!(seen_error(1.0, good_until([bad; SIZES])) > 1e30);
+            assert_eq!(good_until([0.0, bad, bad, bad, bad]), LARGEST_PX);
+            let in_between = good_until([bad, bad, 1.0, 1.0, 1.0]);
+            assert!((16.0..16.1).contains(&in_between), "{in_between}");
+        }
+    }
+
     /// What is allowed is what pictures of smooth meshes differ by where their error is 1 px.
     #[test]
     fn smooth_meshes_at_1_px_look_as_good_as_is_asked_for() {
@@ -190,11 +231,9 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let cuts = hierarchy.whole_mesh_cuts();
             let radius = sphere_of(&hierarchy).radius;
-            for (cut, by_size) in
-                cuts.iter()
-                    .skip(1)
-                    .zip(differences(&hierarchy, &cuts, &Surfaces::default()))
-            {
+            let picture = CardPicture::default();
+            let differences = differences(&hierarchy, &cuts, &[], &picture, &Surfaces::default());
+            for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
                 let error = hierarchy.largest_below(cut.group_level, |g| g.error_in_local);
                 let at_1_px = radius / (error * FACING_ALL_WAYS);
                 let size = (LARGEST_PX / at_1_px).log2();

@@ -2,6 +2,7 @@
 
 use fieldlod_hierarchy::Hierarchy;
 
+use crate::aggregate::has_leaves;
 use crate::appearance::measure_levels;
 use crate::assemble::assemble;
 use crate::config::BakeConfig;
@@ -66,7 +67,8 @@ pub(crate) fn bake_valid_mesh(
     // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
     // by their errors, by which that is calibrated.
     if config.measure_appearance && report.has_aggregates {
-        measure_levels(&mut hierarchy, &surfaces);
+        let with_cards = config.cards && mesh.usable_surface().is_some() && has_leaves(mesh);
+        measure_levels(&mut hierarchy, &surfaces, with_cards);
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     (hierarchy, report)

@@ -55,6 +55,12 @@ pub struct BakeConfig {
     /// loose pieces, such as leaves, with no more vertices than can be drawn as a whole. Without, a level is
     /// as bad as its worst piece.
     pub measure_appearance: bool,
+    /// Whether plants whose material is known get levels of cards below those of triangles: rectangles with pictures
+    /// of the plant. Only where appearance is measured, of meshes that are baked alone. They take the place of the first
+    /// level of triangles that one of them beats, with no more triangles and no more error, and of all coarser ones. Errors
+    /// hold where a pixel has several samples, in one picture or over time: with the one that MSAA takes of a
+    /// texture, cards look worse than that.
+    pub cards: bool,
     /// Up to four primitives of one glTF mesh that have fewer triangles than this in all, many of them those of
     /// leaves, as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
     /// Not in [files](crate::bake_file) if one of them has 20,000 triangles or more: as a rule it is drawn in pieces.
@@ -76,6 +82,7 @@ impl Default for BakeConfig {
             first_moved_level: 0,
             measure_deviation: true,
             measure_appearance: true,
+            cards: false,
             together_below_triangles: 1 << 16,
             protect_uv_seams: true,
         }

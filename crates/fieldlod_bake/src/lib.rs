@@ -29,6 +29,7 @@
 //! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
 //! | units, ordered and bounded | `assemble` |
 //! | what levels of the whole mesh look like | `appearance`, `picture`, `surface`, `surfaces` |
+//! | plants as cards: planes that leaves lie on, rectangles there, pictures of them, side by side in one | `cards`: `planes`, `frame`, `texels`, `pack` |
 //! | primitives that are one plant, baked as one | `together` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //!
@@ -61,6 +62,7 @@ mod assemble;
 mod attributes;
 mod bake;
 mod bounds;
+mod cards;
 mod closed;
 mod clusterlod;
 mod clusters;
@@ -92,7 +94,7 @@ mod vertices;
 
 /// Counts changes of what the same mesh and configuration are baked to within a version: whoever keeps bakes knows by
 /// it which are out of date.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]

@@ -33,7 +33,8 @@ pub struct SourceMesh {
     /// Whether vertices have attributes besides these, which the hierarchy cannot hold: it then
     /// tells of each vertex from which of the mesh's it came.
     pub has_other_attributes: bool,
-    /// What its material looks like, if that is known. White and opaque without a texture says nothing.
+    /// What its material looks like, if that is known. White and opaque without a texture tells nothing of how the mesh
+    /// looks, but that nothing is cut out of it, so that it may have [cards](crate::BakeConfig::cards).
     pub surface: Option<Arc<Surface>>,
     /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
@@ -115,7 +116,13 @@ impl SourceMesh {
         }
     }
 
-    /// The surface, if it is seen and not blank, and there are the texture coordinates that it needs.
+    /// The surface, if it tells what the mesh looks like: it is usable and not blank. Whether there are cards goes by
+    /// the usable one: plants coloured by their vertices have a blank one as a rule.
+    pub(crate) fn telling_surface(&self) -> Option<&Arc<Surface>> {
+        self.usable_surface().filter(|surface| !surface.is_blank())
+    }
+
+    /// The surface, if it is seen, and there are the texture coordinates that it needs.
     pub(crate) fn usable_surface(&self) -> Option<&Arc<Surface>> {
         let has_uvs = |surface: &Surface| match surface.mapping() {
             Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
@@ -123,7 +130,7 @@ impl SourceMesh {
             None => true,
         };
         let surface = self.surface.as_ref();
-        surface.filter(|s| s.is_visible() && !s.is_blank() && has_uvs(s))
+        surface.filter(|s| s.is_visible() && has_uvs(s))
     }
 
     /// The same triangles with three vertices of their own and a flat normal each: what a renderer

@@ -5,8 +5,8 @@
 //! are drawn. Of a surface that is known only what is opaque is drawn. Of one that is not, every card is
 //! drawn whole, or as opaque all over as is likely.
 
-use fieldlod_hierarchy::Sphere;
-use glam::{Vec2, Vec3, Vec4};
+use fieldlod_hierarchy::{Card, CardPicture, Sphere};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use crate::surface::Surface;
 use crate::surfaces::Surfaces;
@@ -77,8 +77,7 @@ pub(crate) fn exposure_of(source_colors: &[Vec4], surfaces: &Surfaces) -> f32 {
     let (mut sum, mut count) = (0.0f32, 0u32);
     for (end, tint) in surfaces.mean_tints() {
         for vertex in count / 3..end {
-            let color = source_colors.get(vertex as usize).unwrap_or(&Vec4::ONE);
-            sum += color.truncate().element_sum() * tint;
+            sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
             count += 3;
         }
     }
@@ -89,12 +88,16 @@ pub(crate) fn exposure_of(source_colors: &[Vec4], surfaces: &Surfaces) -> f32 {
     }
 }
 
+/// The colour of a vertex as it is seen: white if it has none, and no less than black, of whatever those with colours
+/// less than that tell by them.
+pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
+    color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
+}
+
 impl Model<'_> {
     /// Draws triangles so that the sphere fills a square of `side` pixels.
     pub(crate) fn draw(&self, triangles: &[[u32; 3]], view: &Viewpoint, side: usize) -> Picture {
-        let nothing = Vec3::splat(BACKGROUND).extend(0.0);
-        let mut pixels = vec![nothing; side * side];
-        let mut nearness = vec![f32::NEG_INFINITY; side * side];
+        let mut canvas = Canvas::new(side);
         for triangle in triangles {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
@@ -102,23 +105,64 @@ impl Model<'_> {
             let mut colors = None;
             let surface = self.surface(triangle);
             raster.each_pixel(|index, shares, near| {
-                let tint = || match surface {
-                    Some(surface) => surface.drawn_at(self.uv_at(triangle, shares)),
-                    None => Some(Vec3::ONE),
-                };
-                if near > nearness[index]
-                    && let Some(tint) = tint()
-                {
-                    nearness[index] = near;
+                canvas.draw(index, near, || {
+                    let tint = match surface {
+                        Some(surface) => surface.drawn_at(self.uv_at(triangle, shares))?,
+                        None => Vec3::ONE,
+                    };
                     let colors = colors
                         .get_or_insert_with(|| triangle.map(|v| self.color(v, triangle, view)));
                     let [a, b, c] = *colors;
-                    let color = a * shares.x + b * shares.y + c * shares.z;
-                    pixels[index] = (color * tint).extend(1.0);
-                }
+                    Some((a * shares.x + b * shares.y + c * shares.z) * tint)
+                });
             });
         }
-        Picture { side, pixels }
+        canvas.picture
+    }
+
+    /// Draws cards likewise, of a material of one colour.
+    pub(crate) fn draw_cards(
+        &self,
+        cards: &[Card],
+        picture: &CardPicture,
+        base_color: Vec3,
+        view: &Viewpoint,
+        side: usize,
+    ) -> Picture {
+        let tint = picture.tint * base_color * self.exposure;
+        let size = picture.side_texels;
+        let mut canvas = Canvas::new(side);
+        for card in cards {
+            let [tangent, bitangent, normal] = card.axes();
+            let back = if normal.dot(view.eye) < 0.0 {
+                -1.0
+            } else {
+                1.0
+            };
+            let (corners, uvs) = (card.corners(), card.uvs(size));
+            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+                let corners = [a, b, c].map(|corner| self.place(corners[corner], view, side));
+                let Some(raster) = Raster::of(corners, side) else {
+                    continue;
+                };
+                raster.each_pixel(|index, shares, near| {
+                    canvas.draw(index, near, || {
+                        let uv = uvs[a] * shares.x + uvs[b] * shares.y + uvs[c] * shares.z;
+                        let texel = (uv * size as f32).as_uvec2().min(UVec2::splat(size - 1));
+                        let texel = (texel.y * size + texel.x) as usize;
+                        let color = picture.colors[texel];
+                        if color[3] < CardPicture::DRAWN_FROM {
+                            return None;
+                        }
+                        let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[texel]);
+                        let normal = (tangent * x + bitangent * y + normal * z).normalize_or_zero();
+                        let color = CardPicture::color_of(color).truncate() * tint;
+                        Some(color * lit(normal * back, view))
+                    });
+                });
+            }
+        }
+        canvas.picture
     }
 
     /// How many pixels of a square triangles cover together, each as opaque as its surface, or as told if that is not
@@ -163,15 +207,18 @@ impl Model<'_> {
         a * shares.x + b * shares.y + c * shares.z
     }
 
-    /// A triangle in a picture in which the sphere fills a square.
-    fn raster(&self, triangle: &[u32; 3], view: &Viewpoint, side: usize) -> Option<Raster> {
+    /// The column, the row and the nearness of a point in a picture in which the sphere fills a square.
+    fn place(&self, point: Vec3, view: &Viewpoint, side: usize) -> Vec3 {
         let middle = side as f32 * 0.5;
         let scale = middle / self.sphere.radius.max(f32::MIN_POSITIVE);
-        let corners = triangle.map(|vertex| {
-            let p = self.positions[vertex as usize] - self.sphere.center;
-            let at = Vec2::new(p.dot(view.right), -p.dot(view.up)) * scale + middle;
-            at.extend(p.dot(view.eye))
-        });
+        let p = point - self.sphere.center;
+        let at = Vec2::new(p.dot(view.right), -p.dot(view.up)) * scale + middle;
+        at.extend(p.dot(view.eye))
+    }
+
+    /// A triangle in a picture in which the sphere fills a square.
+    fn raster(&self, triangle: &[u32; 3], view: &Viewpoint, side: usize) -> Option<Raster> {
+        let corners = triangle.map(|v| self.place(self.positions[v as usize], view, side));
         Raster::of(corners, side)
     }
 
@@ -182,20 +229,52 @@ impl Model<'_> {
             (b - a).cross(c - a).normalize_or_zero()
         };
         let normal = self.normals.get(vertex as usize).copied();
-        let mut normal = normal.unwrap_or_else(flat);
-        if normal.dot(view.eye) < SILHOUETTE {
-            normal = -normal;
+        let albedo = shown(self.colors.get(vertex as usize)) * self.exposure;
+        albedo * lit(normal.unwrap_or_else(flat), view)
+    }
+}
+
+/// The share of the light that goes on to the eye.
+fn lit(mut normal: Vec3, view: &Viewpoint) -> f32 {
+    if normal.dot(view.eye) < SILHOUETTE {
+        normal = -normal;
+    }
+    let sky = 0.5 + 0.5 * normal.y;
+    let lamp = normal.dot(view.eye).max(0.0);
+    0.15 + 0.55 * sky + 0.5 * lamp
+}
+
+/// A square on which nothing is drawn yet.
+struct Canvas {
+    picture: Picture,
+    nearness: Vec<f32>,
+}
+
+impl Canvas {
+    fn new(side: usize) -> Self {
+        let nothing = Vec3::splat(BACKGROUND).extend(0.0);
+        Self {
+            picture: Picture {
+                side,
+                pixels: vec![nothing; side * side],
+            },
+            nearness: vec![f32::NEG_INFINITY; side * side],
         }
-        let color = self.colors.get(vertex as usize);
-        let albedo = color.map_or(Vec3::ONE, |color| color.truncate()) * self.exposure;
-        let sky = 0.5 + 0.5 * normal.y;
-        let lamp = normal.dot(view.eye).max(0.0);
-        albedo * (0.15 + 0.55 * sky + 0.5 * lamp)
+    }
+
+    /// Draws a pixel of a surface, if something is there, and nothing that is nearer yet.
+    fn draw(&mut self, index: usize, near: f32, color: impl FnOnce() -> Option<Vec3>) {
+        if near > self.nearness[index]
+            && let Some(color) = color()
+        {
+            self.nearness[index] = near;
+            self.picture.pixels[index] = color.extend(1.0);
+        }
     }
 }
 
 /// A triangle on its way into a picture.
-struct Raster {
+pub(crate) struct Raster {
     side: usize,
     columns: [usize; 2],
     rows: [usize; 2],
@@ -205,7 +284,7 @@ struct Raster {
 }
 
 impl Raster {
-    fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
+    pub(crate) fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
         let [a, b, c] = corners.map(Vec3::truncate);
         let per_area = (b - a).perp_dot(c - a).recip();
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -231,7 +310,7 @@ impl Raster {
     }
 
     /// Calls with each pixel inside, the shares of the corners and the nearness.
-    fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
+    pub(crate) fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
         let [a, b, c] = self.corners.map(Vec3::truncate);
         let near = Vec3::new(self.corners[0].z, self.corners[1].z, self.corners[2].z);
         for row in self.rows[0]..self.rows[1] {
@@ -308,6 +387,8 @@ fn blurred_along(
 
 #[cfg(test)]
 mod tests {
+    use fieldlod_hierarchy::srgb::linear_of;
+
     use super::*;
     use crate::fixtures;
 
@@ -339,8 +420,8 @@ mod tests {
             .filter(|(cut, _)| cut.w > 0.0)
         {
             let tint = cut.truncate() / whole.truncate();
-            let expected = Vec3::new(60.0, 120.0, 30.0) / 255.0;
-            assert!(tint.abs_diff_eq(expected * expected, 1e-3), "{tint}");
+            let expected = Vec3::from([60, 120, 30].map(linear_of));
+            assert!(tint.abs_diff_eq(expected, 1e-3), "{tint}");
         }
     }
 }

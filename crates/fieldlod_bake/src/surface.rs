@@ -2,6 +2,8 @@
 //!
 //! Textures are kept small: a mesh fills 128 pixels of the pictures that a bake takes of it.
 
+use fieldlod_hierarchy::Vertices;
+use fieldlod_hierarchy::srgb::{linear_of, srgb_of};
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
 
 /// The largest side of a texture that is kept, in texels.
@@ -54,7 +56,7 @@ struct Texture {
     mapping: TextureMapping,
 }
 
-/// By rows: red, green and blue about as sRGB encodes them, and the opacity. Sides are powers of two.
+/// By rows: red, green and blue in sRGB, and the opacity. Sides are powers of two.
 #[derive(Clone, Debug, PartialEq)]
 struct Mip {
     size: UVec2,
@@ -150,25 +152,19 @@ impl Surface {
             })
         };
         // Where nothing is opaque, the colour is of no account.
-        let (mut squares, mut weight, mut opacity, mut count) = (Vec3::ZERO, 0.0, 0.0, 0.0);
+        let (mut color, mut opacity, mut count) = (Vec3::ZERO, 0.0, 0.0);
         for y in samples(1) {
             for x in samples(0) {
-                let [r, g, b, a] = texel(x, y).map(|part| f32::from(part) / 255.0);
-                let opaque = self.opacity_of(a);
-                squares += Vec3::new(r * r, g * g, b * b) * opaque;
-                weight += opaque;
+                let texel = decoded(texel(x, y));
+                let opaque = self.opacity_of(texel.w);
+                color += texel.truncate() * opaque;
                 opacity += opaque;
                 count += 1.0f32;
             }
         }
-        let color = squares / f32::max(weight, f32::MIN_POSITIVE);
-        let parts = [
-            color.x.sqrt(),
-            color.y.sqrt(),
-            color.z.sqrt(),
-            opacity / count,
-        ];
-        parts.map(|part| (part * 255.0).round() as u8)
+        let mean = color / f32::max(opacity, f32::MIN_POSITIVE);
+        let [red, green, blue] = mean.to_array().map(srgb_of);
+        [red, green, blue, (opacity / count * 255.0).round() as u8]
     }
 
     /// How opaque it is where the texture has this alpha.
@@ -193,8 +189,8 @@ impl Surface {
         self.drawn_from > 0.0
     }
 
-    /// Whether it is white and opaque all over, as everything is to which nobody has given a material: that says
-    /// nothing.
+    /// Whether it is white and opaque all over, as everything is to which nobody has given a material: that alters no
+    /// picture, and says no more of leaves with texture coordinates than no material does.
     pub(crate) fn is_blank(&self) -> bool {
         self.texture.is_none() && self.is_opaque && self.base_color.truncate() == Vec3::ONE
     }
@@ -222,11 +218,21 @@ impl Surface {
 
     /// The linear colour at texture coordinates, if that place is drawn where pixels are covered or not.
     pub(crate) fn drawn_at(&self, uv: Vec2) -> Option<Vec3> {
+        Some(self.texture_at(uv)? * self.base_color())
+    }
+
+    /// The linear colour of the texture, white without one, at texture coordinates, if that place is drawn.
+    pub(crate) fn texture_at(&self, uv: Vec2) -> Option<Vec3> {
         let Some(texture) = &self.texture else {
-            return Some(self.base_color.truncate());
+            return Some(Vec3::ONE);
         };
         let texel = decoded(texture.mips[0].texel_at(uv, &texture.mapping));
-        (texel.w >= self.drawn_from).then(|| texel.truncate() * self.base_color.truncate())
+        (texel.w >= self.drawn_from).then(|| texel.truncate())
+    }
+
+    /// The linear colour that textures and vertices are multiplied with.
+    pub(crate) fn base_color(&self) -> Vec3 {
+        self.base_color.truncate()
     }
 
     /// The mean colour of what is seen of it.
@@ -245,7 +251,7 @@ impl Surface {
         } else {
             Vec3::ONE
         };
-        mean * self.base_color.truncate()
+        mean * self.base_color()
     }
 }
 
@@ -299,10 +305,18 @@ fn number_of(at: UVec2, index: u32) -> u32 {
     number ^ (number >> 12)
 }
 
-/// In linear light, as pictures are encoded: by squares, which are the same on all machines.
-fn decoded(texel: [u8; 4]) -> Vec4 {
-    let [r, g, b, a] = texel.map(|part| f32::from(part) / 255.0);
-    Vec4::new(r * r, g * g, b * b, a)
+/// In linear light.
+fn decoded([red, green, blue, opacity]: [u8; 4]) -> Vec4 {
+    let color = [red, green, blue].map(linear_of);
+    Vec3::from(color).extend(f32::from(opacity) / 255.0)
+}
+
+/// The texture coordinates that a surface goes by: none or one for each vertex.
+pub(crate) fn uvs_of<'a>(surface: Option<&Surface>, vertices: &'a Vertices) -> &'a [Vec2] {
+    match surface.and_then(Surface::mapping) {
+        Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
+        _ => &vertices.uvs,
+    }
 }
 
 #[cfg(test)]
@@ -386,7 +400,7 @@ mod tests {
         let texel = |x: u32, y: u32| [0, (x * 80) as u8, (y * 80) as u8, 255];
         let plain = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
         let surface = plain.with_texture(UVec2::new(2, 2), mapping, texel);
-        let at = |u, v| surface.drawn_at(Vec2::new(u, v)).unwrap().map(f32::sqrt) * 255.0 / 80.0;
+        let at = |u, v| surface.drawn_at(Vec2::new(u, v)).unwrap() / linear_of(80);
         assert!(at(0.1, 0.2).abs_diff_eq(Vec3::Y, 1e-4));
         assert!(at(0.6, 0.7).abs_diff_eq(Vec3::Z, 1e-4));
     }

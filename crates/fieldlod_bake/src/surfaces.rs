@@ -17,7 +17,7 @@ impl Surfaces {
         let mut end = 0;
         let parts = parts.into_iter().map(|mesh| {
             end += mesh.positions.len() as u32;
-            (end, mesh.usable_surface().cloned())
+            (end, mesh.telling_surface().cloned())
         });
         Self {
             parts: parts.collect(),

@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
+use fieldlod_hierarchy::{BakedFile, FileOptions, Hierarchy, PageOptions, PagedFile, Precision};
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
@@ -43,6 +43,10 @@ pub(crate) struct Arguments {
     /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
+    /// Add levels of cards for plants: rectangles with pictures of them, for views from far away. Only for single meshes of
+    /// a known material that are mostly loose leaves, and not for those that --scene writes in pages.
+    #[arg(long, conflicts_with = "pages")]
+    cards: bool,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -55,6 +59,23 @@ enum Preset {
     Default,
     FineGrained,
     MaxQuality,
+}
+
+impl Arguments {
+    /// Why these cannot be asked for together.
+    pub(crate) fn conflict(&self) -> Option<&'static str> {
+        let is_unmeasured = self.cards && !self.config().measure_appearance;
+        is_unmeasured.then_some(
+            "--cards cannot be used with --preset fast: cards need pictures, which it does not draw",
+        )
+    }
+
+    fn config(&self) -> BakeConfig {
+        BakeConfig {
+            cards: self.cards,
+            ..self.preset.config()
+        }
+    }
 }
 
 impl Preset {
@@ -77,6 +98,8 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
+    /// Whether cards were asked for.
+    with_cards: bool,
     /// Course of the bake of each of `primitives`.
     bakes: Vec<PrimitiveBake>,
     /// The same, as lines of text.
@@ -110,7 +133,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         check_writable(input, &output)?;
     }
-    let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
+    let mut outcome = bake_with_progress(input, &arguments.config())?;
+    if arguments.scene {
+        // Pages have none.
+        let hierarchies = outcome.file.primitives.iter_mut().map(|p| &mut p.hierarchy);
+        let is_large =
+            |baked: &&mut Hierarchy| baked.source_triangle_count() >= arguments.large_from;
+        hierarchies
+            .filter(is_large)
+            .for_each(|baked| baked.cards = None);
+    }
     // In the form asked for.
     let options = FileOptions {
         precision: match arguments.quantize {
@@ -140,7 +172,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes.len() as u64
     };
     let seconds = started.elapsed().as_secs_f64();
-    let report = Report::new(input, &output, &outcome, seconds, written);
+    let report = Report {
+        with_cards: arguments.cards,
+        ..Report::new(input, &output, &outcome, seconds, written)
+    };
     print(&report, arguments.json, Report::text)
 }
 
@@ -257,6 +292,7 @@ impl Report {
             bytes,
             source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
             coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
+            with_cards: false,
             bakes: bakes.collect(),
             fallbacks: fallbacks.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
@@ -283,6 +319,12 @@ impl Report {
             bytes_text(self.bytes),
             self.seconds,
         );
+        if self.with_cards {
+            let primitives = self.primitives.iter();
+            let with_cards = primitives.filter(|p| !p.card_levels.is_empty()).count();
+            let count = self.primitives.len();
+            let _ = write!(text, "\ncards: of {with_cards} of {count} primitives");
+        }
         text.push_str(&self.fallbacks);
         for skipped in &self.skipped {
             let SkippedReport {

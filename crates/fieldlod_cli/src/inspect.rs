@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::levels::draw_levels;
 use crate::pages::PagesReport;
-use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
+use crate::summary::{CardLevelSummary, LevelSummary, PrimitiveSummary, Spread};
 
 /// Check a .fieldlod file and show its levels, or a .fieldpages file and show its pages.
 #[derive(Args, Debug)]
@@ -117,6 +117,14 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
     );
     for level in &primitive.levels {
         let _ = writeln!(text, "{}", level_text(level));
+    }
+    for CardLevelSummary {
+        cards,
+        error_in_local,
+    } in &primitive.card_levels
+    {
+        let (count, error) = (thousands(*cards as u64), length_text(Some(*error_in_local)));
+        let _ = writeln!(text, "cards  {count:>14}  {error:>61}");
     }
     let _ = writeln!(
         text,

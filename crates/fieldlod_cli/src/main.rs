@@ -16,7 +16,8 @@ mod verify;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
 use fieldlod_cli::output::{Failure, exit_code};
 
 /// Automatic, view-dependent level of detail: bake and inspect hierarchies.
@@ -45,5 +46,12 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    exit_code(CommandLine::parse().command.run())
+    let command = CommandLine::parse().command;
+    if let Command::Bake(arguments) = &command
+        && let Some(conflict) = arguments.conflict()
+    {
+        let mut line = CommandLine::command();
+        line.error(ErrorKind::ArgumentConflict, conflict).exit();
+    }
+    exit_code(command.run())
 }

@@ -1,6 +1,6 @@
 //! The numbers that both commands tell about a hierarchy.
 
-use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
+use fieldlod_hierarchy::{BakedPrimitive, CardLevel, Group, Hierarchy};
 use serde::Serialize;
 
 use crate::levels::units_of_cut;
@@ -25,6 +25,15 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) groups: usize,
     pub(crate) units: usize,
     pub(crate) levels: Vec<LevelSummary>,
+    /// Levels of cards, finest first.
+    pub(crate) card_levels: Vec<CardLevelSummary>,
+}
+
+/// The whole mesh as cards.
+#[derive(Debug, Serialize)]
+pub(crate) struct CardLevelSummary {
+    pub(crate) cards: usize,
+    pub(crate) error_in_local: f32,
 }
 
 /// The groups of one level, and what they consume.
@@ -71,6 +80,7 @@ impl PrimitiveSummary {
         let terminal = hierarchy.groups.iter().filter(|group| group.is_terminal());
         let levels = 0..hierarchy.level_count();
         let vertices = hierarchy.vertices.positions.len();
+        let card_levels = hierarchy.cards.iter().flat_map(|cards| &cards.levels);
         Self {
             mesh: primitive.mesh_index,
             primitive: primitive.primitive_index,
@@ -86,6 +96,7 @@ impl PrimitiveSummary {
             levels: levels
                 .map(|level| LevelSummary::of(hierarchy, level))
                 .collect(),
+            card_levels: card_levels.map(CardLevelSummary::of).collect(),
         }
     }
 
@@ -98,6 +109,15 @@ impl PrimitiveSummary {
             format!("mesh {mesh}, primitive {primitive}")
         } else {
             format!("mesh {mesh} ({:?}), primitive {primitive}", self.name)
+        }
+    }
+}
+
+impl CardLevelSummary {
+    fn of(level: &CardLevel) -> Self {
+        Self {
+            cards: level.cards.len(),
+            error_in_local: level.error_in_local,
         }
     }
 }

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use fieldlod_bake::fixtures;
+use glam::Vec3;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -22,17 +24,49 @@ fn text(path: &Path) -> &str {
 fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
     let side = cells + 1;
     let corners = (0..side * side).map(|i| [(i / side) as f32, 0.0, (i % side) as f32]);
-    let positions: Vec<u8> = corners.flatten().flat_map(f32::to_le_bytes).collect();
     let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
     let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
-    let indices: Vec<u8> = triangles.flat_map(u32::to_le_bytes).collect();
-    let normals: Vec<u8> = [0.0f32, 1.0, 0.0]
+    let path = folder.join("grid.glb");
+    write_glb(
+        &path,
+        &corners.collect::<Vec<_>>(),
+        &triangles.collect::<Vec<_>>(),
+    );
+    path
+}
+
+/// Flat leaves of a white material as a GLB.
+fn leaves_glb(folder: &Path) -> PathBuf {
+    let leaves = fixtures::cards(200, 3);
+    let positions: Vec<[f32; 3]> = leaves.positions.iter().map(Vec3::to_array).collect();
+    let path = folder.join("leaves.glb");
+    write_glb(&path, &positions, &leaves.indices);
+    change(&path, |json| {
+        json["materials"] = json!([{}]);
+        json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    });
+    path
+}
+
+/// A mesh of triangles that face upwards, and then of points.
+fn write_glb(path: &Path, positions: &[[f32; 3]], indices: &[u32]) {
+    let count = positions.len();
+    let least = |axis: usize| positions.iter().map(|p| p[axis]).fold(f32::MAX, f32::min);
+    let most = |axis: usize| positions.iter().map(|p| p[axis]).fold(f32::MIN, f32::max);
+    let (min, max) = ([0, 1, 2].map(least), [0, 1, 2].map(most));
+    let bytes = |numbers: &[f32]| -> Vec<u8> {
+        numbers
+            .iter()
+            .flat_map(|number| number.to_le_bytes())
+            .collect()
+    };
+    let positions = bytes(positions.as_flattened());
+    let normals = bytes(&[0.0, 1.0, 0.0].repeat(count));
+    let indices: Vec<u8> = indices
         .iter()
-        .flat_map(|x| x.to_le_bytes())
+        .flat_map(|index| index.to_le_bytes())
         .collect();
-    let normals = normals.repeat((side * side) as usize);
     let (p, n, i) = (positions.len(), normals.len(), indices.len());
-    let count = side * side;
     let json = json!({
         "asset": { "version": "2.0" },
         "buffers": [{ "byteLength": p + n + i }],
@@ -43,7 +77,7 @@ fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
         ],
         "accessors": [
             { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count,
-              "min": [0, 0, 0], "max": [cells, 0, cells] },
+              "min": min, "max": max },
             { "bufferView": 1, "componentType": 5126, "type": "VEC3", "count": count },
             { "bufferView": 2, "componentType": 5125, "type": "SCALAR", "count": i / 4 },
         ],
@@ -52,9 +86,16 @@ fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
             { "attributes": { "POSITION": 0, "NORMAL": 1 }, "mode": 0 },
         ] }],
     });
-    let path = folder.join("grid.glb");
-    fs::write(&path, glb(&json, &[positions, normals, indices].concat())).unwrap();
-    path
+    fs::write(path, glb(&json, &[positions, normals, indices].concat())).unwrap();
+}
+
+/// Changes what a file says of its binary part.
+fn change(path: &Path, change: impl FnOnce(&mut Value)) {
+    let bytes = fs::read(path).unwrap();
+    let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let mut json: Value = serde_json::from_slice(&bytes[20..binary]).unwrap();
+    change(&mut json);
+    fs::write(path, glb(&json, &bytes[binary + 8..])).unwrap();
 }
 
 fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
@@ -110,14 +151,13 @@ fn bakes_and_inspects() {
 fn names_images_that_it_cannot_read() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 16);
-    let bytes = fs::read(&input).unwrap();
-    let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let mut json: Value = serde_json::from_slice(&bytes[20..binary]).unwrap();
-    json["images"] = json!([{ "uri": "leaves.ktx2" }]);
-    json["textures"] = json!([{ "source": 0 }]);
-    json["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
-    json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    fs::write(&input, glb(&json, &bytes[binary + 8..])).unwrap();
+    change(&input, |json| {
+        json["images"] = json!([{ "uri": "leaves.ktx2" }]);
+        json["textures"] = json!([{ "source": 0 }]);
+        json["materials"] =
+            json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+        json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    });
     fs::write(folder.path().join("leaves.ktx2"), "KTX").unwrap();
 
     let bake = fieldlod(&["bake", text(&input)]);
@@ -128,6 +168,61 @@ fn names_images_that_it_cannot_read() {
         input.display()
     );
     assert!(said.contains(&warning), "{said}");
+}
+
+#[test]
+fn cards_are_baked_and_told_of() {
+    let folder = TempDir::new().unwrap();
+    let (plant, grid) = (leaves_glb(folder.path()), grid_glb(folder.path(), 16));
+    let said = |arguments: &[&str]| {
+        let output = fieldlod(arguments);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for (input, count) in [(&plant, 1), (&grid, 0)] {
+        let text = said(&["bake", text(input), "--cards"]);
+        assert!(
+            text.contains(&format!("cards: of {count} of 1 primitives")),
+            "{text}"
+        );
+    }
+    let baked = plant.with_extension("fieldlod");
+    let report: Value = serde_json::from_str(&said(&["inspect", text(&baked), "--json"])).unwrap();
+    let levels = &report["primitives"][0]["card_levels"];
+    let counts: Vec<u64> = (0..3)
+        .map(|level| levels[level]["cards"].as_u64().unwrap())
+        .collect();
+    assert!(counts.is_sorted_by(|a, b| a > b), "{counts:?}");
+    assert!(levels[0]["error_in_local"].as_f64().unwrap() > 0.0);
+    let shown = said(&["inspect", text(&baked)]);
+    println!("{shown}");
+    assert_eq!(
+        shown.matches("\ncards ").count(),
+        levels.as_array().unwrap().len()
+    );
+    // Without them, and where they are written in pages.
+    let without = said(&["bake", text(&plant)]);
+    assert!(!without.contains("cards"), "{without}");
+    let scene = folder.path().join("scene");
+    let pages = ["--scene", "-o", text(&scene), "--large-from", "1"];
+    let text = said(&[&["bake", text(&plant), "--cards"][..], &pages].concat());
+    assert!(text.contains("cards: of 0 of 1 primitives"), "{text}");
+}
+
+#[test]
+fn cards_are_refused_where_there_can_be_none() {
+    let folder = TempDir::new().unwrap();
+    let input = leaves_glb(folder.path());
+    for (other, why) in [
+        (&["--preset", "fast"][..], "cards need pictures"),
+        (&["--pages"], "'--pages'"),
+    ] {
+        let refused = fieldlod(&[&["bake", text(&input), "--cards"], other].concat());
+        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+        let said = String::from_utf8(refused.stderr).unwrap();
+        assert!(said.contains("--cards") && said.contains(why), "{said}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
@@ -257,7 +352,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
         (&b""[..], "not a .fieldlod file"),
         (
             &stale,
-            "format version 1, but this program reads version 5: bake again",
+            "format version 1, but this program reads version 6: bake again",
         ),
         (&corrupt, "corrupt: the checksum does not fit"),
         (cut, "truncated: the file ends after"),

@@ -45,6 +45,8 @@ pub struct PropResult {
 pub struct LevelResult {
     /// Its triangles.
     pub triangles: u32,
+    /// Whether it is cards, wholly or in part.
+    pub has_cards: bool,
     /// The error by which it is chosen, relative to the radius of the mesh.
     pub error: f32,
     /// What it looks like at each of [`RADII_PX`].
@@ -98,6 +100,7 @@ pub fn measure(
         .zip(looks)
         .map(|((error, units), looks)| LevelResult {
             triangles: prop.triangles(units),
+            has_cards: prop.has_cards(units),
             error: error / prop.sphere.radius,
             looks,
         });
@@ -148,12 +151,12 @@ fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
 #[must_use]
 pub fn table(results: &[PropResult]) -> String {
     let mut text = String::from(
-        "of each level, by the radius on screen in pixels: RMSE of 255, FLIP, area covered\n",
+        "of each level, by the radius on screen in pixels: RMSE of 255, FLIP, area covered; c: cards\n",
     );
     for result in results {
         let _ = write!(
             text,
-            "\n{}, {} triangles\n{:>9} {:>7}",
+            "\n{}, {} triangles\n{:>9}   {:>7}",
             result.name, result.triangles, "triangles", "error"
         );
         for radius_px in RADII_PX {
@@ -161,7 +164,8 @@ pub fn table(results: &[PropResult]) -> String {
         }
         text.push('\n');
         for level in &result.levels {
-            let _ = write!(text, "{:>9} {:>7.4}", level.triangles, level.error);
+            let kind = if level.has_cards { 'c' } else { ' ' };
+            let _ = write!(text, "{:>9} {kind} {:>7.4}", level.triangles, level.error);
             level
                 .looks
                 .iter()
@@ -172,7 +176,7 @@ pub fn table(results: &[PropResult]) -> String {
         for (triangles, _) in &result.chosen {
             let _ = write!(text, " {triangles:.0}");
         }
-        let _ = write!(text, "\n{:17}", "");
+        let _ = write!(text, "\n{:19}", "");
         result
             .chosen
             .iter()

@@ -81,6 +81,12 @@ impl Prop {
             .sum()
     }
 
+    /// Whether a mesh is drawn as cards.
+    pub(super) fn has_cards(&self, units: &[u32]) -> bool {
+        let mut pairs = self.meshes.iter().zip(units);
+        pairs.any(|(mesh, &unit)| mesh.card_units().contains(&(unit as usize)))
+    }
+
     pub(super) fn draw(
         &self,
         renderer: &Renderer,

@@ -4,18 +4,18 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
-use glam::{Affine3A, UVec2};
+use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::camera::{Uniform, WorldView};
-use super::model::{DrawnModel, Vertex};
+use super::model::{DrawnModel, PlacedUnits};
 use super::picture::{Picture, UnitMap};
-use super::target::{Target, extent, wait};
+use super::pipelines::Pipelines;
+use super::target::{DEPTH_BUFFER, Target, extent, wait};
 use super::{RenderError, SUPERSAMPLING};
 use crate::eye::Eye;
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const UNIT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// Texels along a side of the shadow map.
 const SHADOW_TEXELS: u32 = 2048;
@@ -27,37 +27,11 @@ pub struct Renderer {
     queue: wgpu::Queue,
     adapter: String,
     layout: wgpu::BindGroupLayout,
-    color_pipeline: wgpu::RenderPipeline,
-    units_pipeline: wgpu::RenderPipeline,
-    shadow_pipeline: wgpu::RenderPipeline,
+    color_pipelines: Pipelines,
+    units_pipelines: Pipelines,
+    shadow_pipelines: Pipelines,
     /// The targets of the last picture, as most pictures are of one size.
     targets: RefCell<Option<Targets>>,
-}
-
-/// Units of a model, somewhere in the world.
-#[derive(Clone, Copy, Debug)]
-pub struct PlacedUnits<'a> {
-    /// The model.
-    pub model: &'a DrawnModel,
-    /// Where it is; its scale is the same along all axes.
-    pub world_from_local: Affine3A,
-    /// The units to draw.
-    pub units: &'a [u32],
-    /// By how much the numbers of its units grow in a [`UnitMap`].
-    pub first_id: u32,
-}
-
-impl<'a> PlacedUnits<'a> {
-    /// Units of a model at the origin.
-    #[must_use]
-    pub fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
-        Self {
-            model,
-            world_from_local: Affine3A::IDENTITY,
-            units,
-            first_id: 0,
-        }
-    }
 }
 
 #[derive(Debug)]
@@ -121,18 +95,14 @@ impl Renderer {
                 entry(1, wgpu::ShaderStages::FRAGMENT, shadow_map),
             ],
         });
-        let pipeline = |vertex, fragment| pipeline(&device, &layout, vertex, fragment);
-        let color_pipeline = pipeline("vertex", Some(("color", &[COLOR][..])));
-        let units_pipeline = pipeline("vertex", Some(("color_and_unit", &[COLOR, UNIT][..])));
-        let shadow_pipeline = pipeline("shadow_vertex", None);
         Self {
+            color_pipelines: Pipelines::new(&device, &layout, "color", &[COLOR]),
+            units_pipelines: Pipelines::new(&device, &layout, "color_and_unit", &[COLOR, UNIT]),
+            shadow_pipelines: Pipelines::of_shadows(&device, &layout),
             device,
             queue,
             adapter,
             layout,
-            color_pipeline,
-            units_pipeline,
-            shadow_pipeline,
             targets: RefCell::new(None),
         }
     }
@@ -146,7 +116,7 @@ impl Renderer {
     /// Brings a hierarchy to the adapter.
     #[must_use]
     pub fn upload(&self, hierarchy: &Hierarchy) -> DrawnModel {
-        DrawnModel::new(&self.device, hierarchy)
+        DrawnModel::new(&self.device, &self.queue, hierarchy)
     }
 
     /// Draws some units of a model.
@@ -268,13 +238,9 @@ impl Renderer {
                 depth_stencil_attachment: Some(depth_attachment(&map, wgpu::StoreOp::Store)),
                 ..wgpu::RenderPassDescriptor::default()
             });
-            pass.set_pipeline(&self.shadow_pipeline);
-            draw_all(
-                &mut pass,
-                &self.bindings(&uniforms, &no_map),
-                stride,
-                placed,
-            );
+            let bindings = self.bindings(&uniforms, &no_map);
+            self.shadow_pipelines
+                .draw(&mut pass, &bindings, stride, placed);
             map
         } else {
             no_map
@@ -290,12 +256,12 @@ impl Renderer {
             )),
             ..wgpu::RenderPassDescriptor::default()
         });
-        pass.set_pipeline(if with_units {
-            &self.units_pipeline
+        let pipelines = if with_units {
+            &self.units_pipelines
         } else {
-            &self.color_pipeline
-        });
-        draw_all(&mut pass, &self.bindings(&uniforms, &map), stride, placed);
+            &self.color_pipelines
+        };
+        pipelines.draw(&mut pass, &self.bindings(&uniforms, &map), stride, placed);
         drop(pass);
         self.queue.submit([encoder.finish()]);
     }
@@ -327,25 +293,6 @@ impl Renderer {
             layout: &self.layout,
             entries: &[(0, uniform), (1, shadow_map)].map(entry),
         })
-    }
-}
-
-/// Draws what is placed, by uniforms that lie `stride` apart.
-fn draw_all(
-    pass: &mut wgpu::RenderPass,
-    bindings: &wgpu::BindGroup,
-    stride: usize,
-    placed: &[PlacedUnits],
-) {
-    for (index, placed) in placed.iter().enumerate() {
-        pass.set_bind_group(0, bindings, &[(index * stride) as u32]);
-        pass.set_vertex_buffer(0, placed.model.vertices.slice(..));
-        pass.set_index_buffer(placed.model.indices.slice(..), wgpu::IndexFormat::Uint32);
-        // One draw for each unit, which the shader knows by the instance's number.
-        for &unit in placed.units {
-            let id = placed.first_id + unit;
-            pass.draw_indexed(placed.model.units[unit as usize].clone(), 0, id..id + 1);
-        }
     }
 }
 
@@ -382,53 +329,5 @@ fn cleared(target: &Target) -> Option<wgpu::RenderPassColorAttachment<'_>> {
             load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             store: wgpu::StoreOp::Store,
         },
-    })
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    bindings: &wgpu::BindGroupLayout,
-    vertex: &str,
-    fragment: Option<(&str, &[wgpu::TextureFormat])>,
-) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::include_wgsl!("shader.wgsl"));
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        bind_group_layouts: &[Some(bindings)],
-        ..wgpu::PipelineLayoutDescriptor::default()
-    });
-    let formats = fragment.map_or(&[][..], |(_, formats)| formats);
-    let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
-    let options = wgpu::PipelineCompilationOptions::default();
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(vertex),
-            compilation_options: options.clone(),
-            buffers: &[wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &Vertex::ATTRIBUTES,
-            }],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_BUFFER,
-            depth_write_enabled: Some(true),
-            // Nearness: greater is nearer.
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: fragment.map(|(entry_point, _)| wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(entry_point),
-            compilation_options: options,
-            targets: &targets,
-        }),
-        multiview_mask: None,
-        cache: None,
     })
 }

@@ -11,19 +11,26 @@
 //! Both sides of a triangle are drawn. [`Renderer::draw_scene`] draws many models with shadows of the
 //! light that is fixed; the others draw one model at the origin, without shadows.
 //!
+//! Units that are [cards](fieldlod_hierarchy::Cards) show their picture, in the sizes that
+//! [`CardPicture::mips`](fieldlod_hierarchy::CardPicture::mips) makes of it, mixed as games do it (trilinear): where it
+//! is half opaque or more, its colours, as plain as a mesh without texture coordinates is, and its normals. Shadows are
+//! cut out likewise.
+//!
 //! # Out of scope
-//! Materials, transparency; orthographic views.
+//! Materials, so that cards of a textured mesh are not like the mesh here; transparency; orthographic views.
 
 mod camera;
+mod cards;
 mod gpu;
 mod model;
 mod picture;
+mod pipelines;
 mod target;
 
 use thiserror::Error;
 
-pub use gpu::{PlacedUnits, Renderer};
-pub use model::DrawnModel;
+pub use gpu::Renderer;
+pub use model::{DrawnModel, PlacedUnits};
 pub use picture::{Picture, UnitMap};
 
 /// Texels to a pixel along each axis.

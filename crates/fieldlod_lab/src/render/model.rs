@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use super::cards::DrawnCards;
 
 /// A hierarchy's vertices and the triangles of all its units, ready to be drawn.
 #[derive(Debug)]
@@ -14,6 +16,34 @@ pub struct DrawnModel {
     pub(super) indices: wgpu::Buffer,
     /// The range of each unit's indices.
     pub(super) units: Vec<Range<u32>>,
+    /// Those of the units that are cards.
+    pub(super) cards: Option<DrawnCards>,
+}
+
+/// Units of a model, somewhere in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedUnits<'a> {
+    /// The model.
+    pub model: &'a DrawnModel,
+    /// Where it is; its scale is the same along all axes.
+    pub world_from_local: Affine3A,
+    /// The units to draw.
+    pub units: &'a [u32],
+    /// By how much the numbers of its units grow in a [`UnitMap`](super::UnitMap).
+    pub first_id: u32,
+}
+
+impl<'a> PlacedUnits<'a> {
+    /// Units of a model at the origin.
+    #[must_use]
+    pub fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
+        Self {
+            model,
+            world_from_local: Affine3A::IDENTITY,
+            units,
+            first_id: 0,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -31,7 +61,7 @@ impl Vertex {
 }
 
 impl DrawnModel {
-    pub(super) fn new(device: &wgpu::Device, hierarchy: &Hierarchy) -> Self {
+    pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue, hierarchy: &Hierarchy) -> Self {
         let (indices, units) = indices_of(hierarchy);
         let buffer = |contents: &[u8], usage| {
             device.create_buffer_init(&BufferInitDescriptor {
@@ -45,7 +75,13 @@ impl DrawnModel {
             vertices: buffer(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer(bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             units,
+            cards: DrawnCards::new(device, queue, hierarchy),
         }
+    }
+
+    /// The indices of a unit that is cards, into those of cards.
+    pub(super) fn card_indices(&self, unit: u32) -> Option<Range<u32>> {
+        self.cards.as_ref()?.indices_of(unit)
     }
 }
 

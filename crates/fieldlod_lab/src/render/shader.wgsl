@@ -75,12 +75,15 @@ const PI: f32 = 3.14159265;
 /// Waves along a unit of texture coordinates.
 const WAVES: f32 = 24.0;
 
+/// What is seen of a surface without texture coordinates.
+const PLAIN: f32 = 0.55;
+
 /// A pattern of waves that fades where it is finer than the picture.
 fn albedo(uv: vec2<f32>) -> f32 {
     let width = fwidth(uv) * WAVES;
     let fade = exp(-4.0 * dot(width, width));
     let waves = sin(2.0 * PI * WAVES * uv);
-    return 0.55 + 0.25 * fade * waves.x * waves.y;
+    return PLAIN + 0.25 * fade * waves.x * waves.y;
 }
 
 fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: vec3<f32>, lit: f32) -> vec3<f32> {
@@ -113,4 +116,84 @@ fn color(in: Corner) -> @location(0) vec4<f32> {
 @fragment
 fn color_and_unit(in: Corner) -> Texel {
     return Texel(color_of(in), in.unit + 1u);
+}
+
+// Cards.
+
+@group(1) @binding(0) var card_colors: texture_2d<f32>;
+@group(1) @binding(1) var card_normals: texture_2d<f32>;
+@group(1) @binding(2) var card_sampler: sampler;
+
+struct CardVertex {
+    @location(0) position: vec3<f32>,
+    @location(1) tangent: vec3<f32>,
+    @location(2) bitangent: vec3<f32>,
+    @location(3) uv: vec2<f32>,
+    @location(4) tint: vec3<f32>,
+}
+
+struct CardCorner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) position: vec3<f32>,
+    @location(1) tangent: vec3<f32>,
+    @location(2) bitangent: vec3<f32>,
+    @location(3) uv: vec2<f32>,
+    @location(4) tint: vec3<f32>,
+    @location(5) @interpolate(flat) unit: u32,
+}
+
+fn card_corner(in: CardVertex, clip: vec4<f32>, unit: u32) -> CardCorner {
+    var out: CardCorner;
+    out.clip = clip;
+    out.position = in.position;
+    out.tangent = in.tangent;
+    out.bitangent = in.bitangent;
+    out.uv = in.uv;
+    out.tint = in.tint;
+    out.unit = unit;
+    return out;
+}
+
+@vertex
+fn card_vertex(in: CardVertex, @builtin(instance_index) unit: u32) -> CardCorner {
+    return card_corner(in, view.clip_from_local * vec4(in.position, 1.0), unit);
+}
+
+@vertex
+fn card_shadow_vertex(in: CardVertex) -> CardCorner {
+    return card_corner(in, view.shadow_from_local * vec4(in.position, 1.0), 0u);
+}
+
+fn color_of_card(in: CardCorner) -> vec4<f32> {
+    let color = textureSample(card_colors, card_sampler, in.uv);
+    let along = 2.0 * textureSample(card_normals, card_sampler, in.uv).xyz - 1.0;
+    if color.a < 0.5 {
+        discard;
+    }
+    let to_eye = view.eye_in_local.xyz - in.position;
+    let across = cross(in.tangent, in.bitangent);
+    let normal = along.x * in.tangent + along.y * in.bitangent + along.z * across;
+    // From behind the same is seen, turned over.
+    var surface: Corner;
+    surface.position = in.position;
+    surface.normal = select(-normal, normal, dot(across, to_eye) >= 0.0);
+    let albedo = PLAIN * in.tint * color.rgb;
+    return vec4(shade(facing(surface), normalize(to_eye), albedo, lit(surface)), 1.0);
+}
+
+@fragment
+fn card_color(in: CardCorner) -> @location(0) vec4<f32> {
+    return color_of_card(in);
+}
+
+@fragment
+fn card_color_and_unit(in: CardCorner) -> Texel {
+    return Texel(color_of_card(in), in.unit + 1u);
+}
+
+@fragment
+fn card_shadow(in: CardCorner) {
+    if textureSample(card_colors, card_sampler, in.uv).a < 0.5 {
+        discard;
+    }
 }

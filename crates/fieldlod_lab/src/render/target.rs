@@ -7,6 +7,9 @@ use super::RenderError;
 /// Rows of a copied texture start at multiples of this.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
+/// What depths are drawn to.
+pub(super) const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
 /// A texture of four bytes a texel.
 #[derive(Debug)]
 pub(super) struct Target {

@@ -13,6 +13,8 @@ use crate::object_view::ObjectView;
 pub struct World {
     /// What it is called.
     pub name: String,
+    /// How meshes are baked that are added from now on.
+    pub config: BakeConfig,
     /// The meshes with their levels.
     pub(super) objects: Vec<LodObject>,
     mesh_ids: Vec<MeshId>,
@@ -33,6 +35,7 @@ impl World {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
+            config: BakeConfig::default(),
             objects: Vec::new(),
             mesh_ids: Vec::new(),
             instances: Vec::new(),
@@ -49,7 +52,7 @@ impl World {
     /// # Errors
     /// [`MeshError`] of a mesh that cannot be baked.
     pub fn add_mesh(&mut self, mesh: &SourceMesh, as_a_whole: bool) -> Result<usize, MeshError> {
-        let baked = bake_mesh(mesh, &BakeConfig::default())?;
+        let baked = bake_mesh(mesh, &self.config)?;
         let whole = as_a_whole.then(|| baked.whole_mesh_levels()).flatten();
         let hierarchy = whole.unwrap_or(baked);
         self.mesh_ids.push(self.scene.add_mesh(&hierarchy));

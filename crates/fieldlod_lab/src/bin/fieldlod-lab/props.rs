@@ -26,6 +26,9 @@ pub(crate) struct Arguments {
     /// Fly towards each instead, and tell what changes of level do to a frame.
     #[arg(long, conflicts_with = "directions")]
     flight: bool,
+    /// Bake levels of cards, too, for plants whose material is known.
+    #[arg(long)]
+    cards: bool,
     /// Print all figures as a JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -38,11 +41,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if models.is_empty() {
         models.extend(Generated::PLANTS.map(Model::Generated));
     }
+    let config = BakeConfig {
+        cards: arguments.cards,
+        ..BakeConfig::default()
+    };
     if arguments.flight {
-        return fly(&renderer, &models, arguments.json);
+        return fly(&renderer, &models, &config, arguments.json);
     }
     let measured = models.iter().map(|model| {
-        let baked = model.bake_plant(&BakeConfig::default())?;
+        let baked = model.bake_plant(&config)?;
         Ok(props::measure(
             &renderer,
             &model.name(),
@@ -54,9 +61,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&results, arguments.json, |results| props::table(results))
 }
 
-fn fly(renderer: &Renderer, models: &[Model], as_json: bool) -> Result<(), Failure> {
+fn fly(
+    renderer: &Renderer,
+    models: &[Model],
+    config: &BakeConfig,
+    as_json: bool,
+) -> Result<(), Failure> {
     let flown = models.iter().map(|model| {
-        let baked = model.bake_plant(&BakeConfig::default())?;
+        let baked = model.bake_plant(config)?;
         Ok((model.name(), props::pops(&props::fly(renderer, &baked)?)))
     });
     let results: Vec<(String, Vec<Pop>)> = flown.collect::<Result<_, Failure>>()?;

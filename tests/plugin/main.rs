@@ -2,6 +2,7 @@
 
 mod background;
 mod cache;
+mod cards;
 mod copies;
 mod despawns;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]

@@ -14,6 +14,7 @@ use bevy::render::sync_world::MainEntity;
 use bevy::render::view::RetainedViewEntity;
 use fieldlod_select::InstanceId;
 
+use crate::cards::LodCards;
 use crate::draw_records::DrawRecords;
 use crate::gpu_culling::GpuCulling;
 use crate::lod_mesh::LodObject;
@@ -86,7 +87,8 @@ type Suns<'w, 's> = Query<
     ),
 >;
 
-type Objects<'w, 's> = Query<'w, 's, &'static LodObject, Without<NotShadowCaster>>;
+type Objects<'w, 's> =
+    Query<'w, 's, (&'static LodObject, Option<&'static LodCards>), Without<NotShadowCaster>>;
 
 /// Chooses for every cascade what casts shadows in it, where that or the cascade has changed.
 fn choose_casters(
@@ -209,12 +211,13 @@ impl Cascade {
     fn choose(&mut self, index: u32, scene: &mut LodScene, cut: &ViewCut, objects: &Objects) {
         let instance = scene.instance(index);
         let wanted = instance.and_then(|instance| {
-            let object = objects.get(instance.entity).ok()?;
+            let (object, cards) = objects.get(instance.entity).ok()?;
             // What is too small to be drawn casts no shadow.
             if cut.visibility.contains(instance.record) {
                 return None;
             }
-            let unit = self.level_of(instance, object, scene)?;
+            let may_be_cards = LodCards::can_be_drawn(cards);
+            let unit = self.level_of(instance, object, may_be_cards, scene)?;
             Some((instance.id, instance.entity, unit))
         });
         let id = instance.map(|instance| instance.id);
@@ -253,13 +256,14 @@ impl Cascade {
         &self,
         instance: &LodInstance,
         object: &LodObject,
+        may_be_cards: bool,
         scene: &LodScene,
     ) -> Option<u32> {
         let drawn = instance.level?;
         let pieces = &instance.mesh.pieces;
         let triangles = |level: u32| pieces[level as usize].triangles;
         let saves_enough = |level: u32| triangles(level) + LEAST_SAVED <= triangles(drawn);
-        let coarsest = pieces.len() as u32 - 1;
+        let coarsest = instance.mesh.coarsest_level(may_be_cards);
         if object.auto_lod.forced_level.is_some() || !saves_enough(coarsest) {
             return None;
         }

@@ -6,6 +6,7 @@ mod components;
 
 use bevy::prelude::*;
 
+use crate::cards::DressObjects;
 use crate::lod_scene::LodScene;
 use crate::systems::FieldLodSystems;
 pub(crate) use changes::renew_units;
@@ -13,7 +14,7 @@ pub(crate) use components::InheritedComponents;
 
 /// Copies what changed on an entity to its units.
 pub(crate) fn plugin(app: &mut App) {
-    let systems = renew_units.run_if(has_units);
+    let systems = renew_units.after(DressObjects).run_if(has_units);
     app.init_resource::<InheritedComponents>()
         .register_type::<MeshMaterial3d<StandardMaterial>>()
         .add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit));

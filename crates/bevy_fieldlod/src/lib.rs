@@ -73,6 +73,8 @@
 
 mod auto_lod;
 mod baked_lods;
+mod card_levels;
+mod cards;
 mod casters;
 mod changed;
 mod config;
@@ -189,6 +191,7 @@ impl Plugin for FieldLodPlugin {
                 track::plugin,
                 meshes::plugin,
                 inherit::plugin,
+                cards::plugin,
                 views::plugin,
                 whole_meshes::plugin,
                 casters::plugin,

@@ -13,6 +13,7 @@ use fieldlod_select::MeshId;
 
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
+use crate::card_levels::CardLevels;
 use crate::config::LodKind;
 
 /// The levels of detail of one mesh asset.
@@ -37,6 +38,8 @@ pub(crate) struct LodMesh {
     /// Of a mesh that is read in parts, the meshes of units in pages that the GPU has; not those of the first
     /// page, which stays.
     pub(crate) in_pages: Mutex<HashMap<u32, Handle<Mesh>>>,
+    /// The levels that are cards, if some are.
+    pub(crate) cards: Option<CardLevels>,
 }
 
 /// The mesh that draws one unit.
@@ -68,6 +71,23 @@ impl LodPiece {
 }
 
 impl LodMesh {
+    /// The coarsest level of an entity that may be drawn as cards, or may not.
+    pub(crate) fn coarsest_level(&self, may_be_cards: bool) -> u32 {
+        let cards = self.cards.as_ref().filter(|_| !may_be_cards);
+        let count = cards.map_or(self.pieces.len() as u32, |cards| cards.first_level);
+        count.saturating_sub(1)
+    }
+
+    /// Whether a mesh is one of its levels of cards.
+    pub(crate) fn is_cards(&self, mesh: AssetId<Mesh>) -> bool {
+        let levels = self.cards.as_ref();
+        let first = levels.map_or(usize::MAX, |levels| levels.first_level as usize);
+        let pieces = self.pieces.iter().skip(first);
+        pieces
+            .filter_map(|piece| piece.mesh.as_ref())
+            .any(|piece| piece.id() == mesh)
+    }
+
     /// The mesh of a level, if it is drawn as a whole mesh.
     pub(crate) fn mesh_at<'a>(&'a self, level: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
         let piece = self.pieces.get(level as usize);
@@ -160,6 +180,8 @@ pub(crate) struct LodRequest {
     pub(crate) kind: LodKind,
     pub(crate) baked: Option<Handle<BakedLods>>,
     pub(crate) simplified_level: Option<u32>,
+    /// Whether what asks may be drawn as cards: what may not has levels of triangles where others have cards.
+    pub(crate) may_be_cards: bool,
     #[cfg(feature = "bake")]
     pub(crate) bake: Option<BakeConfig>,
 }
@@ -170,6 +192,7 @@ impl LodRequest {
             kind: auto_lod.kind,
             baked: auto_lod.baked.clone(),
             simplified_level: auto_lod.simplified_level,
+            may_be_cards: true,
             #[cfg(feature = "bake")]
             bake: auto_lod.bake.clone(),
         }

@@ -291,9 +291,22 @@ impl LodScene {
 
     /// Notes that someone else gave a whole mesh its finest level.
     pub(crate) fn reset_level(&mut self, entity: Entity) {
+        self.set_level_of(entity, 0);
+        self.choose_again(entity);
+    }
+
+    /// Notes that a whole mesh was given another level.
+    pub(crate) fn set_level_of(&mut self, entity: Entity, level: u32) {
         if let Some(&id) = self.instance_of.get(&entity) {
-            self.set_level(id.index() as u32, 0);
+            self.set_level(id.index() as u32, level);
+        }
+    }
+
+    /// Lets a whole mesh choose its level anew.
+    pub(crate) fn choose_again(&mut self, entity: Entity) {
+        if let Some(&id) = self.instance_of.get(&entity) {
             self.whole_meshes_to_swap.push(id.index() as u32);
+            self.casters_to_choose.push(id.index() as u32);
         }
     }
 

@@ -7,6 +7,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use crate::auto_lod::{AutoLod, NoLod};
+use crate::cards::LodCards;
 use crate::changed::ChangedOn;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::lod_mesh::{
@@ -186,7 +187,13 @@ fn forget_meshless(
 
 /// Takes off what came with levels of detail, or with the clone of an entity that has them.
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<(LodSource, LodClusters, LodSimplified, NoCpuCulling)>();
+    commands.try_remove::<(
+        LodSource,
+        LodCards,
+        LodClusters,
+        LodSimplified,
+        NoCpuCulling,
+    )>();
     if source.keeps_aabb {
         // Bevy puts a box around the source again.
         commands.try_remove::<(NoAutoAabb, Aabb)>();

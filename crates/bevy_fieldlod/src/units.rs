@@ -6,6 +6,7 @@ use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::pbr::PreviousGlobalTransform;
 use bevy::prelude::*;
 
+use crate::cards::dress_unit;
 use crate::config::FieldLodConfig;
 use crate::inherit::InheritedComponents;
 use crate::lod_scene::LodScene;
@@ -42,6 +43,8 @@ pub(crate) fn plugin(app: &mut App) {
 /// A unit that is about to be spawned.
 struct UnitSpawn {
     record: u32,
+    /// Its index among the pieces of the mesh.
+    piece: u32,
     mesh: Handle<Mesh>,
     aabb: Aabb,
     unit: LodUnit,
@@ -53,7 +56,7 @@ pub(crate) fn spawn_units(world: &mut World) {
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for spawn in spawns {
-            let (record, object) = (spawn.record, spawn.unit.object);
+            let (record, object, piece) = (spawn.record, spawn.unit.object, spawn.piece);
             // A record may be listed twice: for a unit that was despawned, and for that which it was
             // given to when the object went too.
             if world
@@ -68,6 +71,7 @@ pub(crate) fn spawn_units(world: &mut World) {
                 continue;
             };
             inherited.copy(world, object, unit);
+            dress_unit(world, object, unit, piece);
             let mut scene = world.resource_mut::<LodScene>();
             scene.records.set_entity(record, unit);
         }
@@ -82,6 +86,7 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
         let piece = &instance.mesh.pieces[unit as usize];
         Some(UnitSpawn {
             record,
+            piece: unit,
             mesh: instance.mesh.mesh_of_unit(unit)?,
             aabb: piece.aabb(),
             unit: LodUnit {

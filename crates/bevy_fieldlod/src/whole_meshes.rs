@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use fieldlod_select::Scene;
 
+use crate::cards::LodCards;
 use crate::lod_mesh::{LodObject, LodSource};
 use crate::lod_scene::{LodInstance, LodScene};
 use crate::systems::FieldLodSystems;
@@ -19,7 +20,7 @@ pub(crate) fn plugin(app: &mut App) {
 pub(crate) fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
     views: Query<&ViewCut>,
-    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource)>,
+    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource, Option<&LodCards>)>,
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
@@ -30,7 +31,7 @@ pub(crate) fn swap_whole_meshes(
         if instance.level.is_none() {
             continue;
         }
-        let Ok((mut mesh, object, source)) = meshes.get_mut(instance.entity) else {
+        let Ok((mut mesh, object, source, cards)) = meshes.get_mut(instance.entity) else {
             continue;
         };
         let levels = views.iter();
@@ -41,6 +42,7 @@ pub(crate) fn swap_whole_meshes(
         let Some(level) = finest else {
             continue;
         };
+        let level = level.min(object.mesh.coarsest_level(LodCards::can_be_drawn(cards)));
         let wanted = object.mesh.mesh_at(level, source);
         if mesh.0 != *wanted {
             mesh.0 = wanted.clone();

@@ -70,6 +70,10 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) visible_flux: bool,
 
+    /// Draw plants far away as cards, rectangles with pictures of them.
+    #[arg(long)]
+    pub(crate) cards: bool,
+
     /// Let the GPU leave out what is wholly hidden, after a prepass of depths, as Bevy's `OcclusionCulling` does
     #[arg(long)]
     pub(crate) occlusion_culling: bool,

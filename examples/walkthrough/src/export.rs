@@ -29,7 +29,10 @@ pub(crate) fn write_plants(directory: &Path) -> Result<(), String> {
     for (name, id) in PLANTS {
         let path = directory.join(name).with_extension("glb");
         let mut glb = Glb::default();
-        glb.add_mesh(&id.name(), &id.generate(1), json!({}));
+        // White and opaque, as no material would be, but told: a plant that is known to be opaque gets cards.
+        glb.materials
+            .push(json!({"name": "white", "pbrMetallicRoughness": {"metallicFactor": 0.0}}));
+        glb.add_mesh(&id.name(), &id.generate(1), json!({"material": 0}));
         glb.nodes.push(json!({"mesh": 0}));
         write(&path, &glb.into_bytes())?;
     }

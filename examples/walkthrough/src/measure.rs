@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
-use bevy::math::Vec2;
+use bevy::math::{Vec2, Vec4};
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::SourceMesh;
+use fieldlod_bake::{SourceMesh, Surface, SurfaceAlpha};
 use fieldlod_lab::eye::Eye;
 use fieldlod_lab::render::Renderer;
 use fieldlod_lab::scenes::{Options, World, measure, table};
@@ -23,6 +24,7 @@ const FRAMES_PER_SECOND: f32 = 60.0;
 pub(crate) fn run(args: &Args, quality: &Quality, folder: &Path) -> Result<(), String> {
     // The scene as the lab knows it.
     let mut world = World::new("walkthrough");
+    world.config.cards = args.cards;
     let config = FieldLodConfig::default();
     let mut meshes = HashMap::new();
     for (id, shape) in shapes::generate_all(quality.ground_squares) {
@@ -68,6 +70,8 @@ fn source_mesh(shape: Shape) -> SourceMesh {
         uvs: shape.uvs,
         colors: shape.colors.iter().map(|color| color.extend(1.0)).collect(),
         indices: shape.indices,
+        // As the scene has it, but for the colour, which is that of vertices here.
+        surface: Some(Arc::new(Surface::new(Vec4::ONE, SurfaceAlpha::Opaque))),
         ..SourceMesh::default()
     }
 }

@@ -11,6 +11,7 @@ use bevy::camera::visibility::NoAutoAabb;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::world_serialization::WorldInstanceReady;
+use bevy_fieldlod::BakeConfig;
 use bevy_fieldlod::FieldLodDebugPlugin;
 use bevy_fieldlod::prelude::*;
 
@@ -97,6 +98,10 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             cache_folder: cache_folder(args),
             memory: LodMemory {
                 gpu_bytes: args.gpu_mib << 20,
+                ..default()
+            },
+            bake: BakeConfig {
+                cards: args.cards,
                 ..default()
             },
             ..default()

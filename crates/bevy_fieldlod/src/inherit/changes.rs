@@ -16,6 +16,7 @@ use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 
 use super::components::InheritedComponents;
+use crate::cards::{LodCards, dress_unit};
 use crate::lod_mesh::LodObject;
 use crate::lod_scene::LodScene;
 
@@ -66,6 +67,7 @@ pub(crate) fn renew_units(
         Changes<WireframeColor>,
         Changes<WireframeLineWidth>,
         Changes<WireframeTopology>,
+        Changes<LodCards>,
     ),
     others: Query<EntityRef, OtherMaterials>,
     ticks: SystemChangeTick,
@@ -87,6 +89,7 @@ pub(crate) fn renew_units(
     changes.12.add_to(&mut objects);
     changes.13.add_to(&mut objects);
     changes.14.add_to(&mut objects);
+    changes.15.add_to(&mut objects);
     // Materials of unknown types.
     let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
     for entity in &others {
@@ -117,17 +120,18 @@ fn renew_units_of(world: &mut World, objects: &[Entity]) {
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for &object in objects {
-            for unit in units_of(world.resource::<LodScene>(), object) {
+            for (piece, unit) in units_of(world.resource::<LodScene>(), object) {
                 inherited.renew(world, object, unit);
+                dress_unit(world, object, unit, piece);
             }
         }
     });
 }
 
-/// The entities that draw the units of an object.
-fn units_of(scene: &LodScene, object: Entity) -> Vec<Entity> {
+/// The entities that draw the units of an object, each with its index among the pieces of the mesh.
+fn units_of(scene: &LodScene, object: Entity) -> Vec<(u32, Entity)> {
     let units = scene.instance_of(object).map(|instance| &instance.units);
-    let records = units.into_iter().flatten().map(|&(_, record)| record);
-    let spawned = records.filter_map(|record| scene.records.entity(record));
+    let units = units.into_iter().flatten();
+    let spawned = units.filter_map(|&(piece, record)| Some((piece, scene.records.entity(record)?)));
     spawned.collect()
 }

@@ -21,6 +21,7 @@ pub(super) fn collect_prepared_meshes(
     mut meshes: ResMut<Assets<Mesh>>,
     mut to_send: ResMut<PiecesToSend>,
     mut streams: ResMut<PageStreams>,
+    mut images: Option<ResMut<Assets<Image>>>,
     assets: Res<AssetServer>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
@@ -47,7 +48,13 @@ pub(super) fn collect_prepared_meshes(
                     scene.unmeasured.push(name);
                 }
                 let in_pages = prepared.in_pages.clone();
-                let lod = add_mesh(prepared, &mut scene, &mut meshes, &mut to_send);
+                let lod = add_mesh(
+                    prepared,
+                    &mut scene,
+                    &mut meshes,
+                    images.as_deref_mut(),
+                    &mut to_send,
+                );
                 if lod.kind == LodKind::WholeMesh {
                     levels_of.extend(lod.piece_meshes().map(|level| (level, mesh)));
                 }
@@ -79,6 +86,7 @@ fn add_mesh(
     prepared: PreparedMesh,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
+    images: Option<&mut Assets<Image>>,
     to_send: &mut PiecesToSend,
 ) -> Arc<LodMesh> {
     let mut sent = Vec::new();
@@ -102,6 +110,10 @@ fn add_mesh(
         simplified: prepared.simplified.map(|mesh| meshes.add(mesh)),
         uploaded: to_send.push(sent),
         in_pages: default(),
+        cards: prepared
+            .picture
+            .zip(images)
+            .map(|(picture, images)| picture.add_to(images)),
     };
     Arc::new(lod)
 }

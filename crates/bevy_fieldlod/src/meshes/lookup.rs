@@ -24,6 +24,7 @@ use super::threads::PrepareThreads;
 use super::together::{AllTogether, Candidates};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
+use crate::cards::may_be_cards;
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
 use crate::lod_mesh::{LodMesh, LodRequest};
@@ -208,6 +209,8 @@ pub(super) struct LodMeshLookup<'w> {
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
     materials: Materials<'w>,
+    standard: Option<Res<'w, Assets<StandardMaterial>>>,
+    images: Option<Res<'w, Assets<Image>>>,
     assets: Res<'w, AssetServer>,
     events: MessageWriter<'w, FieldLodEvent>,
 }
@@ -233,31 +236,50 @@ impl LodMeshLookup<'_> {
         if self.known.changing.contains(mesh) {
             return Some(&LodMeshEntry::Plain(None));
         }
-        // The first entity that asks starts the task; all others that ask for the same share its result.
         // All entities share what is read in parts.
         let request = match self.known.pages_of.contains_key(&mesh) {
             true => LodRequest::of(&AutoLod::default()),
             false => LodRequest::of(auto_lod),
         };
-        let known = |(one, _): &(LodRequest, LodMeshEntry)| *one == request;
-        let entries = self.known.entries.get(&mesh);
-        let index = match entries.and_then(|entries| entries.iter().position(known)) {
-            Some(index) => index,
-            None => {
-                let not_yet = self.known.not_yet.get(&mesh);
-                if not_yet.is_some_and(|requests| requests.contains(&request)) {
-                    return None;
-                }
-                let Some(entry) = self.start(mesh, &request, material_of) else {
-                    self.known.not_yet.entry(mesh).or_default().push(request);
-                    return None;
-                };
-                let entries = self.known.entries.entry(mesh).or_default();
-                entries.push((request, entry));
-                entries.len() - 1
-            }
-        };
+        let mut index = self.find_or_start(mesh, &request, material_of)?;
+        if let LodMeshEntry::Ready(lod) = &self.known.entries[&mesh][index].1
+            && lod.cards.is_some()
+            && !self.may_be_cards(material_of(mesh))?
+        {
+            let without_cards = LodRequest {
+                may_be_cards: false,
+                ..request
+            };
+            index = self.find_or_start(mesh, &without_cards, material_of)?;
+        }
         Some(&self.known.entries[&mesh][index].1)
+    }
+
+    /// The entry of a request, by its index. The first entity that asks starts the task; all others that ask for the
+    /// same share its result.
+    fn find_or_start(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        material_of: &MaterialOf<'_>,
+    ) -> Option<usize> {
+        let known = |(one, _): &(LodRequest, LodMeshEntry)| one == request;
+        let entries = self.known.entries.get(&mesh);
+        if let Some(index) = entries.and_then(|entries| entries.iter().position(known)) {
+            return Some(index);
+        }
+        let not_yet = self.known.not_yet.get(&mesh);
+        if not_yet.is_some_and(|requests| requests.contains(request)) {
+            return None;
+        }
+        let Some(entry) = self.start(mesh, request, material_of) else {
+            let not_yet = self.known.not_yet.entry(mesh).or_default();
+            not_yet.push(request.clone());
+            return None;
+        };
+        let entries = self.known.entries.entry(mesh).or_default();
+        entries.push((request.clone(), entry));
+        Some(entries.len() - 1)
     }
 
     fn start(
@@ -297,8 +319,7 @@ impl LodMeshLookup<'_> {
         };
         #[cfg(feature = "bake")]
         let bake = self.bake_job(mesh, request, kind, file.is_none(), material_of)?;
-        #[cfg(not(feature = "bake"))]
-        let _ = material_of;
+        let texture = self.texture_of(material_of(mesh));
         // All else is the task's.
         let path = self.assets.get_path(mesh);
         let sidecar = self.sidecar(mesh);
@@ -310,6 +331,8 @@ impl LodMeshLookup<'_> {
             place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
             simplified_level: request.simplified_level,
+            may_be_cards: request.may_be_cards && self.images.is_some(),
+            texture,
             file,
             sidecar,
             #[cfg(feature = "bake")]
@@ -318,6 +341,23 @@ impl LodMeshLookup<'_> {
         let task = threads.tasks.spawn(prepare(job));
         self.known.in_preparation = self.known.in_preparation.with(triangles);
         Some(LodMeshEntry::Preparing(task, triangles))
+    }
+
+    /// Whether cards may stand for a mesh with a material; `None` while that is being loaded.
+    fn may_be_cards(&self, material: Option<AssetId<StandardMaterial>>) -> Option<bool> {
+        let Some((all, id)) = self.standard.as_ref().zip(material) else {
+            return Some(false);
+        };
+        match all.get(id) {
+            Some(material) => Some(may_be_cards(material)),
+            None => (!self.assets.load_state(id).is_loading()).then_some(false),
+        }
+    }
+
+    /// The texture of a material, if that is loaded: a bake waits for it.
+    fn texture_of(&self, material: Option<AssetId<StandardMaterial>>) -> Option<AssetId<Image>> {
+        let material = self.standard.as_ref()?.get(material?)?;
+        material.base_color_texture.as_ref().map(Handle::id)
     }
 
     /// What a bake goes by; `None` while some of it is being loaded. What is drawn as a whole is baked by what it looks

@@ -9,6 +9,7 @@ use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
+use crate::cards::LodCards;
 use crate::config::LodKind;
 use crate::events::{LodFailed, LodReady, asset_name};
 use crate::gpu_culling::GpuCulling;
@@ -110,6 +111,9 @@ pub(super) fn give_levels_to_objects(
                 }
                 if lod.kind == LodKind::Clusters {
                     commands.try_insert(LodClusters);
+                }
+                if lod.cards.is_some() {
+                    commands.try_insert(LodCards::new(lod));
                 }
                 if let Some(mesh) = lod.simplified.clone() {
                     commands.try_insert(LodSimplified { mesh });

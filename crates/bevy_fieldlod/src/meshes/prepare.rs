@@ -3,8 +3,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
+use bevy::asset::{AssetId, AssetPath, AssetServer, RenderAssetUsages};
 use bevy::camera::primitives::Aabb;
+use bevy::image::Image;
 use bevy::log::warn;
 use bevy::mesh::{Mesh, MeshAccessError};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
@@ -14,6 +15,7 @@ use fieldlod_select::GroupTable;
 use super::bake::BakeJob;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
+use crate::card_levels::{PreparedPicture, card_mesh};
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
 use crate::lod_mesh::LodPiece;
@@ -31,6 +33,10 @@ pub(super) struct PrepareJob {
     pub(super) kind: LodKind,
     /// The level that rays and physics get.
     pub(super) simplified_level: Option<u32>,
+    /// Whether its coarsest levels may be cards.
+    pub(super) may_be_cards: bool,
+    /// The texture of its material, by which it is baked.
+    pub(super) texture: Option<AssetId<Image>>,
     /// A `.fieldlod` file, named for messages, that must hold the hierarchy.
     pub(super) file: Option<(String, Arc<BakedFile>)>,
     /// Where the mesh was loaded from, to look for a file there.
@@ -55,13 +61,19 @@ pub(super) struct PreparedMesh {
     pub(super) simplified: Option<Mesh>,
     /// Where what is not there yet comes from, if it is read in parts.
     pub(super) in_pages: Option<MeshInPages>,
+    /// Of what its coarsest levels are, if they are cards.
+    pub(super) picture: Option<PreparedPicture>,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
 pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let source = SourceArrays::of(&job.mesh)?;
     let uv_per_area = source.uv_per_area();
-    let (baked, origin) = find_or_bake(&job, source).await?;
+    let (mut baked, origin) = find_or_bake(&job, source).await?;
+    if !job.may_be_cards {
+        baked = baked.without_card_units().unwrap_or(baked);
+        baked.cards = None;
+    }
     let is_measured = baked.is_measured();
     let triangles_full = baked.source_triangle_count() as u32;
     // A level with more vertices than 16-bit indices reach cannot be drawn as a whole.
@@ -74,6 +86,15 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         None => (LodKind::Clusters, baked),
     };
     let aabb = hierarchy.aabb();
+    // Of what is drawn in pieces, none is cards.
+    let cards = hierarchy.cards.as_ref().zip(first_of_cards(&hierarchy));
+    // Rays and physics cannot go through what is transparent of cards.
+    let last_of_triangles = cards.map_or(u32::MAX, |(_, first)| first.saturating_sub(1));
+    let texture = match origin {
+        LodOrigin::Baked | LodOrigin::Cache => Some(job.texture),
+        _ => None,
+    };
+    let picture = cards.map(|(cards, first)| PreparedPicture::of(cards, first, texture));
     Ok(PreparedMesh {
         kind,
         origin,
@@ -85,8 +106,9 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         uv_per_area,
         simplified: job
             .simplified_level
-            .map(|level| simplified_mesh(&hierarchy, level)),
+            .map(|level| simplified_mesh(&hierarchy, level.min(last_of_triangles))),
         in_pages: None,
+        picture,
     })
 }
 
@@ -115,6 +137,7 @@ pub(super) async fn prepare_pages(
         uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),
         simplified: None,
         in_pages: Some(mesh),
+        picture: None,
     })
 }
 
@@ -129,15 +152,30 @@ fn pieces_of(
         LodKind::WholeMesh => source.asset_usage | RenderAssetUsages::RENDER_WORLD,
         _ => RenderAssetUsages::RENDER_WORLD,
     };
+    let cards = hierarchy.cards.as_ref().zip(first_of_cards(hierarchy));
+    let cards_of = |unit: usize| {
+        let (cards, first) = cards?;
+        let level = unit.checked_sub(first as usize)?;
+        Some((&cards.levels[level].cards, cards.picture.side_texels))
+    };
     let piece = |(index, unit): (usize, &Unit)| {
         let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
         let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
-        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
+        let mesh = (!is_source).then(|| match cards_of(index) {
+            Some((cards, side_texels)) => Ok(card_mesh(cards, side_texels, usage)),
+            None => unit_mesh(source, hierarchy, unit, usage),
+        });
         let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
         let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
         Ok((piece, mesh.transpose()?))
     };
     hierarchy.units.iter().enumerate().map(piece).collect()
+}
+
+/// The first unit that is cards, if some are.
+fn first_of_cards(hierarchy: &Hierarchy) -> Option<u32> {
+    let units = hierarchy.card_units();
+    (!units.is_empty()).then_some(units.start as u32)
 }
 
 fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiece {

@@ -1,0 +1,76 @@
+//! Gives entities, and the units that cast their shadows, the materials of cards.
+
+use bevy::ecs::lifecycle::RemovedComponents;
+use bevy::pbr::Lightmap;
+use bevy::prelude::*;
+
+use super::materials::{CardMaterials, Dress};
+use super::warm_up::WarmUps;
+use super::{LodCards, MaterialOf};
+use crate::changed::ChangedOn;
+use crate::lod_mesh::{LodObject, LodSource};
+use crate::lod_scene::LodScene;
+
+/// Lets entities that have levels of cards be drawn as such as soon as that is possible, and as long.
+pub(super) fn dress_objects(
+    changed: ChangedOn<MaterialOf, With<LodCards>>,
+    mut lost: RemovedComponents<MaterialOf>,
+    mut entities: Query<(
+        Option<&MaterialOf>,
+        Has<Lightmap>,
+        &LodSource,
+        &mut LodCards,
+        &mut Mesh3d,
+    )>,
+    mut cards: ResMut<CardMaterials>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut warm_ups: WarmUps,
+    mut scene: ResMut<LodScene>,
+) {
+    changed.add_to(&mut cards.to_dress);
+    cards.to_dress.extend(lost.read());
+    for entity in cards.take_entities(&warm_ups) {
+        let Ok((material, has_lightmap, source, mut own, mut mesh)) = entities.get_mut(entity)
+        else {
+            continue;
+        };
+        // A lightmap is laid out for the surface: cards have no place on it.
+        let found = match material.filter(|_| !has_lightmap) {
+            Some(material) => cards.find(&own.mesh, material.id(), &mut materials, |handle| {
+                warm_ups.start(entity, handle)
+            }),
+            None => Dress::Nothing,
+        };
+        let wanted = match found {
+            Dress::NotYet => {
+                cards.to_dress.push(entity);
+                None
+            }
+            Dress::Nothing => None,
+            Dress::Ready(handle) => Some(handle),
+        };
+        if own.material == wanted {
+            continue;
+        }
+        if wanted.is_none() && own.mesh.is_cards(mesh.id()) {
+            let level = own.mesh.coarsest_level(false);
+            mesh.0 = own.mesh.mesh_at(level, source).clone();
+            scene.set_level_of(entity, level);
+        }
+        own.material = wanted;
+        scene.choose_again(entity);
+    }
+}
+
+/// Gives a unit its material if it draws cards: one of a prop that casts its shadow. `piece` is its index among those
+/// of the mesh.
+pub(crate) fn dress_unit(world: &mut World, object: Entity, unit: Entity, piece: u32) {
+    let levels = world.get::<LodObject>(object).map(|object| &object.mesh);
+    let levels = levels.and_then(|mesh| mesh.cards.as_ref());
+    if levels.is_some_and(|levels| piece >= levels.first_level) {
+        let cards = world.get::<LodCards>(object);
+        if let Some(material) = cards.and_then(|cards| cards.material.clone()) {
+            world.entity_mut(unit).insert(MeshMaterial3d(material));
+        }
+    }
+}

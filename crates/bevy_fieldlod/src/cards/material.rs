@@ -1,0 +1,92 @@
+//! The materials of cards.
+
+use bevy::asset::Handle;
+use bevy::image::Image;
+use bevy::material::AlphaMode;
+use bevy::math::Affine2;
+use bevy::mesh::UvChannel;
+use bevy::pbr::StandardMaterial;
+use bevy::prelude::{Color, LinearRgba};
+use bevy::reflect::structs::Struct;
+
+use crate::card_levels::CardLevels;
+
+/// How opaque a texel is at least that is drawn.
+const CUTOFF: f32 = 0.5;
+/// Textures that the pictures of cards stand for.
+const PICTURED: [&str; 2] = ["base_color_texture", "normal_map_texture"];
+
+/// Whether pictures of colours, opacity and normals can stand for a material: it has no other texture, and what is
+/// drawn of it is opaque.
+pub(crate) fn may_be_cards(material: &StandardMaterial) -> bool {
+    let is_opaque = matches!(material.alpha_mode, AlphaMode::Opaque | AlphaMode::Mask(_));
+    // By their type, as features add some.
+    let has_other_texture = (0..material.field_len()).any(|index| {
+        let texture = material
+            .field_at(index)
+            .and_then(|field| field.try_downcast_ref::<Option<Handle<Image>>>());
+        let name = material.name_at(index).unwrap_or_default();
+        texture.is_some_and(Option::is_some) && !PICTURED.contains(&name)
+    });
+    is_opaque && !has_other_texture
+}
+
+/// The material of cards that stand for a mesh with the material `source`; `None` if they do not.
+pub(super) fn card_material(
+    source: &StandardMaterial,
+    cards: &CardLevels,
+) -> Option<StandardMaterial> {
+    let texture = source.base_color_texture.as_ref().map(Handle::id);
+    if !may_be_cards(source) || *cards.texture.get_or_init(|| texture) != texture {
+        return None;
+    }
+    let LinearRgba {
+        red, green, blue, ..
+    } = source.base_color.to_linear();
+    let tint = cards.tint;
+    Some(StandardMaterial {
+        base_color: Color::linear_rgb(red * tint.x, green * tint.y, blue * tint.z),
+        base_color_channel: UvChannel::Uv0,
+        base_color_texture: Some(cards.colors.clone()),
+        normal_map_channel: UvChannel::Uv0,
+        normal_map_texture: Some(cards.normals.clone()),
+        flip_normal_map_y: false,
+        uv_transform: Affine2::IDENTITY,
+        alpha_mode: AlphaMode::Mask(CUTOFF),
+        double_sided: true,
+        cull_mode: None,
+        ..source.clone()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_stand_for_colours_and_normals_alone() {
+        let image = Some(Handle::<Image>::default());
+        let plain = StandardMaterial {
+            base_color_texture: image.clone(),
+            normal_map_texture: image.clone(),
+            alpha_mode: AlphaMode::Mask(0.3),
+            ..StandardMaterial::default()
+        };
+        assert!(may_be_cards(&plain));
+        let glowing = StandardMaterial {
+            emissive_texture: image.clone(),
+            ..plain.clone()
+        };
+        let rough = StandardMaterial {
+            metallic_roughness_texture: image,
+            ..plain.clone()
+        };
+        let clear = StandardMaterial {
+            alpha_mode: AlphaMode::Blend,
+            ..plain
+        };
+        for material in [glowing, rough, clear] {
+            assert!(!may_be_cards(&material));
+        }
+    }
+}

@@ -10,7 +10,7 @@ use fieldlod_bake::{SourceMesh, Surface, SurfaceAlpha, bake_mesh};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use fieldlod_tests::apps::{bevy_mesh, with_cards};
 
-use crate::headless::{add, app, insert, move_camera, ready, spawn_camera, stats, units};
+use crate::headless::{add, app, insert, move_camera, origins, ready, spawn_camera, stats, units};
 
 const NEAR: f32 = 3.0;
 const FAR: f32 = 120.0;
@@ -242,6 +242,51 @@ fn a_plant_is_cards_though_another_of_its_mesh_blends() {
     ready(&mut app, 2);
     app.update();
     assert!(draws_cards(&app, plain) && !draws_cards(&app, blended));
+}
+
+/// Nor are cards baked that nothing is drawn as, or triangles missing that stand in their place.
+#[test]
+fn what_is_no_cards_from_the_first_has_all_levels_of_triangles() {
+    let triangles_of = |spoil: &dyn Fn(&mut App, Entity)| {
+        let mut app = app();
+        let camera = spawn_camera(&mut app, FAR);
+        let plant = spawn(&mut app, green());
+        spoil(&mut app, plant);
+        ready(&mut app, 1);
+        app.update();
+        assert!(!draws_cards(&app, plant));
+        assert_eq!(origins(&app).len(), 1);
+        stats(&app, camera).triangles_drawn
+    };
+    let without = triangles_of(&|app, plant| {
+        let plain = AutoLod {
+            bake: None,
+            ..with_cards()
+        };
+        insert(app, plant, plain);
+    });
+    let with_lightmap = triangles_of(&|app, plant| {
+        let image = add(app, Image::default());
+        insert(app, plant, Lightmap { image, ..default() });
+    });
+    let that_blends = triangles_of(&|app, plant| {
+        let id = material_of(app, plant);
+        let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+        materials.get_mut(id).unwrap().alpha_mode = AlphaMode::Blend;
+    });
+    assert_eq!((with_lightmap, that_blends), (without, without));
+}
+
+#[test]
+fn cards_follow_a_material_that_was_taken_out_and_put_back() {
+    let (mut app, _, plant) = far_plant(green());
+    let id = material_of(&app, plant);
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    let mut own = materials.remove(id).unwrap();
+    own.alpha_mode = AlphaMode::Blend;
+    materials.insert(id, own).unwrap();
+    (0..3).for_each(|_| app.update());
+    assert!(!draws_cards(&app, plant));
 }
 
 #[test]

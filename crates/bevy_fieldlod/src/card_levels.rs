@@ -75,7 +75,8 @@ fn image(mips: &[CardPicture], bytes: Vec<u8>, format: TextureFormat) -> Image {
         height: side,
         depth_or_array_layers: 1,
     };
-    let usage = RenderAssetUsages::RENDER_WORLD;
+    // The renderer may lose its device, and ask for it again.
+    let usage = RenderAssetUsages::default();
     let mut image = Image::new_uninit(size, TextureDimension::D2, format, usage);
     image.texture_descriptor.mip_level_count = mips.len() as u32;
     image.data = Some(bytes);

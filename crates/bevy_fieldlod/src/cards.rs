@@ -12,7 +12,9 @@ mod warm_up;
 use std::sync::Arc;
 
 use bevy::asset::AssetId;
-use bevy::pbr::{Lightmap, MaterialExtractionSystems, RenderMaterialInstances};
+use bevy::pbr::{
+    Lightmap, MaterialExtractionSystems, MeshExtractionSystems, RenderMaterialInstances,
+};
 use bevy::prelude::*;
 use bevy::render::sync_world::MainEntity;
 use bevy::render::{Extract, ExtractSchedule, RenderApp};
@@ -21,7 +23,7 @@ use crate::lod_mesh::LodMesh;
 use crate::systems::FieldLodSystems;
 use dress::dress_objects;
 pub(crate) use dress::dress_unit;
-pub(crate) use material::may_be_cards;
+pub(crate) use material::{may_be_cards, stand_for};
 use materials::{CardMaterials, follow_changes};
 
 type MaterialOf = MeshMaterial3d<StandardMaterial>;
@@ -79,7 +81,9 @@ pub(crate) fn plugin(app: &mut App) {
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         render_app.add_systems(
             ExtractSchedule,
-            draw_with_own_material.after(MaterialExtractionSystems),
+            draw_with_own_material
+                .after(MaterialExtractionSystems)
+                .before(MeshExtractionSystems),
         );
     }
 }
@@ -97,7 +101,12 @@ fn note_lost_lightmap(lost: On<Remove, Lightmap>, mut materials: ResMut<CardMate
 }
 
 /// Lets the renderer draw what has no levels of cards any more with its own material.
-fn undress(removed: On<Remove, LodCards>, mut materials: Query<&mut MaterialOf>) {
+fn undress(
+    removed: On<Remove, LodCards>,
+    mut materials: Query<&mut MaterialOf>,
+    mut cards: ResMut<CardMaterials>,
+) {
+    cards.may_have_lost_meshes = true;
     if let Ok(mut material) = materials.get_mut(removed.entity) {
         material.set_changed();
     }

@@ -303,7 +303,7 @@ fn desired_view(
 
 /// The size of the image that a camera draws; `None` if it draws none, as while its window is minimised
 /// or its target is not loaded.
-fn drawn_px(camera: &Camera) -> Option<UVec2> {
+pub(crate) fn drawn_px(camera: &Camera) -> Option<UVec2> {
     let target_px = camera.physical_target_size()?;
     let viewport_px = camera.physical_viewport_size()?;
     let is_drawn = camera.is_active && target_px.min(viewport_px).min_element() > 0;

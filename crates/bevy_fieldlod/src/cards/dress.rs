@@ -36,17 +36,15 @@ pub(super) fn dress_objects(
         };
         // A lightmap is laid out for the surface: cards have no place on it.
         let found = match material.filter(|_| !has_lightmap) {
-            Some(material) => cards.find(&own.mesh, material.id(), &mut materials, |handle| {
-                warm_ups.start(entity, handle)
-            }),
+            Some(material) => {
+                cards.find(entity, &own.mesh, material.id(), &mut materials, |handle| {
+                    warm_ups.start(entity, handle)
+                })
+            }
             None => Dress::Nothing,
         };
         let wanted = match found {
-            Dress::NotYet => {
-                cards.to_dress.push(entity);
-                None
-            }
-            Dress::Nothing => None,
+            Dress::NotYet | Dress::Nothing => None,
             Dress::Ready(handle) => Some(handle),
         };
         if own.material == wanted {

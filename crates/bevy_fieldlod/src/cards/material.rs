@@ -6,7 +6,7 @@ use bevy::material::AlphaMode;
 use bevy::math::Affine2;
 use bevy::mesh::UvChannel;
 use bevy::pbr::StandardMaterial;
-use bevy::prelude::{Color, LinearRgba};
+use bevy::prelude::{Alpha, Color, LinearRgba};
 use bevy::reflect::structs::Struct;
 
 use crate::card_levels::CardLevels;
@@ -16,10 +16,20 @@ const CUTOFF: f32 = 0.5;
 /// Textures that the pictures of cards stand for.
 const PICTURED: [&str; 2] = ["base_color_texture", "normal_map_texture"];
 
+/// Whether cards stand for a mesh with a material: it has the texture that they show.
+pub(crate) fn stand_for(cards: &CardLevels, material: &StandardMaterial) -> bool {
+    let texture = material.base_color_texture.as_ref().map(Handle::id);
+    may_be_cards(material) && *cards.texture.get_or_init(|| texture) == texture
+}
+
 /// Whether pictures of colours, opacity and normals can stand for a material: it has no other texture, and what is
 /// drawn of it is opaque.
 pub(crate) fn may_be_cards(material: &StandardMaterial) -> bool {
-    let is_opaque = matches!(material.alpha_mode, AlphaMode::Opaque | AlphaMode::Mask(_));
+    let is_opaque = match material.alpha_mode {
+        AlphaMode::Opaque => true,
+        AlphaMode::Mask(cutoff) => material.base_color.alpha() >= cutoff,
+        _ => false,
+    };
     // By their type, as features add some.
     let has_other_texture = (0..material.field_len()).any(|index| {
         let texture = material
@@ -36,8 +46,7 @@ pub(super) fn card_material(
     source: &StandardMaterial,
     cards: &CardLevels,
 ) -> Option<StandardMaterial> {
-    let texture = source.base_color_texture.as_ref().map(Handle::id);
-    if !may_be_cards(source) || *cards.texture.get_or_init(|| texture) != texture {
+    if !stand_for(cards, source) {
         return None;
     }
     let LinearRgba {

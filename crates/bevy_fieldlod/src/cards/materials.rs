@@ -1,7 +1,7 @@
 //! The materials of cards, each beside one of a program.
 
-use std::ptr;
 use std::sync::{Arc, Weak};
+use std::{mem, ptr};
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::{HashMap, HashSet};
@@ -17,8 +17,12 @@ use crate::lod_mesh::LodMesh;
 pub(super) struct CardMaterials {
     /// By the material that they stand beside, those of each mesh.
     known: HashMap<AssetId<StandardMaterial>, Vec<CardMaterial>>,
-    /// Entities that may have to get another one, or that wait for theirs.
+    /// Entities that may have to get another one.
     pub(super) to_dress: Vec<Entity>,
+    /// Whether meshes may be gone that have some.
+    pub(super) may_have_lost_meshes: bool,
+    /// Whether something waits for pipelines.
+    is_waiting: bool,
 }
 
 struct CardMaterial {
@@ -27,6 +31,8 @@ struct CardMaterial {
     handle: Option<Handle<StandardMaterial>>,
     /// Lets pipelines be made, until they are.
     warm_up: Option<Entity>,
+    /// Entities that wait for it.
+    waiting: Vec<Entity>,
 }
 
 /// What there is to draw cards with.
@@ -41,54 +47,60 @@ pub(super) enum Dress {
 impl CardMaterials {
     /// Takes the entities to dress, and sees which pipelines are there.
     pub(super) fn take_entities(&mut self, warm_ups: &WarmUps) -> Vec<Entity> {
-        if self.to_dress.is_empty() {
-            return Vec::new();
+        if mem::take(&mut self.may_have_lost_meshes) {
+            self.known.retain(|_, all| {
+                all.retain(|one| one.mesh.strong_count() > 0);
+                !all.is_empty()
+            });
         }
-        self.known.retain(|_, all| {
-            all.retain(|one| one.mesh.strong_count() > 0);
-            !all.is_empty()
-        });
-        for one in self.known.values_mut().flatten() {
-            one.warm_up = one.warm_up.filter(|&entity| warm_ups.is_there(entity));
+        if mem::take(&mut self.is_waiting) {
+            for one in self.known.values_mut().flatten() {
+                one.warm_up = one.warm_up.filter(|&entity| warm_ups.is_there(entity));
+                match one.warm_up {
+                    Some(_) => self.is_waiting = true,
+                    None => self.to_dress.append(&mut one.waiting),
+                }
+            }
         }
-        let mut entities = std::mem::take(&mut self.to_dress);
+        let mut entities = mem::take(&mut self.to_dress);
         entities.sort_unstable();
         entities.dedup();
         entities
     }
 
-    /// The material of the cards of a mesh beside `source`. The first time, `warm_up` lets the renderer make its
-    /// pipelines.
+    /// The material of the cards of a mesh beside `source`, for `entity`. The first time, `warm_up` lets the renderer
+    /// make its pipelines, and whatever asked is to be dressed again when they are there.
     pub(super) fn find(
         &mut self,
+        entity: Entity,
         mesh: &Arc<LodMesh>,
         source: AssetId<StandardMaterial>,
-        materials: &mut Assets<StandardMaterial>,
+        materials: &mut ResMut<Assets<StandardMaterial>>,
         warm_up: impl FnOnce(&Handle<StandardMaterial>) -> Option<Entity>,
     ) -> Dress {
         let all = self.known.entry(source).or_default();
-        let known = all.iter().find(|one| ptr::eq(one.mesh.as_ptr(), &**mesh));
-        if let Some(known) = known {
-            return match (&known.handle, known.warm_up) {
-                (None, _) => Dress::Nothing,
-                (Some(_), Some(_)) => Dress::NotYet,
-                (Some(handle), None) => Dress::Ready(handle.clone()),
-            };
-        }
-        let wanted = wanted_material(mesh, source, materials);
-        let handle = wanted.map(|wanted| materials.add(wanted));
-        let warm_up = handle.as_ref().and_then(warm_up);
-        let found = match (&handle, warm_up) {
-            (None, _) => Dress::Nothing,
-            (Some(_), Some(_)) => Dress::NotYet,
-            (Some(handle), None) => Dress::Ready(handle.clone()),
-        };
-        all.push(CardMaterial {
-            mesh: Arc::downgrade(mesh),
-            handle,
-            warm_up,
+        let is_known = |one: &CardMaterial| ptr::eq(one.mesh.as_ptr(), &**mesh);
+        let index = all.iter().position(is_known).unwrap_or_else(|| {
+            let wanted = wanted_material(mesh, source, materials);
+            let handle = wanted.map(|wanted| materials.add(wanted));
+            all.push(CardMaterial {
+                mesh: Arc::downgrade(mesh),
+                warm_up: handle.as_ref().and_then(warm_up),
+                handle,
+                waiting: Vec::new(),
+            });
+            all.len() - 1
         });
-        found
+        let known = &mut all[index];
+        match (&known.handle, known.warm_up) {
+            (None, _) => Dress::Nothing,
+            (Some(_), Some(_)) => {
+                known.waiting.push(entity);
+                self.is_waiting = true;
+                Dress::NotYet
+            }
+            (Some(handle), None) => Dress::Ready(handle.clone()),
+        }
     }
 
     /// Follows a change of the material `source`, and returns whether anything stands beside it. What changes in that
@@ -139,10 +151,11 @@ pub(super) fn follow_changes(
                     changed.insert(id);
                 }
             }
-            AssetEvent::Removed { id } | AssetEvent::Unused { id } => {
+            AssetEvent::Unused { id } => {
                 cards.known.remove(&id);
             }
-            AssetEvent::LoadedWithDependencies { .. } => {}
+            // What a program has taken out may come back.
+            AssetEvent::Removed { .. } | AssetEvent::LoadedWithDependencies { .. } => {}
         }
     }
     if changed.is_empty() {

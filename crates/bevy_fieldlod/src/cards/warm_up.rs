@@ -17,6 +17,7 @@ use super::MaterialOf;
 use crate::auto_lod::NoLod;
 use crate::card_levels::card_mesh;
 use crate::systems::FieldLodSystems;
+use crate::views::drawn_px;
 
 /// So many frames are drawn with the material before the renderer is asked whether it waits for pipelines: in the
 /// first it hears of them, or in the second, where it draws beside the program.
@@ -59,7 +60,7 @@ impl WarmUps<'_, '_> {
         if !drawn.has_renderer {
             return None;
         }
-        let usage = RenderAssetUsages::RENDER_WORLD;
+        let usage = RenderAssetUsages::default();
         let new_mesh = || self.meshes.add(card_mesh(&[Card::default()], 1, usage));
         let mesh = drawn.mesh.get_or_insert_with(new_mesh).clone();
         let unseen = (
@@ -112,7 +113,7 @@ fn count_frames(
     materials: Res<ErasedRenderAssets<PreparedMaterial>>,
     pipelines: Res<PipelineCache>,
 ) {
-    if warm_ups.is_empty() || !cameras.iter().any(|camera| camera.is_active) {
+    if warm_ups.is_empty() || cameras.iter().all(|camera| drawn_px(camera).is_none()) {
         return;
     }
     let are_pipelines_there = pipelines.waiting_pipelines().next().is_none();

@@ -24,7 +24,8 @@ use super::threads::PrepareThreads;
 use super::together::{AllTogether, Candidates};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
-use crate::cards::may_be_cards;
+use crate::card_levels::CardLevels;
+use crate::cards::{may_be_cards, stand_for};
 use crate::config::{FieldLodConfig, LodKind};
 use crate::events::{FieldLodEvent, LodError, asset_name};
 use crate::lod_mesh::{LodMesh, LodRequest};
@@ -225,11 +226,12 @@ impl LodMeshLookup<'_> {
 
     /// What is known of `mesh`; `None` while something is being loaded. The first time, a task is started
     /// that prepares it, once all that it needs is loaded; a bake goes by the materials that
-    /// meshes have then.
+    /// meshes have then. The levels have no cards if the entity does not allow them, or its material.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
+        allows_cards: bool,
         material_of: &MaterialOf<'_>,
     ) -> Option<&LodMeshEntry> {
         // A mesh that changes is drawn as it is until it rests.
@@ -241,18 +243,40 @@ impl LodMeshLookup<'_> {
             true => LodRequest::of(&AutoLod::default()),
             false => LodRequest::of(auto_lod),
         };
-        let mut index = self.find_or_start(mesh, &request, material_of)?;
-        if let LodMeshEntry::Ready(lod) = &self.known.entries[&mesh][index].1
-            && lod.cards.is_some()
-            && !self.may_be_cards(material_of(mesh))?
+        let without_cards = LodRequest {
+            may_be_cards: false,
+            ..request.clone()
+        };
+        // Cards that nothing is drawn as need not be baked. All else shares what has none.
+        let mut index = match self.bakes_cards(mesh, &request)?
+            && !(allows_cards && self.may_be_cards(None, material_of(mesh))?)
         {
-            let without_cards = LodRequest {
-                may_be_cards: false,
-                ..request
-            };
+            true => self.find_or_start(mesh, &without_cards, material_of)?,
+            false => self.find_or_start(mesh, &request, material_of)?,
+        };
+        if let LodMeshEntry::Ready(lod) = &self.known.entries[&mesh][index].1
+            && let Some(cards) = &lod.cards
+            && !(allows_cards && self.may_be_cards(Some(cards), material_of(mesh))?)
+        {
             index = self.find_or_start(mesh, &without_cards, material_of)?;
         }
         Some(&self.known.entries[&mesh][index].1)
+    }
+
+    /// Whether a bake of a mesh makes cards, if it can; `None` while the mesh is being loaded.
+    fn bakes_cards(&self, mesh: AssetId<Mesh>, request: &LodRequest) -> Option<bool> {
+        #[cfg(feature = "bake")]
+        {
+            let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+            let triangles = triangle_count(self.meshes.get(mesh)?);
+            let kind = self.config.kind_for(request.kind, triangles);
+            Some(config.cards && kind == LodKind::WholeMesh)
+        }
+        #[cfg(not(feature = "bake"))]
+        {
+            let _ = (mesh, request);
+            Some(false)
+        }
     }
 
     /// The entry of a request, by its index. The first entity that asks starts the task; all others that ask for the
@@ -343,14 +367,25 @@ impl LodMeshLookup<'_> {
         Some(LodMeshEntry::Preparing(task, triangles))
     }
 
-    /// Whether cards may stand for a mesh with a material; `None` while that is being loaded.
-    fn may_be_cards(&self, material: Option<AssetId<StandardMaterial>>) -> Option<bool> {
+    /// Whether cards may stand for a mesh with a material, or those that it has; `None` while the material is being
+    /// loaded. One that comes later may be any.
+    fn may_be_cards(
+        &self,
+        cards: Option<&CardLevels>,
+        material: Option<AssetId<StandardMaterial>>,
+    ) -> Option<bool> {
         let Some((all, id)) = self.standard.as_ref().zip(material) else {
             return Some(false);
         };
         match all.get(id) {
-            Some(material) => Some(may_be_cards(material)),
-            None => (!self.assets.load_state(id).is_loading()).then_some(false),
+            Some(material) => Some(match cards {
+                Some(cards) => stand_for(cards, material),
+                None => may_be_cards(material),
+            }),
+            None => {
+                let state = self.assets.load_state(id);
+                (!state.is_loading()).then_some(!state.is_failed())
+            }
         }
     }
 
@@ -381,6 +416,7 @@ impl LodMeshLookup<'_> {
             // Only of what is drawn as a whole it counts how the whole looks.
             config: BakeConfig {
                 measure_appearance: config.measure_appearance && is_whole,
+                cards: config.cards && request.may_be_cards,
                 ..config.clone()
             },
             threads: self.config.bake_at_run_time.then(|| threads.bakes.clone()),

@@ -5,6 +5,7 @@ use std::cell::OnceCell;
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
+use bevy::pbr::Lightmap;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 
@@ -53,6 +54,7 @@ pub(super) fn give_levels_to_objects(
         &LodWaiting,
         Has<NoAutoAabb>,
         Option<&MeshMaterial3d<StandardMaterial>>,
+        Has<Lightmap>,
     )>,
     ready: Query<(&LodSource, &MeshMaterial3d<StandardMaterial>)>,
     mut lookup: LodMeshLookup,
@@ -62,7 +64,7 @@ pub(super) fn give_levels_to_objects(
     // Only what is baked together asks for those of other meshes. Of each mesh, that of the first entity.
     let materials: OnceCell<HashMap<AssetId<Mesh>, AssetId<StandardMaterial>>> = OnceCell::new();
     let all_materials = || {
-        let waiting = waiting.iter().filter_map(|(_, mesh, _, _, material)| {
+        let waiting = waiting.iter().filter_map(|(_, mesh, _, _, material, _)| {
             let material: &MeshMaterial3d<StandardMaterial> = material?;
             Some((mesh.id(), material.id()))
         });
@@ -75,14 +77,14 @@ pub(super) fn give_levels_to_objects(
         }
         first
     };
-    for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
+    for (entity, mesh, wanted, has_no_auto_aabb, material, has_lightmap) in &waiting {
         let mut commands = commands.entity(entity);
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| match other == mesh.id() {
             true => own,
             false => materials.get_or_init(all_materials).get(&other).copied(),
         };
-        match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
+        match lookup.find(mesh.id(), &wanted.auto_lod, !has_lightmap, &material_of) {
             Some(LodMeshEntry::Plain(error)) => {
                 commands
                     .try_insert((LodPlain, LodState::Plain))

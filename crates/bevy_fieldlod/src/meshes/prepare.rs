@@ -83,10 +83,13 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     };
     let (kind, hierarchy) = match whole_meshes {
         Some(levels) => (LodKind::WholeMesh, levels),
-        None => (LodKind::Clusters, baked),
+        // What is drawn in pieces has no cards.
+        None => (
+            LodKind::Clusters,
+            baked.without_card_units().unwrap_or(baked),
+        ),
     };
     let aabb = hierarchy.aabb();
-    // Of what is drawn in pieces, none is cards.
     let cards = hierarchy.cards.as_ref().zip(first_of_cards(&hierarchy));
     // Rays and physics cannot go through what is transparent of cards.
     let last_of_triangles = cards.map_or(u32::MAX, |(_, first)| first.saturating_sub(1));

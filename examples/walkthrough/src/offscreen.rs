@@ -213,9 +213,20 @@ impl Renderer {
     fn warm_up(&mut self, pose: Pose) {
         self.place_camera(pose);
         self.update();
-        while self.compiles_pipelines() {
+        while self.compiles_pipelines() || self.waits_for_cards() {
             self.update();
         }
+    }
+
+    /// Whether plants are drawn with triangles until the pipelines of cards are there; see the guide's "Plants far away
+    /// as cards".
+    fn waits_for_cards(&mut self) -> bool {
+        let world = self.app.world_mut();
+        let mut names = world.query::<&Name>();
+        self.draws
+            && names
+                .iter(world)
+                .any(|name| name.as_str() == "pipelines of cards")
     }
 
     fn compiles_pipelines(&self) -> bool {

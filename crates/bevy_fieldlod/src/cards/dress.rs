@@ -4,7 +4,7 @@ use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::pbr::Lightmap;
 use bevy::prelude::*;
 
-use super::materials::{CardMaterials, Dress};
+use super::materials::CardMaterials;
 use super::warm_up::WarmUps;
 use super::{LodCards, MaterialOf};
 use crate::changed::ChangedOn;
@@ -35,18 +35,11 @@ pub(super) fn dress_objects(
             continue;
         };
         // A lightmap is laid out for the surface: cards have no place on it.
-        let found = match material.filter(|_| !has_lightmap) {
-            Some(material) => {
-                cards.find(entity, &own.mesh, material.id(), &mut materials, |handle| {
-                    warm_ups.start(entity, handle)
-                })
-            }
-            None => Dress::Nothing,
-        };
-        let wanted = match found {
-            Dress::NotYet | Dress::Nothing => None,
-            Dress::Ready(handle) => Some(handle),
-        };
+        let material = material.filter(|_| !has_lightmap);
+        let wanted = material.and_then(|material| {
+            let start = |handle: &_| warm_ups.start(entity, handle);
+            cards.find(entity, &own.mesh, material.id(), &mut materials, start)
+        });
         if own.material == wanted {
             continue;
         }

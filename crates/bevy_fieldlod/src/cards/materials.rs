@@ -35,15 +35,6 @@ struct CardMaterial {
     waiting: Vec<Entity>,
 }
 
-/// What there is to draw cards with.
-pub(super) enum Dress {
-    /// Pipelines are being made.
-    NotYet,
-    /// Cards cannot stand for it.
-    Nothing,
-    Ready(Handle<StandardMaterial>),
-}
-
 impl CardMaterials {
     /// Takes the entities to dress, and sees which pipelines are there.
     pub(super) fn take_entities(&mut self, warm_ups: &WarmUps) -> Vec<Entity> {
@@ -68,8 +59,9 @@ impl CardMaterials {
         entities
     }
 
-    /// The material of the cards of a mesh beside `source`, for `entity`. The first time, `warm_up` lets the renderer
-    /// make its pipelines, and whatever asked is to be dressed again when they are there.
+    /// The material of the cards of a mesh beside `source`, for `entity`; `None` if cards cannot stand for it, or not
+    /// yet. The first time, `warm_up` lets the renderer make its pipelines, and whatever asked is to be dressed again when
+    /// they are there.
     pub(super) fn find(
         &mut self,
         entity: Entity,
@@ -77,7 +69,7 @@ impl CardMaterials {
         source: AssetId<StandardMaterial>,
         materials: &mut ResMut<Assets<StandardMaterial>>,
         warm_up: impl FnOnce(&Handle<StandardMaterial>) -> Option<Entity>,
-    ) -> Dress {
+    ) -> Option<Handle<StandardMaterial>> {
         let all = self.known.entry(source).or_default();
         let is_known = |one: &CardMaterial| ptr::eq(one.mesh.as_ptr(), &**mesh);
         let index = all.iter().position(is_known).unwrap_or_else(|| {
@@ -92,15 +84,12 @@ impl CardMaterials {
             all.len() - 1
         });
         let known = &mut all[index];
-        match (&known.handle, known.warm_up) {
-            (None, _) => Dress::Nothing,
-            (Some(_), Some(_)) => {
-                known.waiting.push(entity);
-                self.is_waiting = true;
-                Dress::NotYet
-            }
-            (Some(handle), None) => Dress::Ready(handle.clone()),
+        if known.warm_up.is_some() {
+            known.waiting.push(entity);
+            self.is_waiting = true;
+            return None;
         }
+        known.handle.clone()
     }
 
     /// Follows a change of the material `source`, and returns whether anything stands beside it. What changes in that

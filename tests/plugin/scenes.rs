@@ -9,12 +9,13 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodOrigin, LodSource};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
-use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::apps::{bevy_mesh, with_cards};
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
 use crate::headless::{
-    Events, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera, stats,
+    Events, add, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
+    stats,
 };
 
 /// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
@@ -428,6 +429,49 @@ fn leaves_that_a_program_changes_change_with_the_bark_again() {
         assert_changes_together(&triangles_on_the_way(&mut app));
         assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
     }
+}
+
+/// Bark and leaves far away, with materials of these kinds: whether each is drawn as cards, and the triangles of both.
+fn far_tree(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], u64) {
+    let mut app = app_in(file);
+    let camera = spawn_camera(&mut app, 120.0);
+    let parts = [0, 1].map(|primitive| {
+        let label = GltfAssetLabel::Primitive { mesh: 0, primitive };
+        let assets = app.world().resource::<AssetServer>();
+        let mesh: Handle<Mesh> = assets.load(label.from_asset("mesh.glb"));
+        let material = StandardMaterial {
+            alpha_mode: alpha_modes[primitive],
+            ..StandardMaterial::from(Color::linear_rgb(0.2, 0.5, 0.1))
+        };
+        let material = add(&mut app, material);
+        let part = (Mesh3d(mesh), MeshMaterial3d(material), with_cards());
+        app.world_mut().spawn(part).id()
+    });
+    ready(&mut app, 2);
+    app.update();
+    let are_cards = parts.map(|part| {
+        let mesh = app.world().get::<Mesh3d>(part).unwrap();
+        let meshes = app.world().resource::<Assets<Mesh>>();
+        let mesh = meshes.get(mesh).unwrap();
+        // The source has no tangents.
+        mesh.contains_attribute(Mesh::ATTRIBUTE_TANGENT)
+    });
+    (are_cards, stats(&app, camera).triangles_drawn)
+}
+
+#[test]
+fn bark_and_leaves_become_cards_each_as_its_material_allows() {
+    let mut file = one_tree();
+    file.glb();
+    let opaque = AlphaMode::Opaque;
+    let (are_cards, triangles) = far_tree(file.folder(), [opaque; 2]);
+    assert_eq!(are_cards, [true; 2]);
+    assert!(triangles <= 128, "{triangles}");
+    // What a picture cannot stand for is drawn with its triangles, and the other with cards still.
+    let (are_cards, _) = far_tree(file.folder(), [AlphaMode::Blend, opaque]);
+    assert_eq!(are_cards, [false, true]);
+    let (are_cards, _) = far_tree(file.folder(), [opaque, AlphaMode::Blend]);
+    assert_eq!(are_cards, [true, false]);
 }
 
 #[test]

@@ -11,13 +11,11 @@
 
 use std::sync::Arc;
 
-use fieldlod_hierarchy::{Card, CardLevel, CardPicture, Cards, Hierarchy, Sphere, WholeMeshCut};
-use glam::{Vec2, Vec3};
+use fieldlod_hierarchy::{CardLevel, Cards, Hierarchy, Sphere, WholeMeshCut};
 use rayon::prelude::*;
 
-use crate::cards::cards_of;
-use crate::picture::{Model, Picture, Viewpoint, exposure_of};
-use crate::surface::{Surface, uvs_of};
+use crate::cards::{PartCards, cards_of, shown_at};
+use crate::picture::{Model, Picture, ShownCards, Viewpoint, exposure_of};
 use crate::surfaces::Surfaces;
 
 /// From how many directions a mesh is seen.
@@ -38,16 +36,24 @@ const FACING_ALL_WAYS: f32 = 1.183_216;
 pub(crate) const MOST_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels of a mesh that may be drawn as a whole, and states in each group how the level
-/// looks that it is simplified to. Adds levels of cards, if it is to have some, which state likewise how they look.
-pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces, with_cards: bool) {
+/// looks that it is simplified to. Returns levels of cards of its parts, if it is to have some, which state how they look
+/// together.
+pub(crate) fn measure_levels(
+    hierarchy: &mut Hierarchy,
+    surfaces: &Surfaces,
+    with_cards: bool,
+) -> Vec<Option<Cards>> {
     if hierarchy.source_vertex_count > MOST_VERTICES {
-        return;
+        return Vec::new();
     }
     let cuts = hierarchy.whole_mesh_cuts();
-    let cards = with_cards.then(|| cards_of(hierarchy, surfaces.of_vertex(0)));
-    let (card_levels, picture) = cards.flatten().unwrap_or_default();
+    let cards = match with_cards {
+        true => cards_of(hierarchy, surfaces),
+        false => Vec::new(),
+    };
+    let numbers = numbers_of_levels(&cards);
     let radius = sphere_of(hierarchy).radius;
-    let differences = differences(hierarchy, &cuts, &card_levels, &picture, surfaces);
+    let differences = differences(hierarchy, &cuts, &cards, &numbers, surfaces);
     let mut differences = differences.into_iter();
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
     for (cut, by_size) in cuts.iter().skip(1).zip(&mut differences) {
@@ -66,20 +72,41 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces, wit
         group.whole_mesh_error_in_local = errors[group.level as usize + 1];
     }
     let mut finer = 0.0f32;
-    let levels = card_levels.into_iter().zip(differences);
-    let levels = levels.map(|(cards, by_size)| {
+    let errors = differences.map(|by_size| {
         let seen = seen_error(radius, good_until(by_size));
         finer = finer.max(seen).min(f32::MAX);
-        CardLevel {
-            error_in_local: finer,
-            cards,
-        }
+        finer
+    });
+    let errors: Vec<(usize, f32)> = numbers.into_iter().zip(errors).collect();
+    let parts = cards.into_iter().map(|part| with_errors(part, &errors));
+    parts.collect()
+}
+
+/// Which levels some part has cards of its own in.
+fn numbers_of_levels(parts: &[PartCards]) -> Vec<usize> {
+    let levels = parts.iter().flat_map(|part| &part.levels);
+    let mut numbers: Vec<usize> = levels.map(|(number, _)| *number).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+/// The cards of a part, as good as the levels of all parts are, of which errors are known by their numbers.
+fn with_errors(mut part: PartCards, errors: &[(usize, f32)]) -> Option<Cards> {
+    let error = |number: usize| {
+        let at = errors.iter().find(|(other, _)| *other == number);
+        at.map_or(f32::MAX, |(_, error)| *error)
+    };
+    part.drop_useless(error);
+    let levels = part.levels.into_iter().map(|(number, cards)| CardLevel {
+        error_in_local: error(number),
+        cards,
     });
     let levels: Vec<CardLevel> = levels.collect();
-    hierarchy.cards = (!levels.is_empty()).then(|| Cards {
+    (!levels.is_empty()).then(|| Cards {
         levels,
-        picture: Arc::new(picture),
-    });
+        picture: Arc::new(part.picture),
+    })
 }
 
 /// The error by which a level is chosen that is good enough up to such a radius of the mesh.
@@ -99,13 +126,13 @@ struct Squares {
     covered: f32,
 }
 
-/// How each cut but the first, and then each level of cards, differs from the first cut, relative to that one's detail,
+/// How each cut but the first, and then each of some levels of cards, differs from the first cut, relative to that one's detail,
 /// as a root mean square over all directions, at each size, the largest first.
 fn differences(
     hierarchy: &Hierarchy,
     cuts: &[WholeMeshCut],
-    card_levels: &[Vec<Card>],
-    picture: &CardPicture,
+    cards: &[PartCards],
+    card_levels: &[usize],
     surfaces: &Surfaces,
 ) -> Vec<[f32; SIZES]> {
     let Some((source, levels)) = cuts.split_first() else {
@@ -113,19 +140,13 @@ fn differences(
     };
     let vertices = &hierarchy.vertices;
     let count = hierarchy.source_vertex_count;
-    let surface = |vertex: u32| surfaces.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
-    let all = 0..vertices.positions.len() as u32;
-    let of_vertices: Vec<Option<&Surface>> = all.clone().map(surface).collect();
-    let uv = |vertex: u32| {
-        let uvs = uvs_of(of_vertices[vertex as usize], vertices);
-        uvs.get(vertex as usize).copied().unwrap_or_default()
-    };
+    let looks = surfaces.looks_of(hierarchy);
     let model = Model {
         positions: &vertices.positions,
         normals: &vertices.normals,
         colors: &vertices.colors,
-        surfaces: &of_vertices,
-        uvs: &all.map(uv).collect::<Vec<Vec2>>(),
+        surfaces: &looks.surfaces,
+        uvs: &looks.uvs,
         sphere: sphere_of(hierarchy),
         exposure: exposure_of(
             vertices.colors.get(..count as usize).unwrap_or(&[]),
@@ -133,7 +154,9 @@ fn differences(
         ),
     };
     let side = (2.0 * LARGEST_PX) as usize * SAMPLES;
-    let base_color = surfaces.of_vertex(0).map_or(Vec3::ONE, Surface::base_color);
+    let shown = card_levels.iter();
+    let shown = shown.map(|&level| shown_at(cards, level, |part| surfaces.base_color(part)));
+    let shown: Vec<Vec<ShownCards<'_>>> = shown.collect();
     let views = (0..DIRECTIONS).into_par_iter();
     // The detail first, and then the differences of each level.
     let by_view = views.map(|index| {
@@ -145,8 +168,8 @@ fn differences(
         });
         let triangles = levels.iter();
         let triangles = triangles.map(|level| model.draw(&level.triangles, &view, side));
-        let cards = card_levels.iter();
-        let cards = cards.map(|cards| model.draw_cards(cards, picture, base_color, &view, side));
+        let cards = shown.iter();
+        let cards = cards.map(|level| model.draw_cards(level, &view, side));
         let differences = triangles.chain(cards).map(|level| {
             let level = sizes_of(level);
             std::array::from_fn(|size| squares_of(&source[size], &level[size]))
@@ -231,8 +254,7 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let cuts = hierarchy.whole_mesh_cuts();
             let radius = sphere_of(&hierarchy).radius;
-            let picture = CardPicture::default();
-            let differences = differences(&hierarchy, &cuts, &[], &picture, &Surfaces::default());
+            let differences = differences(&hierarchy, &cuts, &[], &[], &Surfaces::default());
             for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
                 let error = hierarchy.largest_below(cut.group_level, |g| g.error_in_local);
                 let at_1_px = radius / (error * FACING_ALL_WAYS);

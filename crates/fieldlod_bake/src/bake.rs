@@ -1,6 +1,6 @@
 //! The recipe for one mesh.
 
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{Cards, Hierarchy};
 
 use crate::aggregate::has_leaves;
 use crate::appearance::measure_levels;
@@ -43,12 +43,23 @@ pub(crate) fn bake_mesh_with_progress(
     // Check: the simplifier trusts what it is given.
     config.validate()?;
     mesh.validate()?;
-    Ok(bake_valid_mesh(
-        mesh,
-        Surfaces::of([mesh]),
-        config,
-        on_triangles,
-    ))
+    let baked = bake_valid_mesh(mesh, Surfaces::of([mesh]), config, on_triangles);
+    let cards = baked.cards.into_iter().next().flatten();
+    let hierarchy = Hierarchy {
+        cards,
+        ..baked.hierarchy
+    };
+    debug_assert_eq!(hierarchy.validate(), Ok(()));
+    Ok((hierarchy, baked.report))
+}
+
+/// A mesh of one or more parts with all its levels of detail.
+pub(crate) struct Baked {
+    /// Without cards.
+    pub(crate) hierarchy: Hierarchy,
+    /// Those of each part, if any part has some.
+    pub(crate) cards: Vec<Option<Cards>>,
+    pub(crate) report: BakeReport,
 }
 
 /// [`bake_mesh_with_progress`] without checks, of a mesh of one or more parts that look like `surfaces`.
@@ -57,19 +68,22 @@ pub(crate) fn bake_valid_mesh(
     surfaces: Surfaces,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
-) -> (Hierarchy, BakeReport) {
+) -> Baked {
     // Cluster, group, simplify and measure, level by level.
     let mut vertices = LevelVertices::of(mesh, config);
     vertices.surfaces = surfaces.clone();
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order what is drawn together.
-    let mut hierarchy = assemble(mesh, vertices, &groups.0);
+    let mut baked = Baked {
+        hierarchy: assemble(mesh, vertices, &groups.0),
+        cards: Vec::new(),
+        report,
+    };
     // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
     // by their errors, by which that is calibrated.
-    if config.measure_appearance && report.has_aggregates {
-        let with_cards = config.cards && mesh.usable_surface().is_some() && has_leaves(mesh);
-        measure_levels(&mut hierarchy, &surfaces, with_cards);
+    if config.measure_appearance && baked.report.has_aggregates {
+        let with_cards = config.cards && surfaces.are_usable() && has_leaves(mesh);
+        baked.cards = measure_levels(&mut baked.hierarchy, &surfaces, with_cards);
     }
-    debug_assert_eq!(hierarchy.validate(), Ok(()));
-    (hierarchy, report)
+    baked
 }

@@ -16,8 +16,8 @@ use fieldlod_hierarchy::{Card, CardPicture, Hierarchy, Sphere, Vertices};
 use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::picture::{Model, Picture, Viewpoint, shown};
-use crate::surface::{Surface, uvs_of};
+use crate::picture::{Model, Picture, ShownCards, Viewpoint, shown};
+use crate::surfaces::{Looks, Surfaces};
 use frame::Frame;
 use pack::pack;
 use planes::{Facet, planes_of};
@@ -35,8 +35,8 @@ const LEVELS: [(usize, f32); 7] = [
 ];
 /// A card stands for so many triangles of the source at least.
 const LEAST_TRIANGLES: usize = 4;
-/// Texels along each side of the picture.
-const SIDE_TEXELS: u32 = 512;
+/// Texels along each side of a picture: the least of these that there is room in.
+const SIDES_TEXELS: [u32; 4] = [64, 128, 256, 512];
 /// From how many sides a level is looked at for what it covers, in pictures of so many pixels, how often, and how much
 /// more is drawn of it at most: what is laid flat covers less from aside.
 const DIRECTIONS: usize = 6;
@@ -50,41 +50,72 @@ const SHRINKING: f32 = 0.95;
 /// The least share of the texels that are wished for along a length.
 const LEAST_SHARE: f32 = 0.55;
 
-/// Levels of cards for a mesh that looks like `surface`, white if that is not known, finest first, and their picture;
-/// `None` if the mesh has too few triangles or no size, or the cards do not fit the picture.
-pub(crate) fn cards_of(
-    hierarchy: &Hierarchy,
-    surface: Option<&Surface>,
-) -> Option<(Vec<Vec<Card>>, CardPicture)> {
-    let source = Source::of(hierarchy, surface)?;
-    let levels = source.levels();
-    // Without the finest levels, if these leave too little to the others.
-    let radius = source.sphere.radius / source.unit_in_local;
-    let levels = (0..levels.len()).find_map(|first| fitted(&levels[first..], radius))?;
-    let drawn = |place: &Place| Drawn {
-        card: place
-            .frame
-            .card(source.unit_in_local, place.first, place.size),
-        texels: Texels::of(&source, place.frame, place.size),
-        first: place.first,
-    };
-    let levels = levels.par_iter();
-    let levels: Vec<Vec<Drawn>> = levels
-        .map(|places| places.par_iter().map(drawn).collect())
-        .collect();
-    // As much of each level is drawn as covers what the source covers.
-    let mut picture = texels::empty_picture(SIDE_TEXELS, source.tint);
-    let model = source.model();
-    let wanted = covered(|view| model.draw(&source.triangles, view, SIDE_PX));
-    let levels = levels.iter();
-    let levels = levels.map(|level| draw_as_much(level, wanted, &model, &mut picture));
-    Some((levels.collect(), picture))
+/// The cards of one of the parts of a mesh.
+pub(crate) struct PartCards {
+    /// Finest first: which of the levels of all parts it is, and its cards from that one on.
+    pub(crate) levels: Vec<(usize, Vec<Card>)>,
+    pub(crate) picture: CardPicture,
 }
 
-/// Rectangles around all triangles, and at which radius of the mesh, in pixels, a texel is as large as a pixel.
+impl PartCards {
+    /// Takes away levels that are no better than one with fewer cards, by the errors of all levels, and what they
+    /// show.
+    pub(crate) fn drop_useless(&mut self, error_in_local: impl Fn(usize) -> f32) {
+        let own: Vec<f32> = self.levels.iter().map(|l| error_in_local(l.0)).collect();
+        let mut coarser = own.iter().skip(1);
+        self.levels.retain(|(number, cards)| {
+            let is_better = coarser.next().is_none_or(|&e| error_in_local(*number) < e);
+            if !is_better {
+                cards
+                    .iter()
+                    .for_each(|card| texels::clear(&mut self.picture, card));
+            }
+            is_better
+        });
+    }
+
+    /// The cards in a level of all parts.
+    fn at(&self, level: usize) -> &[Card] {
+        let after = self.levels.partition_point(|(own, _)| *own <= level);
+        after
+            .checked_sub(1)
+            .map_or(&[], |index| &self.levels[index].1)
+    }
+}
+
+/// What is drawn of all parts in one of their levels, with their base colours.
+pub(crate) fn shown_at(
+    parts: &[PartCards],
+    level: usize,
+    base_color: impl Fn(usize) -> Vec3,
+) -> Vec<ShownCards<'_>> {
+    let parts = parts.iter().enumerate();
+    let shown = parts.map(|(index, part)| ShownCards {
+        cards: part.at(level),
+        picture: &part.picture,
+        base_color: base_color(index),
+    });
+    shown.collect()
+}
+
+/// Levels of cards for each part of a mesh, white if its surface is not known, and their pictures; none if the mesh has too
+/// few triangles or no size, or the cards do not fit the pictures.
+pub(crate) fn cards_of(hierarchy: &Hierarchy, surfaces: &Surfaces) -> Vec<PartCards> {
+    Source::of(hierarchy, surfaces).map_or(Vec::new(), |source| source.cards())
+}
+
+/// Rectangles around all triangles of a part, and at which radius of the mesh, in pixels, a texel is as large as a pixel.
 struct Level {
+    /// Which of the levels of all parts it is.
+    number: usize,
     frames: Vec<Frame>,
     radius_px: f32,
+}
+
+/// The levels of a part, and where the picture of each rectangle lies in one for all.
+struct Fitted<'a> {
+    levels: Vec<(usize, Vec<Place<'a>>)>,
+    side_texels: u32,
 }
 
 /// Where the picture of a rectangle lies.
@@ -101,11 +132,22 @@ struct Drawn {
     first: UVec2,
 }
 
-/// Where the pictures of all rectangles of a mesh of this radius lie, each as large as is possible.
-fn fitted(levels: &[Level], radius: f32) -> Option<Vec<Vec<Place<'_>>>> {
-    let shares = std::iter::successors(Some(1.0), |share| Some(share * SHRINKING));
-    let mut shares = shares.take_while(|share| *share > LEAST_SHARE);
-    shares.find_map(|share| {
+impl<'a> Fitted<'a> {
+    /// Levels of a part of a mesh of this radius in the smallest picture that has room, or else each as large as is
+    /// possible.
+    fn of(levels: &[&'a Level], radius: f32) -> Option<Self> {
+        let with_all = SIDES_TEXELS.map(|side| (side, 1.0));
+        let shares = std::iter::successors(Some(SHRINKING), |share| Some(share * SHRINKING));
+        let shares = shares.take_while(|share| *share > LEAST_SHARE);
+        let largest = SIDES_TEXELS[SIDES_TEXELS.len() - 1];
+        let mut tried = with_all
+            .into_iter()
+            .chain(shares.map(|share| (largest, share)));
+        tried.find_map(|(side, share)| Self::with(levels, radius, side, share))
+    }
+
+    /// In a picture of so many texels a side, with a share of the texels that are wished for along a length.
+    fn with(levels: &[&'a Level], radius: f32, side_texels: u32, share: f32) -> Option<Self> {
         let size = |frame: &Frame, level: &Level| {
             let texels = (frame.max - frame.min) * (level.radius_px / radius * share);
             texels.ceil().max(Vec2::splat(2.0)).as_uvec2()
@@ -114,35 +156,47 @@ fn fitted(levels: &[Level], radius: f32) -> Option<Vec<Vec<Place<'_>>>> {
             .iter()
             .flat_map(|level| level.frames.iter().map(|frame| size(frame, level)));
         let sizes: Vec<UVec2> = sizes.collect();
-        let mut rectangles = pack(&sizes, SIDE_TEXELS)?.into_iter().zip(sizes);
+        let mut rectangles = pack(&sizes, side_texels)?.into_iter().zip(sizes);
         let levels = levels.iter().map(|level| {
             let frames = level.frames.iter().zip(rectangles.by_ref());
             let places = frames.map(|(frame, (first, size))| Place { frame, first, size });
-            places.collect()
+            (level.number, places.collect())
         });
-        Some(levels.collect())
-    })
+        Some(Self {
+            levels: levels.collect(),
+            side_texels,
+        })
+    }
 }
 
-/// Puts pictures of a level's cards into the one for all, so that they cover about `wanted` pixels; returns the cards.
+/// Adds a level to the parts that have cards of their own in it, with pictures of these in which all parts cover about
+/// `wanted` pixels together.
 fn draw_as_much(
-    level: &[Drawn],
+    number: usize,
+    drawn: &[Vec<Drawn>],
     wanted: f32,
     model: &Model<'_>,
-    picture: &mut CardPicture,
-) -> Vec<Card> {
-    let cards: Vec<Card> = level.iter().map(|drawn| drawn.card).collect();
+    parts: &mut [PartCards],
+) {
+    for (part, drawn) in parts.iter_mut().zip(drawn) {
+        if !drawn.is_empty() {
+            let cards = drawn.iter().map(|drawn| drawn.card);
+            part.levels.push((number, cards.collect()));
+        }
+    }
     let mut gain = 1.0f32;
     for attempt in 1..=ATTEMPTS {
-        for drawn in level {
-            drawn.texels.write(picture, drawn.first, gain);
+        for (part, drawn) in parts.iter_mut().zip(drawn) {
+            for drawn in drawn {
+                drawn.texels.write(&mut part.picture, drawn.first, gain);
+            }
         }
         if attempt < ATTEMPTS {
-            let draw = |view: &_| model.draw_cards(&cards, picture, Vec3::ONE, view, SIDE_PX);
+            let shown = shown_at(parts, number, |_| Vec3::ONE);
+            let draw = |view: &_| model.draw_cards(&shown, view, SIDE_PX);
             gain = (gain * wanted / covered(draw).max(1.0)).clamp(1.0, MOST_GAIN);
         }
     }
-    cards
 }
 
 /// Pixels covered in pictures from several sides.
@@ -166,16 +220,15 @@ struct Source<'a> {
     unit_in_local: f32,
     /// The triangles in that unit.
     facets: Vec<Facet>,
-    surface: Option<&'a Surface>,
-    /// The same, by vertex.
-    surfaces: Vec<Option<&'a Surface>>,
-    uvs: &'a [Vec2],
+    /// Those of each part, by their indices.
+    parts: Vec<Vec<u32>>,
+    looks: Looks<'a>,
     /// The brightest red, green and blue of vertices.
     tint: Vec3,
 }
 
 impl<'a> Source<'a> {
-    fn of(hierarchy: &'a Hierarchy, surface: Option<&'a Surface>) -> Option<Self> {
+    fn of(hierarchy: &'a Hierarchy, surfaces: &'a Surfaces) -> Option<Self> {
         let vertices = &hierarchy.vertices;
         let units = hierarchy.source_units();
         let triangles: Vec<[u32; 3]> = units
@@ -189,15 +242,18 @@ impl<'a> Source<'a> {
         let unit_in_local = f32::from_bits(sphere.radius.to_bits() & f32::INFINITY.to_bits());
         let place = |vertex: u32| vertices.positions[vertex as usize] / unit_in_local;
         let facets = triangles.iter().map(|t| Facet::of(t.map(place)));
+        let mut parts = vec![Vec::new(); surfaces.part_count()];
+        for (facet, [vertex, ..]) in triangles.iter().enumerate() {
+            parts[surfaces.part_of(*vertex)].push(facet as u32);
+        }
         let mut source = Self {
             vertices,
             sphere,
             unit_in_local,
             facets: facets.collect(),
             triangles,
-            surface,
-            surfaces: vec![surface; count],
-            uvs: uvs_of(surface, vertices),
+            parts,
+            looks: surfaces.looks_of(hierarchy),
             tint: Vec3::ZERO,
         };
         let colors = source.triangles.as_flattened().iter();
@@ -206,27 +262,68 @@ impl<'a> Source<'a> {
         Some(source)
     }
 
-    /// Rectangles for each level, as large as the source is flat there.
-    fn levels(&self) -> Vec<Level> {
+    fn cards(&self) -> Vec<PartCards> {
+        let levels: Vec<Vec<Level>> = self.parts.iter().map(|part| self.levels(part)).collect();
+        // Without the finest levels, if these leave too little to the others.
+        let fitted = (0..LEVELS.len()).find_map(|first| {
+            let parts = levels.iter().map(|part| self.fitted(part, first));
+            parts.collect::<Option<Vec<Fitted<'_>>>>()
+        });
+        let fitted = fitted.unwrap_or_default();
+        let mut parts: Vec<PartCards> = fitted
+            .iter()
+            .map(|part| PartCards {
+                levels: Vec::new(),
+                picture: texels::empty_picture(part.side_texels, self.tint),
+            })
+            .collect();
+        // As much of each level is drawn as covers what the source covers.
+        let model = self.model();
+        let wanted = covered(|view| model.draw(&self.triangles, view, SIDE_PX));
+        for number in 0..LEVELS.len() {
+            let drawn = fitted.iter().map(|part| self.drawn(part, number));
+            let drawn: Vec<Vec<Drawn>> = drawn.collect();
+            if drawn.iter().any(|part| !part.is_empty()) {
+                draw_as_much(number, &drawn, wanted, &model, &mut parts);
+            }
+        }
+        parts
+    }
+
+    /// Rectangles for each level of a part, as large as it is flat there.
+    fn levels(&self, part: &[u32]) -> Vec<Level> {
         let most = self.facets.len() / LEAST_TRIANGLES;
-        let planned = LEVELS.par_iter().filter(|level| level.0 <= most);
-        let level = |&(count, radius_px): &(usize, f32)| Level {
-            frames: self.frames(count),
-            radius_px,
+        let area = |facets: &[Facet]| facets.iter().map(|facet| facet.area).sum::<f32>();
+        let facets: Vec<Facet> = part.iter().map(|&f| self.facets[f as usize]).collect();
+        let share = area(&facets) / area(&self.facets);
+        let planned = LEVELS.par_iter().enumerate();
+        let planned = planned.filter(|(_, level)| level.0 <= most);
+        let level = |(number, &(count, radius_px)): (usize, &(usize, f32))| {
+            let own = (count as f32 * share).round().max(1.0) as usize;
+            Level {
+                number,
+                frames: self.frames(part, &facets, own),
+                radius_px,
+            }
         };
-        let mut levels: Vec<Level> = planned.map(level).collect();
+        planned.map(level).collect()
+    }
+
+    /// Where the pictures of a part's cards lie, from a level of all on.
+    fn fitted<'b>(&self, levels: &'b [Level], first: usize) -> Option<Fitted<'b>> {
+        let mut levels: Vec<&Level> = levels.iter().filter(|l| l.number >= first).collect();
         // Some planes have nothing that lies on them.
         levels.dedup_by(|coarser, finer| coarser.frames.len() >= finer.frames.len());
         levels.retain(|level| !level.frames.is_empty());
-        levels
+        Fitted::of(&levels, self.sphere.radius / self.unit_in_local)
     }
 
-    /// So many rectangles around triangles that lie about flat, each facing where these do.
-    fn frames(&self, count: usize) -> Vec<Frame> {
-        let (planes, nearest) = planes_of(&self.facets, count);
+    /// So many rectangles around triangles of a part that lie about flat, each facing where these do.
+    fn frames(&self, part: &[u32], facets: &[Facet], count: usize) -> Vec<Frame> {
+        let (planes, nearest) = planes_of(facets, count);
         let mut facets_of = vec![Vec::new(); planes.len()];
-        for (facet, plane) in nearest.into_iter().enumerate() {
-            facets_of[plane].push(facet as u32);
+        for (facet, plane) in part.iter().zip(nearest) {
+            facets_of[plane].push(*facet);
         }
         let planes = planes.into_iter().zip(facets_of);
         let frames = planes.filter_map(|(mut plane, facets)| {
@@ -241,14 +338,28 @@ impl<'a> Source<'a> {
         frames.collect()
     }
 
+    /// The cards of a part's level with what is on them; none if it has no such level.
+    fn drawn(&self, part: &Fitted<'_>, number: usize) -> Vec<Drawn> {
+        let places = part.levels.iter().filter(|(own, _)| *own == number);
+        let places: Vec<&Place<'_>> = places.flat_map(|(_, places)| places).collect();
+        let drawn = |place: &&Place<'_>| Drawn {
+            card: place
+                .frame
+                .card(self.unit_in_local, place.first, place.size),
+            texels: Texels::of(self, place.frame, place.size),
+            first: place.first,
+        };
+        places.par_iter().map(drawn).collect()
+    }
+
     /// To be drawn for what it covers.
     fn model(&self) -> Model<'_> {
         Model {
             positions: &self.vertices.positions,
             normals: &[],
             colors: &[],
-            surfaces: &self.surfaces,
-            uvs: self.uvs,
+            surfaces: &self.looks.surfaces,
+            uvs: &self.looks.uvs,
             sphere: self.sphere,
             exposure: 1.0,
         }
@@ -272,7 +383,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_mesh, fixtures,
+        BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_mesh, bake_together,
+        fixtures,
     };
 
     const VIEWS: usize = 6;
@@ -330,10 +442,15 @@ mod tests {
         let view = |index| Viewpoint::around(index, VIEWS);
         let source = std::array::from_fn(|index| model.draw(triangles, &view(index), SIDE));
         let cards = hierarchy.cards.as_ref().unwrap();
-        let color = surface.unwrap().base_color();
+        let base_color = surface.unwrap().base_color();
         let draw = |level: &CardLevel| {
             std::array::from_fn(|index| {
-                model.draw_cards(&level.cards, &cards.picture, color, &view(index), SIDE)
+                let shown = ShownCards {
+                    cards: &level.cards,
+                    picture: &cards.picture,
+                    base_color,
+                };
+                model.draw_cards(&[shown], &view(index), SIDE)
             })
         };
         std::iter::once(source)
@@ -460,6 +577,69 @@ mod tests {
         }
     }
 
+    /// Of bark and leaves each has its own, in its own colours.
+    #[test]
+    fn cards_of_parts_cover_together_what_their_sources_do() {
+        let colors = [Vec4::new(0.8, 0.9, 1.0, 1.0), Vec4::new(0.5, 1.0, 0.4, 1.0)];
+        let mut parts = fixtures::tree_in_parts(600, 1);
+        for (mesh, color) in parts.iter_mut().zip(colors) {
+            let surface = Surface::new(color, SurfaceAlpha::Opaque);
+            mesh.surface = Some(Arc::new(surface));
+        }
+        let baked = bake_together(&parts.each_ref(), &with_cards(true));
+        let baked: Vec<Hierarchy> = baked.into_iter().map(|baked| baked.unwrap().0).collect();
+        let joined = fixtures::joined(&parts);
+        let looks = parts.iter();
+        let looks = looks.flat_map(|m| vec![m.surface.as_deref(); m.positions.len()]);
+        let model = Model {
+            positions: &joined.positions,
+            normals: &joined.normals,
+            colors: &joined.colors,
+            surfaces: &looks.collect::<Vec<_>>(),
+            uvs: &[],
+            sphere: Sphere::around(joined.positions.iter().copied()),
+            exposure: 1.0,
+        };
+        let (triangles, _) = joined.indices.as_chunks();
+        let view = |index| Viewpoint::around(index, VIEWS);
+        let source = std::array::from_fn(|index| model.draw(triangles, &view(index), SIDE));
+        let (area, color) = covered_and_color(&source);
+        let cards: Vec<&Cards> = baked.iter().filter_map(|b| b.cards.as_ref()).collect();
+        let [bark, leaves] = cards[..] else {
+            panic!("{}", cards.len())
+        };
+        for level in &bark.levels {
+            // Both change where one of them does.
+            let mut same = leaves.levels.iter();
+            let other = same.find(|other| other.error_in_local == level.error_in_local);
+            let shown = [(bark, level), (leaves, other.unwrap())];
+            let shown = [0, 1].map(|part| ShownCards {
+                cards: &shown[part].1.cards,
+                picture: &shown[part].0.picture,
+                base_color: colors[part].truncate(),
+            });
+            let drawn = std::array::from_fn(|index| model.draw_cards(&shown, &view(index), SIDE));
+            let (own_area, own_color) = covered_and_color(&drawn);
+            let share = own_area / area;
+            let off = (own_color / color - 1.0).abs().max_element();
+            println!("{}: {share}, {own_color} of {color}", level.cards.len());
+            assert!((0.95..1.05).contains(&share), "{share}");
+            assert!(off < 0.2, "{own_color}, not {color}");
+        }
+        assert!(bark.levels.len() > 3);
+        // No level is as bad as one with fewer cards, and nothing is left of those that were.
+        for cards in [bark, leaves] {
+            let levels = &cards.levels;
+            assert!(levels.is_sorted_by(|a, b| a.error_in_local < b.error_in_local));
+            let texels = levels.iter().flat_map(|level| &level.cards);
+            let area =
+                |card: &Card| u32::from(card.size_texels[0]) * u32::from(card.size_texels[1]);
+            let most: u32 = texels.map(area).sum();
+            let used = cards.picture.colors.iter().filter(|c| c[3] > 0).count();
+            assert!(used as u32 <= most, "{used} of {most}");
+        }
+    }
+
     /// Means of many texels, and what the file decodes, are the texture's own colours.
     #[test]
     fn cards_have_the_colours_of_the_texture() {
@@ -538,10 +718,11 @@ mod tests {
         };
         let hierarchy = bake_mesh(&mesh, &BakeConfig::fast()).unwrap();
         let sphere = Sphere::around(mesh.positions.iter().copied());
-        let (levels, _) = cards_of(&hierarchy, None).unwrap();
-        let counts: Vec<usize> = levels.iter().map(Vec::len).collect();
+        let parts = cards_of(&hierarchy, &Surfaces::of([&mesh]));
+        let levels = parts[0].levels.iter().map(|(_, cards)| cards);
+        let counts: Vec<usize> = levels.clone().map(Vec::len).collect();
         assert_eq!(counts, [20, 16]);
-        for level in &levels[1..] {
+        for level in levels.skip(1) {
             let planned = LEVELS.iter().rev().find(|plan| plan.0 >= level.len());
             let (_, radius_px) = *planned.unwrap();
             for card in level {

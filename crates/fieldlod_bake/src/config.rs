@@ -56,7 +56,8 @@ pub struct BakeConfig {
     /// as bad as its worst piece.
     pub measure_appearance: bool,
     /// Whether plants whose material is known get levels of cards below those of triangles: rectangles with pictures
-    /// of the plant. Only where appearance is measured, of meshes that are baked alone. They take the place of the first
+    /// of the plant. Only where appearance is measured; of meshes that are baked together each has its own, if the
+    /// materials of all are known. They take the place of the first
     /// level of triangles that one of them beats, with no more triangles and no more error, and of all coarser ones. Errors
     /// hold where a pixel has several samples, in one picture or over time: with the one that MSAA takes of a
     /// texture, cards look worse than that.

@@ -50,6 +50,13 @@ pub(crate) struct Model<'a> {
     pub(crate) exposure: f32,
 }
 
+/// Cards of a material of one colour.
+pub(crate) struct ShownCards<'a> {
+    pub(crate) cards: &'a [Card],
+    pub(crate) picture: &'a CardPicture,
+    pub(crate) base_color: Vec3,
+}
+
 impl Viewpoint {
     /// One of `count` directions on a spiral from pole to pole.
     pub(crate) fn around(index: usize, count: usize) -> Self {
@@ -120,49 +127,54 @@ impl Model<'_> {
         canvas.picture
     }
 
-    /// Draws cards likewise, of a material of one colour.
+    /// Draws cards likewise.
     pub(crate) fn draw_cards(
         &self,
-        cards: &[Card],
-        picture: &CardPicture,
-        base_color: Vec3,
+        shown: &[ShownCards<'_>],
         view: &Viewpoint,
         side: usize,
     ) -> Picture {
-        let tint = picture.tint * base_color * self.exposure;
-        let size = picture.side_texels;
         let mut canvas = Canvas::new(side);
-        for card in cards {
-            let [tangent, bitangent, normal] = card.axes();
-            let back = if normal.dot(view.eye) < 0.0 {
-                -1.0
-            } else {
-                1.0
-            };
-            let (corners, uvs) = (card.corners(), card.uvs(size));
-            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-                let corners = [a, b, c].map(|corner| self.place(corners[corner], view, side));
-                let Some(raster) = Raster::of(corners, side) else {
-                    continue;
-                };
-                raster.each_pixel(|index, shares, near| {
-                    canvas.draw(index, near, || {
-                        let uv = uvs[a] * shares.x + uvs[b] * shares.y + uvs[c] * shares.z;
-                        let texel = (uv * size as f32).as_uvec2().min(UVec2::splat(size - 1));
-                        let texel = (texel.y * size + texel.x) as usize;
-                        let color = picture.colors[texel];
-                        if color[3] < CardPicture::DRAWN_FROM {
-                            return None;
-                        }
-                        let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[texel]);
-                        let normal = (tangent * x + bitangent * y + normal * z).normalize_or_zero();
-                        let color = CardPicture::color_of(color).truncate() * tint;
-                        Some(color * lit(normal * back, view))
-                    });
-                });
+        for shown in shown {
+            for card in shown.cards {
+                self.draw_card(card, shown, view, &mut canvas);
             }
         }
         canvas.picture
+    }
+
+    fn draw_card(&self, card: &Card, of: &ShownCards<'_>, view: &Viewpoint, canvas: &mut Canvas) {
+        let picture = of.picture;
+        let tint = picture.tint * of.base_color * self.exposure;
+        let (side, size) = (canvas.picture.side, picture.side_texels);
+        let [tangent, bitangent, normal] = card.axes();
+        let back = if normal.dot(view.eye) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let (corners, uvs) = (card.corners(), card.uvs(size));
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            let corners = [a, b, c].map(|corner| self.place(corners[corner], view, side));
+            let Some(raster) = Raster::of(corners, side) else {
+                continue;
+            };
+            raster.each_pixel(|index, shares, near| {
+                canvas.draw(index, near, || {
+                    let uv = uvs[a] * shares.x + uvs[b] * shares.y + uvs[c] * shares.z;
+                    let texel = (uv * size as f32).as_uvec2().min(UVec2::splat(size - 1));
+                    let texel = (texel.y * size + texel.x) as usize;
+                    let color = picture.colors[texel];
+                    if color[3] < CardPicture::DRAWN_FROM {
+                        return None;
+                    }
+                    let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[texel]);
+                    let normal = (tangent * x + bitangent * y + normal * z).normalize_or_zero();
+                    let color = CardPicture::color_of(color).truncate() * tint;
+                    Some(color * lit(normal * back, view))
+                });
+            });
+        }
     }
 
     /// How many pixels of a square triangles cover together, each as opaque as its surface, or as told if that is not

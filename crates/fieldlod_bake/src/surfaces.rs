@@ -2,26 +2,77 @@
 
 use std::sync::Arc;
 
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Vec2, Vec3};
+
 use crate::mesh::SourceMesh;
-use crate::surface::Surface;
+use crate::surface::{Surface, uvs_of};
 
 /// The surfaces of a mesh of one or more parts, in the order of their vertices.
 #[derive(Clone, Default)]
 pub(crate) struct Surfaces {
     /// Up to which of the source's vertices each part reaches, and its surface if that is known.
     parts: Vec<(u32, Option<Arc<Surface>>)>,
+    /// Whether pictures may stand for all of them.
+    are_usable: bool,
+}
+
+/// What the vertices of a hierarchy look like.
+pub(crate) struct Looks<'a> {
+    pub(crate) surfaces: Vec<Option<&'a Surface>>,
+    /// The texture coordinates by which each goes.
+    pub(crate) uvs: Vec<Vec2>,
 }
 
 impl Surfaces {
     pub(crate) fn of<'a>(parts: impl IntoIterator<Item = &'a SourceMesh>) -> Self {
-        let mut end = 0;
+        let (mut end, mut are_usable) = (0, true);
         let parts = parts.into_iter().map(|mesh| {
             end += mesh.positions.len() as u32;
+            are_usable &= mesh.usable_surface().is_some();
             (end, mesh.telling_surface().cloned())
         });
         Self {
             parts: parts.collect(),
+            are_usable,
         }
+    }
+
+    /// Whether it is known of every part what a picture of it shows.
+    pub(crate) fn are_usable(&self) -> bool {
+        self.are_usable
+    }
+
+    pub(crate) fn part_count(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Which part a vertex of the source belongs to.
+    pub(crate) fn part_of(&self, vertex: u32) -> usize {
+        self.parts.partition_point(|&(end, _)| end <= vertex)
+    }
+
+    /// The base colour of a part, white if that is not known.
+    pub(crate) fn base_color(&self, part: usize) -> Vec3 {
+        let surface = self
+            .parts
+            .get(part)
+            .and_then(|(_, surface)| surface.as_deref());
+        surface.map_or(Vec3::ONE, Surface::base_color)
+    }
+
+    /// What all vertices of a hierarchy look like.
+    pub(crate) fn looks_of(&self, hierarchy: &Hierarchy) -> Looks<'_> {
+        let vertices = &hierarchy.vertices;
+        let all = 0..vertices.positions.len() as u32;
+        let surface = |vertex: u32| self.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
+        let surfaces: Vec<Option<&Surface>> = all.clone().map(surface).collect();
+        let uv = |vertex: u32| {
+            let uvs = uvs_of(surfaces[vertex as usize], vertices);
+            uvs.get(vertex as usize).copied().unwrap_or_default()
+        };
+        let uvs = all.map(uv).collect();
+        Looks { surfaces, uvs }
     }
 
     /// Whether that of any part is known.
@@ -31,8 +82,7 @@ impl Surfaces {
 
     /// That of the part of a vertex of the source.
     pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
-        let part = self.parts.partition_point(|&(end, _)| end <= vertex);
-        self.parts.get(part)?.1.as_deref()
+        self.parts.get(self.part_of(vertex))?.1.as_deref()
     }
 
     /// By what the surface multiplies the colours of the vertices of each part in the mean, and where the part ends.

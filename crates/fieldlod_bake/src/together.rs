@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, Vertices, WholeMeshCut};
+use fieldlod_hierarchy::{Card, Cards, Group, Hierarchy, Sphere, Vertices, WholeMeshCut};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -136,28 +136,43 @@ fn bake_as_one(
     on_triangles: &dyn Fn(usize),
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
-    let (hierarchy, report) = bake_valid_mesh(
+    let baked = bake_valid_mesh(
         &as_one_mesh(meshes),
         Surfaces::of(meshes.iter().copied()),
         config,
         on_triangles,
     );
-    let whole = hierarchy.whole_mesh_levels()?;
+    let mut whole = baked.hierarchy.whole_mesh_levels()?;
+    bound_cards(&mut whole, &baked.cards);
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
         .collect();
     // As good as it is by that of the meshes which is worst.
     let deviations = deviations(&parts, &whole, config);
-    let baked = parts.into_iter().map(|part| {
-        let hierarchy = part.hierarchy(&whole, &deviations)?;
+    let cards = baked.cards.into_iter().chain(std::iter::repeat(None));
+    let hierarchies = parts.into_iter().zip(cards).map(|(part, cards)| {
+        let hierarchy = part.hierarchy(&whole, &deviations, cards)?;
         let report = BakeReport {
             coarsest_triangles: hierarchy.units.last()?.triangle_count as usize,
-            ..report.clone()
+            ..baked.report.clone()
         };
         Some((hierarchy, report))
     });
-    baked.collect()
+    hierarchies.collect()
+}
+
+/// Lets the sphere of all levels be around cards, too: all meshes have the same.
+fn bound_cards(whole: &mut Hierarchy, cards: &[Option<Cards>]) {
+    let levels = cards.iter().flatten().flat_map(|cards| &cards.levels);
+    let corners = levels.flat_map(|level| level.cards.iter().flat_map(Card::corners));
+    let Some(Sphere { center, radius }) = whole.groups.first().map(|group| group.bounds) else {
+        return;
+    };
+    let radius = corners.fold(radius, |most, corner| most.max(corner.distance(center)));
+    for group in &mut whole.groups {
+        group.bounds.radius = radius;
+    }
 }
 
 /// For each level of the whole, how far the meshes stray from their sources at it or at a finer one.
@@ -266,12 +281,18 @@ impl<'a> Part<'a> {
         own
     }
 
-    fn hierarchy(self, whole: &Hierarchy, deviations: &[f32]) -> Option<Hierarchy> {
+    fn hierarchy(
+        self,
+        whole: &Hierarchy,
+        deviations: &[f32],
+        cards: Option<Cards>,
+    ) -> Option<Hierarchy> {
         let mut own = Hierarchy {
             source: self.mesh.source_hash(),
             source_vertex_count: self.mesh.positions.len() as u32,
             vertices: self.vertices,
             moved_from: self.moved_from,
+            cards,
             ..Hierarchy::default()
         };
         if !self.mesh.has_other_attributes {

@@ -2,13 +2,15 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, MeshError, SourceMesh, VerifySettings, bake_file, bake_mesh, bake_together,
-    fixtures, verify,
+    BakeConfig, MeshError, SourceMesh, Surface, SurfaceAlpha, VerifySettings, bake_file, bake_mesh,
+    bake_together, fixtures, verify,
 };
-use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
-use glam::{Vec2, Vec3};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, fixtures::Random};
+use glam::{Vec2, Vec3, Vec4};
 
 fn bake(meshes: &[&SourceMesh]) -> Vec<Hierarchy> {
     let baked = bake_together(meshes, &BakeConfig::default());
@@ -214,4 +216,63 @@ fn files_have_plants_of_small_primitives() {
             assert!(is_chain == is_together);
         }
     }
+}
+
+/// Both have cards, or none, and the levels of triangles that they have without.
+#[test]
+fn cards_of_a_tree_are_baked_together() {
+    let opaque = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
+    let opaque = Some(Arc::new(opaque));
+    let parts = fixtures::tree_in_parts(600, 1).map(|part| SourceMesh {
+        surface: opaque.clone(),
+        ..part
+    });
+    let config = BakeConfig {
+        cards: true,
+        ..BakeConfig::default()
+    };
+    let bake_with = |parts: &[SourceMesh; 2], config: &BakeConfig| -> Vec<Hierarchy> {
+        let baked = bake_together(&parts.each_ref(), config).into_iter();
+        baked.map(|baked| baked.unwrap().0).collect()
+    };
+    let with = bake_with(&parts, &config);
+    let without = bake_with(&parts, &BakeConfig::default());
+    for (part, plain) in with.iter().zip(&without) {
+        assert_eq!(part.validate(), Ok(()));
+        assert!(part.cards.is_some() && plain.cards.is_none());
+        assert!(part.units == plain.units && decisions(part) == decisions(plain));
+        let whole = part.whole_mesh_levels().unwrap();
+        assert_eq!(whole.validate(), Ok(()));
+        assert!(!whole.card_units().is_empty());
+        // All levels of both go by one sphere, and cards face as what they follow.
+        let sphere = with[0].groups[0].bounds;
+        assert!(whole.groups.iter().all(|group| group.bounds == sphere));
+        let first = whole.card_units().start;
+        let facing = whole.groups[first - 1].mean_normal;
+        assert!(
+            whole.groups[first..]
+                .iter()
+                .all(|g| g.mean_normal == facing)
+        );
+    }
+    // A file gives back what was baked.
+    let primitives = with
+        .iter()
+        .enumerate()
+        .map(|(index, hierarchy)| BakedPrimitive::new(0, index as u32, "", hierarchy.clone()));
+    let file = BakedFile {
+        primitives: primitives.collect(),
+    };
+    let read = BakedFile::from_bytes(&file.to_bytes()).unwrap();
+    for (read, part) in read.primitives.iter().zip(&with) {
+        assert!(read.hierarchy.whole_mesh_levels() == part.whole_mesh_levels());
+    }
+    // What a picture of the bark shows is not known.
+    let [bark, leaves] = parts;
+    let unknown = SourceMesh {
+        surface: None,
+        ..bark
+    };
+    let baked = bake_with(&[unknown, leaves], &config);
+    assert!(baked.iter().all(|part| part.cards.is_none()));
 }

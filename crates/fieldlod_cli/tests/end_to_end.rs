@@ -189,10 +189,12 @@ fn cards_are_baked_and_told_of() {
     let baked = plant.with_extension("fieldlod");
     let report: Value = serde_json::from_str(&said(&["inspect", text(&baked), "--json"])).unwrap();
     let levels = &report["primitives"][0]["card_levels"];
-    let counts: Vec<u64> = (0..3)
-        .map(|level| levels[level]["cards"].as_u64().unwrap())
-        .collect();
-    assert!(counts.is_sorted_by(|a, b| a > b), "{counts:?}");
+    let counts = levels.as_array().unwrap().iter();
+    let counts: Vec<u64> = counts.map(|l| l["cards"].as_u64().unwrap()).collect();
+    assert!(
+        counts.len() > 1 && counts.is_sorted_by(|a, b| a > b),
+        "{counts:?}"
+    );
     assert!(levels[0]["error_in_local"].as_f64().unwrap() > 0.0);
     let shown = said(&["inspect", text(&baked)]);
     println!("{shown}");

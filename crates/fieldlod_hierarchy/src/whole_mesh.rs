@@ -73,19 +73,26 @@ impl Hierarchy {
         let mut levels = self.levels_of_triangles();
         let cards = self.cards.clone();
         whole.cards = cards.and_then(|cards| cards.instead_of(&mut levels));
+        let facing = self.chain_sphere().and(levels.last());
+        let facing = facing.map(|last| last.mean_normal);
         for level in whole.cards.iter().flat_map(|cards| &cards.levels) {
             let side_texels = whole.cards.as_ref().map_or(1, |c| c.picture.side_texels);
+            let triangles = whole.vertices.push_cards(level, side_texels);
             levels.push(Level {
-                triangles: whole.vertices.push_cards(level, side_texels),
                 error_in_local: level.error_in_local,
                 deviation_in_local: f32::INFINITY,
+                mean_normal: facing.unwrap_or_else(|| mean_normal(&whole.vertices, &triangles)),
+                triangles,
             });
         }
         let moved_count = whole.vertices.positions.len() - whole.source_vertex_count as usize;
         if !whole.moved_from.is_empty() {
             whole.moved_from.resize(moved_count, 0);
         }
-        let bounds = Sphere::around(whole.vertices.positions.iter().copied());
+        let positions = whole.vertices.positions.iter().copied();
+        let is_around_all = |sphere: &Sphere| sphere.contains_all(positions.clone());
+        let own = self.chain_sphere().filter(is_around_all);
+        let bounds = own.unwrap_or_else(|| Sphere::around(positions.clone()));
         // Of cards it is not known, but no point is further from any other.
         let most_in_local = match self.is_measured() {
             true => 2.0 * bounds.radius,
@@ -101,7 +108,7 @@ impl Hierarchy {
                 deviation_in_local: next.map_or(f32::INFINITY, |next| {
                     next.deviation_in_local.min(most_in_local)
                 }),
-                mean_normal: mean_normal(&whole, &level.triangles),
+                mean_normal: level.mean_normal,
                 ..Group::default()
             };
             whole.push_whole_mesh(&level.triangles, group)?;
@@ -112,10 +119,15 @@ impl Hierarchy {
     /// The levels of the mesh as triangles, finest first.
     fn levels_of_triangles(&self) -> Vec<Level> {
         let levels = self.whole_mesh_cuts().into_iter();
+        let is_chain = self.chain_sphere().is_some();
         let level = |cut: WholeMeshCut| Level {
             error_in_local: self.largest_below(cut.group_level, seen_error),
             deviation_in_local: self
                 .largest_below(cut.group_level, |group| group.deviation_in_local),
+            mean_normal: match is_chain {
+                true => self.groups[cut.group_level as usize].mean_normal,
+                false => mean_normal(&self.vertices, &cut.triangles),
+            },
             triangles: cut.triangles,
         };
         levels.map(level).collect()
@@ -145,18 +157,22 @@ impl Hierarchy {
         Some(())
     }
 
-    /// Whether this is a chain of levels of the mesh as a whole, each as good as it looks, under one sphere.
+    /// Whether this is a chain of levels of the mesh as a whole, with those of cards if it has some.
     pub(crate) fn is_of_whole_meshes(&self) -> bool {
-        let Some(first) = self.groups.first() else {
-            return false;
-        };
+        let levels = self.cards.as_ref().map_or(&[][..], |cards| &cards.levels);
+        self.chain_sphere().is_some() && self.ends_with(levels)
+    }
+
+    /// The sphere of a chain of levels of the mesh as a whole, each as good as it looks, under that one.
+    fn chain_sphere(&self) -> Option<Sphere> {
+        let first = self.groups.first()?;
         let is_level = |(index, group): (usize, &Group)| {
             let is_seen = group.whole_mesh_error_in_local == group.error_in_local;
             let is_alone = group.unit_count == 1 && group.level as usize == index;
             is_alone && group.bounds == first.bounds && (is_seen || group.is_terminal())
         };
-        let levels = self.cards.as_ref().map_or(&[][..], |cards| &cards.levels);
-        self.groups.iter().enumerate().all(is_level) && self.ends_with(levels)
+        let is_chain = self.groups.iter().enumerate().all(is_level);
+        is_chain.then_some(first.bounds)
     }
 
     /// Whether the last units are so many levels of cards.
@@ -247,6 +263,7 @@ struct Level {
     /// Against the source.
     error_in_local: f32,
     deviation_in_local: f32,
+    mean_normal: Vec3,
 }
 
 impl Cards {
@@ -313,8 +330,8 @@ fn seen_error(group: &Group) -> f32 {
 }
 
 /// Area-weighted mean of the unit normals.
-fn mean_normal(baked: &Hierarchy, triangles: &[[u32; 3]]) -> Vec3 {
-    let corner = |vertex: u32| baked.vertices.positions[vertex as usize];
+fn mean_normal(vertices: &Vertices, triangles: &[[u32; 3]]) -> Vec3 {
+    let corner = |vertex: u32| vertices.positions[vertex as usize];
     let crosses = triangles.iter().map(|&[a, b, c]| {
         let (a, b, c) = (corner(a), corner(b), corner(c));
         (b - a).cross(c - a)

@@ -22,7 +22,7 @@ pub(super) struct Facet {
     pub(super) corners: [Vec3; 3],
     middle: Vec3,
     pub(super) normal: Vec3,
-    area: f32,
+    pub(super) area: f32,
 }
 
 #[derive(Clone, Copy, Debug)]

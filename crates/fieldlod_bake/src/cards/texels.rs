@@ -1,6 +1,6 @@
 //! The picture on a card.
 
-use fieldlod_hierarchy::CardPicture;
+use fieldlod_hierarchy::{Card, CardPicture};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
 use super::Source;
@@ -8,6 +8,7 @@ use super::frame::Frame;
 use super::planes::Facet;
 use crate::picture::Raster;
 use crate::surface::Surface;
+use crate::surfaces::Looks;
 
 /// Samples of a texel along each axis.
 const SAMPLES: u32 = 4;
@@ -31,6 +32,16 @@ pub(super) fn empty_picture(side_texels: u32, tint: Vec3) -> CardPicture {
         colors: vec![[0; 4]; count],
         normals: vec![FLAT; count],
         tint,
+    }
+}
+
+/// Takes the picture of a card away.
+pub(super) fn clear(picture: &mut CardPicture, card: &Card) {
+    let [first, size] = [card.first_texel, card.size_texels].map(|two| two.map(usize::from));
+    for row in first[1]..first[1] + size[1] {
+        let at = row * picture.side_texels as usize + first[0];
+        picture.colors[at..at + size[0]].fill([0; 4]);
+        picture.normals[at..at + size[0]].fill(FLAT);
     }
 }
 
@@ -155,9 +166,9 @@ struct Seen<'a> {
 
 impl<'a> Seen<'a> {
     fn of(source: &Source<'a>, triangle: &[u32; 3], facet: &Facet) -> Self {
-        let uvs = source.uvs;
+        let Looks { surfaces, uvs } = &source.looks;
         Self {
-            surface: source.surface,
+            surface: surfaces[triangle[0] as usize],
             uvs: triangle.map(|v| uvs.get(v as usize).copied().unwrap_or_default()),
             colors: triangle.map(|v| source.color(v) / source.tint),
             normals: triangle.map(|v| source.normal(v).unwrap_or(facet.normal)),

@@ -1,13 +1,15 @@
 //! Plants far away are drawn as cards, where their material allows it.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
+use bevy::camera::primitives::Aabb;
+use bevy::math::Vec3A;
 use bevy::pbr::Lightmap;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{BakedLods, LodSimplified};
+use bevy_fieldlod::{BakedLods, LodSimplified, LodSource};
 use fieldlod_bake::{SourceMesh, Surface, SurfaceAlpha, bake_mesh};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use fieldlod_tests::apps::{bevy_mesh, with_cards};
 
 use crate::headless::{add, app, insert, move_camera, origins, ready, spawn_camera, stats, units};
@@ -51,6 +53,17 @@ fn draws_cards(app: &App, plant: Entity) -> bool {
         .get(mesh)
         .unwrap()
         .contains_attribute(Mesh::ATTRIBUTE_TANGENT)
+}
+
+/// Triangles of the mesh that an entity draws, and of its source.
+fn triangles_of_meshes(app: &App, plant: Entity) -> [usize; 2] {
+    let plant = app.world().entity(plant);
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    let handles = [
+        &plant.get::<Mesh3d>().unwrap().0,
+        &plant.get::<LodSource>().unwrap().mesh,
+    ];
+    handles.map(|mesh| meshes.get(mesh).unwrap().indices().unwrap().len() / 3)
 }
 
 fn material_of(app: &App, plant: Entity) -> AssetId<StandardMaterial> {
@@ -173,8 +186,8 @@ fn nothing_is_cards_unless_asked_for() {
     assert!(!draws_cards(&app, plant));
 }
 
-/// A baked crown with levels of cards.
-fn file_of_cards() -> BakedLods {
+/// A crown with levels of cards.
+static BAKED_CROWN: LazyLock<Hierarchy> = LazyLock::new(|| {
     let config = with_cards().bake.unwrap();
     let mesh = SourceMesh {
         surface: Some(Arc::new(Surface::new(Vec4::ONE, SurfaceAlpha::Opaque))),
@@ -184,7 +197,19 @@ fn file_of_cards() -> BakedLods {
     };
     let baked = bake_mesh(&mesh, &config).unwrap();
     assert!(baked.cards.is_some());
-    let primitives = vec![BakedPrimitive::new(0, 0, "crown", baked)];
+    baked
+});
+
+/// The same without them.
+fn baked_without_cards() -> Hierarchy {
+    Hierarchy {
+        cards: None,
+        ..BAKED_CROWN.clone()
+    }
+}
+
+fn file_of(baked: &Hierarchy) -> BakedLods {
+    let primitives = vec![BakedPrimitive::new(0, 0, "crown", baked.clone())];
     BakedLods::new(Arc::new(BakedFile { primitives }))
 }
 
@@ -192,7 +217,7 @@ fn file_of_cards() -> BakedLods {
 fn what_is_drawn_in_pieces_has_no_cards() {
     let mut app = app();
     let camera = spawn_camera(&mut app, NEAR);
-    let file = add(&mut app, file_of_cards());
+    let file = add(&mut app, file_of(&BAKED_CROWN));
     let plant = spawn(&mut app, green());
     let of = |kind| AutoLod {
         kind,
@@ -222,7 +247,7 @@ fn what_is_drawn_in_pieces_has_no_cards() {
 fn a_plant_is_cards_though_another_of_its_mesh_blends() {
     let mut app = app();
     spawn_camera(&mut app, FAR);
-    let file = add(&mut app, file_of_cards());
+    let file = add(&mut app, file_of(&BAKED_CROWN));
     let clear = StandardMaterial {
         alpha_mode: AlphaMode::Blend,
         ..green()
@@ -313,9 +338,163 @@ fn a_hidden_plant_is_no_cards_without_their_material() {
     insert(&mut app, plant, MeshMaterial3d(later.clone()));
     (0..2).for_each(|_| app.update());
     assert!(!draws_cards(&app, plant));
+    let [drawn, full] = triangles_of_meshes(&app, plant);
+    assert!(drawn * 10 < full, "{drawn} of {full}");
     let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
     materials.insert(&later, green()).unwrap();
     insert(&mut app, plant, Visibility::Inherited);
     (0..3).for_each(|_| app.update());
     assert!(draws_cards(&app, plant));
+}
+
+/// The triangles and the error of each level of the mesh as a whole.
+fn levels_of(baked: &Hierarchy) -> Vec<(u64, f32)> {
+    let levels = baked.whole_mesh_levels().unwrap();
+    let errors = levels.groups.iter().map(|group| group.error_in_local);
+    let errors = std::iter::once(0.0).chain(errors);
+    let triangles = levels.units.iter().map(|unit| unit.triangle_count.into());
+    triangles.zip(errors).collect()
+}
+
+/// A plant with the levels of a file, whose material is not there yet, and a camera far away.
+fn waiting_plant(baked: &Hierarchy) -> (App, Entity, Entity, Handle<StandardMaterial>) {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, FAR);
+    let file = add(&mut app, file_of(baked));
+    let later = app.world().resource::<Assets<StandardMaterial>>();
+    let later = later.reserve_handle();
+    let mesh = add(&mut app, crown());
+    let plant = app.world_mut().spawn((
+        Mesh3d(mesh),
+        MeshMaterial3d(later.clone()),
+        AutoLod {
+            baked: Some(file),
+            bake: None,
+            ..with_cards()
+        },
+    ));
+    let plant = plant.id();
+    ready(&mut app, 1);
+    (app, camera, plant, later)
+}
+
+/// Sets a material, and runs some frames.
+fn set(app: &mut App, material: &Handle<StandardMaterial>, value: StandardMaterial) {
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    materials.insert(material, value).unwrap();
+    (0..3).for_each(|_| app.update());
+}
+
+/// Whether the mesh that an entity draws is inside the box by which it is culled.
+fn is_in_its_box(app: &App, plant: Entity) -> bool {
+    let plant = app.world().entity(plant);
+    let aabb = plant.get::<Aabb>().unwrap();
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    let mesh = meshes.get(plant.get::<Mesh3d>().unwrap()).unwrap();
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).unwrap();
+    let positions = positions.as_float3().unwrap().iter();
+    let off = positions.map(|&position| (Vec3A::from(position) - aabb.center).abs());
+    off.map(|off| (off - aabb.half_extents).max_element())
+        .all(|outside| outside < 1e-5)
+}
+
+/// The triangles that a camera draws at each of so many levels.
+fn drawn_at_levels(app: &mut App, camera: Entity, plant: Entity, count: usize) -> Vec<u64> {
+    let drawn = (0..count as u32).map(|level| {
+        let mut lod = app.world_mut().get_mut::<AutoLod>(plant).unwrap();
+        lod.forced_level = Some(level);
+        (0..2).for_each(|_| app.update());
+        assert!(is_in_its_box(app, plant), "{level}");
+        stats(app, camera).triangles_drawn
+    });
+    drawn.collect()
+}
+
+#[test]
+fn the_coarsest_triangles_that_err_no_more_stand_in_for_cards() {
+    let levels = levels_of(&BAKED_CROWN);
+    let without_cards = levels_of(&baked_without_cards());
+    let above_cards = |(own, other): &(&(u64, f32), &(u64, f32))| own == other;
+    let first = levels.iter().zip(&without_cards).take_while(above_cards);
+    let first = first.count();
+    let stand_in = |error: f32| without_cards.iter().rfind(|level| level.1 <= error);
+    let stand_ins = levels.iter().map(|level| stand_in(level.1).unwrap().0);
+    let stand_ins: Vec<u64> = stand_ins.collect();
+    assert!(first < levels.len() && stand_ins[levels.len() - 1] * 4 < levels[first - 1].0);
+    let (mut app, camera, plant, material) = waiting_plant(&BAKED_CROWN);
+    let drawn = drawn_at_levels(&mut app, camera, plant, levels.len());
+    assert_eq!(drawn, stand_ins);
+    set(&mut app, &material, green());
+    let drawn = drawn_at_levels(&mut app, camera, plant, levels.len());
+    let all: Vec<u64> = levels.iter().map(|level| level.0).collect();
+    assert_eq!(drawn, all);
+}
+
+/// Of which nothing coarser is known.
+#[test]
+fn the_last_triangles_stand_in_for_cards_of_a_file_of_whole_meshes() {
+    let whole = BAKED_CROWN.whole_mesh_levels().unwrap();
+    let above_cards = &whole.units[whole.card_units().start - 1];
+    let (app, camera, ..) = waiting_plant(&whole);
+    let drawn = stats(&app, camera).triangles_drawn;
+    assert_eq!(drawn, u64::from(above_cards.triangle_count));
+}
+
+#[test]
+fn a_plant_that_waits_for_cards_draws_what_it_would_without_or_little_more() {
+    let triangles = |baked: &Hierarchy, waits: bool| {
+        let (mut app, camera, plant, material) = waiting_plant(baked);
+        if !waits {
+            set(&mut app, &material, green());
+        }
+        let distances = [3.0, 10.0, 20.0, 40.0, 60.0, 80.0, FAR, 2.0 * FAR];
+        distances.map(|distance| {
+            move_camera(&mut app, camera, distance);
+            let drawn = stats(&app, camera).triangles_drawn;
+            (drawn, draws_cards(&app, plant))
+        })
+    };
+    let waiting = triangles(&BAKED_CROWN, true);
+    let cards = triangles(&BAKED_CROWN, false);
+    let without = triangles(&baked_without_cards(), true);
+    let mut above_cards = u64::MAX;
+    for ((waiting, cards), without) in waiting.into_iter().zip(cards).zip(without) {
+        assert!(!waiting.1 && !without.1);
+        if cards.1 {
+            // What is asked for errs less than what is allowed.
+            let range = without.0..above_cards.min(3 * without.0);
+            assert!(range.contains(&waiting.0), "{waiting:?} {without:?}");
+        } else {
+            assert_eq!((waiting.0, waiting.0), (without.0, cards.0));
+            above_cards = waiting.0;
+        }
+    }
+    assert!(!cards[0].1 && cards[7].1);
+}
+
+/// Though nothing moves.
+#[test]
+fn a_still_plant_becomes_cards_and_triangles_again() {
+    let (mut app, camera, plant, material) = waiting_plant(&BAKED_CROWN);
+    let drawn = |app: &App| (draws_cards(app, plant), stats(app, camera).triangles_drawn);
+    let waiting = drawn(&app);
+    assert!(!waiting.0 && waiting.1 * 10 < stats(&app, camera).triangles_full);
+    set(&mut app, &material, green());
+    let cards = drawn(&app);
+    assert!(cards.0 && cards.1 < waiting.1, "{cards:?} {waiting:?}");
+    let clear = StandardMaterial {
+        alpha_mode: AlphaMode::Blend,
+        ..green()
+    };
+    set(&mut app, &material, clear.clone());
+    assert_eq!(drawn(&app), waiting);
+    set(&mut app, &material, green());
+    assert_eq!(drawn(&app), cards);
+    // In the very frame in which it gets another material, there is nothing to draw cards with any more.
+    let clear = add(&mut app, clear);
+    insert(&mut app, plant, MeshMaterial3d(clear));
+    for _ in 0..3 {
+        app.update();
+        assert_eq!(drawn(&app), waiting);
+    }
 }

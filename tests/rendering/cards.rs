@@ -62,6 +62,20 @@ fn run_until_cards(stage: &mut Stage, plant: Entity) {
     (0..3).for_each(|_| stage.app.update());
 }
 
+/// Triangles of a mesh.
+fn triangles_of(stage: &Stage, mesh: &Handle<Mesh>) -> usize {
+    let meshes = stage.app.world().resource::<Assets<Mesh>>();
+    meshes.get(mesh).unwrap().indices().unwrap().len() / 3
+}
+
+fn triangles_of_units(stage: &mut Stage) -> Vec<usize> {
+    let world = stage.app.world_mut();
+    let mut units = world.query_filtered::<&Mesh3d, With<LodUnit>>();
+    let units: Vec<Mesh3d> = units.iter(world).cloned().collect();
+    let triangles = units.iter().map(|unit| triangles_of(stage, &unit.0));
+    triangles.collect()
+}
+
 /// How many entities let pipelines be made.
 fn warm_up_count(stage: &mut Stage) -> usize {
     let world = stage.app.world_mut();
@@ -157,6 +171,34 @@ fn cards_throw_the_shadow_of_the_plant() {
     );
 }
 
+/// Frames that wait for pipelines are not dear.
+#[test]
+fn coarse_triangles_stand_in_while_pipelines_are_made() {
+    for mut stage in Stage::with_each_culling() {
+        let (plant, _, eye) = plant_before_an_eye(&mut stage);
+        let source = stage.app.world().get::<Mesh3d>(plant).unwrap().0.clone();
+        let full = triangles_of(&stage, &source);
+        stage.insert(plant, with_cards());
+        let mut frames = 0;
+        for _ in 0..20_000 {
+            stage.app.update();
+            let world = stage.app.world();
+            let drawn = &world.get::<Mesh3d>(plant).unwrap().0;
+            if draws_cards(&stage, plant) {
+                break;
+            }
+            if *drawn != source {
+                frames += 1;
+                let triangles = triangles_of(&stage, drawn);
+                let stats = world.get::<FieldLodViewStats>(eye.entity).unwrap();
+                assert!(triangles * 10 < full, "{triangles} of {full}");
+                assert_eq!(stats.triangles_drawn, triangles as u64);
+            }
+        }
+        assert!(frames > 0 && draws_cards(&stage, plant), "{frames}");
+    }
+}
+
 /// Units that draw cards, and whether each has the material of cards.
 fn units_of_cards(stage: &mut Stage) -> Vec<bool> {
     let world = stage.app.world_mut();
@@ -185,8 +227,14 @@ fn cards_throw_shadows_in_their_own_material() {
     };
     stage
         .app
-        .insert_resource(DirectionalLightShadowMap { size: 512 });
+        .insert_resource(DirectionalLightShadowMap { size: 512 })
+        .insert_resource(FieldLodConfig {
+            idle_frames: 2,
+            ..default()
+        });
     let (plant, material, eye) = plant_before_an_eye(&mut stage);
+    let source = stage.app.world().get::<Mesh3d>(plant).unwrap().0.clone();
+    let full = triangles_of(&stage, &source);
     let near = Transform::from_xyz(0.0, 1.0, 4.0).looking_at(Vec3::ZERO, Vec3::Y);
     let view = FieldLodSettings::with_error_px(0.5);
     stage.insert(eye.entity, (near, view));
@@ -198,13 +246,18 @@ fn cards_throw_shadows_in_their_own_material() {
     let units = units_of_cards(&mut stage);
     assert!(!units.is_empty() && units.iter().all(|is_dressed| *is_dressed));
     // Nothing throws the shadow of rectangles while the material blends, nor when it does no longer.
-    for (alpha_mode, frames) in [(AlphaMode::Blend, 4), (AlphaMode::Opaque, 20)] {
+    for alpha_mode in [AlphaMode::Blend, AlphaMode::Opaque] {
         let mut materials = stage
             .app
             .world_mut()
             .resource_mut::<Assets<StandardMaterial>>();
         materials.get_mut(&material).unwrap().alpha_mode = alpha_mode;
-        run(&mut stage, frames);
+        run(&mut stage, 20);
+        if alpha_mode == AlphaMode::Blend {
+            let least = triangles_of_units(&mut stage).into_iter().min();
+            assert!(units_of_cards(&mut stage).is_empty());
+            assert!(least.is_some_and(|least| least * 10 < full), "{least:?}");
+        }
     }
     let units = units_of_cards(&mut stage);
     assert!(!units.is_empty() && units.iter().all(|is_dressed| *is_dressed));

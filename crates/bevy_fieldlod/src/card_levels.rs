@@ -1,5 +1,6 @@
 //! Levels of cards: their pictures as textures, and cards as meshes.
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use bevy::asset::{AssetId, Assets, Handle, RenderAssetUsages};
@@ -13,7 +14,9 @@ use fieldlod_hierarchy::{Card, CardPicture, Cards};
 #[derive(Debug)]
 pub(crate) struct CardLevels {
     /// The finest of them; all coarser levels are cards, too.
-    pub(crate) first_level: u32,
+    first_level: u32,
+    /// For each of them the piece of triangles that is drawn in its place while cards cannot be.
+    stand_ins: Vec<u32>,
     pub(crate) colors: Handle<Image>,
     pub(crate) normals: Handle<Image>,
     pub(crate) tint: Vec3,
@@ -22,9 +25,22 @@ pub(crate) struct CardLevels {
     pub(crate) texture: OnceLock<Option<AssetId<Image>>>,
 }
 
+impl CardLevels {
+    pub(crate) fn levels(&self) -> Range<u32> {
+        self.first_level..self.first_level + self.stand_ins.len() as u32
+    }
+
+    /// The piece that stands in for a level; `None` if that is none of cards.
+    pub(crate) fn stand_in(&self, level: u32) -> Option<u32> {
+        let index = level.checked_sub(self.first_level)?;
+        self.stand_ins.get(index as usize).copied()
+    }
+}
+
 /// The levels of a mesh that are cards, whose textures are not among the assets yet.
 pub(crate) struct PreparedPicture {
     first_level: u32,
+    stand_ins: Vec<u32>,
     colors: Image,
     normals: Image,
     tint: Vec3,
@@ -32,11 +48,12 @@ pub(crate) struct PreparedPicture {
 }
 
 impl PreparedPicture {
-    /// Of a mesh whose levels from `first_level` on are cards. They were baked with the texture `texture`, if that is
-    /// known.
+    /// Of a mesh whose levels from `first_level` on are cards, for each of which one of the pieces `stand_ins` stands in.
+    /// They were baked with the texture `texture`, if that is known.
     pub(crate) fn of(
         cards: &Cards,
         first_level: u32,
+        stand_ins: Vec<u32>,
         texture: Option<Option<AssetId<Image>>>,
     ) -> Self {
         let mips = cards.picture.mips();
@@ -45,6 +62,7 @@ impl PreparedPicture {
         let normals = normals.flat_map(|&[x, y, z]| [x, y, z, u8::MAX]);
         Self {
             first_level,
+            stand_ins,
             colors: image(
                 &mips,
                 colors.copied().collect(),
@@ -59,6 +77,7 @@ impl PreparedPicture {
     pub(crate) fn add_to(self, images: &mut Assets<Image>) -> CardLevels {
         CardLevels {
             first_level: self.first_level,
+            stand_ins: self.stand_ins,
             colors: images.add(self.colors),
             normals: images.add(self.normals),
             tint: self.tint,

@@ -2,7 +2,7 @@
 //!
 //! An entity keeps its material. Only the renderer is told to take another while the mesh that is drawn is one of
 //! cards: a [`StandardMaterial`] like the entity's own, but for what the pictures hold. Of materials that pictures
-//! cannot stand for, and of other types, entities are drawn with triangles: at the coarsest level that has some.
+//! cannot stand for, and of other types, entities are drawn with triangles: at a level that errs no more than the cards.
 
 mod dress;
 mod material;
@@ -51,7 +51,8 @@ impl LodCards {
 
     /// The material that draws a mesh, if it is not the entity's own.
     fn material_of(&self, mesh: AssetId<Mesh>) -> Option<&Handle<StandardMaterial>> {
-        self.material.as_ref().filter(|_| self.mesh.is_cards(mesh))
+        let is_cards = self.mesh.level_of_cards(mesh).is_some();
+        self.material.as_ref().filter(|_| is_cards)
     }
 }
 
@@ -115,7 +116,7 @@ fn undress(
 /// Lets Bevy, which knows nothing of their material, bin anew what is drawn as cards of another one.
 fn note_other_materials(mut changed: Query<(&LodCards, &mut Mesh3d), Changed<LodCards>>) {
     for (cards, mut mesh) in &mut changed {
-        if cards.mesh.is_cards(mesh.id()) {
+        if cards.mesh.level_of_cards(mesh.id()).is_some() {
             mesh.set_changed();
         }
     }

@@ -217,7 +217,7 @@ impl Cascade {
                 return None;
             }
             let may_be_cards = LodCards::can_be_drawn(cards);
-            let unit = self.level_of(instance, object, may_be_cards, scene)?;
+            let unit = self.piece_of(instance, object, may_be_cards, scene)?;
             Some((instance.id, instance.entity, unit))
         });
         let id = instance.map(|instance| instance.id);
@@ -251,28 +251,28 @@ impl Cascade {
         self.changed.push((caster, true));
     }
 
-    /// The level that casts the shadow of a whole mesh, if not that which is drawn.
-    fn level_of(
+    /// The piece that casts the shadow of a whole mesh, if not that which is drawn.
+    fn piece_of(
         &self,
         instance: &LodInstance,
         object: &LodObject,
         may_be_cards: bool,
         scene: &LodScene,
     ) -> Option<u32> {
-        let drawn = instance.level?;
-        let pieces = &instance.mesh.pieces;
-        let triangles = |level: u32| pieces[level as usize].triangles;
-        let saves_enough = |level: u32| triangles(level) + LEAST_SAVED <= triangles(drawn);
-        let coarsest = instance.mesh.coarsest_level(may_be_cards);
-        if object.auto_lod.forced_level.is_some() || !saves_enough(coarsest) {
+        let drawn = instance.piece?;
+        if object.auto_lod.forced_level.is_some() {
             return None;
         }
+        let mesh = &instance.mesh;
+        let triangles = |piece: u32| mesh.pieces[piece as usize].triangles;
+        let saves_enough = |piece: &u32| triangles(*piece) + LEAST_SAVED <= triangles(drawn);
         let world_from_local = scene.scene.placement(instance.id);
         let scale = largest_scale(&world_from_local) * object.auto_lod.bias;
-        let errs_less = |level: &u32| {
-            pieces[*level as usize].error_in_local * scale <= self.largest_error_in_world
+        let errs_less = |piece: &u32| {
+            mesh.pieces[*piece as usize].error_in_local * scale <= self.largest_error_in_world
         };
-        let level = (drawn + 1..=coarsest).rev().find(errs_less)?;
-        saves_enough(level).then_some(level)
+        let coarsest_first = (0..mesh.level_count()).rev();
+        let pieces = coarsest_first.map(|level| mesh.piece_at(level, may_be_cards));
+        pieces.take_while(saves_enough).find(errs_less)
     }
 }

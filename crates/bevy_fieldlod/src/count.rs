@@ -84,9 +84,9 @@ impl Count {
         }
         self.full += u64::from(mesh.triangles_full);
         let is_marked = cut.visibility.contains(instance.record);
-        match instance.level {
-            Some(level) if !is_marked => {
-                self.drawn += u64::from(mesh.pieces[level as usize].triangles);
+        match instance.piece {
+            Some(piece) if !is_marked => {
+                self.drawn += u64::from(mesh.pieces[piece as usize].triangles);
                 self.units += 1;
             }
             Some(_) => {}

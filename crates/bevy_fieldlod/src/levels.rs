@@ -44,14 +44,16 @@ impl LodLevels<'_, '_> {
             return None;
         }
         let units = cut.selector.units(&self.scene.scene, instance.id);
-        match instance.level {
+        let pieces = &instance.mesh.pieces;
+        match instance.piece {
             _ if cut.state == ViewState::Cut && units.is_empty() => None,
-            Some(level) => Some(level..=level),
+            Some(piece) => {
+                let level = pieces[piece as usize].level;
+                Some(level..=level)
+            }
             None if cut.state == ViewState::FullDetail => Some(0..=0),
             None => {
-                let levels = units
-                    .iter()
-                    .map(|&unit| instance.mesh.pieces[unit as usize].level);
+                let levels = units.iter().map(|&unit| pieces[unit as usize].level);
                 Some(levels.clone().min()?..=levels.max()?)
             }
         }

@@ -23,7 +23,7 @@ pub(crate) struct LodMesh {
     pub(crate) id: MeshId,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
-    /// One for each unit of the hierarchy.
+    /// One for each unit of the hierarchy, then those that only stand in for [levels of cards](CardLevels).
     pub(crate) pieces: Vec<LodPiece>,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
@@ -42,7 +42,7 @@ pub(crate) struct LodMesh {
     pub(crate) cards: Option<CardLevels>,
 }
 
-/// The mesh that draws one unit.
+/// The mesh that draws one unit, or stands in for some.
 #[derive(Debug)]
 pub(crate) struct LodPiece {
     /// `None` for a whole mesh at its finest level, which is the source mesh, and for what comes and goes with
@@ -54,10 +54,6 @@ pub(crate) struct LodPiece {
     pub(crate) level: u32,
     pub(crate) triangles: u32,
     /// The group whose simplification it is; `None` for source geometry.
-    #[cfg_attr(
-        not(feature = "debug"),
-        expect(dead_code, reason = "heat-maps show it")
-    )]
     pub(crate) produced_by: Option<u32>,
     /// Geometric error against the source in local units.
     pub(crate) error_in_local: f32,
@@ -71,26 +67,31 @@ impl LodPiece {
 }
 
 impl LodMesh {
-    /// The coarsest level of an entity that may be drawn as cards, or may not.
-    pub(crate) fn coarsest_level(&self, may_be_cards: bool) -> u32 {
+    /// How many levels there are to choose from, if it is drawn as a whole mesh.
+    pub(crate) fn level_count(&self) -> u32 {
+        let count = self.cards.as_ref().map(|cards| cards.levels().end);
+        count.unwrap_or(self.pieces.len() as u32)
+    }
+
+    /// The piece that draws a level of an entity that may be drawn as cards, or may not.
+    pub(crate) fn piece_at(&self, level: u32, may_be_cards: bool) -> u32 {
         let cards = self.cards.as_ref().filter(|_| !may_be_cards);
-        let count = cards.map_or(self.pieces.len() as u32, |cards| cards.first_level);
-        count.saturating_sub(1)
+        let stand_in = cards.and_then(|cards| cards.stand_in(level));
+        stand_in.unwrap_or(level)
     }
 
-    /// Whether a mesh is one of its levels of cards.
-    pub(crate) fn is_cards(&self, mesh: AssetId<Mesh>) -> bool {
-        let levels = self.cards.as_ref();
-        let first = levels.map_or(usize::MAX, |levels| levels.first_level as usize);
-        let pieces = self.pieces.iter().skip(first);
-        pieces
-            .filter_map(|piece| piece.mesh.as_ref())
-            .any(|piece| piece.id() == mesh)
+    /// Which of its levels of cards a mesh is, if it is one.
+    pub(crate) fn level_of_cards(&self, mesh: AssetId<Mesh>) -> Option<u32> {
+        let mut levels = self.cards.as_ref()?.levels();
+        levels.find(|&level| {
+            let piece = self.pieces[level as usize].mesh.as_ref();
+            piece.is_some_and(|piece| piece.id() == mesh)
+        })
     }
 
-    /// The mesh of a level, if it is drawn as a whole mesh.
-    pub(crate) fn mesh_at<'a>(&'a self, level: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
-        let piece = self.pieces.get(level as usize);
+    /// The mesh of a piece, if it is drawn as a whole mesh.
+    pub(crate) fn mesh_at<'a>(&'a self, piece: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
+        let piece = self.pieces.get(piece as usize);
         let mesh = piece.and_then(|piece| piece.mesh.as_ref());
         mesh.unwrap_or(&source.mesh)
     }

@@ -65,8 +65,9 @@ pub(crate) struct LodInstance {
     pub(crate) record: u32,
     /// The layers that it is drawn on; none while it is hidden.
     pub(crate) layers: u64,
-    /// The level at which the entity itself draws the whole mesh; `None` where units draw it.
-    pub(crate) level: Option<u32>,
+    /// The piece with which the entity itself draws the whole mesh: a level, or what stands in for one of cards. `None`
+    /// where units draw it.
+    pub(crate) piece: Option<u32>,
     /// Units with a draw record, in ascending order, each with its record. Those of a whole mesh are levels that
     /// only cast shadows.
     pub(crate) units: Vec<(u32, u32)>,
@@ -126,7 +127,7 @@ impl LodScene {
             return;
         }
         // A new entity starts at its finest level, or without any unit.
-        let (kind, level) = if mesh.kind == LodKind::WholeMesh {
+        let (kind, piece) = if mesh.kind == LodKind::WholeMesh {
             (DrawKind::WholeMesh, Some(0))
         } else {
             self.clustered_count += 1;
@@ -150,7 +151,7 @@ impl LodScene {
             mesh: mesh.clone(),
             record,
             layers,
-            level,
+            piece,
             units: Vec::new(),
         });
         self.instance_of.insert(entity, id);
@@ -161,7 +162,7 @@ impl LodScene {
     /// Lets the shadows of a whole mesh be cast by another level, if they should be.
     fn choose_casters_of(&mut self, id: InstanceId) {
         let instance = self.instance(id.index() as u32);
-        if instance.is_some_and(|instance| instance.level.is_some()) {
+        if instance.is_some_and(|instance| instance.piece.is_some()) {
             self.casters_to_choose.push(id.index() as u32);
         }
     }
@@ -172,10 +173,10 @@ impl LodScene {
             return;
         };
         let mesh = &instance.mesh;
-        let numbers = match instance.level {
+        let numbers = match instance.piece {
             _ if instance.layers == 0 => Some([0; 3]),
-            Some(level) if instance.layers == FIRST_LAYER => {
-                let drawn = mesh.pieces[level as usize].triangles;
+            Some(piece) if instance.layers == FIRST_LAYER => {
+                let drawn = mesh.pieces[piece as usize].triangles;
                 Some([mesh.triangles_full, drawn, 1])
             }
             _ => None,
@@ -227,7 +228,7 @@ impl LodScene {
         let Some(instance) = self.instances[id.index()].take() else {
             return Vec::new();
         };
-        self.clustered_count -= usize::from(instance.level.is_none());
+        self.clustered_count -= usize::from(instance.piece.is_none());
         let records = instance.units.iter().map(|&(_, record)| record);
         records
             .filter_map(|record| self.records.free(record))
@@ -255,7 +256,7 @@ impl LodScene {
     /// The entities that are cut into units.
     pub(crate) fn sources(&self) -> impl Iterator<Item = Entity> {
         let instances = self.instances.iter().flatten();
-        let sources = instances.filter(|one| one.level.is_none());
+        let sources = instances.filter(|one| one.piece.is_none());
         sources.map(|instance| instance.entity)
     }
 
@@ -275,14 +276,14 @@ impl LodScene {
         0..self.instances.len() as u32
     }
 
-    /// Notes that a whole mesh is drawn at another level.
-    pub(crate) fn set_level(&mut self, index: u32, level: u32) {
+    /// Notes that a whole mesh is drawn with another piece.
+    pub(crate) fn set_piece(&mut self, index: u32, piece: u32) {
         let Some(instance) = &mut self.instances[index as usize] else {
             return;
         };
         self.revision += 1;
-        instance.level = Some(level);
-        let triangles = instance.mesh.pieces[level as usize].triangles;
+        instance.piece = Some(piece);
+        let triangles = instance.mesh.pieces[piece as usize].triangles;
         self.records.set_triangles(instance.entity, triangles);
         let id = instance.id;
         self.update_numbers(id);
@@ -291,14 +292,14 @@ impl LodScene {
 
     /// Notes that someone else gave a whole mesh its finest level.
     pub(crate) fn reset_level(&mut self, entity: Entity) {
-        self.set_level_of(entity, 0);
+        self.set_piece_of(entity, 0);
         self.choose_again(entity);
     }
 
-    /// Notes that a whole mesh was given another level.
-    pub(crate) fn set_level_of(&mut self, entity: Entity, level: u32) {
+    /// Notes that a whole mesh was given another piece.
+    pub(crate) fn set_piece_of(&mut self, entity: Entity, piece: u32) {
         if let Some(&id) = self.instance_of.get(&entity) {
-            self.set_level(id.index() as u32, level);
+            self.set_piece(id.index() as u32, piece);
         }
     }
 
@@ -313,7 +314,7 @@ impl LodScene {
     /// Lets all whole meshes choose their level anew.
     pub(crate) fn swap_all_whole_meshes(&mut self) {
         let instances = self.instances.iter().flatten();
-        let whole_meshes = instances.filter(|instance| instance.level.is_some());
+        let whole_meshes = instances.filter(|instance| instance.piece.is_some());
         let indices = whole_meshes.map(|instance| instance.id.index() as u32);
         self.whole_meshes_to_swap.extend(indices);
     }

@@ -12,6 +12,7 @@ mod objects;
 mod prepare;
 mod sidecar;
 mod source_arrays;
+mod stand_ins;
 #[cfg(feature = "bake")]
 mod surfaces;
 #[cfg(test)]

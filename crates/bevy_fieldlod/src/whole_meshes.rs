@@ -28,7 +28,7 @@ pub(crate) fn swap_whole_meshes(
         let Some(instance) = scene.instance(index) else {
             continue;
         };
-        if instance.level.is_none() {
+        if instance.piece.is_none() {
             continue;
         }
         let Ok((mut mesh, object, source, cards)) = meshes.get_mut(instance.entity) else {
@@ -42,11 +42,11 @@ pub(crate) fn swap_whole_meshes(
         let Some(level) = finest else {
             continue;
         };
-        let level = level.min(object.mesh.coarsest_level(LodCards::can_be_drawn(cards)));
-        let wanted = object.mesh.mesh_at(level, source);
+        let piece = object.mesh.piece_at(level, LodCards::can_be_drawn(cards));
+        let wanted = object.mesh.mesh_at(piece, source);
         if mesh.0 != *wanted {
             mesh.0 = wanted.clone();
-            scene.set_level(index, level);
+            scene.set_piece(index, piece);
         }
     }
     // The storage is used again in the next frame.

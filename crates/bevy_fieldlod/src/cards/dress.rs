@@ -43,10 +43,12 @@ pub(super) fn dress_objects(
         if own.material == wanted {
             continue;
         }
-        if wanted.is_none() && own.mesh.is_cards(mesh.id()) {
-            let level = own.mesh.coarsest_level(false);
-            mesh.0 = own.mesh.mesh_at(level, source).clone();
-            scene.set_level_of(entity, level);
+        if wanted.is_none()
+            && let Some(level) = own.mesh.level_of_cards(mesh.id())
+        {
+            let stand_in = own.mesh.piece_at(level, false);
+            mesh.0 = own.mesh.mesh_at(stand_in, source).clone();
+            scene.set_piece_of(entity, stand_in);
         }
         own.material = wanted;
         scene.choose_again(entity);
@@ -58,7 +60,7 @@ pub(super) fn dress_objects(
 pub(crate) fn dress_unit(world: &mut World, object: Entity, unit: Entity, piece: u32) {
     let levels = world.get::<LodObject>(object).map(|object| &object.mesh);
     let levels = levels.and_then(|mesh| mesh.cards.as_ref());
-    if levels.is_some_and(|levels| piece >= levels.first_level) {
+    if levels.is_some_and(|levels| levels.levels().contains(&piece)) {
         let cards = world.get::<LodCards>(object);
         if let Some(material) = cards.and_then(|cards| cards.material.clone()) {
             world.entity_mut(unit).insert(MeshMaterial3d(material));

@@ -182,7 +182,7 @@ impl LodScene {
         &'a self,
         instance: &'a LodInstance,
     ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
-        let whole_mesh = instance.level.map(|level| (instance.entity, level));
+        let whole_mesh = instance.piece.map(|piece| (instance.entity, piece));
         let spawned = instance
             .units
             .iter()

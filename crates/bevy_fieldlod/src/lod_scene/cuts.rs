@@ -25,7 +25,7 @@ impl LodScene {
             return;
         };
         // The cut of a whole mesh is one unit, its level, which the selector knows; or none.
-        if instance.level.is_some() {
+        if instance.piece.is_some() {
             self.whole_meshes_to_swap.push(index as u32);
             self.casters_to_choose.push(index as u32);
             let is_culled = change.entered.is_empty();

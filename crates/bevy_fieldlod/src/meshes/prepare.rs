@@ -15,6 +15,7 @@ use fieldlod_select::GroupTable;
 use super::bake::BakeJob;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
+use super::stand_ins::{levels_of_triangles, stand_ins};
 use crate::card_levels::{PreparedPicture, card_mesh};
 use crate::config::LodKind;
 use crate::events::{LodError, LodOrigin};
@@ -50,8 +51,8 @@ pub(super) struct PreparedMesh {
     pub(super) kind: LodKind,
     pub(super) origin: LodOrigin,
     pub(super) table: GroupTable,
-    /// What draws each unit, with the mesh that it is to refer to.
-    pub(super) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    /// What draws each unit, and what stands in for levels of cards.
+    pub(super) pieces: Vec<PreparedPiece>,
     pub(super) triangles_full: u32,
     /// Whether deviations from the source were measured, on which guarantees rest.
     pub(super) is_measured: bool,
@@ -64,6 +65,9 @@ pub(super) struct PreparedMesh {
     /// Of what its coarsest levels are, if they are cards.
     pub(super) picture: Option<PreparedPicture>,
 }
+
+/// What is drawn, with the mesh that it is to refer to.
+type PreparedPiece = (LodPiece, Option<Mesh>);
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
 pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
@@ -81,15 +85,20 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         LodKind::WholeMesh => baked.whole_mesh_levels(),
         _ => None,
     };
-    let (kind, hierarchy) = match whole_meshes {
-        Some(levels) => (LodKind::WholeMesh, levels),
+    let (kind, hierarchy, triangles) = match whole_meshes {
+        Some(levels) => {
+            let triangles = levels_of_triangles(baked, &levels);
+            (LodKind::WholeMesh, levels, triangles)
+        }
         // What is drawn in pieces has no cards.
-        None => (
-            LodKind::Clusters,
-            baked.without_card_units().unwrap_or(baked),
-        ),
+        None => {
+            let left = baked.without_card_units().unwrap_or(baked);
+            (LodKind::Clusters, left, None)
+        }
     };
-    let aabb = hierarchy.aabb();
+    let aabbs = [Some(&hierarchy), triangles.as_ref()].into_iter().flatten();
+    let aabbs = aabbs.filter_map(Hierarchy::aabb);
+    let aabb = fieldlod_hierarchy::Aabb::around(aabbs.flat_map(|aabb| [aabb.min, aabb.max]));
     let cards = hierarchy.cards.as_ref().zip(first_of_cards(&hierarchy));
     // Rays and physics cannot go through what is transparent of cards.
     let last_of_triangles = cards.map_or(u32::MAX, |(_, first)| first.saturating_sub(1));
@@ -97,12 +106,19 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         LodOrigin::Baked | LodOrigin::Cache => Some(job.texture),
         _ => None,
     };
-    let picture = cards.map(|(cards, first)| PreparedPicture::of(cards, first, texture));
+    let mut pieces = pieces_of(&job.mesh, &hierarchy, kind)?;
+    let picture = match cards {
+        Some((cards, first)) => {
+            let stand_ins = add_stand_ins(&mut pieces, first, &job.mesh, triangles.as_ref())?;
+            Some(PreparedPicture::of(cards, first, stand_ins, texture))
+        }
+        None => None,
+    };
     Ok(PreparedMesh {
         kind,
         origin,
         table: GroupTable::new(&hierarchy),
-        pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        pieces,
         triangles_full,
         is_measured,
         aabb: aabb.map(|aabb| Aabb::from_min_max(aabb.min, aabb.max)),
@@ -121,7 +137,7 @@ pub(super) async fn prepare_pages(
     coarsest: Mesh,
 ) -> Result<PreparedMesh, LodError> {
     let hierarchy = &mesh.paged().graph;
-    let mut pieces: Vec<(LodPiece, Option<Mesh>)> = (hierarchy.units.iter())
+    let mut pieces: Vec<PreparedPiece> = (hierarchy.units.iter())
         .map(|unit| (piece_of(hierarchy, unit, OnceLock::new()), None))
         .collect();
     for unit in mesh.first_page()? {
@@ -149,10 +165,9 @@ fn pieces_of(
     source: &Mesh,
     hierarchy: &Hierarchy,
     kind: LodKind,
-) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
-    // Rays are cast at the source of units, but at the level that a whole mesh is drawn at.
+) -> Result<Vec<PreparedPiece>, MeshAccessError> {
     let usage = match kind {
-        LodKind::WholeMesh => source.asset_usage | RenderAssetUsages::RENDER_WORLD,
+        LodKind::WholeMesh => usage_of_whole_mesh(source),
         _ => RenderAssetUsages::RENDER_WORLD,
     };
     let cards = hierarchy.cards.as_ref().zip(first_of_cards(hierarchy));
@@ -173,6 +188,65 @@ fn pieces_of(
         Ok((piece, mesh.transpose()?))
     };
     hierarchy.units.iter().enumerate().map(piece).collect()
+}
+
+/// Rays are cast at the source of units, but at the level that a whole mesh is drawn at.
+fn usage_of_whole_mesh(source: &Mesh) -> RenderAssetUsages {
+    source.asset_usage | RenderAssetUsages::RENDER_WORLD
+}
+
+/// Adds what is drawn in place of the levels of cards from `first` on while cards cannot be: levels of `triangles`.
+/// Returns the piece that stands in for each: where none of them errs as little, the last one above cards.
+fn add_stand_ins(
+    pieces: &mut Vec<PreparedPiece>,
+    first: u32,
+    source: &Mesh,
+    triangles: Option<&Hierarchy>,
+) -> Result<Vec<u32>, MeshAccessError> {
+    let cards = first as usize..pieces.len();
+    let above_cards = first.saturating_sub(1);
+    let Some(triangles) = triangles else {
+        return Ok(vec![above_cards; cards.len()]);
+    };
+    let (finest, _) = &pieces[above_cards as usize];
+    let is_finer = |unit: &Unit| unit.triangle_count >= finest.triangles;
+    let (_, units) = triangles
+        .units
+        .split_at(triangles.units.partition_point(is_finer));
+    let new_piece = |unit: &Unit| {
+        let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
+        piece_of(triangles, unit, OnceLock::from(aabb))
+    };
+    let errors: Vec<f32> = units
+        .iter()
+        .map(|unit| new_piece(unit).error_in_local)
+        .collect();
+    let errors_of_cards = pieces[cards.clone()].iter();
+    let errors_of_cards: Vec<f32> = errors_of_cards
+        .map(|(piece, _)| piece.error_in_local)
+        .collect();
+    // Levels of cards may share one.
+    let mut added = vec![None; units.len()];
+    let mut chosen = Vec::new();
+    for (level, unit) in cards.zip(stand_ins(&errors_of_cards, &errors)) {
+        let Some(unit) = unit else {
+            chosen.push(above_cards);
+            continue;
+        };
+        if added[unit].is_none() {
+            added[unit] = Some(pieces.len() as u32);
+            let (replaced, _) = &pieces[level];
+            let piece = LodPiece {
+                level: replaced.level,
+                produced_by: replaced.produced_by,
+                ..new_piece(&units[unit])
+            };
+            let mesh = unit_mesh(source, triangles, &units[unit], usage_of_whole_mesh(source))?;
+            pieces.push((piece, Some(mesh)));
+        }
+        chosen.extend(added[unit]);
+    }
+    Ok(chosen)
 }
 
 /// The first unit that is cards, if some are.

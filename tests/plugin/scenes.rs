@@ -431,8 +431,9 @@ fn leaves_that_a_program_changes_change_with_the_bark_again() {
     }
 }
 
-/// Bark and leaves far away, with materials of these kinds: whether each is drawn as cards, and the triangles of both.
-fn far_tree(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], u64) {
+/// Bark and leaves with materials of these kinds: whether each is drawn as cards far away, and the triangles of both far
+/// away and then near by, from the nearest on.
+fn tree_with(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], Vec<u64>) {
     let mut app = app_in(file);
     let camera = spawn_camera(&mut app, 120.0);
     let parts = [0, 1].map(|primitive| {
@@ -456,7 +457,12 @@ fn far_tree(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], u64) {
         // The source has no tangents.
         mesh.contains_attribute(Mesh::ATTRIBUTE_TANGENT)
     });
-    (are_cards, stats(&app, camera).triangles_drawn)
+    let mut triangles = vec![stats(&app, camera).triangles_drawn];
+    for step in 0..60 {
+        move_camera(&mut app, camera, 10.0 * 1.04f32.powi(step));
+        triangles.push(stats(&app, camera).triangles_drawn);
+    }
+    (are_cards, triangles)
 }
 
 #[test]
@@ -464,14 +470,27 @@ fn bark_and_leaves_become_cards_each_as_its_material_allows() {
     let mut file = one_tree();
     file.glb();
     let opaque = AlphaMode::Opaque;
-    let (are_cards, triangles) = far_tree(file.folder(), [opaque; 2]);
+    let (are_cards, both) = tree_with(file.folder(), [opaque; 2]);
     assert_eq!(are_cards, [true; 2]);
-    assert!(triangles <= 128, "{triangles}");
+    assert!(both[0] <= 128, "{both:?}");
     // What a picture cannot stand for is drawn with its triangles, and the other with cards still.
-    let (are_cards, _) = far_tree(file.folder(), [AlphaMode::Blend, opaque]);
+    let (are_cards, of_leaves) = tree_with(file.folder(), [AlphaMode::Blend, opaque]);
     assert_eq!(are_cards, [false, true]);
-    let (are_cards, _) = far_tree(file.folder(), [opaque, AlphaMode::Blend]);
+    let (are_cards, of_bark) = tree_with(file.folder(), [opaque, AlphaMode::Blend]);
     assert_eq!(are_cards, [true, false]);
+    // Whatever draws the one, the other changes where both change as cards.
+    let changes = |triangles: &[u64]| -> Vec<usize> {
+        let pairs = triangles[1..].windows(2).enumerate();
+        let changes = pairs.filter(|(_, pair)| pair[0] != pair[1]);
+        changes.map(|(step, _)| step).collect()
+    };
+    let [both, of_leaves, of_bark] = [both, of_leaves, of_bark].map(|drawn| changes(&drawn));
+    let is_change = |step: &usize| of_leaves.contains(step) && of_bark.contains(step);
+    assert!(both.len() > 3, "{both:?}");
+    assert!(
+        both.iter().all(is_change),
+        "{both:?}, {of_leaves:?}, {of_bark:?}"
+    );
 }
 
 #[test]

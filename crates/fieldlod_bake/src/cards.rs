@@ -23,7 +23,7 @@ use pack::pack;
 use planes::{Facet, planes_of};
 use texels::Texels;
 
-/// How many cards each level has, and at which radius of the mesh, in pixels, a texel is as large as a pixel.
+/// How many cards each level has of all parts, and at which radius of the mesh, in pixels, a texel is as large as a pixel.
 const LEVELS: [(usize, f32); 7] = [
     (1024, 80.0),
     (512, 56.0),
@@ -33,7 +33,7 @@ const LEVELS: [(usize, f32); 7] = [
     (32, 14.0),
     (16, 10.0),
 ];
-/// A card stands for so many triangles of the source at least.
+/// The cards of all parts stand for so many triangles of the source each at least.
 const LEAST_TRIANGLES: usize = 4;
 /// Texels along each side of a picture: the least of these that there is room in.
 const SIDES_TEXELS: [u32; 4] = [64, 128, 256, 512];

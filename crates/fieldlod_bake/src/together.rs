@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Card, Cards, Group, Hierarchy, Sphere, Vertices, WholeMeshCut};
+use fieldlod_hierarchy::{Cards, Group, Hierarchy, Sphere, Vertices, WholeMeshCut};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -143,7 +143,7 @@ fn bake_as_one(
         on_triangles,
     );
     let mut whole = baked.hierarchy.whole_mesh_levels()?;
-    bound_cards(&mut whole, &baked.cards);
+    face_alike(&mut whole);
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
@@ -151,27 +151,42 @@ fn bake_as_one(
     // As good as it is by that of the meshes which is worst.
     let deviations = deviations(&parts, &whole, config);
     let cards = baked.cards.into_iter().chain(std::iter::repeat(None));
-    let hierarchies = parts.into_iter().zip(cards).map(|(part, cards)| {
-        let hierarchy = part.hierarchy(&whole, &deviations, cards)?;
+    let hierarchies = parts.into_iter().zip(cards);
+    let hierarchies = hierarchies.map(|(part, cards)| part.hierarchy(&whole, &deviations, cards));
+    let mut hierarchies: Vec<Hierarchy> = hierarchies.collect::<Option<_>>()?;
+    bound_cards(&mut hierarchies);
+    let with_report = |hierarchy: Hierarchy| {
         let report = BakeReport {
             coarsest_triangles: hierarchy.units.last()?.triangle_count as usize,
             ..baked.report.clone()
         };
+        debug_assert_eq!(hierarchy.validate(), Ok(()));
         Some((hierarchy, report))
-    });
-    hierarchies.collect()
+    };
+    hierarchies.into_iter().map(with_report).collect()
 }
 
-/// Lets the sphere of all levels be around cards, too: all meshes have the same.
-fn bound_cards(whole: &mut Hierarchy, cards: &[Option<Cards>]) {
-    let levels = cards.iter().flatten().flat_map(|cards| &cards.levels);
-    let corners = levels.flat_map(|level| level.cards.iter().flat_map(Card::corners));
-    let Some(Sphere { center, radius }) = whole.groups.first().map(|group| group.bounds) else {
-        return;
-    };
-    let radius = corners.fold(radius, |most, corner| most.max(corner.distance(center)));
+/// Lets all levels face as the source does: meshes that leave out different ones would not go by the same else.
+fn face_alike(whole: &mut Hierarchy) {
+    let facing = whole.groups.first().map(|group| group.mean_normal);
     for group in &mut whole.groups {
-        group.bounds.radius = radius;
+        group.mean_normal = facing.unwrap_or_default();
+    }
+}
+
+/// Lets the sphere of all levels be around what is drawn as cards, too: all meshes have the same.
+fn bound_cards(meshes: &mut [Hierarchy]) {
+    let cards = meshes
+        .iter()
+        .filter_map(|mesh| mesh.whole_mesh_levels()?.cards);
+    let levels = cards.flat_map(|cards| cards.levels);
+    let corners: Vec<Vec3> = levels
+        .flat_map(|level| level.cards.into_iter().flat_map(|card| card.corners()))
+        .collect();
+    for group in meshes.iter_mut().flat_map(|mesh| &mut mesh.groups) {
+        let Sphere { center, radius } = &mut group.bounds;
+        let distances = corners.iter().map(|corner| corner.distance(*center));
+        *radius = distances.fold(*radius, f32::max);
     }
 }
 
@@ -307,7 +322,6 @@ impl<'a> Part<'a> {
             };
             own.push_whole_mesh(triangles, group)?;
         }
-        debug_assert_eq!(own.validate(), Ok(()));
         Some(own)
     }
 }

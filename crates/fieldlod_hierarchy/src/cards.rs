@@ -11,8 +11,8 @@ use crate::srgb::{linear_of, srgb_of};
 
 /// Levels of cards of a mesh, and their pictures.
 ///
-/// In a [hierarchy of whole meshes](crate::Hierarchy::whole_mesh_levels) the last units are these levels; in any other
-/// no unit is.
+/// What [whole meshes](crate::Hierarchy::whole_mesh_levels) are made of them ends with those that it draws. Before that, no
+/// unit is one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cards {
     /// Finest first, with errors that grow and fewer cards each.

@@ -180,7 +180,9 @@ impl Hierarchy {
         let last = self.units.len().checked_sub(levels.len());
         let is_of = |(unit, level): (&Unit, &CardLevel)| {
             let counts = [unit.vertex_count, unit.triangle_count];
-            counts.map(|count| count as usize) == [4, 2].map(|each| each * level.cards.len())
+            let group = unit.producer().map(|group| &self.groups[group as usize]);
+            group.is_none_or(|group| group.error_in_local == level.error_in_local)
+                && counts.map(|count| count as usize) == [4, 2].map(|each| each * level.cards.len())
         };
         last.is_some_and(|first| self.units[first..].iter().zip(levels).all(is_of))
     }

@@ -21,7 +21,7 @@ use super::source_arrays::{place_in_gltf, triangle_count};
 use super::surfaces::{Materials, Surfaces};
 use super::threads::PrepareThreads;
 #[cfg(feature = "bake")]
-use super::together::{AllTogether, Candidates};
+use super::together::{AllTogether, Candidates, Member};
 use crate::auto_lod::AutoLod;
 use crate::baked_lods::BakedLods;
 use crate::card_levels::CardLevels;
@@ -343,7 +343,9 @@ impl LodMeshLookup<'_> {
         };
         #[cfg(feature = "bake")]
         let bake = self.bake_job(mesh, request, kind, file.is_none(), material_of)?;
-        let texture = self.texture_of(material_of(mesh));
+        let texture = texture_of(self.standard.as_deref(), material_of(mesh));
+        #[cfg(feature = "bake")]
+        let texture = bake.member.as_ref().map_or(texture, Member::texture);
         // All else is the task's.
         let path = self.assets.get_path(mesh);
         let sidecar = self.sidecar(mesh);
@@ -389,12 +391,6 @@ impl LodMeshLookup<'_> {
         }
     }
 
-    /// The texture of a material, if that is loaded: a bake waits for it.
-    fn texture_of(&self, material: Option<AssetId<StandardMaterial>>) -> Option<AssetId<Image>> {
-        let material = self.standard.as_ref()?.get(material?)?;
-        material.base_color_texture.as_ref().map(Handle::id)
-    }
-
     /// What a bake goes by; `None` while some of it is being loaded. What is drawn as a whole is baked by what it looks
     /// like, and with what it is one plant with, if it `may_be_baked` at all.
     #[cfg(feature = "bake")]
@@ -425,9 +421,14 @@ impl LodMeshLookup<'_> {
         };
         if is_whole && may_be_baked {
             let surfaces = &mut known.surfaces;
-            let mut surface_of = |mesh| match material_of(mesh) {
-                Some(material) => surfaces.find(material, &self.materials, &self.assets),
-                None => Some(None),
+            let standard = self.standard.as_deref();
+            let mut look_of = |mesh| {
+                let material = material_of(mesh);
+                let surface = match material {
+                    Some(material) => surfaces.find(material, &self.materials, &self.assets)?,
+                    None => None,
+                };
+                Some((surface, texture_of(standard, material)))
             };
             let candidates = Candidates {
                 kind: request.kind,
@@ -435,9 +436,17 @@ impl LodMeshLookup<'_> {
                 meshes: &self.meshes,
                 assets: &self.assets,
             };
-            job.surface = surface_of(mesh)?;
+            (job.surface, _) = look_of(mesh)?;
             let together = &mut known.together;
-            job.member = together.member(mesh, &job.config, &candidates, surface_of)?;
+            // Whether one of them may be cards must not make another bake of it than of the others.
+            let for_all = BakeConfig {
+                cards: config.cards,
+                ..job.config.clone()
+            };
+            job.member = together.member(mesh, &for_all, &candidates, look_of)?;
+            if job.member.is_some() {
+                job.config = for_all;
+            }
         }
         Some(job)
     }
@@ -487,4 +496,13 @@ impl LodMeshLookup<'_> {
         let path = self.assets.get_path(mesh)?.into_owned();
         Some((self.assets.clone(), path, self.known.sidecars.clone()))
     }
+}
+
+/// The texture of a material, if that is loaded: a bake waits for it.
+fn texture_of(
+    materials: Option<&Assets<StandardMaterial>>,
+    material: Option<AssetId<StandardMaterial>>,
+) -> Option<AssetId<Image>> {
+    let material = materials?.get(material?)?;
+    material.base_color_texture.as_ref().map(Handle::id)
 }

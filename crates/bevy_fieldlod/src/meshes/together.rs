@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
+use bevy::image::Image;
 use bevy::mesh::Mesh;
 use bevy::platform::collections::HashMap;
 use fieldlod_bake::{
@@ -20,10 +21,13 @@ pub(super) struct Together {
     ids: Arc<[AssetId<Mesh>]>,
     meshes: Vec<Mesh>,
     /// What each looks like, if that is known.
-    surfaces: Vec<Option<Arc<Surface>>>,
+    looks: Vec<Look>,
     config: BakeConfig,
     baked: OnceLock<Vec<Result<(Hierarchy, BakeReport), MeshError>>>,
 }
+
+/// What a material looks like to a bake, if that is known, and its texture.
+pub(super) type Look = (Option<Arc<Surface>>, Option<AssetId<Image>>);
 
 /// A primitive and those that it is baked with.
 #[derive(Clone)]
@@ -71,13 +75,13 @@ impl AllTogether {
     }
 
     /// The primitives that may be baked with `mesh` by `config`, if there are any; `None` while it is not known yet what
-    /// one of them looks like, by `surface_of`.
+    /// one of them looks like, by `look_of`.
     pub(super) fn member(
         &mut self,
         mesh: AssetId<Mesh>,
         config: &BakeConfig,
         candidates: &Candidates<'_>,
-        surface_of: impl FnMut(AssetId<Mesh>) -> Option<Option<Arc<Surface>>>,
+        look_of: impl FnMut(AssetId<Mesh>) -> Option<Look>,
     ) -> Option<Option<Member>> {
         let known =
             |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
@@ -89,9 +93,9 @@ impl AllTogether {
                     return Some(None);
                 };
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
-                let surfaces = ids.iter().copied().map(surface_of);
+                let looks = ids.iter().copied().map(look_of);
                 let all = Arc::new(Together {
-                    surfaces: surfaces.collect::<Option<_>>()?,
+                    looks: looks.collect::<Option<_>>()?,
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
                     baked: OnceLock::new(),
@@ -162,8 +166,8 @@ impl Candidates<'_> {
 impl Member {
     /// What is baked together, in order; `None` if something there cannot be baked at all.
     pub(super) fn sources(&self) -> Option<Vec<SourceArrays>> {
-        let meshes = self.all.meshes.iter().zip(&self.all.surfaces);
-        let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
+        let meshes = self.all.meshes.iter().zip(&self.all.looks);
+        let source = |(mesh, (surface, _)): (&Mesh, &Look)| {
             let source = SourceArrays::of(mesh).ok()?;
             Some(SourceArrays {
                 surface: surface.clone(),
@@ -171,6 +175,11 @@ impl Member {
             })
         };
         meshes.map(source).collect()
+    }
+
+    /// The texture by which this one is baked, whatever its material has since.
+    pub(super) fn texture(&self) -> Option<AssetId<Image>> {
+        self.all.looks[self.index].1
     }
 
     /// Which of them this is.

@@ -176,9 +176,8 @@ fn face_alike(whole: &mut Hierarchy) {
 
 /// Lets the sphere of all levels be around what is drawn as cards, too: all meshes have the same.
 fn bound_cards(meshes: &mut [Hierarchy]) {
-    let cards = meshes
-        .iter()
-        .filter_map(|mesh| mesh.whole_mesh_levels()?.cards);
+    let with_cards = meshes.iter().filter(|mesh| mesh.cards.is_some());
+    let cards = with_cards.filter_map(|mesh| mesh.whole_mesh_levels()?.cards);
     let levels = cards.flat_map(|cards| cards.levels);
     let corners: Vec<Vec3> = levels
         .flat_map(|level| level.cards.into_iter().flat_map(|card| card.corners()))

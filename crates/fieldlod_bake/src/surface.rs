@@ -283,7 +283,7 @@ impl Mip {
             let corners = [UVec2::ZERO, UVec2::X, UVec2::Y, UVec2::ONE];
             let four = corners.map(|corner| self.texel((at * 2 + corner).min(last)).map(u32::from));
             std::array::from_fn(|part| {
-                (four.iter().map(|texel| texel[part]).sum::<u32>() / 4) as u8
+                ((four.iter().map(|texel| texel[part]).sum::<u32>() + 2) / 4) as u8
             })
         })
     }

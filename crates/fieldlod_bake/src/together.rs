@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Cards, Group, Hierarchy, Sphere, Vertices, WholeMeshCut};
+use fieldlod_hierarchy::{Cards, Group, Hierarchy, Sphere, Vertices};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -247,13 +247,8 @@ impl<'a> Part<'a> {
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
             let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
-            let most = part
-                .levels
-                .last()
-                .map(|(_, last)| last.len() as f32 * WholeMeshCut::MOST_KEPT);
             // What vanishes altogether stays as it was last.
-            let is_kept = most.is_none_or(|most| triangles.len() as f32 <= most);
-            if level == 0 || is_kept && !triangles.is_empty() {
+            if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {
                     *own_of
                         .entry(vertex)

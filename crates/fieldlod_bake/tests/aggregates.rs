@@ -28,23 +28,20 @@ fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
     (0..hierarchy.level_count()).map(level).collect()
 }
 
-/// What levels are looked at along.
-const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.5, -0.62)];
+/// Pixels along each side of a picture.
+const SIDE: usize = 96;
 
-/// The share of sight rays through a ball of radius 1.2 that hit a triangle.
-fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> f32 {
-    covered_by::<48>(hierarchy, triangles, &AXES, |_| true)
+/// What levels are looked at along: directions other than those of the bake, and so many that the few triangles of the
+/// last levels are no chance.
+fn axes() -> [Vec3; 64] {
+    let mut random = Random::new(77);
+    std::array::from_fn(|_| random.vector().normalize())
 }
 
-/// The same, where a texture is opaque.
-fn covered_by<const SIDE: usize>(
-    hierarchy: &Hierarchy,
-    triangles: &[[u32; 3]],
-    axes: &[Vec3],
-    is_opaque: impl Fn(Vec2) -> bool,
-) -> f32 {
+/// The share of sight rays through a ball of radius 1.2 that hit a triangle where a texture is opaque.
+fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]], is_opaque: impl Fn(Vec2) -> bool) -> f32 {
     let mut hit = 0;
-    for &axis in axes {
+    for axis in axes() {
         let right = axis.any_orthonormal_vector();
         let up = axis.cross(right);
         let mut picture = [[false; SIDE]; SIDE];
@@ -103,9 +100,9 @@ fn levels_of_plants_keep_the_area_that_they_cover() {
     ] {
         let hierarchy = bake(&mesh);
         let levels = levels(&hierarchy);
-        let source = covered(&hierarchy, &levels[0]);
+        let source = covered(&hierarchy, &levels[0], |_| true);
         for triangles in &levels {
-            let share = covered(&hierarchy, triangles) / source;
+            let share = covered(&hierarchy, triangles, |_| true) / source;
             println!("{name}, {} triangles: {share:.3}", triangles.len());
             let least = if triangles.len() > 100 { 0.95 } else { 0.89 };
             assert!(share > least && share < 1.05, "{name}: {share}");
@@ -127,9 +124,9 @@ fn levels_of_cards_keep_the_area_that_their_texture_leaves() {
     for count in [300, 3_000, 8_000] {
         let hierarchy = bake(&fixtures::cards(count, 3));
         let levels = levels(&hierarchy);
-        let source = covered_by::<160>(&hierarchy, &levels[0], &AXES, leaf);
+        let source = covered(&hierarchy, &levels[0], leaf);
         for triangles in &levels {
-            let share = covered_by::<160>(&hierarchy, triangles, &AXES, leaf) / source;
+            let share = covered(&hierarchy, triangles, leaf) / source;
             println!("{count} cards, {} triangles: {share:.3}", triangles.len());
             let least = match triangles.len() {
                 ..25 => 0.75,
@@ -150,16 +147,9 @@ const TEXTURES: [(&str, fn(Vec2) -> bool); 3] = [
     ("needles", |uv| (uv.x * 5.0).fract() < 0.2),
 ];
 
-/// Directions other than those of the bake.
-fn other_axes() -> [Vec3; 10] {
-    let mut random = Random::new(77);
-    std::array::from_fn(|_| random.vector().normalize())
-}
-
 /// If the bake knows the texture, whatever that leaves.
 #[test]
 fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
-    let axes = other_axes();
     for (name, is_opaque) in TEXTURES {
         for count in [300, 3_000, 8_000] {
             let mesh = SourceMesh {
@@ -168,13 +158,21 @@ fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
             };
             let hierarchy = bake(&mesh);
             let levels = levels(&hierarchy);
-            let covered =
-                |triangles: &[_]| covered_by::<240>(&hierarchy, triangles, &axes, is_opaque);
-            let source = covered(&levels[0]);
-            for triangles in levels.iter().filter(|triangles| triangles.len() > 100) {
-                let share = covered(triangles) / source;
-                println!("{count} of {name}, {}: {share:.3}", triangles.len());
-                let is_kept = (0.95..1.03).contains(&share);
+            let source = covered(&hierarchy, &levels[0], is_opaque);
+            for triangles in &levels {
+                let share = covered(&hierarchy, triangles, is_opaque) / source;
+                println!(
+                    "{count} of {name}, {} triangles: {share:.3}",
+                    triangles.len()
+                );
+                let least = match triangles.len() {
+                    // Sparse ones have grown by what they may at most, or to the source's box.
+                    ..25 if name == "needles" => 0.6,
+                    ..25 => 0.9,
+                    25..=100 => 0.92,
+                    _ => 0.95,
+                };
+                let is_kept = (least..1.03).contains(&share);
                 assert!(is_kept, "{count} of {name}: {share}");
             }
         }
@@ -200,7 +198,7 @@ fn drawn_together(both: &[Hierarchy], error_in_local: f32) -> (Hierarchy, Vec<[u
 /// Leaves cut out of cards around opaque bark, which has its place in the texture outside of it.
 #[test]
 fn bark_and_leaves_together_keep_the_area_that_their_textures_leave() {
-    let (outside, axes) = (Vec2::splat(-5.0), other_axes());
+    let outside = Vec2::splat(-5.0);
     for (name, is_opaque) in TEXTURES {
         let leaves = SourceMesh {
             surface: Some(Arc::new(fixtures::cut_out(is_opaque))),
@@ -212,26 +210,21 @@ fn bark_and_leaves_together_keep_the_area_that_their_textures_leave() {
         bark.surface = Some(Arc::new(Surface::new(Vec4::ONE, SurfaceAlpha::Opaque)));
         let baked = bake_together(&[&bark, &leaves], &BakeConfig::default());
         let both: Vec<Hierarchy> = baked.into_iter().map(|baked| baked.unwrap().0).collect();
-        let covered = |error_in_local: f32| {
+        let drawn = |error_in_local: f32| {
             let (all, triangles) = drawn_together(&both, error_in_local);
             let is_drawn = |uv: Vec2| uv.x < -1.0 || is_opaque(uv);
-            (
-                triangles.len(),
-                covered_by::<240>(&all, &triangles, &axes, is_drawn),
-            )
+            (triangles.len(), covered(&all, &triangles, is_drawn))
         };
-        let (_, source) = covered(0.0);
+        let (_, source) = drawn(0.0);
         for group in both[1].groups.iter().filter(|group| !group.is_terminal()) {
-            let (triangles, covered) = covered(group.error_in_local);
+            let (triangles, covered) = drawn(group.error_in_local);
             let share = covered / source;
-            println!("{name}, {triangles}: {share:.3}");
-            let least = match triangles {
-                ..=100 => 0.0,
-                101..=300 if name == "needles" => 0.88,
-                101..1_000 => 0.93,
-                _ => 0.96,
+            println!("bark and {name}, {triangles} triangles: {share:.3}");
+            let (least, most) = match triangles {
+                ..25 => (0.96, 1.06),
+                _ => (0.96, 1.03),
             };
-            let is_kept = (least..1.03).contains(&share);
+            let is_kept = (least..most).contains(&share);
             assert!(is_kept, "{triangles} of {name}: {share}");
         }
     }

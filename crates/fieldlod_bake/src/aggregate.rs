@@ -4,8 +4,9 @@
 //! A simplifier that weighs distances makes such elements vanish one by one, and the crown with them.
 //! Here surfaces are simplified as far as the size of the elements allows, and elements share what
 //! triangles are left: those with many triangles are simplified as surfaces and get the area back that
-//! they lose; those with few are flattened, and then [pruned in pairs](crate::elements) (R. Cook, J.
-//! Halstead, M. Planck and D. Ryu: Stochastic Simplification of Aggregate Detail, SIGGRAPH 2007).
+//! they lose; those with few are [flattened and pruned](crate::elements), those first that are seen
+//! least, and others stand for what is gone (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic Simplification of
+//! Aggregate Detail, SIGGRAPH 2007).
 //!
 //! Deviations are measured as of any simplification, to the nearest surface, whichever leaf that is: that
 //! of an element which is gone to those that are left, and that of one which has grown to the source. So
@@ -34,7 +35,7 @@ const LEAST_AREA: f32 = 0.5;
 /// One that keeps more gets nothing back: parts of a machine should not leave their places.
 const ENOUGH_AREA: f32 = 0.97;
 /// A surface between elements keeps at least this share of its triangles.
-const SURFACE_RATIO: f32 = 0.35;
+const SURFACE_RATIO: f32 = 0.5;
 /// It may stray by this share of the radius of an element.
 const SURFACE_TOLERANCE: f32 = 0.5;
 /// The error of pruned elements, as a share of their radius: chosen so that the pictures of trees are about as good at
@@ -102,12 +103,19 @@ impl Task<'_> {
 
     /// Small loose components, and the others.
     fn elements_and_surfaces(&self) -> Option<(Vec<Component>, Vec<Component>)> {
-        let components = components_of(
+        let mut components = components_of(
             &self.piece.corners,
             &self.piece.positions,
             &self.same_position,
             &self.is_locked,
         );
+        for component in &mut components {
+            let seen = component.vertices().into_iter();
+            component.seen = match &self.seen {
+                Some(pixels) => seen.map(|own| pixels[own as usize]).sum(),
+                None => component.area,
+            };
+        }
         let most = (self.piece.triangle_count() as f32 * MOST_OF_GROUP) as usize;
         let is_element = |c: &Component| !c.is_locked && c.triangles.len() <= most && c.area > 0.0;
         let (elements, surfaces): (Vec<_>, Vec<_>) = components.into_iter().partition(is_element);
@@ -152,9 +160,8 @@ impl Task<'_> {
                 return elements;
             }
         }
-        // Or else flat, and then fewer.
-        self.flatten(simplified, &mut elements);
-        self.prune_pairs(simplified, elements, wanted)
+        // Or else flatter and fewer.
+        self.thin_out(simplified, elements, wanted)
     }
 
     /// Simplifies each element, and gives it the area back that it lost.

@@ -9,6 +9,8 @@ pub(crate) struct Component {
     /// Half of the diagonal of its box.
     pub(crate) radius: f32,
     pub(crate) area: f32,
+    /// How much of it is seen from all around, in pixels; its area if that is not known.
+    pub(crate) seen: f32,
     /// The middle of its area.
     pub(crate) centroid: Vec3,
     /// Whether some of its vertices are locked.

@@ -12,6 +12,7 @@ use std::f32::consts::PI;
 
 use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use crate::components::{Component, components_of};
 use crate::elements::MOST_MOVED_IF_OPEN;
@@ -41,10 +42,11 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     side: 112,
     attempts: 8,
 };
+/// From how many sides what is seen of each element is told, in pictures of so many pixels a side.
+const SEEN_FROM: usize = 24;
+const SEEN_SIDE_PX: usize = 256;
 /// The share of the source's area that levels aim at.
 const AIM: f32 = 0.98;
-/// Elements grow and shrink no more than this in a level, beyond what keeps their area.
-const MOST_GAIN: f32 = 1.6;
 /// A level is set right by no more than this.
 const MOST_SET_RIGHT: f32 = 2.5;
 /// A level that covers what is aimed at but for this share is left as it is.
@@ -78,12 +80,15 @@ impl Coverage {
         coverage
     }
 
-    /// By how much elements should grow on the next level after this one, or on this one if it is built again.
-    pub(crate) fn gain(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
-        let covered = self.measure(level, vertices);
-        let share = AIM * self.of_source / covered.max(1.0);
-        // Elements are only some of what is seen.
-        (share * share).clamp(MOST_GAIN.recip(), MOST_GAIN)
+    /// What a level should cover, relative to what it covers: at least what is aimed at, and no more than the source.
+    pub(crate) fn lacking(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
+        self.wanted(self.measure(level, vertices))
+    }
+
+    /// How much is wanted relative to what is covered.
+    fn wanted(&self, covered: f32) -> f32 {
+        let share = covered.max(1.0) / self.of_source.max(1.0);
+        share.clamp(AIM, 1.0) / share
     }
 
     /// Grows what is left of a mesh until it covers what is aimed at, or shrinks its elements until it covers no
@@ -102,11 +107,10 @@ impl Coverage {
         for _ in 0..pictures_of(task.vertices).attempts {
             drawn.positions.clone_from(&simplified.positions);
             let covered = self.measure(&drawn, task.vertices);
-            let share = covered / self.of_source.max(1.0);
-            if (AIM - NEAR..=1.0 + NEAR).contains(&share) {
+            let wanted = self.wanted(covered);
+            if (wanted - 1.0).abs() <= NEAR {
                 break;
             }
-            let wanted = share.clamp(AIM, 1.0) / share.max(f32::MIN_POSITIVE);
             gain = (gain * wanted).clamp(MOST_SET_RIGHT.recip(), MOST_SET_RIGHT);
             for part in &parts {
                 let grown = task.grown(&before, part, gain);
@@ -119,8 +123,48 @@ impl Coverage {
         }
     }
 
+    /// In how many pixels each vertex of a level is seen from all around: a third of what each triangle around it shows.
+    pub(crate) fn seen(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
+        let (triangles, _) = drawn.corners.as_chunks();
+        let by_view = self.look_at(drawn, vertices, |model, opacity| {
+            let views = (0..SEEN_FROM).into_par_iter();
+            let seen = views.map(|index| {
+                let view = Viewpoint::around(index, SEEN_FROM);
+                model.seen(triangles, &view, SEEN_SIDE_PX, opacity)
+            });
+            seen.collect::<Vec<Vec<u32>>>()
+        });
+        let mut seen = vec![0.0f32; drawn.vertices.len()];
+        for by_triangle in by_view {
+            for (triangle, pixels) in triangles.iter().zip(by_triangle) {
+                for &vertex in triangle {
+                    seen[vertex as usize] += pixels as f32 / 3.0;
+                }
+            }
+        }
+        seen
+    }
+
     /// Pixels that a level covers.
     fn measure(&self, drawn: &Drawn, vertices: &LevelVertices) -> f32 {
+        let (triangles, _) = drawn.corners.as_chunks();
+        let pictures = pictures_of(vertices);
+        let count = pictures.directions;
+        self.look_at(drawn, vertices, |model, opacity| {
+            let views = (0..count).map(|index| Viewpoint::around(index, count));
+            views
+                .map(|view| model.covered(triangles, &view, pictures.side, opacity))
+                .sum()
+        })
+    }
+
+    /// Calls with what is drawn, and how opaque triangles count whose surface is not known.
+    fn look_at<R>(
+        &self,
+        drawn: &Drawn,
+        vertices: &LevelVertices,
+        look: impl FnOnce(&Model<'_>, &(dyn Fn(&[u32; 3]) -> f32 + Sync)) -> R,
+    ) -> R {
         let positions: Vec<Vec3> = drawn.positions.iter().copied().map(Vec3::from).collect();
         let (surfaces, uvs) = drawn.surfaces(vertices);
         let model = Model {
@@ -141,13 +185,7 @@ impl Coverage {
             true => OPACITY_OF_CARDS,
             false => 1.0,
         };
-        let (triangles, _) = drawn.corners.as_chunks();
-        let pictures = pictures_of(vertices);
-        let count = pictures.directions;
-        let views = (0..count).map(|index| Viewpoint::around(index, count));
-        views
-            .map(|view| model.covered(triangles, &view, pictures.side, opacity))
-            .sum()
+        look(&model, &opacity)
     }
 }
 

@@ -1,22 +1,26 @@
-//! The elements of an aggregate: flattened, and pruned in pairs of neighbours, of which one stays with
-//! the mean attributes and the area of both.
+//! The elements of an aggregate: flattened, and pruned for a neighbour that stands for both, with the mean attributes
+//! and the area of what is seen of both.
 //!
-//! Pairs of neighbours keep what is left well spread, and which of the two stays is drawn by lot, the
-//! larger one more often. So the levels of an aggregate keep its covered area, its mean colour and its
-//! mean normal, whatever is left of it.
+//! What is seen least goes first: of an oak's leaves half show a fifth of what all show, as others hide them. So the
+//! levels of an aggregate keep its covered area, its mean colour and its mean normal, and much of its picture.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
 
 use glam::Vec3;
 
 use crate::components::Component;
+use crate::curve::Curve;
 use crate::edges::{Links, number};
 use crate::simplify::{Simplified, Task};
-use crate::vertices::adapter;
 
-/// How many of the next elements along a curve through space are looked at for the nearest.
-const NEIGHBOURS: usize = 24;
-/// Of two elements one gets their area, relative to its own, raised to this power, beside what
-/// [coverage](crate::coverage) asks for: large leaves look worse than a few that are missing.
-const GROWTH: f32 = 0.7;
+/// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
+/// beside what [coverage](crate::coverage) asks for: large leaves look worse than a few that are missing.
+const GROWTH: f32 = 0.6;
+/// It grows by no more than this.
+const MOST_GROWTH: f32 = 4.0;
+/// How much of what is seen of an element changes when it is flattened.
+const FLATTENED: f32 = 0.4;
 /// Open elements of more triangles keep their border where the source has it: they may come to lie in several
 /// groups, each of which sees a part of it.
 pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
@@ -24,67 +28,84 @@ pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
 const MOST_FLATTENED: f32 = 4.0;
 
 impl Task<'_> {
-    /// Replaces closed elements of few triangles by both sides of the largest triangle of their corners.
-    pub(crate) fn flatten(&self, simplified: &mut Simplified, elements: &mut [Component]) {
-        let first = |own: u32| self.same_position[own as usize];
-        let mut links = Links::of(self.piece.vertices.len());
-        links.add(elements.iter().flat_map(Component::corners).map(first));
-        for element in elements {
-            let is_open = element.corners().any(|own| links.is_open(first(own)));
-            if element.triangles.len() <= 2 || is_open {
-                continue;
-            }
-            let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions)
-            else {
-                continue;
-            };
-            let before = element.clone();
-            let mean = self.mean_row(&simplified.rows, &before);
-            element.triangles = vec![[a, b, c], [a, c, b]];
-            element.measure(&simplified.positions);
-            let area = (before.area * self.area_gain).min(element.area * MOST_FLATTENED);
-            self.fit(simplified, element, area, before.centroid, &mean);
-        }
-    }
-
-    /// Prunes one of each pair of neighbours, until no more than `wanted` triangles are left or there
-    /// are no pairs any more.
-    pub(crate) fn prune_pairs(
+    /// Flattens elements, and lets neighbours stand for those that are pruned, that first of which least is seen for the
+    /// triangles that it saves, until no more than `wanted` triangles are left or there is nothing more to do.
+    pub(crate) fn thin_out(
         &self,
         simplified: &mut Simplified,
         mut elements: Vec<Component>,
         wanted: f32,
     ) -> Vec<Component> {
         let mut left: usize = elements.iter().map(|element| element.triangles.len()).sum();
-        for [a, b] in pairs(&elements) {
-            if left as f32 <= wanted {
-                break;
+        let mut curve = Curve::through(&elements);
+        let mut may_flatten = self.closed(&elements);
+        let first = (0..elements.len()).map(|index| Step::of(index, &elements, &may_flatten));
+        // The cheapest first.
+        let mut steps: BinaryHeap<Reverse<Step>> = first.map(Reverse).collect();
+        while left as f32 > wanted
+            && let Some(Reverse(step)) = steps.pop()
+        {
+            let index = step.element;
+            let is_gone = elements[index].triangles.is_empty();
+            if is_gone || step != Step::of(index, &elements, &may_flatten) {
+                continue;
             }
-            // By lot, so that the mean of many stays what it was.
-            let area = elements[a].area + elements[b].area;
-            let lot = lot_of(elements[a].triangles[0][0], elements[b].triangles[0][0]);
-            let (stays, goes) = if lot * area < elements[a].area {
-                (a, b)
+            let before = elements[index].triangles.len();
+            let changed = if step.is_flattening {
+                self.flatten(simplified, &mut elements[index]);
+                may_flatten[index] = false;
+                index
+            } else if let Some(nearest) = curve.nearest(index, &elements) {
+                let pruned = std::mem::take(&mut elements[index]);
+                curve.remove(index);
+                self.stand_for(simplified, &mut elements[nearest], &pruned);
+                simplified.is_pruned = true;
+                nearest
             } else {
-                (b, a)
+                continue;
             };
-            let pruned = std::mem::take(&mut elements[goes]);
-            left -= pruned.triangles.len();
-            let own = self.mean_row(&simplified.rows, &elements[stays]);
-            let other = self.mean_row(&simplified.rows, &pruned);
-            let mixed = own
-                .iter()
-                .zip(&other)
-                .map(|(x, y)| x + (y - x) * (pruned.area / area));
-            let mean: Vec<f32> = mixed.collect();
-            let element = &mut elements[stays];
-            let growth = (area / element.area).powf(GROWTH);
-            let grown = element.area * growth * self.area_gain;
-            self.fit(simplified, element, grown, element.centroid, &mean);
+            left -= before - elements[index].triangles.len();
+            steps.push(Reverse(Step::of(changed, &elements, &may_flatten)));
         }
-        simplified.is_pruned = true;
         elements.retain(|element| !element.triangles.is_empty());
         elements
+    }
+
+    /// For each element, whether it has no open edge.
+    fn closed(&self, elements: &[Component]) -> Vec<bool> {
+        let first = |own: u32| self.same_position[own as usize];
+        let mut links = Links::of(self.piece.vertices.len());
+        links.add(elements.iter().flat_map(Component::corners).map(first));
+        let is_closed =
+            |element: &Component| !element.corners().any(|own| links.is_open(first(own)));
+        elements.iter().map(is_closed).collect()
+    }
+
+    /// Replaces an element of few triangles by both sides of the largest triangle of its corners.
+    fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
+        let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions) else {
+            return;
+        };
+        let before = element.clone();
+        let mean = self.mean_row(&simplified.rows, &before);
+        element.triangles = vec![[a, b, c], [a, c, b]];
+        element.measure(&simplified.positions);
+        let area = (before.area * self.area_gain).min(element.area * MOST_FLATTENED);
+        self.fit(simplified, element, area, before.centroid, &mean);
+    }
+
+    /// Lets an element stand for another that is pruned, too.
+    fn stand_for(&self, simplified: &mut Simplified, element: &mut Component, pruned: &Component) {
+        let seen = element.seen + pruned.seen;
+        let share = if seen > 0.0 { pruned.seen / seen } else { 0.0 };
+        let own = self.mean_row(&simplified.rows, element);
+        let other = self.mean_row(&simplified.rows, pruned);
+        let mixed = own.iter().zip(&other);
+        let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
+        let growth = (1.0 - share).recip().powf(GROWTH).min(MOST_GROWTH);
+        let grown = element.area * growth * self.area_gain;
+        self.fit(simplified, element, grown, element.centroid, &mean);
+        element.seen = seen;
     }
 
     /// Scales and moves an element to have an area and a centroid, and adapts its colours and normals
@@ -157,44 +178,49 @@ fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]
     largest.1
 }
 
-/// Pairs of neighbours, each element in one at most; those first of which least changes.
-fn pairs(elements: &[Component]) -> Vec<[usize; 2]> {
-    // Along a curve through space, each with the nearest of the next.
-    let points: Vec<[f32; 3]> = elements.iter().map(|e| e.centroid.to_array()).collect();
-    let mut order = vec![0; elements.len()];
-    for (element, place) in meshopt::spatial_sort_remap(&adapter(&points))
-        .into_iter()
-        .enumerate()
-    {
-        order[place as usize] = element;
-    }
-    let distance_squared =
-        |a: usize, b: usize| elements[a].centroid.distance_squared(elements[b].centroid);
-    let mut is_paired = vec![false; elements.len()];
-    let mut found: Vec<(f32, [usize; 2])> = Vec::new();
-    for (place, &a) in order.iter().enumerate() {
-        if is_paired[a] {
-            continue;
-        }
-        let free = order[place + 1..]
-            .iter()
-            .copied()
-            .filter(|&b| !is_paired[b]);
-        let nearest = free
-            .take(NEIGHBOURS)
-            .min_by(|&b, &c| distance_squared(a, b).total_cmp(&distance_squared(a, c)));
-        if let Some(b) = nearest {
-            (is_paired[a], is_paired[b]) = (true, true);
-            let area = elements[a].area + elements[b].area;
-            found.push((area * distance_squared(a, b), [a, b]));
+/// What may be done to an element next.
+#[derive(Clone, Copy, PartialEq)]
+struct Step {
+    /// Pixels of it that change for each triangle that is saved.
+    cost: f32,
+    element: usize,
+    /// Or else it is pruned.
+    is_flattening: bool,
+}
+
+impl Step {
+    /// The cheaper one.
+    fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
+        let element = &elements[index];
+        let count = element.triangles.len() as f32;
+        let pruned = element.seen / count;
+        let flattened = FLATTENED * element.seen / (count - 2.0);
+        let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
+        Self {
+            cost: if is_flattening { flattened } else { pruned },
+            element: index,
+            is_flattening,
         }
     }
-    found.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-    found.into_iter().map(|(_, pair)| pair).collect()
+}
+
+impl Eq for Step {}
+
+impl PartialOrd for Step {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Step {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let by_cost = self.cost.total_cmp(&other.cost);
+        by_cost.then(self.element.cmp(&other.element))
+    }
 }
 
 /// A number from 0 to below 1 that two vertices decide.
-fn lot_of(a: u32, b: u32) -> f32 {
+pub(crate) fn lot_of(a: u32, b: u32) -> f32 {
     let bits = number(a).wrapping_add(number(b).rotate_left(32)) >> 40;
     bits as f32 / (1u32 << 24) as f32
 }

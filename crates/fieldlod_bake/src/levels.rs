@@ -5,6 +5,8 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
+use crate::aggregate::has_leaves;
+use crate::appearance::MOST_VERTICES;
 use crate::clusters::{
     Cluster, Place, clusters_of_source, partition, shared_positions, split_into_clusters,
     triangle_count,
@@ -24,8 +26,19 @@ const FEWEST_TRIANGLES: usize = 12;
 const MOST_TURNED: f32 = 0.003;
 /// By how much groups grow where nothing gets on.
 const GROWTH: usize = 4;
-/// A level whose elements lack less than this share of their area is left as it is.
-const HARDLY_LACKING: f32 = 0.02;
+/// Elements grow and shrink no more than this at once, beyond what keeps their area.
+const MOST_GAIN: f32 = 1.6;
+/// How often a level is built again at most.
+const MOST_BUILT_AGAIN: usize = 4;
+/// A level that covers what it should but for this share is left as it is.
+const HARDLY_LACKING: f32 = 0.01;
+/// What is gone of a plant grows by no more than this from its second level on, as what is gone is what is seen of a
+/// change of level; and each level keeps at least and at most such a share of the one before.
+const MOST_MORE_GONE: f32 = 1.25;
+const LEAST_OF_PLANT_KEPT: f32 = 0.6;
+const MOST_OF_PLANT_KEPT: f32 = 0.74;
+/// A level that is to keep more than this share of what makes it stuck may become stuck.
+const ALL_BUT_STUCK: f32 = 0.9;
 /// A level that keeps more than this share of the triangles hardly gets on.
 const HARDLY: f32 = 0.98;
 
@@ -50,6 +63,7 @@ pub(crate) fn build_levels(
     let mut level = 0;
     let coverage = OnceCell::new();
     let mut area_gain = 1.0;
+    let is_plant = mesh.positions.len() <= MOST_VERTICES as usize && has_leaves(mesh);
     while triangle_count(&pool) > FEWEST_TRIANGLES {
         let before = triangle_count(&pool);
         // Simplify neighbouring clusters together, and nothing that two groups share.
@@ -59,6 +73,11 @@ pub(crate) fn build_levels(
         if is_whole && level == 0 {
             coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
         }
+        let seen = is_plant.then(|| {
+            let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
+            let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
+            coverage.seen(&Drawn::of(corners.copied().collect(), vertices), vertices)
+        });
         let mut builder = Builder {
             vertices,
             config,
@@ -71,15 +90,24 @@ pub(crate) fn build_levels(
             triangles: before,
             coverage: coverage.get().filter(|_| is_whole),
             has_aggregates: report.has_aggregates,
+            ratio: match is_plant {
+                true => ratio_of_plant(before as f32 / mesh.triangle_count() as f32, config),
+                false => config.simplify_ratio,
+            },
+            seen: seen.as_deref(),
         };
         let mut built = builder.build_all(&parts);
         let has_aggregates = built.iter().flatten().any(Built::is_aggregate);
         // Where it is known what is seen of elements, a level of several groups is built again with what they lack.
-        if has_aggregates && !is_whole && vertices.knows_what_is_cut_out() {
+        if has_aggregates && !is_whole && (is_plant || vertices.knows_what_is_cut_out()) {
             let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
-            let lacking = coverage.gain(&drawn_of(&parts, &built, vertices), vertices);
-            if (lacking - 1.0).abs() > HARDLY_LACKING {
-                builder.area_gain *= lacking;
+            let mut response = Response::default();
+            for _ in 0..MOST_BUILT_AGAIN {
+                let lacking = coverage.lacking(&drawn_of(&parts, &built, vertices), vertices);
+                if (lacking - 1.0).abs() <= HARDLY_LACKING {
+                    break;
+                }
+                builder.area_gain *= response.gain(builder.area_gain, lacking);
                 built = builder.build_all(&parts);
             }
         }
@@ -106,7 +134,7 @@ pub(crate) fn build_levels(
             let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
             let corners = pool.iter().flat_map(|cluster| &cluster.corners);
             let drawn = Drawn::of(corners.copied().collect(), vertices);
-            area_gain = coverage.gain(&drawn, vertices);
+            area_gain = Response::default().gain(1.0, coverage.lacking(&drawn, vertices));
         }
         level += 1;
         if triangle_count(&pool) as f32 > before as f32 * config.stuck_ratio {
@@ -125,6 +153,41 @@ pub(crate) fn build_levels(
     report.coarsest_triangles = triangle_count(&pool);
     groups.add_terminal(pool);
     (groups, report)
+}
+
+/// The share of its triangles that is kept of a level of a plant which has the share `left` of the source's.
+fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
+    let gone = 1.0 - left;
+    if gone <= 0.0 {
+        return config.simplify_ratio;
+    }
+    let most = MOST_OF_PLANT_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
+    let least = config.simplify_ratio.max(LEAST_OF_PLANT_KEPT).min(most);
+    ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
+}
+
+/// What levels cover by how much their elements grow, as far as it was tried.
+#[derive(Default)]
+struct Response {
+    /// A gain, and what the level should cover relative to what it covers then.
+    last: Option<[f32; 2]>,
+}
+
+impl Response {
+    /// By how much a gain should grow after which a level should cover `lacking` times as much.
+    fn gain(&mut self, gain: f32, lacking: f32) -> f32 {
+        let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
+            (gain / last_gain).ln() / (last_lacking / lacking).ln()
+        });
+        self.last = Some([gain, lacking]);
+        // At first as areas go with lengths, as elements are only some of what is seen.
+        let power = if power.is_finite() {
+            power.clamp(0.5, 5.0)
+        } else {
+            2.0
+        };
+        lacking.powf(power).clamp(MOST_GAIN.recip(), MOST_GAIN)
+    }
 }
 
 /// What a level draws, of which some parts may be stuck.
@@ -156,6 +219,10 @@ struct Builder<'a> {
     coverage: Option<&'a Coverage>,
     /// Whether there were aggregates on finer levels.
     has_aggregates: bool,
+    /// The share of the triangles that should be left.
+    ratio: f32,
+    /// In how many pixels each vertex is seen, if that is known.
+    seen: Option<&'a [f32]>,
 }
 
 /// A group that was simplified.
@@ -195,7 +262,12 @@ impl Builder<'_> {
             config: self.config,
             same_position: piece.same_position(vertices),
             is_locked: is_locked.collect(),
+            seen: self.seen.map(|pixels| {
+                let own = piece.vertices.iter();
+                own.map(|&vertex| pixels[vertex as usize]).collect()
+            }),
             piece,
+            ratio: self.ratio,
             is_whole: self.is_whole,
             may_move: self.level >= self.config.first_moved_level,
             area_gain: self.area_gain,

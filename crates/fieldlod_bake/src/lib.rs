@@ -69,6 +69,7 @@ mod clusters;
 mod components;
 mod config;
 mod coverage;
+mod curve;
 mod deviation;
 mod edges;
 mod elements;
@@ -94,7 +95,7 @@ mod vertices;
 
 /// Counts changes of what the same mesh and configuration are baked to within a version: whoever keeps bakes knows by
 /// it which are out of date.
-pub const REVISION: u32 = 4;
+pub const REVISION: u32 = 5;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[doc(hidden)]

@@ -8,6 +8,7 @@
 use fieldlod_hierarchy::{Card, CardPicture, Sphere};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
+use crate::elements::lot_of;
 use crate::surface::Surface;
 use crate::surfaces::Surfaces;
 
@@ -203,6 +204,45 @@ impl Model<'_> {
             raster.each_pixel(|index, _, _| clear[index] *= left);
         }
         clear.iter().map(|clear| 1.0 - clear).sum()
+    }
+
+    /// In how many pixels of a square each triangle is seen, where each is as opaque as in [`Self::covered`].
+    pub(crate) fn seen(
+        &self,
+        triangles: &[[u32; 3]],
+        view: &Viewpoint,
+        side: usize,
+        opacity: impl Fn(&[u32; 3]) -> f32,
+    ) -> Vec<u32> {
+        let mut nearest = vec![(f32::NEG_INFINITY, u32::MAX); side * side];
+        for (number, triangle) in triangles.iter().enumerate() {
+            let Some(raster) = self.raster(triangle, view, side) else {
+                continue;
+            };
+            let of_surface = self.surface(triangle).filter(|s| !s.is_opaque());
+            let at_uv = of_surface.map(|s| s.opacity(self.uvs_of(triangle), raster.area()));
+            let whole = opacity(triangle);
+            raster.each_pixel(|index, shares, near| {
+                if near <= nearest[index].0 {
+                    return;
+                }
+                // What is half transparent hides every other pixel, by lot.
+                let opacity = match &at_uv {
+                    Some(opacity) => opacity(self.uv_at(triangle, shares)),
+                    None => whole,
+                };
+                if opacity >= 1.0 || lot_of(index as u32, number as u32) < opacity {
+                    nearest[index] = (near, number as u32);
+                }
+            });
+        }
+        let mut seen = vec![0; triangles.len()];
+        for (_, number) in nearest {
+            if let Some(seen) = seen.get_mut(number as usize) {
+                *seen += 1;
+            }
+        }
+        seen
     }
 
     fn surface(&self, triangle: &[u32; 3]) -> Option<&Surface> {

@@ -35,10 +35,14 @@ pub(crate) struct Task<'a> {
     pub(crate) same_position: Vec<u32>,
     /// For each own vertex, whether it must stay, since other groups use its position.
     pub(crate) is_locked: Vec<bool>,
+    /// The share of the triangles that should be left.
+    pub(crate) ratio: f32,
     /// Whether there are no other groups.
     pub(crate) is_whole: bool,
     /// By how much elements grow beyond what keeps their area.
     pub(crate) area_gain: f32,
+    /// For each own vertex, in how many pixels it is seen from all around, if that is known.
+    pub(crate) seen: Option<Vec<f32>>,
     /// Whether vertices may move at all.
     pub(crate) may_move: bool,
 }
@@ -64,7 +68,7 @@ impl Task<'_> {
     /// What all means that get anywhere lead to, the best first. None opens an edge.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
         // Less may be possible where as much as is wanted is not.
-        let wanted = self.config.simplify_ratio;
+        let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
         let careful = [wanted, less].map(|ratio| [(Means::Moved, ratio), (Means::Kept, ratio)]);
         let reckless = [(Means::PositionsOnly, wanted), (Means::Sloppy, wanted)];

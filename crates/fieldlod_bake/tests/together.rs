@@ -52,7 +52,8 @@ fn two_meshes_of_a_tree_have_the_levels_of_one() {
     let [bark, leaves] = [&both[0], &both[1]].map(decisions);
     let same = bark.iter().filter(|step| leaves.contains(step)).count();
     assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
-    // At each error of the one, both together have about its triangles, and no more than at the next finer level.
+    // At each error of the one, both together have about its triangles, but for the last levels, whose errors hardly
+    // differ: there they have in the mean.
     let mut ratios = Vec::new();
     for group in &one.groups {
         let drawn = |levels: &Hierarchy| {
@@ -62,7 +63,11 @@ fn two_meshes_of_a_tree_have_the_levels_of_one() {
         };
         let (together, whole) = (both.iter().map(drawn).sum::<f32>(), drawn(&one));
         println!("{together} for {whole}");
-        assert!(together < whole * 1.7 + 8.0, "{together} for {whole}");
+        let is_last = whole < 300.0;
+        assert!(
+            is_last || together < whole * 1.35 + 8.0,
+            "{together} for {whole}"
+        );
         ratios.push(together / whole);
     }
     let mean = ratios

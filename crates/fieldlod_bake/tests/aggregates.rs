@@ -129,9 +129,9 @@ fn levels_of_cards_keep_the_area_that_their_texture_leaves() {
             let share = covered(&hierarchy, triangles, leaf) / source;
             println!("{count} cards, {} triangles: {share:.3}", triangles.len());
             let least = match triangles.len() {
-                ..25 => 0.75,
+                ..25 => 0.83,
                 25..=100 => 0.9,
-                _ => 0.92,
+                _ => 0.95,
             };
             assert!(share > least && share < 1.1, "{count}: {share}");
         }
@@ -167,7 +167,7 @@ fn levels_of_cards_keep_the_area_that_a_known_texture_leaves() {
                 );
                 let least = match triangles.len() {
                     // Sparse ones have grown by what they may at most, or to the source's box.
-                    ..25 if name == "needles" => 0.6,
+                    ..25 if name == "needles" => 0.8,
                     ..25 => 0.9,
                     25..=100 => 0.92,
                     _ => 0.95,
@@ -221,7 +221,7 @@ fn bark_and_leaves_together_keep_the_area_that_their_textures_leave() {
             let share = covered / source;
             println!("bark and {name}, {triangles} triangles: {share:.3}");
             let (least, most) = match triangles {
-                ..25 => (0.96, 1.06),
+                ..25 => (0.96, 1.045),
                 _ => (0.96, 1.03),
             };
             let is_kept = (least..most).contains(&share);

@@ -418,8 +418,11 @@ fn the_coarsest_triangles_that_err_no_more_stand_in_for_cards() {
     let first = levels.iter().zip(&without_cards).take_while(above_cards);
     let first = first.count();
     let stand_in = |error: f32| without_cards.iter().rfind(|level| level.1 <= error);
-    let stand_ins = levels.iter().map(|level| stand_in(level.1).unwrap().0);
-    let stand_ins: Vec<u64> = stand_ins.collect();
+    // Triangles above cards are drawn as they are, though a coarser level may err as much.
+    let of_cards = levels[first..].iter();
+    let of_cards = of_cards.map(|level| stand_in(level.1).unwrap().0);
+    let above = levels[..first].iter().map(|level| level.0);
+    let stand_ins: Vec<u64> = above.chain(of_cards).collect();
     assert!(first < levels.len() && stand_ins[levels.len() - 1] * 4 < levels[first - 1].0);
     let (mut app, camera, plant, material) = waiting_plant(&BAKED_CROWN);
     let drawn = drawn_at_levels(&mut app, camera, plant, levels.len());

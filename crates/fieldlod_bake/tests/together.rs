@@ -52,23 +52,21 @@ fn two_meshes_of_a_tree_have_the_levels_of_one() {
     let [bark, leaves] = [&both[0], &both[1]].map(decisions);
     let same = bark.iter().filter(|step| leaves.contains(step)).count();
     assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
-    // At each error of the one, both together have about its triangles, but for the last levels, whose errors hardly
-    // differ: there they have in the mean.
+    // At each error of the one, both together have about its triangles. Errors of the last levels hardly differ: 300
+    // triangles have 0.9 of the error of 100. So there it is a tenth more.
     let mut ratios = Vec::new();
     for group in &one.groups {
-        let drawn = |levels: &Hierarchy| {
+        let drawn = |levels: &Hierarchy, share: f32| {
             let mut groups = levels.groups.iter();
-            let index = groups.position(|own| own.error_in_local >= group.error_in_local * 0.99);
+            let index = groups.position(|own| own.error_in_local >= group.error_in_local * share);
             levels.units[index.unwrap()].triangle_count as f32
         };
-        let (together, whole) = (both.iter().map(drawn).sum::<f32>(), drawn(&one));
+        let both_at = |share: f32| both.iter().map(|mesh| drawn(mesh, share)).sum::<f32>();
+        let whole = drawn(&one, 0.99);
+        let together = both_at(if whole < 300.0 { 1.1 } else { 0.99 });
         println!("{together} for {whole}");
-        let is_last = whole < 300.0;
-        assert!(
-            is_last || together < whole * 1.35 + 8.0,
-            "{together} for {whole}"
-        );
-        ratios.push(together / whole);
+        assert!(together < whole * 1.35 + 8.0, "{together} for {whole}");
+        ratios.push(both_at(0.99) / whole);
     }
     let mean = ratios
         .iter()

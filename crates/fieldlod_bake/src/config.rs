@@ -30,7 +30,8 @@ pub struct BakeConfig {
     /// third.
     pub group_clusters: usize,
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
-    /// below [`stuck_ratio`](Self::stuck_ratio).
+    /// below [`stuck_ratio`](Self::stuck_ratio). Levels of plants with loose leaves and no more than 65,536
+    /// vertices keep at least 0.6 from the second on, and up to 0.74, so that their changes are seen less.
     pub simplify_ratio: f32,
     /// A group that keeps more than this share of its triangles is stuck, and merged with others.
     /// At most 1.

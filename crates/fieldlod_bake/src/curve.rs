@@ -57,3 +57,26 @@ impl Curve {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn the_nearest_is_one_that_is_left() {
+        let at = |x: f32| Component {
+            centroid: Vec3::X * x,
+            ..Component::default()
+        };
+        let elements: Vec<Component> = [0.0, 7.0, 1.0, 3.0].map(at).into();
+        let mut curve = Curve::through(&elements);
+        assert_eq!(curve.nearest(0, &elements), Some(2));
+        curve.remove(2);
+        assert_eq!(curve.nearest(0, &elements), Some(3));
+        curve.remove(3);
+        curve.remove(0);
+        assert_eq!(curve.nearest(1, &elements), None);
+    }
+}

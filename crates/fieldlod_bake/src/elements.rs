@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use crate::components::Component;
 use crate::curve::Curve;
-use crate::edges::{Links, number};
+use crate::edges::Links;
 use crate::simplify::{Simplified, Task};
 
 /// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
@@ -217,10 +217,4 @@ impl Ord for Step {
         let by_cost = self.cost.total_cmp(&other.cost);
         by_cost.then(self.element.cmp(&other.element))
     }
-}
-
-/// A number from 0 to below 1 that two vertices decide.
-pub(crate) fn lot_of(a: u32, b: u32) -> f32 {
-    let bits = number(a).wrapping_add(number(b).rotate_left(32)) >> 40;
-    bits as f32 / (1u32 << 24) as f32
 }

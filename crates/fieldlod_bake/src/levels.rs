@@ -37,7 +37,7 @@ const HARDLY_LACKING: f32 = 0.01;
 const MOST_MORE_GONE: f32 = 1.25;
 const LEAST_OF_PLANT_KEPT: f32 = 0.6;
 const MOST_OF_PLANT_KEPT: f32 = 0.74;
-/// A level that is to keep more than this share of what makes it stuck may become stuck.
+/// No more is kept than this share of what counts as stuck, as a level may end a little above what is wanted.
 const ALL_BUT_STUCK: f32 = 0.9;
 /// A level that keeps more than this share of the triangles hardly gets on.
 const HARDLY: f32 = 0.98;
@@ -161,8 +161,11 @@ fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     if gone <= 0.0 {
         return config.simplify_ratio;
     }
+    // Closer together may be asked for, but not further apart.
+    let wanted = config.simplify_ratio;
     let most = MOST_OF_PLANT_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
-    let least = config.simplify_ratio.max(LEAST_OF_PLANT_KEPT).min(most);
+    let most = most.max(wanted);
+    let least = LEAST_OF_PLANT_KEPT.clamp(wanted, most);
     ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
 }
 

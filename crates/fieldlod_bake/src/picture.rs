@@ -8,7 +8,7 @@
 use fieldlod_hierarchy::{Card, CardPicture, Sphere};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
-use crate::elements::lot_of;
+use crate::edges::number;
 use crate::surface::Surface;
 use crate::surfaces::Surfaces;
 
@@ -215,30 +215,31 @@ impl Model<'_> {
         opacity: impl Fn(&[u32; 3]) -> f32,
     ) -> Vec<u32> {
         let mut nearest = vec![(f32::NEG_INFINITY, u32::MAX); side * side];
-        for (number, triangle) in triangles.iter().enumerate() {
+        for (at, triangle) in triangles.iter().enumerate() {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
             let of_surface = self.surface(triangle).filter(|s| !s.is_opaque());
             let at_uv = of_surface.map(|s| s.opacity(self.uvs_of(triangle), raster.area()));
             let whole = opacity(triangle);
+            let own = (number(at as u32) >> 32) as u32;
             raster.each_pixel(|index, shares, near| {
                 if near <= nearest[index].0 {
                     return;
                 }
-                // What is half transparent hides every other pixel, by lot.
+                // What is half transparent hides every other pixel, by lots that triangles draw each for itself.
                 let opacity = match &at_uv {
                     Some(opacity) => opacity(self.uv_at(triangle, shares)),
                     None => whole,
                 };
-                if opacity >= 1.0 || lot_of(index as u32, number as u32) < opacity {
-                    nearest[index] = (near, number as u32);
+                if opacity >= 1.0 || lot_of(index as u32 ^ own) < opacity {
+                    nearest[index] = (near, at as u32);
                 }
             });
         }
         let mut seen = vec![0; triangles.len()];
-        for (_, number) in nearest {
-            if let Some(seen) = seen.get_mut(number as usize) {
+        for (_, at) in nearest {
+            if let Some(seen) = seen.get_mut(at as usize) {
                 *seen += 1;
             }
         }
@@ -284,6 +285,11 @@ impl Model<'_> {
         let albedo = shown(self.colors.get(vertex as usize)) * self.exposure;
         albedo * lit(normal.unwrap_or_else(flat), view)
     }
+}
+
+/// A number from 0 to below 1 that another decides.
+fn lot_of(drawn_by: u32) -> f32 {
+    (number(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
 }
 
 /// The share of the light that goes on to the eye.
@@ -443,6 +449,50 @@ mod tests {
 
     use super::*;
     use crate::fixtures;
+
+    #[test]
+    fn triangles_are_seen_where_nothing_opaque_is_nearer() {
+        // Towards the eye lies z.
+        let at = |z: f32| {
+            [
+                Vec3::new(-1.0, -1.0, z),
+                Vec3::new(1.0, -1.0, z),
+                Vec3::new(0.0, 1.0, z),
+            ]
+        };
+        let positions = [at(0.0), at(0.5)].concat();
+        let model = Model {
+            positions: &positions,
+            normals: &[],
+            colors: &[],
+            surfaces: &[],
+            uvs: &[],
+            sphere: Sphere {
+                center: Vec3::ZERO,
+                radius: 1.5,
+            },
+            exposure: 1.0,
+        };
+        let view = Viewpoint {
+            eye: Vec3::Z,
+            right: Vec3::X,
+            up: Vec3::Y,
+        };
+        let triangles = [[0, 1, 2], [3, 4, 5]];
+        let seen = |opacity: f32| model.seen(&triangles, &view, 96, |_| opacity);
+        let whole = 96.0f32 * 96.0 * 2.0 / 9.0;
+        let [hidden, all] = seen(1.0)[..] else {
+            panic!("two triangles")
+        };
+        assert_eq!(hidden, 0);
+        assert!((all as f32 / whole - 1.0).abs() < 0.03, "{all} of {whole}");
+        // Half of what is there, and half of what that leaves.
+        let [behind, before] = seen(0.5)[..] else {
+            panic!("two triangles")
+        };
+        assert!((before as f32 / whole - 0.5).abs() < 0.05, "{before}");
+        assert!((behind as f32 / whole - 0.25).abs() < 0.05, "{behind}");
+    }
 
     #[test]
     fn pictures_show_the_surface_where_it_is_opaque() {

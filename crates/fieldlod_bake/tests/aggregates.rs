@@ -258,6 +258,39 @@ fn surfaces_that_are_invisible_blank_or_without_coordinates_are_unknown() {
     assert!(bake(&with(&cards, leaf)) != bake(&cards));
 }
 
+/// Cards in an opaque ball and around it.
+#[test]
+fn what_is_hidden_goes_before_what_is_seen() {
+    let mut mesh = untextured(fixtures::cards(3_000, 3));
+    let first = mesh.positions.len() as u32;
+    let ball = fixtures::rock(3, 1);
+    mesh.positions
+        .extend(ball.positions.iter().map(|p| *p * 0.8));
+    mesh.normals.extend(&ball.normals);
+    mesh.indices
+        .extend(ball.indices.iter().map(|index| first + index));
+    let hierarchy = bake(&mesh);
+    let vertices = &hierarchy.vertices;
+    // Of cards, those deep within the ball and those outside of it.
+    let count = |triangles: &[[u32; 3]]| {
+        let mut found = [0.0f32; 2];
+        for card in components(triangles, vertices.positions.len()) {
+            let sum: Vec3 = card.iter().map(|&v| vertices.positions[v as usize]).sum();
+            let radius = (sum / card.len() as f32).length();
+            found[0] += f32::from(u8::from(card.len() < 7 && radius < 0.5));
+            found[1] += f32::from(u8::from(card.len() < 7 && radius > 0.95));
+        }
+        found
+    };
+    let levels = levels(&hierarchy);
+    let [hidden, seen] = count(&levels[0]);
+    assert!(hidden > 200.0 && seen > 200.0, "{hidden}, {seen}");
+    let [hidden_left, seen_left] = count(&levels[1]);
+    println!("{hidden_left} of {hidden} are left, and {seen_left} of {seen}");
+    assert!(hidden_left < 0.1 * hidden, "{hidden_left} of {hidden}");
+    assert!(seen_left > 0.7 * seen, "{seen_left} of {seen}");
+}
+
 #[test]
 fn levels_of_plants_keep_their_mean_colour() {
     let mut mesh = fixtures::cards(3_000, 5);

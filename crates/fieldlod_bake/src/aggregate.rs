@@ -25,11 +25,8 @@ const FEWEST_ELEMENTS: usize = 6;
 const MOST_OF_GROUP: f32 = 0.2;
 /// Elements with no more triangles than this, in the mean, are pruned and not simplified.
 const FEW_TRIANGLES: usize = 8;
-/// A plant has at least so many leaves, of at most this share of its triangles each and at least this in all: of oaks
-/// and pines, and not of machines and whole gardens.
-const FEWEST_LEAVES: usize = 32;
-const MOST_OF_PLANT: f32 = 0.02;
-const LEAST_IN_LEAVES: f32 = 0.25;
+/// A mesh is an aggregate if at least this share of its triangles is that of elements.
+const LEAST_IN_ELEMENTS: f32 = 0.25;
 /// An element that keeps less than this share of its area when it is simplified stays as it was.
 const LEAST_AREA: f32 = 0.5;
 /// One that keeps more gets nothing back: parts of a machine should not leave their places.
@@ -44,8 +41,8 @@ const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles.
 const LEAST_LEFT: f32 = 0.125;
 
-/// Whether many triangles of a mesh are those of many small loose pieces, such as leaves.
-pub(crate) fn has_leaves(mesh: &SourceMesh) -> bool {
+/// Whether many triangles of a mesh are those of several loose pieces, such as leaves and fronds.
+pub(crate) fn is_aggregate(mesh: &SourceMesh) -> bool {
     let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
     let same_position = meshopt::generate_position_remap(&adapter(&positions));
     // At any scale areas are numbers.
@@ -59,13 +56,10 @@ pub(crate) fn has_leaves(mesh: &SourceMesh) -> bool {
     let is_locked = vec![false; positions.len()];
     let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
-    let is_leaf = |c: &&Component| share(c.triangles.len()) <= MOST_OF_PLANT && c.area > 0.0;
-    let leaves: Vec<usize> = components
-        .iter()
-        .filter(is_leaf)
-        .map(|c| c.triangles.len())
-        .collect();
-    leaves.len() >= FEWEST_LEAVES && share(leaves.iter().sum()) >= LEAST_IN_LEAVES
+    let is_element = |c: &&Component| share(c.triangles.len()) <= MOST_OF_GROUP && c.area > 0.0;
+    let elements = components.iter().filter(is_element);
+    let elements: Vec<usize> = elements.map(|c| c.triangles.len()).collect();
+    elements.len() >= FEWEST_ELEMENTS && share(elements.iter().sum()) >= LEAST_IN_ELEMENTS
 }
 
 impl Task<'_> {

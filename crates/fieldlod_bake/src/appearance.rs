@@ -12,6 +12,7 @@
 use std::sync::Arc;
 
 use fieldlod_hierarchy::{CardLevel, Cards, Hierarchy, Sphere, WholeMeshCut};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::cards::{PartCards, cards_of, shown_at};
@@ -30,6 +31,9 @@ const SAMPLES: usize = 2;
 const AS_GOOD_AS_1_PX: f32 = 1.25;
 /// No picture has less detail than this, of 1.
 const LEAST_DETAIL: f32 = 0.002;
+/// Cards are kept if they have no more than this share of the triangles that are drawn without them for errors as
+/// small, in the mean of their levels that have fewer.
+const MOST_OF_TRIANGLES: f32 = 0.5;
 /// By what the criterion multiplies the error of a mesh that faces all ways: √(1 + 0.4).
 const FACING_ALL_WAYS: f32 = 1.183_216;
 /// Levels with more vertices are never drawn as whole meshes: 16 bits do not count them.
@@ -78,6 +82,9 @@ pub(crate) fn measure_levels(
         finer
     });
     let errors: Vec<(usize, f32)> = numbers.into_iter().zip(errors).collect();
+    if share_of_triangles(&cards, &errors, hierarchy, &cuts) > MOST_OF_TRIANGLES {
+        return Vec::new();
+    }
     let parts = cards.into_iter().map(|part| with_errors(part, &errors));
     parts.collect()
 }
@@ -89,6 +96,33 @@ fn numbers_of_levels(parts: &[PartCards]) -> Vec<usize> {
     numbers.sort_unstable();
     numbers.dedup();
     numbers
+}
+
+/// How many triangles levels of cards have, relative to those of the coarsest cuts that err no more: the geometric mean
+/// of those that have fewer, 1 if none has.
+fn share_of_triangles(
+    parts: &[PartCards],
+    errors: &[(usize, f32)],
+    hierarchy: &Hierarchy,
+    cuts: &[WholeMeshCut],
+) -> f32 {
+    let error_of = |cut: &WholeMeshCut| {
+        hierarchy.largest_below(cut.group_level, |group| group.whole_mesh_error_in_local)
+    };
+    let cuts: Vec<(usize, f32)> = cuts
+        .iter()
+        .map(|c| (c.triangles.len(), error_of(c)))
+        .collect();
+    let share = |&(number, error): &(usize, f32)| {
+        let shown = shown_at(parts, number, |_| Vec3::ONE);
+        let cards: usize = shown.iter().map(|shown| shown.cards.len()).sum();
+        let after = cuts.partition_point(|cut| cut.1 <= error);
+        (2 * cards) as f32 / cuts[after.saturating_sub(1)].0 as f32
+    };
+    let shares = errors.iter().map(share).filter(|share| *share < 1.0);
+    let shares: Vec<f32> = shares.collect();
+    let product: f32 = shares.iter().product();
+    product.powf((shares.len().max(1) as f32).recip())
 }
 
 /// The cards of a part, as good as the levels of all parts are, of which errors are known by their numbers.

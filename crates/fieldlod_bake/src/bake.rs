@@ -2,7 +2,6 @@
 
 use fieldlod_hierarchy::{Cards, Hierarchy};
 
-use crate::aggregate::has_leaves;
 use crate::appearance::measure_levels;
 use crate::assemble::assemble;
 use crate::config::BakeConfig;
@@ -82,7 +81,7 @@ pub(crate) fn bake_valid_mesh(
     // Draw plants and the like that may be drawn as a whole, and see how good they look. Surfaces are judged
     // by their errors, by which that is calibrated.
     if config.measure_appearance && baked.report.has_aggregates {
-        let with_cards = config.cards && surfaces.are_usable() && has_leaves(mesh);
+        let with_cards = config.cards && surfaces.are_usable();
         baked.cards = measure_levels(&mut baked.hierarchy, &surfaces, with_cards);
     }
     baked

@@ -26,13 +26,14 @@ use planes::{Facet, planes_of};
 use texels::Texels;
 
 /// How many cards each level has of all parts, and at which radius of the mesh, in pixels, a texel is as large as a pixel.
-const LEVELS: [(usize, f32); 7] = [
+const LEVELS: [(usize, f32); 8] = [
     (1024, 80.0),
     (512, 56.0),
     (256, 40.0),
     (128, 28.0),
     (64, 20.0),
     (32, 14.0),
+    (22, 12.0),
     (16, 10.0),
 ];
 /// The cards of all parts stand for so many triangles of the source each at least.

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
-use crate::aggregate::has_leaves;
+use crate::aggregate::is_aggregate;
 use crate::appearance::MOST_VERTICES;
 use crate::clusters::{
     Cluster, Place, clusters_of_source, partition, shared_positions, split_into_clusters,
@@ -32,11 +32,11 @@ const MOST_GAIN: f32 = 1.6;
 const MOST_BUILT_AGAIN: usize = 4;
 /// A level that covers what it should but for this share is left as it is.
 const HARDLY_LACKING: f32 = 0.01;
-/// What is gone of a plant grows by no more than this from its second level on, as what is gone is what is seen of a
+/// What is gone of an aggregate grows by no more than this from its second level on, as what is gone is what is seen of a
 /// change of level; and each level keeps at least and at most such a share of the one before.
 const MOST_MORE_GONE: f32 = 1.25;
-const LEAST_OF_PLANT_KEPT: f32 = 0.6;
-const MOST_OF_PLANT_KEPT: f32 = 0.74;
+const LEAST_KEPT: f32 = 0.6;
+const MOST_KEPT: f32 = 0.74;
 /// No more is kept than this share of what counts as stuck, as a level may end a little above what is wanted.
 const ALL_BUT_STUCK: f32 = 0.9;
 /// A level that keeps more than this share of the triangles hardly gets on.
@@ -63,7 +63,7 @@ pub(crate) fn build_levels(
     let mut level = 0;
     let coverage = OnceCell::new();
     let mut area_gain = 1.0;
-    let is_plant = mesh.positions.len() <= MOST_VERTICES as usize && has_leaves(mesh);
+    let is_aggregate = mesh.positions.len() <= MOST_VERTICES as usize && is_aggregate(mesh);
     while triangle_count(&pool) > FEWEST_TRIANGLES {
         let before = triangle_count(&pool);
         // Simplify neighbouring clusters together, and nothing that two groups share.
@@ -73,7 +73,7 @@ pub(crate) fn build_levels(
         if is_whole && level == 0 {
             coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
         }
-        let seen = is_plant.then(|| {
+        let seen = is_aggregate.then(|| {
             let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
             let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
             coverage.seen(&Drawn::of(corners.copied().collect(), vertices), vertices)
@@ -90,8 +90,8 @@ pub(crate) fn build_levels(
             triangles: before,
             coverage: coverage.get().filter(|_| is_whole),
             has_aggregates: report.has_aggregates,
-            ratio: match is_plant {
-                true => ratio_of_plant(before as f32 / mesh.triangle_count() as f32, config),
+            ratio: match is_aggregate {
+                true => ratio_of_aggregate(before as f32 / mesh.triangle_count() as f32, config),
                 false => config.simplify_ratio,
             },
             seen: seen.as_deref(),
@@ -99,7 +99,7 @@ pub(crate) fn build_levels(
         let mut built = builder.build_all(&parts);
         let has_aggregates = built.iter().flatten().any(Built::is_aggregate);
         // Where it is known what is seen of elements, a level of several groups is built again with what they lack.
-        if has_aggregates && !is_whole && (is_plant || vertices.knows_what_is_cut_out()) {
+        if has_aggregates && !is_whole && (is_aggregate || vertices.knows_what_is_cut_out()) {
             let coverage = coverage.get_or_init(|| Coverage::of(&mesh.indices, vertices));
             let mut response = Response::default();
             for _ in 0..MOST_BUILT_AGAIN {
@@ -155,17 +155,17 @@ pub(crate) fn build_levels(
     (groups, report)
 }
 
-/// The share of its triangles that is kept of a level of a plant which has the share `left` of the source's.
-fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
+/// The share of its triangles that is kept of a level of an aggregate which has the share `left` of the source's.
+fn ratio_of_aggregate(left: f32, config: &BakeConfig) -> f32 {
     let gone = 1.0 - left;
     if gone <= 0.0 {
         return config.simplify_ratio;
     }
     // Closer together may be asked for, but not further apart.
     let wanted = config.simplify_ratio;
-    let most = MOST_OF_PLANT_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
+    let most = MOST_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
     let most = most.max(wanted);
-    let least = LEAST_OF_PLANT_KEPT.clamp(wanted, most);
+    let least = LEAST_KEPT.clamp(wanted, most);
     ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
 }
 

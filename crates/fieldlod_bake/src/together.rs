@@ -13,7 +13,7 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::aggregate::has_leaves;
+use crate::aggregate::is_aggregate;
 use crate::appearance::MOST_VERTICES;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
@@ -74,7 +74,7 @@ fn are_one_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
         && [0, meshes.len()].contains(&with_normals.count())
         && config.validate().is_ok()
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
-        && has_leaves(&as_one_mesh(meshes))
+        && is_aggregate(&as_one_mesh(meshes))
 }
 
 /// The vertices of each mesh among those of all.

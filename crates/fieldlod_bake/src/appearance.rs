@@ -12,7 +12,6 @@
 use std::sync::Arc;
 
 use fieldlod_hierarchy::{CardLevel, Cards, Hierarchy, Sphere, WholeMeshCut};
-use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::cards::{PartCards, cards_of, shown_at};
@@ -114,8 +113,7 @@ fn share_of_triangles(
         .map(|c| (c.triangles.len(), error_of(c)))
         .collect();
     let share = |&(number, error): &(usize, f32)| {
-        let shown = shown_at(parts, number, |_| Vec3::ONE);
-        let cards: usize = shown.iter().map(|shown| shown.cards.len()).sum();
+        let cards: usize = parts.iter().map(|part| part.at(number).len()).sum();
         let after = cuts.partition_point(|cut| cut.1 <= error);
         (2 * cards) as f32 / cuts[after.saturating_sub(1)].0 as f32
     };
@@ -274,6 +272,43 @@ mod tests {
             let in_between = good_until([bad, bad, 1.0, 1.0, 1.0]);
             assert!((16.0..16.1).contains(&in_between), "{in_between}");
         }
+    }
+
+    #[test]
+    fn cards_are_weighed_against_the_triangles_of_as_small_errors() {
+        let palm = bake_mesh(&fixtures::palm(12, 1), &BakeConfig::default()).unwrap();
+        let cuts = palm.whole_mesh_cuts();
+        let level = |cut: &WholeMeshCut| {
+            let error = palm.largest_below(cut.group_level, |g| g.whole_mesh_error_in_local);
+            (cut.triangles.len(), error)
+        };
+        // The coarsest of each error.
+        let mut levels: Vec<(usize, f32)> = cuts.iter().rev().map(level).collect();
+        levels.dedup_by_key(|level| level.1);
+        levels.reverse();
+        let [(most, _), (many, of_many), (few, of_few), ..] = levels[1..] else {
+            panic!("{levels:?}")
+        };
+        let share = |levels: &[(usize, f32)]| {
+            let cards = |level: &(usize, f32)| vec![Default::default(); level.0];
+            let part = PartCards {
+                levels: levels.iter().map(cards).enumerate().collect(),
+                picture: Default::default(),
+            };
+            let errors: Vec<_> = levels.iter().map(|level| level.1).enumerate().collect();
+            share_of_triangles(&[part], &errors, &palm, &cuts)
+        };
+        // Two triangles each, for the error of a level and for hardly less.
+        let of = |triangles: usize| (many / 8 * 2) as f32 / triangles as f32;
+        assert_eq!(share(&[(many / 8, of_many)]), of(many));
+        assert_eq!(share(&[(many / 8, of_many.next_down())]), of(most));
+        // The mean of levels that save triangles, whatever others take.
+        let of_two = share(&[(many, of_many), (many / 4, of_many), (few / 16, of_few)]);
+        let mean =
+            ((many / 4 * 2) as f32 / many as f32 * (few / 16 * 2) as f32 / few as f32).sqrt();
+        assert!((of_two / mean - 1.0).abs() < 1e-6, "{of_two}, not {mean}");
+        assert_eq!(share(&[(many, of_many), (few, of_few)]), 1.0);
+        assert_eq!(share(&[]), 1.0);
     }
 
     /// What is allowed is what pictures of smooth meshes differ by where their error is 1 px.

@@ -78,7 +78,7 @@ impl PartCards {
     }
 
     /// The cards in a level of all parts.
-    fn at(&self, level: usize) -> &[Card] {
+    pub(crate) fn at(&self, level: usize) -> &[Card] {
         let after = self.levels.partition_point(|(own, _)| *own <= level);
         after
             .checked_sub(1)

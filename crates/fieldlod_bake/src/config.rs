@@ -30,8 +30,8 @@ pub struct BakeConfig {
     /// third.
     pub group_clusters: usize,
     /// How many triangles a simplification aims to keep, as a share of its input, above 0 and
-    /// below [`stuck_ratio`](Self::stuck_ratio). Levels of plants with loose leaves and no more than 65,536
-    /// vertices keep at least 0.6 from the second on, and up to 0.74, so that their changes are seen less.
+    /// below [`stuck_ratio`](Self::stuck_ratio). Levels of plants and others of which a quarter of the
+    /// triangles is that of six or more loose pieces, with no more than 65,536 vertices, keep at least 0.6 from the second on, and up to 0.74, so that their changes are seen less.
     pub simplify_ratio: f32,
     /// A group that keeps more than this share of its triangles is stuck, and merged with others.
     /// At most 1.
@@ -56,15 +56,16 @@ pub struct BakeConfig {
     /// loose pieces, such as leaves, with no more vertices than can be drawn as a whole. Without, a level is
     /// as bad as its worst piece.
     pub measure_appearance: bool,
-    /// Whether plants whose material is known get levels of cards below those of triangles: rectangles with pictures
-    /// of the plant. Only where appearance is measured; of meshes that are baked together each has its own, if the
+    /// Whether plants and other loose pieces whose material is known get levels of cards below those of triangles:
+    /// rectangles with pictures of them. Only where appearance is measured, and where levels of cards take no more than half
+    /// of the triangles for as small errors, in the mean of those that take fewer; of meshes that are baked together each has its own, if the
     /// materials of all are known. They take the place of the first
     /// level of triangles that one of them beats, with no more triangles and no more error, and of all coarser ones. Errors
     /// hold where a pixel has several samples, in one picture or over time: with the one that MSAA takes of a
     /// texture, cards look worse than that.
     pub cards: bool,
     /// Up to four primitives of one glTF mesh that have fewer triangles than this in all, many of them those of
-    /// leaves, as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
+    /// leaves or other loose pieces, as the bark and the leaves of a tree, are baked [together](crate::bake_together). 0 for never.
     /// Not in [files](crate::bake_file) if one of them has 20,000 triangles or more: as a rule it is drawn in pieces.
     pub together_below_triangles: usize,
     /// Whether texture seams are kept: without it, a texture may be torn along them.

@@ -2,7 +2,8 @@
 //!
 //! Closed ones ([`icosphere`], [`rock`], [`torus_knot`], [`shells`]) have every edge shared by two
 //! triangles once vertices at one place count as one; open ones ([`height_field`], [`islands`])
-//! have a border; plants ([`crown`], [`tree_in_parts`], [`cards`], which [`cut_out`] cuts leaves out of) have many leaves; degenerate ones test that a bake survives what files contain.
+//! have a border; plants ([`crown`], [`tree_in_parts`], [`cards`], which [`cut_out`] cuts leaves out of) have many leaves,
+//! a [`palm`] few fronds; degenerate ones test that a bake survives what files contain.
 
 mod closed;
 mod degenerate;
@@ -12,7 +13,7 @@ mod plants;
 pub use closed::{icosphere, rock, shells, torus_knot};
 pub use degenerate::{coincident_points, doubled, flat_shaded, non_manifold_fan, one_triangle};
 pub use open::{height_field, islands, plane};
-pub use plants::{cards, crown, cut_out, tree_in_parts};
+pub use plants::{cards, crown, cut_out, palm, tree_in_parts};
 
 use glam::Vec3;
 

@@ -32,7 +32,7 @@ const APART: f32 = 1.0 / (1 << 22) as f32;
 ///
 /// Together means with one bake over all, so that they change levels together and only as a whole: each
 /// hierarchy has one unit for each level. That is done for two to [`MOST_TOGETHER`] meshes, of which a quarter of the
-/// triangles is many loose pieces such as leaves, that have fewer than [`BakeConfig::together_below_triangles`] triangles
+/// triangles is that of six or more loose pieces such as leaves, none of them more than a fifth, that have fewer than [`BakeConfig::together_below_triangles`] triangles
 /// and no more than 65,536 vertices in all, and normals or none; and only if all of them are valid. Their reports are
 /// then of that one bake, groups in it too, but for their own coarsest triangles.
 ///

@@ -233,7 +233,7 @@ fn files_have_plants_of_small_primitives() {
 fn cards_of_a_tree_are_baked_together() {
     let opaque = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
     let opaque = Some(Arc::new(opaque));
-    let parts = fixtures::tree_in_parts(600, 1).map(|part| SourceMesh {
+    let parts = fixtures::tree_in_parts(1_200, 1).map(|part| SourceMesh {
         surface: opaque.clone(),
         ..part
     });

@@ -166,6 +166,30 @@ fn only_plants_of_a_known_material_have_cards() {
     assert!(bake(&rock, with_cards(true)).is_none());
 }
 
+/// A plant of twelve fronds, which are no loose leaves.
+#[test]
+fn cards_of_a_palm_save_most_of_its_triangles() {
+    let surface = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
+    let palm = with_surface(fixtures::palm(12, 1), surface);
+    let [with, without] = [true, false].map(|cards| {
+        let baked = bake_mesh(&palm, &with_cards(cards)).unwrap();
+        baked.whole_mesh_levels().unwrap()
+    });
+    let fewest = |levels: &Hierarchy, error: f32| {
+        let groups = levels.groups.iter().map(|group| group.error_in_local);
+        let levels = std::iter::once(0.0).chain(groups).zip(&levels.units);
+        let good = levels.filter(|level| level.0 <= error);
+        good.map(|level| level.1.triangle_count).min().unwrap()
+    };
+    let mut saving = 0;
+    for group in &with.groups[..with.groups.len() - 1] {
+        let [cards, triangles] = [&with, &without].map(|l| fewest(l, group.error_in_local));
+        println!("{}: {cards} of {triangles}", group.error_in_local);
+        saving += usize::from(2 * cards < triangles);
+    }
+    assert!(saving >= 4);
+}
+
 fn cards_baked(mesh: &SourceMesh) -> Cards {
     let baked = bake_mesh(mesh, &with_cards(true)).unwrap();
     assert_eq!(baked.validate(), Ok(()));
@@ -343,7 +367,7 @@ fn texels_of_a_level_are_as_large_as_planned() {
     let parts = cards_of(&hierarchy, &Surfaces::of([&mesh]));
     let levels = parts[0].levels.iter().map(|(_, cards)| cards);
     let counts: Vec<usize> = levels.clone().map(Vec::len).collect();
-    assert_eq!(counts, [20, 16]);
+    assert_eq!(counts, [20, 18, 16]);
     for level in levels.skip(1) {
         let planned = LEVELS.iter().rev().find(|plan| plan.0 >= level.len());
         let (_, radius_px) = *planned.unwrap();

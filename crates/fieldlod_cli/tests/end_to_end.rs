@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldlod_bake::fixtures;
+use fieldlod_bake::{SourceMesh, fixtures};
 use glam::Vec3;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -23,24 +23,25 @@ fn text(path: &Path) -> &str {
 /// A flat grid of `2 · cells²` triangles as a GLB.
 fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
     let side = cells + 1;
-    let corners = (0..side * side).map(|i| [(i / side) as f32, 0.0, (i % side) as f32]);
+    let corner = |i: u32| Vec3::new((i / side) as f32, 0.0, (i % side) as f32);
     let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
     let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
     let path = folder.join("grid.glb");
-    write_glb(
-        &path,
-        &corners.collect::<Vec<_>>(),
-        &triangles.collect::<Vec<_>>(),
-    );
+    let positions: Vec<Vec3> = (0..side * side).map(corner).collect();
+    let grid = SourceMesh {
+        normals: vec![Vec3::Y; positions.len()],
+        positions,
+        indices: triangles.collect(),
+        ..SourceMesh::default()
+    };
+    write_glb(&path, &grid);
     path
 }
 
-/// Flat leaves of a white material as a GLB.
-fn leaves_glb(folder: &Path) -> PathBuf {
-    let leaves = fixtures::cards(200, 3);
-    let positions: Vec<[f32; 3]> = leaves.positions.iter().map(Vec3::to_array).collect();
-    let path = folder.join("leaves.glb");
-    write_glb(&path, &positions, &leaves.indices);
+/// A palm of a white material as a GLB.
+fn palm_glb(folder: &Path) -> PathBuf {
+    let path = folder.join("palm.glb");
+    write_glb(&path, &fixtures::palm(12, 1));
     change(&path, |json| {
         json["materials"] = json!([{}]);
         json["meshes"][0]["primitives"][0]["material"] = json!(0);
@@ -48,24 +49,19 @@ fn leaves_glb(folder: &Path) -> PathBuf {
     path
 }
 
-/// A mesh of triangles that face upwards, and then of points.
-fn write_glb(path: &Path, positions: &[[f32; 3]], indices: &[u32]) {
-    let count = positions.len();
-    let least = |axis: usize| positions.iter().map(|p| p[axis]).fold(f32::MAX, f32::min);
-    let most = |axis: usize| positions.iter().map(|p| p[axis]).fold(f32::MIN, f32::max);
-    let (min, max) = ([0, 1, 2].map(least), [0, 1, 2].map(most));
-    let bytes = |numbers: &[f32]| -> Vec<u8> {
-        numbers
-            .iter()
-            .flat_map(|number| number.to_le_bytes())
-            .collect()
+/// The triangles of a mesh with their normals, and then its vertices as points.
+fn write_glb(path: &Path, mesh: &SourceMesh) {
+    let count = mesh.positions.len();
+    let least = mesh.positions.iter().copied().reduce(Vec3::min).unwrap();
+    let most = mesh.positions.iter().copied().reduce(Vec3::max).unwrap();
+    let (min, max) = (least.to_array(), most.to_array());
+    let bytes = |vectors: &[Vec3]| -> Vec<u8> {
+        let numbers = vectors.iter().flat_map(Vec3::to_array);
+        numbers.flat_map(f32::to_le_bytes).collect()
     };
-    let positions = bytes(positions.as_flattened());
-    let normals = bytes(&[0.0, 1.0, 0.0].repeat(count));
-    let indices: Vec<u8> = indices
-        .iter()
-        .flat_map(|index| index.to_le_bytes())
-        .collect();
+    let (positions, normals) = (bytes(&mesh.positions), bytes(&mesh.normals));
+    let indices = mesh.indices.iter().flat_map(|index| index.to_le_bytes());
+    let indices: Vec<u8> = indices.collect();
     let (p, n, i) = (positions.len(), normals.len(), indices.len());
     let json = json!({
         "asset": { "version": "2.0" },
@@ -173,7 +169,7 @@ fn names_images_that_it_cannot_read() {
 #[test]
 fn cards_are_baked_and_told_of() {
     let folder = TempDir::new().unwrap();
-    let (plant, grid) = (leaves_glb(folder.path()), grid_glb(folder.path(), 16));
+    let (plant, grid) = (palm_glb(folder.path()), grid_glb(folder.path(), 16));
     let said = |arguments: &[&str]| {
         let output = fieldlod(arguments);
         assert!(output.status.success(), "{output:?}");
@@ -214,7 +210,7 @@ fn cards_are_baked_and_told_of() {
 #[test]
 fn cards_are_refused_where_there_can_be_none() {
     let folder = TempDir::new().unwrap();
-    let input = leaves_glb(folder.path());
+    let input = palm_glb(folder.path());
     for (other, why) in [
         (&["--preset", "fast"][..], "cards need pictures"),
         (&["--pages"], "'--pages'"),

@@ -28,13 +28,15 @@ pub const MOST_TOGETHER: usize = 4;
 /// simplifier takes vertices at one place for the same.
 const APART: f32 = 1.0 / (1 << 22) as f32;
 
-/// Bakes meshes that are one object, in the order given: plants together, anything else each by itself.
+/// Bakes meshes that are one object, in the order given: plants and other loose pieces together, anything else each by
+/// itself.
 ///
 /// Together means with one bake over all, so that they change levels together and only as a whole: each
 /// hierarchy has one unit for each level. That is done for two to [`MOST_TOGETHER`] meshes, of which a quarter of the
-/// triangles is that of six or more loose pieces such as leaves, none of them more than a fifth, that have fewer than [`BakeConfig::together_below_triangles`] triangles
-/// and no more than 65,536 vertices in all, and normals or none; and only if all of them are valid. Their reports are
-/// then of that one bake, groups in it too, but for their own coarsest triangles.
+/// triangles is that of six or more loose pieces such as leaves, none of them more than a fifth, that have fewer than
+/// [`BakeConfig::together_below_triangles`] triangles and no more than 65,536 vertices in all, and normals or none; and
+/// only if all of them are valid. Their reports are then of that one bake, groups in it too, but for their own coarsest
+/// triangles.
 ///
 /// # Errors
 /// For each mesh, as [`bake_mesh`](crate::bake_mesh).
@@ -54,7 +56,7 @@ pub(crate) fn bake_together_with_progress(
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let as_one = || bake_as_one(meshes, config, &|count| on_triangles(0, count));
-    if let Some(baked) = are_one_plant(meshes, config).then(as_one).flatten() {
+    if let Some(baked) = belong_together(meshes, config).then(as_one).flatten() {
         return baked.into_iter().map(Ok).collect();
     }
     let by_itself = |(index, mesh): (usize, &&SourceMesh)| {
@@ -63,7 +65,7 @@ pub(crate) fn bake_together_with_progress(
     meshes.par_iter().enumerate().map(by_itself).collect()
 }
 
-fn are_one_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let sum =
         |count: fn(&SourceMesh) -> usize| meshes.iter().map(|mesh| count(mesh)).sum::<usize>();
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles

@@ -44,7 +44,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
     /// Add levels of cards for plants: rectangles with pictures of them, for views from far away. Only where
-    /// they halve the triangles, for loose pieces such as leaves and fronds of known materials, and not for what --scene writes in pages.
+    /// they halve the triangles, for loose pieces such as leaves and fronds of known materials, and not for what
+    /// --scene writes in pages.
     #[arg(long, conflicts_with = "pages")]
     cards: bool,
     /// Print a JSON object instead of text.

@@ -166,6 +166,15 @@ fn only_plants_of_a_known_material_have_cards() {
     assert!(bake(&rock, with_cards(true)).is_none());
 }
 
+/// Pictures hold normals relative to their cards: what is lit as if it all lay flat looks unlike them.
+#[test]
+fn cards_that_look_unlike_the_plant_are_not_kept() {
+    let mut lit_from_above = twig();
+    lit_from_above.normals.fill(Vec3::Y);
+    let baked = bake_mesh(&lit_from_above, &with_cards(true)).unwrap();
+    assert!(baked.cards.is_none());
+}
+
 /// A plant of twelve fronds, which are no loose leaves.
 #[test]
 fn cards_of_a_palm_save_most_of_its_triangles() {

@@ -226,6 +226,7 @@ struct Source<'a> {
     /// Those of each part, by their indices.
     parts: Vec<Vec<u32>>,
     looks: Looks<'a>,
+    surfaces: &'a Surfaces,
     /// The brightest red, green and blue of vertices.
     tint: Vec3,
 }
@@ -257,6 +258,7 @@ impl<'a> Source<'a> {
             triangles,
             parts,
             looks: surfaces.looks_of(hierarchy),
+            surfaces,
             tint: Vec3::ZERO,
         };
         let colors = source.triangles.as_flattened().iter();

@@ -149,11 +149,6 @@ impl Model<'_> {
         let tint = picture.tint * of.base_color * self.exposure;
         let (side, size) = (canvas.picture.side, picture.side_texels);
         let [tangent, bitangent, normal] = card.axes();
-        let back = if normal.dot(view.eye) < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
         let (corners, uvs) = (card.corners(), card.uvs(size));
         for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
             let corners = [a, b, c].map(|corner| self.place(corners[corner], view, side));
@@ -172,7 +167,7 @@ impl Model<'_> {
                     let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[texel]);
                     let normal = (tangent * x + bitangent * y + normal * z).normalize_or_zero();
                     let color = CardPicture::color_of(color).truncate() * tint;
-                    Some(color * lit(normal * back, view))
+                    Some(color * lit(normal, view))
                 });
             });
         }

@@ -11,7 +11,7 @@ const LARGEST_SIDE: u32 = 256;
 /// A texel that is kept is the mean of no more than so many along each axis.
 const MOST_SAMPLES: u32 = 2;
 
-/// What the material of a mesh looks like: its base colour and its alpha.
+/// What the material of a mesh looks like: its base colour, its alpha, and how its backs are lit.
 ///
 /// A bake goes by it where leaves and the like are to cover what they did: without, cards with texture coordinates
 /// count as half transparent.
@@ -24,6 +24,7 @@ pub struct Surface {
     drawn_from: f32,
     /// Whether nothing is seen through it.
     is_opaque: bool,
+    is_double_sided: bool,
 }
 
 /// What the alpha of a material does.
@@ -78,6 +79,7 @@ impl Surface {
             texture: None,
             drawn_from: 0.0,
             is_opaque: false,
+            is_double_sided: false,
         };
         let opacity = surface.opacity_of(1.0);
         surface.drawn_from = opacity * 0.5;
@@ -110,6 +112,17 @@ impl Surface {
         self
     }
 
+    /// The surface of a material whose backs are lit as fronts turned over, as those of glTF's `doubleSided` and Bevy's
+    /// `StandardMaterial::double_sided` are. Others light backs, if they show them, by the normals of the fronts.
+    /// [Cards](crate::BakeConfig::cards) go by it.
+    #[must_use]
+    pub fn double_sided(self, is_double_sided: bool) -> Self {
+        Self {
+            is_double_sided,
+            ..self
+        }
+    }
+
     /// All that a bake looks at, for keys of what was baked.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
@@ -119,6 +132,7 @@ impl Surface {
             SurfaceAlpha::Blend => [2.0, 0.0],
         };
         let mut numbers = [&self.base_color.to_array()[..], &alpha].concat();
+        numbers.push(f32::from(self.is_double_sided));
         let mut texels: &[[u8; 4]] = &[];
         if let Some(Texture { mips, mapping }) = &self.texture {
             numbers.extend(mips[0].size.as_vec2().to_array());
@@ -182,6 +196,11 @@ impl Surface {
     /// Whether nothing is seen through it.
     pub(crate) fn is_opaque(&self) -> bool {
         self.is_opaque
+    }
+
+    /// Whether backs are lit as fronts turned over.
+    pub(crate) fn is_double_sided(&self) -> bool {
+        self.is_double_sided
     }
 
     /// Whether anything of it is seen.

@@ -11,10 +11,18 @@ use crate::surface::{Surface, uvs_of};
 /// The surfaces of a mesh of one or more parts, in the order of their vertices.
 #[derive(Clone, Default)]
 pub(crate) struct Surfaces {
-    /// Up to which of the source's vertices each part reaches, and its surface if that is known.
-    parts: Vec<(u32, Option<Arc<Surface>>)>,
+    parts: Vec<Part>,
     /// Whether pictures may stand for all of them.
     are_usable: bool,
+}
+
+#[derive(Clone)]
+struct Part {
+    /// Up to which of the source's vertices it reaches.
+    end: u32,
+    /// If that is known.
+    surface: Option<Arc<Surface>>,
+    is_double_sided: bool,
 }
 
 /// What the vertices of a hierarchy look like.
@@ -30,7 +38,14 @@ impl Surfaces {
         let parts = parts.into_iter().map(|mesh| {
             end += mesh.positions.len() as u32;
             are_usable &= mesh.usable_surface().is_some();
-            (end, mesh.telling_surface().cloned())
+            Part {
+                end,
+                surface: mesh.telling_surface().cloned(),
+                is_double_sided: mesh
+                    .surface
+                    .as_deref()
+                    .is_some_and(Surface::is_double_sided),
+            }
         });
         Self {
             parts: parts.collect(),
@@ -49,7 +64,7 @@ impl Surfaces {
 
     /// Which part a vertex of the source belongs to.
     pub(crate) fn part_of(&self, vertex: u32) -> usize {
-        self.parts.partition_point(|&(end, _)| end <= vertex)
+        self.parts.partition_point(|part| part.end <= vertex)
     }
 
     /// The base colour of a part, white if that is not known.
@@ -57,8 +72,13 @@ impl Surfaces {
         let surface = self
             .parts
             .get(part)
-            .and_then(|(_, surface)| surface.as_deref());
+            .and_then(|part| part.surface.as_deref());
         surface.map_or(Vec3::ONE, Surface::base_color)
+    }
+
+    /// Whether backs of a part are lit as fronts turned over.
+    pub(crate) fn is_double_sided(&self, part: usize) -> bool {
+        self.parts[part].is_double_sided
     }
 
     /// What all vertices of a hierarchy look like.
@@ -77,18 +97,18 @@ impl Surfaces {
 
     /// Whether that of any part is known.
     pub(crate) fn any_known(&self) -> bool {
-        self.parts.iter().any(|(_, surface)| surface.is_some())
+        self.parts.iter().any(|part| part.surface.is_some())
     }
 
     /// That of the part of a vertex of the source.
     pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
-        self.parts.get(self.part_of(vertex))?.1.as_deref()
+        self.parts.get(self.part_of(vertex))?.surface.as_deref()
     }
 
     /// By what the surface multiplies the colours of the vertices of each part in the mean, and where the part ends.
     pub(crate) fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
         let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
         let parts = self.parts.iter();
-        parts.map(move |(end, surface)| (*end, surface.as_deref().map_or(1.0, tint)))
+        parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, tint)))
     }
 }

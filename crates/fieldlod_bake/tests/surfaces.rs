@@ -150,6 +150,15 @@ fn a_jpeg_is_opaque() {
 }
 
 #[test]
+fn backs_are_lit_as_the_file_says() {
+    let mut file = cards_with_bytes(&leaf_png());
+    file.json["materials"][0]["doubleSided"] = json!(true);
+    let one_sided = expected(TextureMapping::default());
+    let surface = surface_of(&mut file).unwrap();
+    assert!(*surface != one_sided && *surface == one_sided.double_sided(true));
+}
+
+#[test]
 fn textures_lie_where_the_file_says() {
     let mut file = cards_with_bytes(&leaf_png());
     let texture = |file: &mut GltfFile, value: Value| {

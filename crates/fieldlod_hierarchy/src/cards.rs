@@ -32,7 +32,7 @@ pub struct CardLevel {
 }
 
 /// A rectangle in local space that shows a part of the picture. Seen from its back, it shows the same, with normals
-/// turned over.
+/// turned over if those of the material's backs are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Card {

@@ -3,7 +3,7 @@
 use std::sync::{Arc, LazyLock};
 
 use fieldlod_hierarchy::{CardLevel, Cards};
-use glam::Vec4;
+use glam::{U16Vec2, UVec3, Vec4};
 
 use super::*;
 use crate::{
@@ -166,13 +166,85 @@ fn only_plants_of_a_known_material_have_cards() {
     assert!(bake(&rock, with_cards(true)).is_none());
 }
 
-/// Pictures hold normals relative to their cards: what is lit as if it all lay flat looks unlike them.
+/// Ten bricks have hardly more triangles than the cards that stand for them.
 #[test]
-fn cards_that_look_unlike_the_plant_are_not_kept() {
+fn cards_that_save_little_are_not_kept() {
+    let mut bricks = SourceMesh::default();
+    let faces: [[u32; 4]; 6] = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    for brick in 0..10u32 {
+        let at = UVec3::new(3 * brick, 2 * (brick * brick % 5), 2 * (brick * 3 % 7));
+        let corners = (0..8).map(|corner| UVec3::new(corner, corner >> 1, corner >> 2) & 1);
+        for corner in corners {
+            bricks.positions.push((at + corner).as_vec3());
+            bricks.normals.push((corner.as_vec3() - 0.5).normalize());
+        }
+        let triangles = faces.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]);
+        bricks
+            .indices
+            .extend(triangles.map(|corner| 8 * brick + corner));
+    }
+    let surface = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
+    let baked = bake_mesh(&with_surface(bricks, surface), &with_cards(true)).unwrap();
+    assert!(baked.cards.is_none());
+}
+
+/// Grass is often lit as the ground that it stands on is, and leaves as their crown.
+#[test]
+fn leaves_with_normals_of_something_else_have_cards() {
     let mut lit_from_above = twig();
     lit_from_above.normals.fill(Vec3::Y);
-    let baked = bake_mesh(&lit_from_above, &with_cards(true)).unwrap();
-    assert!(baked.cards.is_none());
+    let [of_leaves, of_ground] = [twig(), lit_from_above].map(|mesh| cards_baked(&mesh));
+    let mut compared = 0;
+    for ground in &of_ground.levels {
+        let same = |leaves: &&CardLevel| leaves.cards.len() == ground.cards.len();
+        if let Some(leaves) = of_leaves.levels.iter().find(same) {
+            let errors = [ground, leaves].map(|level| level.error_in_local);
+            assert!(errors[0] < 1.1 * errors[1], "{errors:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared >= 3);
+    // All point up in the pictures, too.
+    let picture = &of_ground.picture;
+    for card in of_ground.levels.iter().flat_map(|level| &level.cards) {
+        let [tangent, bitangent, normal] = card.axes();
+        let [first, size] =
+            [card.first_texel, card.size_texels].map(|two| U16Vec2::from(two).as_uvec2());
+        for at in texels_of(first, size, picture.side_texels) {
+            let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[at]);
+            let is_drawn = picture.colors[at][3] >= CardPicture::DRAWN_FROM;
+            assert!(!is_drawn || (tangent * x + bitangent * y + normal * z).y > 0.98);
+        }
+    }
+}
+
+/// Of a double-sided material the front of a card shows backs as they are lit, and of any other as the fronts are.
+#[test]
+fn backs_are_lit_as_their_material_lights_them() {
+    let share_that_turns_away = |is_double_sided: bool| {
+        let surface = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
+        let mut twig = with_surface(twig(), surface.double_sided(is_double_sided));
+        for triangle in twig.indices.as_chunks::<3>().0 {
+            let [a, b, c] = triangle.map(|corner| twig.positions[corner as usize]);
+            for corner in triangle {
+                twig.normals[*corner as usize] = (b - a).cross(c - a).normalize();
+            }
+        }
+        let picture = cards_baked(&twig).picture;
+        let drawn = picture.colors.iter().zip(&picture.normals);
+        let drawn = drawn.filter(|(color, _)| color[3] >= CardPicture::DRAWN_FROM);
+        let all = drawn.clone().count() as f32;
+        drawn.filter(|(_, normal)| normal[2] < 127).count() as f32 / all
+    };
+    assert_eq!(share_that_turns_away(true), 0.0);
+    assert!((0.3..0.7).contains(&share_that_turns_away(false)));
 }
 
 /// A plant of twelve fronds, which are no loose leaves.
@@ -197,6 +269,12 @@ fn cards_of_a_palm_save_most_of_its_triangles() {
         saving += usize::from(2 * cards < triangles);
     }
     assert!(saving >= 4);
+}
+
+/// The indices of texels in a rectangle of a picture.
+fn texels_of(first: UVec2, size: UVec2, side: u32) -> impl Iterator<Item = usize> {
+    let rows = (first.y..first.y + size.y).map(move |row| row * side + first.x);
+    rows.flat_map(move |start| start as usize..(start + size.x) as usize)
 }
 
 fn cards_baked(mesh: &SourceMesh) -> Cards {

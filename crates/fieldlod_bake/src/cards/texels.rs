@@ -121,16 +121,14 @@ impl Samples {
             let Some(raster) = Raster::of(corners, side) else {
                 continue;
             };
-            let seen = Seen::of(source, &triangle, &source.facets[facet as usize]);
+            let seen = Seen::of(source, &triangle, &source.facets[facet as usize], frame);
             raster.each_pixel(|index, shares, near| {
                 let is_nearest = samples[index].is_none_or(|sample| near > sample.near);
                 if is_nearest && let Some((color, normal)) = seen.at(shares) {
-                    let normal = frame.axes.transpose() * normal;
                     samples[index] = Some(Sample {
                         near,
                         color,
-                        // Backs are seen from the front as fronts are from the back.
-                        normal: if normal.z < 0.0 { -normal } else { normal },
+                        normal: frame.axes.transpose() * normal,
                     });
                 }
             });
@@ -156,7 +154,7 @@ impl Samples {
     }
 }
 
-/// What is seen of a triangle.
+/// What is seen of a triangle from the front of a frame.
 struct Seen<'a> {
     surface: Option<&'a Surface>,
     uvs: [Vec2; 3],
@@ -165,13 +163,20 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    fn of(source: &Source<'a>, triangle: &[u32; 3], facet: &Facet) -> Self {
+    fn of(source: &Source<'a>, triangle: &[u32; 3], facet: &Facet, frame: &Frame) -> Self {
         let Looks { surfaces, uvs } = &source.looks;
+        let part = source.surfaces.part_of(triangle[0]);
+        let is_back = facet.normal.dot(frame.axes.z_axis) < 0.0;
+        // A card has the material's way with backs: seen from its own, all is turned over once more, or nothing is.
+        let side = match is_back && source.surfaces.is_double_sided(part) {
+            true => -1.0,
+            false => 1.0,
+        };
         Self {
             surface: surfaces[triangle[0] as usize],
             uvs: triangle.map(|v| uvs.get(v as usize).copied().unwrap_or_default()),
             colors: triangle.map(|v| source.color(v) / source.tint),
-            normals: triangle.map(|v| source.normal(v).unwrap_or(facet.normal)),
+            normals: triangle.map(|v| source.normal(v).unwrap_or(facet.normal) * side),
         }
     }
 

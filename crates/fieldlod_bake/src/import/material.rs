@@ -69,7 +69,8 @@ impl Materials<'_> {
     fn look(&self, index: usize) -> Option<(Surface, Option<(usize, TextureMapping)>)> {
         let material = self.document.materials().nth(index)?;
         let pbr = material.pbr_metallic_roughness();
-        let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material));
+        let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material))
+            .double_sided(material.double_sided());
         let Some(texture) = pbr.base_color_texture() else {
             return Some((plain, None));
         };

@@ -170,15 +170,13 @@ fn color_of_card(in: CardCorner) -> vec4<f32> {
     if color.a < 0.5 {
         discard;
     }
-    let to_eye = view.eye_in_local.xyz - in.position;
+    let to_eye = normalize(view.eye_in_local.xyz - in.position);
     let across = cross(in.tangent, in.bitangent);
-    let normal = along.x * in.tangent + along.y * in.bitangent + along.z * across;
-    // From behind the same is seen, turned over.
     var surface: Corner;
     surface.position = in.position;
-    surface.normal = select(-normal, normal, dot(across, to_eye) >= 0.0);
+    surface.normal = along.x * in.tangent + along.y * in.bitangent + along.z * across;
     let albedo = PLAIN * in.tint * color.rgb;
-    return vec4(shade(facing(surface), normalize(to_eye), albedo, lit(surface)), 1.0);
+    return vec4(shade(facing(surface), to_eye, albedo, lit(surface)), 1.0);
 }
 
 @fragment

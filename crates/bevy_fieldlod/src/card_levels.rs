@@ -19,6 +19,8 @@ pub(crate) struct CardLevels {
     stand_ins: Vec<u32>,
     pub(crate) colors: Handle<Image>,
     pub(crate) normals: Handle<Image>,
+    /// Whether normals are turned over at the backs of cards.
+    pub(crate) turns_over: bool,
     pub(crate) tint: Vec3,
     /// The texture that the colours come from; while that is not known, as of pictures from a file, that of the first
     /// material that they are to stand for.
@@ -43,6 +45,7 @@ pub(crate) struct PreparedPicture {
     stand_ins: Vec<u32>,
     colors: Image,
     normals: Image,
+    turns_over: bool,
     tint: Vec3,
     texture: OnceLock<Option<AssetId<Image>>>,
 }
@@ -69,6 +72,7 @@ impl PreparedPicture {
                 TextureFormat::Rgba8UnormSrgb,
             ),
             normals: image(&mips, normals.collect(), TextureFormat::Rgba8Unorm),
+            turns_over: cards.picture.turns_over,
             tint: cards.picture.tint,
             texture: texture.map(OnceLock::from).unwrap_or_default(),
         }
@@ -80,6 +84,7 @@ impl PreparedPicture {
             stand_ins: self.stand_ins,
             colors: images.add(self.colors),
             normals: images.add(self.normals),
+            turns_over: self.turns_over,
             tint: self.tint,
             texture: self.texture,
         }

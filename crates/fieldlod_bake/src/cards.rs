@@ -227,6 +227,8 @@ struct Source<'a> {
     parts: Vec<Vec<u32>>,
     looks: Looks<'a>,
     surfaces: &'a Surfaces,
+    /// Whether backs of each part are lit as its fronts turned over.
+    turns_over: Vec<bool>,
     /// The brightest red, green and blue of vertices.
     tint: Vec3,
 }
@@ -259,12 +261,30 @@ impl<'a> Source<'a> {
             parts,
             looks: surfaces.looks_of(hierarchy),
             surfaces,
+            turns_over: Vec::new(),
             tint: Vec3::ZERO,
         };
+        let parts = source.parts.iter().enumerate();
+        source.turns_over = parts
+            .map(|(part, facets)| surfaces.is_double_sided(part) || source.has_own_normals(facets))
+            .collect();
         let colors = source.triangles.as_flattened().iter();
         let colors = colors.map(|&vertex| source.color(vertex));
         source.tint = colors.fold(Vec3::splat(DARKEST), Vec3::max);
         Some(source)
+    }
+
+    /// Whether most of some triangles, by area, has normals of its own: not those of a crown, or of the ground.
+    fn has_own_normals(&self, facets: &[u32]) -> bool {
+        let (mut along, mut area) = (0.0, 0.0);
+        for &facet in facets {
+            let own = &self.facets[facet as usize];
+            let [a, b, c] =
+                self.triangles[facet as usize].map(|v| self.normal(v).unwrap_or(own.normal));
+            along += own.area * own.normal.dot((a + b + c).normalize_or_zero());
+            area += own.area;
+        }
+        along >= 0.5 * area
     }
 
     fn cards(&self) -> Vec<PartCards> {
@@ -275,11 +295,11 @@ impl<'a> Source<'a> {
             parts.collect::<Option<Vec<Fitted<'_>>>>()
         });
         let fitted = fitted.unwrap_or_default();
-        let mut parts: Vec<PartCards> = fitted
-            .iter()
-            .map(|part| PartCards {
+        let parts = fitted.iter().zip(&self.turns_over);
+        let mut parts: Vec<PartCards> = parts
+            .map(|(part, &turns_over)| PartCards {
                 levels: Vec::new(),
-                picture: texels::empty_picture(part.side_texels, self.tint),
+                picture: texels::empty_picture(part.side_texels, turns_over, self.tint),
             })
             .collect();
         // As much of each level is drawn as covers what the source covers.

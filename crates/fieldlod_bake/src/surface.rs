@@ -114,7 +114,7 @@ impl Surface {
 
     /// The surface of a material whose backs are lit as fronts turned over, as those of glTF's `doubleSided` and Bevy's
     /// `StandardMaterial::double_sided` are. Others light backs, if they show them, by the normals of the fronts.
-    /// [Cards](crate::BakeConfig::cards) go by it.
+    /// [Cards](crate::BakeConfig::cards) of what has normals of something else go by it.
     #[must_use]
     pub fn double_sided(self, is_double_sided: bool) -> Self {
         Self {

@@ -350,7 +350,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
         (&b""[..], "not a .fieldlod file"),
         (
             &stale,
-            "format version 1, but this program reads version 6: bake again",
+            "format version 1, but this program reads version 7: bake again",
         ),
         (&corrupt, "corrupt: the checksum does not fit"),
         (cut, "truncated: the file ends after"),

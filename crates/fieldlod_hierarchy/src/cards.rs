@@ -31,8 +31,8 @@ pub struct CardLevel {
     pub cards: Vec<Card>,
 }
 
-/// A rectangle in local space that shows a part of the picture. Seen from its back, it shows the same, with normals
-/// turned over if those of the material's backs are.
+/// A rectangle in local space that shows a part of the picture. Seen from its back, it shows the same, with
+/// normals as [`CardPicture::turns_over`] says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Card {
@@ -59,6 +59,9 @@ pub struct CardPicture {
     pub colors: Vec<[u8; 4]>,
     /// By rows: the unit normal `n` as `127.5 + 127.5 n`, along the card's edges and its normal.
     pub normals: Vec<[u8; 3]>,
+    /// Whether normals are turned over where a card is seen from its back, as those of most things are. Otherwise both
+    /// sides have the same, as leaves with the normals of a crown.
+    pub turns_over: bool,
     /// What the colours are multiplied with, in linear light, beside the base colour of the mesh's material: those of
     /// vertices may be brighter than 1.
     pub tint: Vec3,

@@ -347,6 +347,7 @@ fn the_largest_picture_is_read() {
             side_texels,
             colors: vec![[1, 2, 3, 4]; texels],
             normals: vec![[5, 6, 7]; texels],
+            turns_over: false,
             tint: Vec3::ONE,
         });
     }

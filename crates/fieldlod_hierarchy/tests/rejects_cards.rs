@@ -30,7 +30,8 @@ fn assert_corrupt(fault: &FileError, what: &'static str) {
     assert_eq!(*fault, FileError::Corrupt { what });
 }
 
-/// Where the side of the picture stands, which its tint follows, and then the first PNG with its length.
+/// Where the side of the picture stands, which its tint follows, then whether it turns over, and the first PNG with its
+/// length.
 fn place_of_side(cards: &[u8]) -> usize {
     let tint = fixtures::leafy_cards(SIDE).picture.tint.to_array();
     let tint = tint.map(f32::to_le_bytes);
@@ -41,7 +42,7 @@ fn place_of_side(cards: &[u8]) -> usize {
 
 /// Puts another in place of the first PNG.
 fn replace_png(cards: &mut Vec<u8>, png: &[u8]) {
-    let length = place_of_side(cards) + 16;
+    let length = place_of_side(cards) + 20;
     let start = length + 4;
     let before: [u8; 4] = cards[length..start].try_into().unwrap();
     let end = start + u32::from_le_bytes(before) as usize;
@@ -72,6 +73,16 @@ fn rejects_sides_that_no_picture_has() {
         });
         assert_corrupt(&fault, PICTURE);
     }
+}
+
+#[test]
+fn rejects_normals_that_turn_over_in_no_known_way() {
+    let fault = fault_after(|cards| {
+        let place = place_of_side(cards) + 16;
+        assert_eq!(cards[place..place + 4], 1u32.to_le_bytes());
+        cards[place] = 2;
+    });
+    assert_corrupt(&fault, PICTURE);
 }
 
 /// Few bytes must not claim much memory, whatever they say.

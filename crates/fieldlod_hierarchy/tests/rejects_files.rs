@@ -28,7 +28,7 @@ fn rejects_another_kind_of_file() {
 
 #[test]
 fn rejects_another_version() {
-    for found in [0, 1, 2, 3, 4, 5, FORMAT_VERSION + 1] {
+    for found in [0, 1, 2, 3, 4, 5, 6, FORMAT_VERSION + 1] {
         let mut bytes = strip_file().to_bytes();
         bytes[8..12].copy_from_slice(&found.to_le_bytes());
         assert_eq!(fault_of(&bytes), FileError::Version { found });

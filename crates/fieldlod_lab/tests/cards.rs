@@ -62,6 +62,7 @@ fn sheet() -> Hierarchy {
         side_texels: 16,
         colors: (0..256).map(color).collect(),
         normals: vec![[128, 128, 255]; 256],
+        turns_over: true,
         tint: Vec3::ONE,
     };
     let sphere = Sphere::around(baked.vertices.positions.iter().copied());

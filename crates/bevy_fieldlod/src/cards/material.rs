@@ -62,6 +62,7 @@ pub(super) fn card_material(
         flip_normal_map_y: false,
         uv_transform: Affine2::IDENTITY,
         alpha_mode: AlphaMode::Mask(CUTOFF),
+        double_sided: cards.turns_over,
         cull_mode: None,
         ..source.clone()
     })
@@ -72,33 +73,33 @@ mod tests {
     use std::sync::Arc;
 
     use bevy::asset::Assets;
+    use bevy::math::Vec3;
     use fieldlod_hierarchy::{CardPicture, Cards};
 
     use super::*;
     use crate::card_levels::PreparedPicture;
 
-    /// Their pictures show from the front what it would.
     #[test]
-    fn cards_light_backs_as_the_material_does() {
-        let picture = CardPicture {
-            side_texels: 1,
-            colors: vec![[255; 4]],
-            normals: vec![[128, 128, 255]],
-            tint: bevy::math::Vec3::ONE,
-        };
-        let cards = Cards {
-            picture: Arc::new(picture),
-            ..Cards::default()
-        };
-        let cards = PreparedPicture::of(&cards, 1, vec![0], None).add_to(&mut Assets::default());
-        for double_sided in [false, true] {
-            let source = StandardMaterial {
-                double_sided,
-                ..StandardMaterial::default()
+    fn backs_of_cards_are_lit_as_their_picture_says() {
+        for turns_over in [false, true] {
+            let picture = CardPicture {
+                side_texels: 1,
+                colors: vec![[255; 4]],
+                normals: vec![[128, 128, 255]],
+                turns_over,
+                tint: Vec3::ONE,
             };
-            let material = card_material(&source, &cards).unwrap();
-            assert_eq!(material.double_sided, double_sided);
-            assert_eq!(material.cull_mode, None);
+            let cards = Cards {
+                picture: Arc::new(picture),
+                ..Cards::default()
+            };
+            let prepared = PreparedPicture::of(&cards, 1, vec![0], None);
+            let cards = prepared.add_to(&mut Assets::default());
+            let material = card_material(&StandardMaterial::default(), &cards).unwrap();
+            assert_eq!(
+                (material.double_sided, material.cull_mode),
+                (turns_over, None)
+            );
         }
     }
 

@@ -25,12 +25,13 @@ pub(super) struct Texels {
 }
 
 /// Nothing at all.
-pub(super) fn empty_picture(side_texels: u32, tint: Vec3) -> CardPicture {
+pub(super) fn empty_picture(side_texels: u32, turns_over: bool, tint: Vec3) -> CardPicture {
     let count = side_texels as usize * side_texels as usize;
     CardPicture {
         side_texels,
         colors: vec![[0; 4]; count],
         normals: vec![FLAT; count],
+        turns_over,
         tint,
     }
 }
@@ -167,8 +168,8 @@ impl<'a> Seen<'a> {
         let Looks { surfaces, uvs } = &source.looks;
         let part = source.surfaces.part_of(triangle[0]);
         let is_back = facet.normal.dot(frame.axes.z_axis) < 0.0;
-        // A card has the material's way with backs: seen from its own, all is turned over once more, or nothing is.
-        let side = match is_back && source.surfaces.is_double_sided(part) {
+        // Seen from the back of the card, all is turned over once more, or nothing is.
+        let side = match is_back && source.turns_over[part] {
             true => -1.0,
             false => 1.0,
         };
@@ -208,7 +209,7 @@ mod tests {
             normals: vec![Vec3::Z; 16],
         };
         for (opacity, gain) in [(1.0, 1.0), (1.0, 1.5), (0.9, 1.15), (0.6, 2.0)] {
-            let mut picture = empty_picture(8, Vec3::ONE);
+            let mut picture = empty_picture(8, true, Vec3::ONE);
             texels(opacity).write(&mut picture, UVec2::splat(2), gain);
             let drawn = picture
                 .colors
@@ -216,8 +217,8 @@ mod tests {
                 .filter(|c| c[3] >= CardPicture::DRAWN_FROM);
             assert_eq!(drawn.count(), 16, "{opacity} {gain}");
         }
-        let mut picture = empty_picture(8, Vec3::ONE);
+        let mut picture = empty_picture(8, true, Vec3::ONE);
         texels(0.0).write(&mut picture, UVec2::splat(2), 1.5);
-        assert_eq!(picture, empty_picture(8, Vec3::ONE));
+        assert_eq!(picture, empty_picture(8, true, Vec3::ONE));
     }
 }

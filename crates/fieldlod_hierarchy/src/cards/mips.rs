@@ -41,9 +41,7 @@ impl CardPicture {
             larger[size - 1].spread(&smaller[0]);
         }
         let sizes = sizes.iter().take(SIZES);
-        sizes
-            .map(|linear| linear.encoded(share, self.tint))
-            .collect()
+        sizes.map(|linear| linear.encoded(share, self)).collect()
     }
 }
 
@@ -132,7 +130,7 @@ impl Linear {
     }
 
     /// With opacities of which about such a share is drawn.
-    fn encoded(&self, share: f32, tint: Vec3) -> CardPicture {
+    fn encoded(&self, share: f32, of: &CardPicture) -> CardPicture {
         let gain = self.gain(share);
         let color =
             |color: &Vec4| CardPicture::color_texel(color.truncate().extend(color.w * gain));
@@ -141,7 +139,8 @@ impl Linear {
             side_texels: self.side as u32,
             colors: self.colors.iter().map(color).collect(),
             normals: normals.map(CardPicture::normal_texel).collect(),
-            tint,
+            turns_over: of.turns_over,
+            tint: of.tint,
         }
     }
 }
@@ -178,6 +177,7 @@ mod tests {
             side_texels: side,
             colors: colors.collect(),
             normals: vec![[128, 128, 255]; (side * side) as usize],
+            turns_over: true,
             tint: Vec3::new(1.0, 2.0, 3.0),
         }
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! level count u32
 //! errors, card counts, cards of all levels                 (see `numbers`, `records`)
-//! texels a side u32 | tint 3 x f32
+//! texels a side u32 | tint 3 x f32 | 1 if normals turn over, or 0, u32
 //! length u32 | colours as PNG, RGBA of 8 bits
 //! length u32 | normals as PNG, RGB of 8 bits
 //! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
@@ -56,6 +56,7 @@ pub(super) fn write(cards: Option<&Cards>) -> Vec<u8> {
     let picture = &cards.picture;
     bytes.extend_from_slice(&picture.side_texels.to_le_bytes());
     bytes.extend_from_slice(bytemuck::bytes_of(&picture.tint));
+    bytes.extend_from_slice(&u32::from(picture.turns_over).to_le_bytes());
     let pictures = [
         (ColorType::Rgba, picture.colors.as_flattened()),
         (ColorType::Rgb, picture.normals.as_flattened()),
@@ -141,10 +142,16 @@ fn read_picture(reader: &mut Reader<'_>, budget: &mut Budget) -> Result<CardPict
     }
     let texels = budget.claim(u64::from(side_texels).pow(2), TEXEL_BYTES)?;
     let tint = Vec3::from_array(reader.value(PICTURE)?);
+    let turns_over = match reader.value::<u32>(PICTURE)? {
+        0 => false,
+        1 => true,
+        _ => return Err(FileError::Corrupt { what: PICTURE }),
+    };
     Ok(CardPicture {
         side_texels,
         colors: read_texels(reader, side_texels, texels, ColorType::Rgba)?,
         normals: read_texels(reader, side_texels, texels, ColorType::Rgb)?,
+        turns_over,
         tint,
     })
 }

@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::validate::InvalidHierarchy;
 
 /// The version that this crate writes, and the only one that it reads.
-pub const FORMAT_VERSION: u32 = 6;
+pub const FORMAT_VERSION: u32 = 7;
 
 /// Why bytes are not a usable `.fieldlod` file.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -478,18 +478,26 @@ fn bark_and_leaves_become_cards_each_as_its_material_allows() {
     assert_eq!(are_cards, [false, true]);
     let (are_cards, of_bark) = tree_with(file.folder(), [opaque, AlphaMode::Blend]);
     assert_eq!(are_cards, [true, false]);
-    // Whatever draws the one, the other changes where both change as cards.
+    let (are_cards, neither) = tree_with(file.folder(), [AlphaMode::Blend; 2]);
+    assert_eq!(are_cards, [false; 2]);
+    // Whatever draws the one, the other changes where both change as it does: at levels of cards, or of triangles.
     let changes = |triangles: &[u64]| -> Vec<usize> {
         let pairs = triangles[1..].windows(2).enumerate();
         let changes = pairs.filter(|(_, pair)| pair[0] != pair[1]);
         changes.map(|(step, _)| step).collect()
     };
-    let [both, of_leaves, of_bark] = [both, of_leaves, of_bark].map(|drawn| changes(&drawn));
-    // Levels of cards of the bark may share cards, and triangles may stand in for two levels of cards of the leaves.
-    assert!(both.len() > 3 && of_bark.len() > 3, "{both:?}, {of_bark:?}");
-    assert_eq!(both, of_leaves);
-    let is_change = |step: &usize| both.contains(step);
-    assert!(of_bark.iter().all(is_change), "{both:?}, {of_bark:?}");
+    let [both, neither] = [both, neither].map(|drawn| changes(&drawn));
+    assert!(both.len() > 3 && neither.len() > 3, "{both:?}, {neither:?}");
+    for one in [of_leaves, of_bark] {
+        let one = changes(&one);
+        let is_change = |step: &usize| both.contains(step) || neither.contains(step);
+        assert!(one.iter().all(is_change), "{one:?}, {both:?}, {neither:?}");
+        // Its cards and its triangles change.
+        for all in [&both, &neither] {
+            let shared = all.iter().filter(|step| one.contains(step)).count();
+            assert!(shared > 3, "{one:?}, {all:?}");
+        }
+    }
 }
 
 #[test]

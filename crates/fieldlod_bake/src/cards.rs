@@ -274,7 +274,8 @@ impl<'a> Source<'a> {
         Some(source)
     }
 
-    /// Whether most of some triangles, by area, has normals of its own: not those of a crown, or of the ground.
+    /// Whether triangles have normals of their own, not those of a crown or of the ground: along those of the triangles, in
+    /// the mean by area, by half or more.
     fn has_own_normals(&self, facets: &[u32]) -> bool {
         let (mut along, mut area) = (0.0, 0.0);
         for &facet in facets {

@@ -51,7 +51,11 @@ impl Noon {
             Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
         ));
         let pose = Transform::from_xyz(1.0, 2.0, 4.0).looking_at(Vec3::new(0.0, 0.7, 0.0), Vec3::Y);
-        let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+        let settings = FieldLodSettings {
+            shadow_error_texels: 2.0,
+            ..default()
+        };
+        let eye = stage.add_eye(pose, css::SKY_BLUE.into(), settings);
         let mut noon = Self {
             stage,
             prop,

@@ -67,10 +67,10 @@ pub struct FieldLodSettings {
     /// asks for. Shadows that reach far into the image keep their shape at 0.3, and most of what is drawn in a
     /// frame may be such casters (`docs/tuning.md`).
     pub shadow_bias: f32,
-    /// The largest error of what casts shadows of a sun, in texels of the cascade. What is seen casts the shadow of what
-    /// is drawn, or it would shade itself; but where a prop's coarser level errs by less than this, so that the bias
-    /// against that hides it, the coarser level is drawn into the shadow map. 0 or less draws the same level everywhere.
-    /// Only where the GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
+    /// Largest error, in texels of the cascade, of a coarser level that casts a prop's shadow for a sun. A larger
+    /// value draws fewer triangles into far cascades, but a level that errs by more than the shadow bias hides puts
+    /// sunlit surfaces into shadow. 0 draws the level of the view into every cascade. Has an effect only while the
+    /// GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
     pub shadow_error_texels: f32,
     /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
     /// leaves the view later than it entered.
@@ -107,7 +107,7 @@ impl Default for FieldLodSettings {
             resolution_scale: settings.resolution_scale,
             offscreen_margin: 0.1,
             shadow_bias: 0.3,
-            shadow_error_texels: 2.0,
+            shadow_error_texels: 0.0,
             edge_hysteresis: settings.edge_hysteresis,
             visible_flux: false,
             occluder_triangles: VisibleFlux::default().occluder_triangles,

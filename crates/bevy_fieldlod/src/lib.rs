@@ -71,82 +71,45 @@
 //!   are used, and no C++ is linked.
 //! - `debug`: `FieldLodDebugPlugin`.
 
-mod auto_lod;
-mod baked_lods;
-mod card_levels;
+mod api;
+mod assets;
 mod cards;
-mod casters;
-mod changed;
-mod config;
-mod count;
-mod cut_of;
 #[cfg(feature = "debug")]
 mod debug;
-mod debug_options;
-mod deferred_cuts;
-pub mod diagnostics;
-mod draw_records;
-mod events;
-mod file_parts;
-mod filter;
-mod glb;
-mod gpu_culling;
-mod gpu_lists;
-mod inherit;
-mod levels;
-mod list_changes;
-mod lod_mesh;
-mod lod_pages;
-mod lod_scene;
-mod mesh_in_pages;
-mod meshes;
-mod motion;
+mod draw;
 mod pages;
-#[cfg(feature = "bake")]
-mod processor;
-mod released_sources;
-mod restart;
-mod scene_pages;
-mod settings;
-mod shadow_lights;
-mod standalone;
-mod stats;
-mod systems;
+mod prepare;
+mod scene;
+mod select;
 mod textures;
-mod track;
-mod unit_mesh;
-mod units;
-mod upload;
-mod view_cut;
-mod views;
-mod whole_meshes;
 
 use bevy::prelude::*;
 
-pub use auto_lod::{AutoLod, NoLod};
-pub use baked_lods::BakedLods;
-pub use config::{FieldLodConfig, LodKind, LodMemory};
-pub use cut_of::FieldLodCutOf;
+pub use api::auto_lod::{AutoLod, NoLod};
+pub use api::config::{FieldLodConfig, LodKind, LodMemory};
+pub use api::cut_of::FieldLodCutOf;
+pub use api::debug_options::{FieldLodDebug, FieldLodHeatMap};
+pub use api::diagnostics;
+pub use api::events::{FieldLodEvent, FieldLodSharp, LodError, LodFailed, LodOrigin, LodReady};
+pub use api::levels::LodLevels;
+pub use api::settings::FieldLodSettings;
+pub use api::stats::{FieldLodProgress, FieldLodViewStats};
+pub use api::systems::FieldLodSystems;
+pub use assets::baked_lods::BakedLods;
+#[cfg(feature = "bake")]
+pub use assets::processor::FieldLodProcessorPlugin;
+pub use assets::standalone::LodMesh3d;
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
-pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
-pub use events::{FieldLodEvent, FieldLodSharp, LodError, LodFailed, LodOrigin, LodReady};
+pub use draw::inherit::FieldLodAppExt;
+pub use draw::units::LodUnit;
 #[cfg(feature = "bake")]
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
-pub use inherit::FieldLodAppExt;
-pub use levels::LodLevels;
-pub use lod_mesh::{LodSimplified, LodSource, LodState};
 pub use pages::FieldLodMemory;
-#[cfg(feature = "bake")]
-pub use processor::FieldLodProcessorPlugin;
-pub use settings::FieldLodSettings;
-pub use standalone::LodMesh3d;
-pub use stats::{FieldLodProgress, FieldLodViewStats};
-pub use systems::FieldLodSystems;
+pub use scene::lod_mesh::{LodSimplified, LodSource, LodState};
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
-pub use units::LodUnit;
 
 /// What a game imports.
 pub mod prelude {
@@ -176,36 +139,36 @@ impl Plugin for FieldLodPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldLodConfig>()
             .init_resource::<FieldLodDebug>()
-            .init_resource::<lod_scene::LodScene>()
+            .init_resource::<scene::lod_scene::LodScene>()
             .add_plugins((
-                systems::plugin,
-                baked_lods::plugin,
-                scene_pages::plugin,
-                standalone::plugin,
-                upload::plugin,
+                api::systems::plugin,
+                assets::baked_lods::plugin,
+                pages::scene_pages::plugin,
+                assets::standalone::plugin,
+                draw::upload::plugin,
                 pages::plugin,
             ))
             // What happens in a frame, in the order of `FieldLodSystems`.
             .add_plugins((
-                restart::plugin,
-                track::plugin,
-                meshes::plugin,
-                inherit::plugin,
+                prepare::restart::plugin,
+                prepare::track::plugin,
+                prepare::plugin,
+                draw::inherit::plugin,
                 cards::plugin,
-                views::plugin,
-                whole_meshes::plugin,
-                casters::plugin,
-                units::plugin,
-                filter::plugin,
-                count::plugin,
-                diagnostics::plugin,
+                select::views::plugin,
+                draw::whole_meshes::plugin,
+                draw::casters::plugin,
+                draw::units::plugin,
+                draw::cpu_lists::plugin,
+                draw::count::plugin,
+                api::diagnostics::plugin,
             ))
             .add_plugins((
-                gpu_culling::plugin,
-                list_changes::plugin,
-                gpu_lists::plugin,
-                motion::plugin,
-                released_sources::plugin,
+                draw::gpu_culling::plugin,
+                draw::list_changes::plugin,
+                draw::gpu_lists::plugin,
+                draw::motion::plugin,
+                draw::released_sources::plugin,
             ));
     }
 }

@@ -6,9 +6,9 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use camera_field::CAMERA_FROM_VIEW;
 
-use crate::lod_mesh::{LodMesh, LodObject};
-use crate::systems::FieldLodSystems;
-use crate::view_cut::{ViewCut, ViewState};
+use crate::api::systems::FieldLodSystems;
+use crate::scene::lod_mesh::{LodMesh, LodObject};
+use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail that
 /// have texture coordinates. Nothing streams textures by it: read them where you do.

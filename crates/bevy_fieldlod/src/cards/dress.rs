@@ -7,9 +7,9 @@ use bevy::prelude::*;
 use super::materials::CardMaterials;
 use super::warm_up::WarmUps;
 use super::{LodCards, MaterialOf};
-use crate::changed::ChangedOn;
-use crate::lod_mesh::{LodObject, LodSource};
-use crate::lod_scene::LodScene;
+use crate::scene::changed::ChangedOn;
+use crate::scene::lod_mesh::{LodObject, LodSource};
+use crate::scene::lod_scene::LodScene;
 
 /// Lets entities that have levels of cards be drawn as such as soon as that is possible, and as long.
 pub(super) fn dress_objects(

@@ -9,7 +9,7 @@ use bevy::pbr::StandardMaterial;
 use bevy::prelude::{Alpha, Color, LinearRgba};
 use bevy::reflect::structs::Struct;
 
-use crate::card_levels::CardLevels;
+use crate::cards::card_levels::CardLevels;
 
 /// How opaque a texel is at least that is drawn.
 const CUTOFF: f32 = 0.5;
@@ -77,7 +77,7 @@ mod tests {
     use fieldlod_hierarchy::{CardPicture, Cards};
 
     use super::*;
-    use crate::card_levels::PreparedPicture;
+    use crate::cards::card_levels::PreparedPicture;
 
     #[test]
     fn backs_of_cards_are_lit_as_their_picture_says() {

@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use super::material::card_material;
 use super::warm_up::WarmUps;
 use super::{LodCards, MaterialOf};
-use crate::lod_mesh::LodMesh;
+use crate::scene::lod_mesh::LodMesh;
 
 /// The materials of cards.
 #[derive(Resource, Default)]

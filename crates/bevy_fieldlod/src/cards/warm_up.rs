@@ -14,10 +14,10 @@ use bevy::render::{Extract, ExtractSchedule, RenderApp};
 use fieldlod_hierarchy::Card;
 
 use super::MaterialOf;
-use crate::auto_lod::NoLod;
-use crate::card_levels::card_mesh;
-use crate::systems::FieldLodSystems;
-use crate::views::drawn_px;
+use crate::api::auto_lod::NoLod;
+use crate::api::systems::FieldLodSystems;
+use crate::cards::card_levels::card_mesh;
+use crate::select::views::drawn_px;
 
 /// So many frames are drawn with the material before the renderer is asked whether it waits for pipelines: in the
 /// first it hears of them, or in the second, where it draws beside the program.

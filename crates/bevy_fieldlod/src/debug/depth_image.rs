@@ -5,8 +5,8 @@ use bevy::prelude::*;
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use fieldlod_select::OcclusionBuffer;
 
-use crate::debug_options::FieldLodDebug;
-use crate::view_cut::ViewCut;
+use crate::api::debug_options::FieldLodDebug;
+use crate::scene::view_cut::ViewCut;
 
 /// The node of [`FieldLodDebug::depth_image`].
 #[derive(Component)]

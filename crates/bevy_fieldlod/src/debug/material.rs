@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 
-use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
+use crate::api::debug_options::{FieldLodDebug, FieldLodHeatMap};
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///

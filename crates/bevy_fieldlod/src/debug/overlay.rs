@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 
-use crate::debug_options::FieldLodDebug;
-use crate::stats::{FieldLodProgress, FieldLodViewStats};
+use crate::api::debug_options::FieldLodDebug;
+use crate::api::stats::{FieldLodProgress, FieldLodViewStats};
 
 /// The text of [`FieldLodDebug::overlay`].
 #[derive(Component)]

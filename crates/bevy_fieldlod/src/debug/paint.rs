@@ -6,12 +6,12 @@ use bevy::prelude::*;
 use fieldlod_select::{InstanceId, OcclusionBuffer};
 
 use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
-use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
-use crate::inherit::InheritedComponents;
-use crate::lod_mesh::LodPiece;
-use crate::lod_scene::{LodInstance, LodScene};
-use crate::units::LodUnit;
-use crate::view_cut::ViewCut;
+use crate::api::debug_options::{FieldLodDebug, FieldLodHeatMap};
+use crate::draw::inherit::InheritedComponents;
+use crate::draw::units::LodUnit;
+use crate::scene::lod_mesh::LodPiece;
+use crate::scene::lod_scene::{LodInstance, LodScene};
+use crate::scene::view_cut::ViewCut;
 
 /// An entity that is painted.
 #[derive(Component)]

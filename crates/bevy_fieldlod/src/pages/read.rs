@@ -14,9 +14,9 @@ use bevy::tasks::AsyncComputeTaskPool;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
 use thiserror::Error;
 
-use crate::file_parts::{AssetFolder, read_part};
-use crate::lod_pages::{LodPages, PagePlace};
-use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
+use crate::assets::file_parts::{AssetFolder, read_part};
+use crate::assets::lod_pages::{LodPages, PagePlace};
+use crate::pages::mesh_in_pages::{MeshInPages, UnitOfPage};
 
 /// Why a page is not there.
 #[derive(Debug, Error)]

@@ -15,14 +15,14 @@ use fieldlod_stream::{Orders, Residency, StreamMeshId, StreamPageId, StreamSetti
 
 use super::read::PageError;
 use super::tell::FieldLodMemory;
-use crate::config::FieldLodConfig;
-use crate::events::FieldLodSharp;
-use crate::lod_mesh::LodMesh;
-use crate::lod_scene::LodScene;
-use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
-use crate::stats::FieldLodViewStats;
-use crate::upload::PiecesToSend;
-use crate::view_cut::{ViewCut, ViewState};
+use crate::api::config::FieldLodConfig;
+use crate::api::events::FieldLodSharp;
+use crate::api::stats::FieldLodViewStats;
+use crate::draw::upload::PiecesToSend;
+use crate::pages::mesh_in_pages::{MeshInPages, UnitOfPage};
+use crate::scene::lod_mesh::LodMesh;
+use crate::scene::lod_scene::LodScene;
+use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Pages that are read at the same time; all others wait in their order.
 const MOST_READ_AT_ONCE: usize = 32;

@@ -1,0 +1,67 @@
+//! At which levels entities are drawn.
+
+use std::fmt::{self, Debug, Formatter};
+use std::ops::RangeInclusive;
+
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+
+use crate::scene::lod_scene::LodScene;
+use crate::scene::view_cut::{ViewCut, ViewState};
+
+/// Tells at which levels cameras draw entities; 0 is the finest, the source.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn show(levels: LodLevels, camera: Single<Entity, With<Camera3d>>, statue: Single<Entity, With<Mesh3d>>) {
+///     if let Some(drawn) = levels.in_view(*statue, *camera) {
+///         println!("levels {} to {}", drawn.start(), drawn.end());
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(show);
+/// ```
+#[derive(SystemParam)]
+pub struct LodLevels<'w, 's> {
+    scene: Res<'w, LodScene>,
+    views: Query<'w, 's, &'static ViewCut>,
+}
+
+impl LodLevels<'_, '_> {
+    /// The finest and the coarsest level at which `camera` drew `entity` in the last frame, inside its image
+    /// or outside: one and the same level for a prop. `None` if the entity has no levels of detail or the camera does
+    /// not draw it: because it is hidden, on another layer or too small, or the camera draws nothing.
+    #[must_use]
+    pub fn in_view(&self, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
+        let instance = self.scene.instance_of(entity)?;
+        let cut = self.views.get(camera).ok()?;
+        // One that draws the cut of another has none of its own.
+        let cut = match cut.leader {
+            Some((leader, _)) => self.views.get(leader).ok()?,
+            None => cut,
+        };
+        if cut.state == ViewState::Inactive || cut.layers & instance.layers == 0 {
+            return None;
+        }
+        let units = cut.selector.units(&self.scene.scene, instance.id);
+        let pieces = &instance.mesh.pieces;
+        match instance.piece {
+            _ if cut.state == ViewState::Cut && units.is_empty() => None,
+            Some(piece) => {
+                let level = pieces[piece as usize].level;
+                Some(level..=level)
+            }
+            None if cut.state == ViewState::FullDetail => Some(0..=0),
+            None => {
+                let levels = units.iter().map(|&unit| pieces[unit as usize].level);
+                Some(levels.clone().min()?..=levels.max()?)
+            }
+        }
+    }
+}
+
+impl Debug for LodLevels<'_, '_> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.debug_struct("LodLevels").finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,68 @@
+//! A folder that keeps baked hierarchies from run to run.
+
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bevy::log::warn;
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
+
+use crate::prepare::source_arrays::SourceArrays;
+
+/// Reads the entry of `source` at `path`, if it is there and whole. A broken one is logged.
+pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
+    let unusable = |reason: &dyn Display| {
+        let path = path.display();
+        warn!("the cache entry {path} is unusable and is baked anew: {reason}");
+    };
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            unusable(&error);
+            return None;
+        }
+    };
+    let file = BakedFile::from_bytes_beside_source(&bytes);
+    let file = file.inspect_err(|error| unusable(error)).ok()?;
+    let found = source.find_hierarchy(&file, None, "it");
+    found.inspect_err(|error| unusable(error)).ok()
+}
+
+/// Writes the entry at `path`, whole or not at all, without the vertices that the source has. A failure is logged and costs the next run a bake.
+pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
+    let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
+    let file = BakedFile {
+        primitives: vec![primitive],
+    };
+    let options = FileOptions {
+        beside_source: true,
+        ..FileOptions::default()
+    };
+    let bytes = file.to_bytes_with(options);
+    if let Err(error) = write_atomically(path, &bytes) {
+        warn!(
+            "the cache entry {} cannot be written: {error}",
+            path.display()
+        );
+    }
+}
+
+fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Two apps, or two tasks of one, may write the same entry at once.
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    // Written aside and renamed: whoever reads it finds all of it or nothing.
+    let unfinished = path.with_extension(format!("{}-{count}.part", std::process::id()));
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    if written.is_err() {
+        // Nothing to be done if that fails too.
+        let _ = std::fs::remove_file(&unfinished);
+    }
+    written
+}

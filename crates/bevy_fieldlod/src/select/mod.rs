@@ -1,0 +1,4 @@
+//! Selects the cut of each view.
+
+pub(crate) mod shadow_lights;
+pub(crate) mod views;

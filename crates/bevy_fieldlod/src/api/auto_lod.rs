@@ -1,4 +1,4 @@
-//! Marks on mesh entities and scenes.
+//! Components that mark mesh entities and scenes.
 
 use bevy::prelude::*;
 #[cfg(feature = "bake")]
@@ -7,11 +7,10 @@ use fieldlod_bake::BakeConfig;
 use crate::api::config::LodKind;
 use crate::assets::baked_lods::BakedLods;
 
-/// Gives levels of detail to the meshes of this entity and of all its descendants.
+/// Adds levels of detail to the meshes of this entity and of all its descendants.
 ///
-/// Put it on an entity with a [`Mesh3d`], or on the root of a glTF scene. The source meshes are
-/// drawn until their hierarchies are ready. Skinned and morphed meshes are left as they are.
-/// Removing it puts everything back.
+/// Insert it on an entity with a [`Mesh3d`], or on the root of a glTF scene. The source meshes are drawn until
+/// their levels are ready. Skinned and morphed meshes are ignored. Removing it restores the source meshes.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -19,11 +18,11 @@ use crate::assets::baked_lods::BakedLods;
 /// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 ///     let castle = assets.load(GltfAssetLabel::Scene(0).from_asset("castle.glb"));
 ///     commands.spawn((WorldAssetRoot(castle), AutoLod::default()));
-///     // Twice as fine as all else, cut into units whatever its size.
+///     // Twice as fine as other objects, drawn as units whatever its size.
 ///     let hero = assets.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("hero.glb"));
 ///     let fine = AutoLod { kind: LodKind::Clusters, bias: 2.0, ..default() };
 ///     commands.spawn((Mesh3d(hero), fine));
-///     // A terrain in small units, for which physics uses the third level.
+///     // A terrain in small units; physics uses its third level.
 ///     let terrain = GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("terrain.glb");
 ///     let in_small_units = AutoLod {
 ///         bake: Some(BakeConfig::fine_grained()),
@@ -37,35 +36,29 @@ use crate::assets::baked_lods::BakedLods;
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct AutoLod {
-    /// Where to find the hierarchies: the asset made by `fieldlod bake`. Without it they are looked
-    /// for beside the asset and in the cache, or baked in background tasks.
+    /// The hierarchies, made by `fieldlod bake`. Without it, the plugin searches beside the asset and in the cache,
+    /// and bakes in background tasks.
     pub baked: Option<Handle<BakedLods>>,
-    /// How the meshes are given levels of detail.
+    /// The kind of levels of detail.
     pub kind: LodKind,
-    /// How much an error on these meshes counts: 2 draws them as fine as at half the distance.
+    /// Weight of the errors of these meshes: 2 draws them as fine as at half the distance.
     pub bias: f32,
-    /// Draws these meshes at this level in all views, 0 being the finest, whatever it shows; the coarsest
-    /// where a mesh has fewer. [`FieldLodSettings::forced_level`](crate::FieldLodSettings::forced_level) is the
-    /// same for a view, and comes before this.
-    pub forced_level: Option<u32>,
-    /// Gives each mesh entity a [`LodSimplified`](crate::LodSimplified) mesh of this level, in main memory
-    /// alone: for picking and physics that need not know every triangle.
+    /// Inserts a [`LodSimplified`](crate::LodSimplified) mesh of this level on each mesh entity, for picking and
+    /// physics. It stays in main memory.
     pub simplified_level: Option<u32>,
-    /// How these meshes are baked, if they are baked at run time; `None` bakes them as
-    /// [`FieldLodConfig::bake`](crate::FieldLodConfig::bake) says.
+    /// Settings of bakes at run time; `None` uses [`FieldLodConfig::bake`](crate::FieldLodConfig::bake).
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: Option<BakeConfig>,
 }
 
 impl Default for AutoLod {
-    /// Everything chosen by the plugin; errors count once.
+    /// The plugin chooses the kind and the source of the levels; the bias is 1.
     fn default() -> Self {
         Self {
             baked: None,
             kind: LodKind::Auto,
             bias: 1.0,
-            forced_level: None,
             simplified_level: None,
             #[cfg(feature = "bake")]
             bake: None,
@@ -93,8 +86,8 @@ impl AutoLod {
     }
 }
 
-/// Leaves the meshes of this entity and of its descendants as they are, within an [`AutoLod`] or
-/// where [`FieldLodConfig::whole_world`](crate::FieldLodConfig::whole_world) is set.
+/// Excludes the meshes of this entity and of its descendants from an [`AutoLod`] above them and from
+/// [`FieldLodConfig::whole_world`](crate::FieldLodConfig::whole_world).
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct NoLod;

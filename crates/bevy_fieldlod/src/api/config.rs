@@ -1,4 +1,4 @@
-//! Settings of the plugin as a whole.
+//! Settings of the whole app.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,8 +7,8 @@ use bevy::prelude::*;
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
 
-/// Settings of the plugin. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin);
-/// meshes that are already prepared keep what they got.
+/// Settings of the whole app. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin). Changes do not
+/// affect meshes that are already prepared.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -19,86 +19,69 @@ use fieldlod_bake::BakeConfig;
 ///     cache_folder: Some("target/fieldlod-cache".into()),
 ///     ..default()
 /// });
-/// // A game that ships its files, and whose frames must be even.
+/// // A game that ships all its `.fieldlod` files.
 /// app.insert_resource(FieldLodConfig {
 ///     bake_at_run_time: false,
-///     units_per_frame: Some(64),
-///     upload_bytes_per_frame: Some(4 << 20),
 ///     ..default()
 /// });
 /// ```
 #[derive(Resource, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Clone, Default)]
 pub struct FieldLodConfig {
-    /// Gives levels of detail to every [`Mesh3d`] of the world, as if each stood under an
-    /// [`AutoLod`](crate::AutoLod), except those under a [`NoLod`](crate::NoLod).
+    /// Adds levels of detail to every [`Mesh3d`] of the world, except those under a [`NoLod`](crate::NoLod), as if
+    /// each were under an [`AutoLod`](crate::AutoLod).
     pub whole_world: bool,
-    /// Meshes with fewer triangles are drawn as they are.
+    /// Meshes with fewer triangles are drawn without levels of detail.
     pub plain_below_triangles: u32,
-    /// Meshes with at least as many triangles are cut into units, each at its own level. Those in
-    /// between are drawn as whole meshes.
+    /// Meshes with at least this many triangles are drawn as units, each at its own level. Meshes between the two
+    /// thresholds are drawn as whole meshes.
     pub clusters_from_triangles: u32,
-    /// Whether a file `statue.fieldlod` beside an asset `statue.glb` is looked for.
-    pub look_beside_assets: bool,
-    /// The folder that keeps baked hierarchies from run to run, keyed by what was baked; `None` keeps
-    /// none. An entry that cannot be read is baked anew. Only with the `bake` feature.
+    /// The folder that caches baked hierarchies between runs, keyed by the input of the bake; `None` caches nothing.
+    /// An unreadable entry is baked again. Only with the `bake` feature.
     pub cache_folder: Option<PathBuf>,
-    /// Whether meshes are baked at run time for which no `.fieldlod` file and no entry of the cache is
-    /// found. A game that ships all files turns it off, and hears of a mesh that was forgotten
-    /// ([`LodError::BakeDisabled`](crate::LodError::BakeDisabled)).
+    /// Whether meshes without a `.fieldlod` file and without a cache entry are baked at run time. A game that ships
+    /// all files disables it; a mesh without a file then fails with
+    /// [`LodError::BakeDisabled`](crate::LodError::BakeDisabled).
     pub bake_at_run_time: bool,
-    /// How many threads bake, and prepare meshes in other ways; `None` takes half of the cores. They are
-    /// made when the first mesh is prepared.
+    /// Number of threads that bake and prepare meshes; `None` uses half of the cores. The threads start with the
+    /// first mesh.
     pub bake_threads: Option<usize>,
-    /// Meshes are prepared at the same time as long as they have no more triangles than this together; a
-    /// larger one is prepared alone. A bake takes some hundred bytes for each triangle.
-    pub triangles_at_once: u32,
-    /// How meshes are baked at run time, unless their [`AutoLod::bake`](crate::AutoLod::bake) says otherwise:
-    /// [`BakeConfig::fast`](crate::BakeConfig::fast) does not measure how far levels deviate from their source,
-    /// which only [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
+    /// Settings of bakes at run time, unless [`AutoLod::bake`](crate::AutoLod::bake) overrides them.
+    /// [`BakeConfig::fast`](crate::BakeConfig::fast) skips measuring the deviations that only
+    /// [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: BakeConfig,
-    /// The most bytes of levels that are sent to the GPU in a frame, though one piece at least; `None` sends
-    /// all of a mesh as soon as it is prepared. The source is drawn until all pieces of its mesh are there.
-    pub upload_bytes_per_frame: Option<usize>,
-    /// The most entities of units that are spawned in a frame, though one at least; `None` spawns all that
-    /// views draw. What a view drew of an object it goes on to draw until all units of its next cut are there.
-    pub units_per_frame: Option<usize>,
-    /// How many frames the entity of a unit outlives the last frame in which a view drew it.
-    pub idle_frames: u32,
-    /// Whether objects with levels of detail are culled by the GPU alone, where Bevy's GPU preprocessing can and
-    /// no camera has [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing): the CPU then looks at none that
-    /// has not changed, and no list of the main world has them.
+    /// Whether the GPU alone culls objects with levels of detail. It needs Bevy's GPU preprocessing, and no camera
+    /// with [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing). The CPU then visits changed objects only,
+    /// and the lists of visible entities in the main world do not contain them.
     pub gpu_culling: bool,
-    /// Whether source meshes stay on the GPU while all that has them is drawn as units in all views. Otherwise they
-    /// leave it, and come back from main memory in the frame in which a view draws them in full, or any other
-    /// [`Mesh3d`] or [`Mesh2d`] has them. What draws the handle of a source by other means, as ray tracers and particles
-    /// do, is not seen, and needs this. They always stay with [`units_per_frame`](Self::units_per_frame), which
-    /// draws them now and then, and where main memory has them not.
+    /// Whether source meshes stay on the GPU while all views draw their units. By default they are evicted, and
+    /// uploaded again in the frame in which a view draws full detail or another [`Mesh3d`] or [`Mesh2d`] uses them.
+    /// Enable it if a ray tracer or a particle system uses the handles of source meshes: the plugin does not see
+    /// such uses. Source meshes that are not in main memory always stay.
     pub sources_on_gpu: bool,
-    /// How much memory the meshes of `.fieldpages` files may take.
+    /// Memory budgets of the meshes of `.fieldpages` files.
     pub memory: LodMemory,
 }
 
-/// How much memory the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)) may take. Where views want
-/// more, the error that they allow grows by small steps, until what they want fits: that of
-/// everything, in the same measure.
+/// Memory budgets of the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)). If views need more, the
+/// error thresholds of all views grow by small steps until the budgets suffice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]
 #[reflect(Clone, Default, PartialEq)]
 pub struct LodMemory {
-    /// Bytes of meshes on the GPU. The coarsest levels of all meshes are always there; nothing else exceeds it.
+    /// Bytes of meshes on the GPU. Only the coarsest levels of all meshes, which are always resident, may exceed it.
     pub gpu_bytes: u64,
-    /// Bytes of main memory of what is being read, decoded and sent to the GPU, where it does not stay. Tables
-    /// of contents, about 170 kB for a million triangles, come on top.
+    /// Bytes of main memory of pages that are being read, decoded and uploaded. Tables of contents, about 170 kB per
+    /// million triangles, are not included.
     pub main_bytes: u64,
-    /// How long what no view wants any more stays on the GPU while there is room for it, for when the camera comes
-    /// back, by [`Time<Real>`](bevy::time::Real). [`Duration::MAX`] keeps all until its room is needed.
+    /// How long a page that no view needs stays on the GPU, in [`Time<Real>`](bevy::time::Real), if the budget
+    /// permits. [`Duration::MAX`] keeps pages until the budget is exhausted.
     pub keep_unused: Duration,
 }
 
 impl Default for LodMemory {
-    /// 512 MiB on the GPU, as adapters do not tell how much they have; 64 MiB on the way there; five seconds.
+    /// 512 MiB on the GPU, as wgpu does not report its memory; 64 MiB of main memory; five seconds.
     fn default() -> Self {
         Self {
             gpu_bytes: 512 << 20,
@@ -109,23 +92,18 @@ impl Default for LodMemory {
 }
 
 impl Default for FieldLodConfig {
-    /// Plain below 400 triangles, clusters from 20 000 on; files beside assets, no cache; half of the cores;
-    /// sources of units leave the GPU.
+    /// Plain below 400 triangles, units from 20 000 on; no cache; half of the cores; source meshes of units are
+    /// evicted from the GPU.
     fn default() -> Self {
         Self {
             whole_world: false,
             plain_below_triangles: 400,
             clusters_from_triangles: 20_000,
-            look_beside_assets: true,
             cache_folder: None,
             bake_at_run_time: true,
             bake_threads: None,
-            triangles_at_once: 4_000_000,
             #[cfg(feature = "bake")]
             bake: BakeConfig::default(),
-            upload_bytes_per_frame: None,
-            units_per_frame: None,
-            idle_frames: 60,
             gpu_culling: true,
             sources_on_gpu: false,
             memory: LodMemory::default(),
@@ -133,32 +111,32 @@ impl Default for FieldLodConfig {
     }
 }
 
-/// How a mesh is given levels of detail.
+/// The kind of levels of detail of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, Default, PartialEq)]
 pub enum LodKind {
-    /// One of the others, chosen by the number of triangles: see [`FieldLodConfig`].
+    /// One of the other kinds, chosen by the number of triangles: see [`FieldLodConfig`].
     #[default]
     Auto,
     /// The mesh has no levels of detail.
     Plain,
-    /// The whole mesh is drawn at one level: by one entity, so that instances of a level are still drawn
-    /// together. All views draw the same level, the finest that one of them asks for.
+    /// One entity draws the whole mesh at one level, so that instances of a level are batched. All views draw the
+    /// same level, the finest that a view needs.
     ///
-    /// A level has vertices of its own, with all attributes mixed or taken from those of the source, and
-    /// fewer, larger leaves. A material that moves vertices, as wind does, finds positions, normals,
-    /// colours and texture coordinates to go by, but must not go by the number of a vertex. Where it
-    /// needs every vertex of the source, the mesh is to be [`Plain`](Self::Plain).
+    /// A level has its own vertices, whose attributes are interpolated or copied from the source, and fewer, larger
+    /// leaves. A material that moves vertices, such as wind, can read positions, normals, colours and texture
+    /// coordinates, but must not depend on vertex indices. If it needs every vertex of the source, use
+    /// [`Plain`](Self::Plain).
     ///
-    /// A bake at run time goes by the base colour, its texture and the alpha of the `StandardMaterial` of the
-    /// entity that asks first, and waits for that texture.
+    /// A bake at run time reads the base colour, its texture and the alpha mode of the `StandardMaterial` of the
+    /// first entity with the mesh, and waits for the texture.
     WholeMesh,
-    /// Each piece of the surface is drawn at its own level, and each view draws its own cut.
+    /// Each unit of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,
 }
 
 impl FieldLodConfig {
-    /// The kind of levels that `kind` stands for, of a mesh with that many triangles.
+    /// Replaces [`LodKind::Auto`] by the kind of a mesh with this many triangles.
     #[must_use]
     pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
@@ -177,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_kind_follows_the_triangles_unless_it_is_chosen() {
+    fn kind_depends_on_triangles_unless_chosen() {
         let config = FieldLodConfig::default();
         let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
         use LodKind::{Clusters, Plain, WholeMesh};

@@ -1,4 +1,4 @@
-//! At which levels entities are drawn.
+//! The levels at which cameras draw entities.
 
 use std::fmt::{self, Debug, Formatter};
 use std::ops::RangeInclusive;
@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Tells at which levels cameras draw entities; 0 is the finest, the source.
+/// Reads the levels at which cameras draw entities; 0 is the finest, the source.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -28,29 +28,21 @@ pub struct LodLevels<'w, 's> {
 }
 
 impl LodLevels<'_, '_> {
-    /// The finest and the coarsest level at which `camera` drew `entity` in the last frame, inside its image
-    /// or outside: one and the same level for a prop. `None` if the entity has no levels of detail or the camera does
-    /// not draw it: because it is hidden, on another layer or too small, or the camera draws nothing.
+    /// The finest and the coarsest level of `entity` in the last cut of `camera`, inside the image or outside. Both are
+    /// equal for a prop. `None` if the entity has no levels of detail, or if the camera does not draw it: it is hidden,
+    /// on another layer or culled as small, or the camera draws nothing.
     #[must_use]
     pub fn in_view(&self, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
         let instance = self.scene.instance_of(entity)?;
         let cut = self.views.get(camera).ok()?;
-        // One that draws the cut of another has none of its own.
-        let cut = match cut.leader {
-            Some((leader, _)) => self.views.get(leader).ok()?,
-            None => cut,
-        };
         if cut.state == ViewState::Inactive || cut.layers & instance.layers == 0 {
             return None;
         }
         let units = cut.selector.units(&self.scene.scene, instance.id);
         let pieces = &instance.mesh.pieces;
-        match instance.piece {
+        match instance.level {
             _ if cut.state == ViewState::Cut && units.is_empty() => None,
-            Some(piece) => {
-                let level = pieces[piece as usize].level;
-                Some(level..=level)
-            }
+            Some(level) => Some(level..=level),
             None if cut.state == ViewState::FullDetail => Some(0..=0),
             None => {
                 let levels = units.iter().map(|&unit| pieces[unit as usize].level);

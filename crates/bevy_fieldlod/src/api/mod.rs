@@ -1,10 +1,9 @@
-//! The types that a game uses: components, resources, messages and settings.
+//! The types that a game uses: components, resources, messages and settings. Opt-in features keep theirs in their own
+//! folders.
 
 pub(crate) mod auto_lod;
 pub(crate) mod config;
-pub(crate) mod cut_of;
-pub(crate) mod debug_options;
-pub mod diagnostics;
+pub(crate) mod diagnostics;
 pub(crate) mod events;
 pub(crate) mod levels;
 pub(crate) mod settings;

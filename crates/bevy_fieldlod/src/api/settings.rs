@@ -1,29 +1,29 @@
 //! Settings of a camera.
 
 use bevy::prelude::*;
-use fieldlod_select::{LodSettings, Offscreen, VisibleFlux};
+use fieldlod_select::{LodSettings, Offscreen};
 
-/// How fine the cuts of a camera are; put it on the camera. A camera without it uses the default.
+/// Selection settings of a camera, as a component of the camera. A camera without it uses the default.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_fieldlod::prelude::*;
 /// fn setup(mut commands: Commands) {
 ///     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.5)));
-///     // A mirror, which nobody looks at closely.
+///     // A mirror that nobody inspects closely.
 ///     let mirror = FieldLodSettings {
 ///         triangle_budget: Some(200_000),
 ///         ..FieldLodSettings::with_error_px(4.0)
 ///     };
 ///     commands.spawn((Camera3d::default(), mirror));
-///     // A view from high above: nothing that is smaller than 4 px, and coarse shadows from outside.
+///     // A view from high above: culls objects below 4 px, and casts finer shadows from outside the image.
 ///     let above = FieldLodSettings {
 ///         cull_below_px: Some(4.0),
 ///         shadow_bias: 0.5,
 ///         ..default()
 ///     };
 ///     commands.spawn((Camera3d::default(), above));
-///     // Everything at its second finest level, to see what that is like.
+///     // Every object at its second finest level, for inspection.
 ///     let level_1 = FieldLodSettings {
 ///         forced_level: Some(1),
 ///         ..default()
@@ -35,61 +35,51 @@ use fieldlod_select::{LodSettings, Offscreen, VisibleFlux};
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodSettings {
-    /// Quality: the largest screen-space error in physical pixels that a simplification may show. Single
-    /// points may be displaced by more.
+    /// Quality: the largest screen-space error of a simplification, in physical pixels. Single points may move
+    /// further.
     pub error_px: Option<f32>,
-    /// Guarantee: the largest displacement of the surface in the image, in physical pixels, at the cost of
-    /// more triangles. It rests on deviations measured against the source: a mesh that was baked without
-    /// measuring is drawn in full, and the log says so once. With both thresholds, neither is exceeded;
-    /// with none, everything is at its coarsest.
+    /// Guarantee: the largest displacement of the surface in the image, in physical pixels. It needs more triangles
+    /// than [`error_px`](Self::error_px), and deviations measured by the bake: a mesh without them is drawn at full
+    /// detail, and the log names it once. If both thresholds are set, both hold; if neither is set, every mesh is
+    /// drawn at its coarsest level.
     pub displacement_px: Option<f32>,
-    /// A piece that was refined stays so until it falls below this share of the thresholds.
+    /// A refined piece stays refined until its error falls below this share of the thresholds.
     pub hysteresis: f32,
-    /// Aspect ratio of the sampling pattern below which the thresholds are relaxed: from 0 (never) to 1.
-    /// Towards the corners of a very wide image more triangles no longer look better.
+    /// Aspect ratio of the sampling pattern, from 0 to 1, below which the thresholds are relaxed; 0 disables it.
+    /// Towards the corners of a very wide image, more triangles do not improve the picture.
     pub min_aspect_ratio: f32,
-    /// Relative change of the sampling density across a piece below which one sample stands for it;
-    /// 0 always bounds it over the piece. A larger one draws fewer triangles at the same `error_px`, and
-    /// lets single displacements grow; it is not faster.
+    /// Relative change of the sampling density across a piece up to which one sample represents the piece; 0 always
+    /// bounds the density over the piece. A larger value draws fewer triangles at the same `error_px`, and allows
+    /// larger displacements of single points.
     pub max_curl: f32,
-    /// Triangles that this view may draw, before frustum culling. Where the thresholds ask for more, they
-    /// are scaled up; nothing is drawn finer than they ask for.
+    /// Largest number of triangles of this view, before frustum culling. If the thresholds need more, they are
+    /// scaled up.
     pub triangle_budget: Option<u64>,
-    /// Rendered pixels for each pixel of the view's target along one axis: 0.5 where an upscaler
-    /// doubles both.
+    /// Rendered pixels per pixel of the view's target along one axis: 0.5 if an upscaler doubles both axes.
     pub resolution_scale: f32,
-    /// Margin around the image that is selected as if it were seen, as a share of the image's size
-    /// on each side: what stands there may cast its shadow into the image, or come into it with a
-    /// fast turn.
+    /// Margin around the image in which objects are selected as if they were visible, as a share of the image's size
+    /// on each side. Objects in it may cast shadows into the image, or enter it with a fast turn.
     pub offscreen_margin: f32,
-    /// How much an error counts of what stands outside the margin, while some light that reaches the view
-    /// casts shadows: from 0, which leaves it at its coarsest, to 1, which draws the level that its distance
-    /// asks for. Shadows that reach far into the image keep their shape at 0.3, and most of what is drawn in a
-    /// frame may be such casters (`docs/tuning.md`).
+    /// Weight of the errors of objects outside the margin, from 0 to 1, while a light with shadows reaches the view.
+    /// 0 draws them at their coarsest level, 1 at the level that their distance needs. Shadows that reach far into
+    /// the image keep their shape at 0.3.
     pub shadow_bias: f32,
     /// Largest error, in texels of the cascade, of a coarser level that casts a prop's shadow for a sun. A larger
     /// value draws fewer triangles into far cascades, but a level that errs by more than the shadow bias hides puts
     /// sunlit surfaces into shadow. 0 draws the level of the view into every cascade. Has an effect only while the
     /// GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
     pub shadow_error_texels: f32,
-    /// Further margin, as a share of the image's size, in which a refined piece still counts as seen: it
-    /// leaves the view later than it entered.
+    /// Additional margin, as a share of the image's size, within which a refined piece still counts as visible: a
+    /// piece leaves the view later than it enters.
     pub edge_hysteresis: f32,
-    /// Counts errors by how much of a thing nothing hides: fewer triangles for the same picture where much
-    /// stands behind other things, for about a millisecond of the CPU in a view of thousands. Nothing is
-    /// culled. Things with a `StandardMaterial` that is opaque hide others.
-    pub visible_flux: bool,
-    /// The most triangles that are drawn for that into a small depth image on the CPU.
-    pub occluder_triangles: u32,
-    /// Does not draw what is smaller on screen, in physical pixels, nor its shadow; `None` draws everything.
-    /// The size is the diameter of a sphere around the object, times its [`AutoLod::bias`](crate::AutoLod::bias),
-    /// as large as it would be in the middle of the image: a camera that only turns draws what it drew. What
-    /// is drawn stays until it is smaller than [`hysteresis`](Self::hysteresis) times that. Only what has
-    /// levels of detail goes. A prop that any view draws casts its shadow for all.
+    /// Culls objects whose bounding sphere is smaller on screen than this diameter, in physical pixels, and their
+    /// shadows; `None` culls nothing. The size counts as in the middle of the image, times
+    /// [`AutoLod::bias`](crate::AutoLod::bias), so turning the camera culls nothing. A drawn object stays until it
+    /// is smaller than [`hysteresis`](Self::hysteresis) times the threshold. Only objects with levels of detail are
+    /// culled. A prop that any view draws casts its shadow for all views.
     pub cull_below_px: Option<f32>,
-    /// Draws every object at this level in this view, whatever it shows: 0 draws the source meshes instead
-    /// of a cut, for comparison; the coarsest where a mesh has fewer. A prop has one level in all views, the
-    /// finest that one of them asks for.
+    /// Draws every object at this level in this view, or at its coarsest level if it has fewer. 0 draws the source
+    /// meshes instead of a cut, for comparison. A prop has one level in all views, the finest that a view needs.
     pub forced_level: Option<u32>,
 }
 
@@ -109,8 +99,6 @@ impl Default for FieldLodSettings {
             shadow_bias: 0.3,
             shadow_error_texels: 0.0,
             edge_hysteresis: settings.edge_hysteresis,
-            visible_flux: false,
-            occluder_triangles: VisibleFlux::default().occluder_triangles,
             cull_below_px: None,
             forced_level: None,
         }
@@ -118,7 +106,7 @@ impl Default for FieldLodSettings {
 }
 
 impl FieldLodSettings {
-    /// The default at another screen-space error in physical pixels.
+    /// The default with another screen-space error, in physical pixels.
     #[must_use]
     pub fn with_error_px(error_px: f32) -> Self {
         Self {
@@ -127,7 +115,7 @@ impl FieldLodSettings {
         }
     }
 
-    /// The default with no more triangles than `triangle_budget`.
+    /// The default with a triangle budget.
     #[must_use]
     pub fn with_triangle_budget(triangle_budget: u64) -> Self {
         Self {
@@ -136,7 +124,7 @@ impl FieldLodSettings {
         }
     }
 
-    /// The largest error of what casts shadows, in texels.
+    /// Largest error of shadow casters, in texels.
     pub(crate) fn texels_of_casters(&self) -> f32 {
         if self.forced_level.is_some() {
             0.0
@@ -145,23 +133,13 @@ impl FieldLodSettings {
         }
     }
 
-    /// How hidden things count, whether they throw shadows or not: pictures with shadows need no more of them
-    /// (`docs/tuning.md`).
-    fn flux(&self) -> VisibleFlux {
-        VisibleFlux {
-            occluder_triangles: self.occluder_triangles,
-            ..VisibleFlux::default()
-        }
-    }
-
-    /// How much errors count of what only casts shadows; `None` if nothing does.
+    /// Weight of the errors of objects that only cast shadows; `None` if no light casts shadows.
     fn caster_bias(&self, has_shadows: bool) -> Option<f32> {
         let bias = self.shadow_bias.min(1.0);
         (has_shadows && bias > 0.0).then_some(bias)
     }
 
-    /// The settings that selection reads; `has_shadows` says whether some light casts
-    /// shadows into the view.
+    /// The settings of the selection crate. `has_shadows` tells whether a light casts shadows into the view.
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
         LodSettings {
@@ -180,7 +158,7 @@ impl FieldLodSettings {
             triangle_budget: self.triangle_budget,
             cull_below_px: self.cull_below_px,
             forced_level: self.forced_level,
-            visible_flux: self.visible_flux.then(|| self.flux()),
+            visible_flux: None,
         }
     }
 }
@@ -190,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_selects_as_the_library_does_but_for_the_margin() {
+    fn default_differs_from_library_by_margin_only() {
         let expected = LodSettings {
             offscreen_margin: 0.1,
             ..LodSettings::default()

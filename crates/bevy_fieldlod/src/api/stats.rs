@@ -1,38 +1,32 @@
-//! Statistics: what each camera draws, and how far the meshes of the world have come.
+//! Statistics of cameras, and the progress of preparation.
 
 use std::time::Duration;
 
 use bevy::prelude::*;
 
-/// What a camera drew in the last frame of the meshes that have levels of detail, after frustum
-/// culling. The plugin keeps it up to date on every camera.
+/// Statistics of a camera's last selection, over all meshes with levels of detail on its layers. They count what
+/// was selected, before frustum culling. The plugin keeps them up to date on every camera.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodViewStats {
-    /// Triangles drawn by this camera.
+    /// Triangles of the selected levels.
     pub triangles_drawn: u64,
-    /// Triangles that would have been drawn without levels of detail.
+    /// Triangles of the source meshes.
     pub triangles_full: u64,
-    /// Units and whole meshes drawn by this camera.
+    /// Units and whole meshes that were selected.
     pub units_drawn: u32,
-    /// The error that was selected for, in pixels: the one that keeps to the budget, if
-    /// there is one.
+    /// The error that was selected for, in pixels. With a triangle budget it is the error that keeps the budget.
     pub error_px: f32,
-    /// Triangles drawn on the CPU to tell what is hidden
-    /// ([`visible_flux`](crate::FieldLodSettings::visible_flux)); thirty-two points count as one.
-    pub occluder_triangles: u32,
-    /// Time that selecting this camera's cut took on the CPU, telling what is hidden included.
+    /// CPU time of the selection.
     pub selection_time: Duration,
-    /// Pieces of `.fieldpages` files that this camera would refine and that are not in memory, and the most that
-    /// what is drawn in their place errs by, in pixels. [`FieldLodSharp`](crate::FieldLodSharp) tells when
-    /// there are none any more.
+    /// Pieces of `.fieldpages` files that this camera would refine and that are not in memory.
+    /// [`FieldLodSharp`](crate::FieldLodSharp) is triggered when no piece is missing.
     pub missing_pieces: u32,
-    /// See [`missing_pieces`](Self::missing_pieces).
+    /// The largest error, in pixels, of the coarser pieces that are drawn in place of the missing ones.
     pub missing_px: f32,
 }
 
-/// How far the meshes of the world have come. Counts entities with a [`Mesh3d`] under an
-/// [`AutoLod`](crate::AutoLod).
+/// The number of mesh entities under an [`AutoLod`](crate::AutoLod), by their state.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -45,18 +39,18 @@ pub struct FieldLodViewStats {
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Resource, Clone, Default, PartialEq)]
 pub struct FieldLodProgress {
-    /// Entities whose mesh is being loaded, baked or uploaded; they are drawn in full meanwhile.
+    /// Entities whose mesh is being loaded, baked or uploaded. Their source mesh is drawn.
     pub waiting: u32,
-    /// Meshes, not entities, that background tasks are working on.
+    /// Meshes, not entities, in background tasks.
     pub baking: u32,
     /// Entities with levels of detail.
     pub ready: u32,
-    /// Entities that are drawn as they are for good: their mesh is small, or cannot have levels of detail.
+    /// Entities whose source mesh is drawn, because it is small or cannot have levels of detail.
     pub plain: u32,
 }
 
 impl FieldLodProgress {
-    /// The share of the entities that wait no longer, from 0 to 1; 1 if there are none.
+    /// The share of entities that no longer wait, from 0 to 1; 1 if there are no entities.
     #[must_use]
     pub fn share_done(&self) -> f32 {
         let done = self.ready + self.plain;
@@ -74,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_share_done_counts_what_waits() {
+    fn share_done_counts_waiting_entities() {
         let mut progress = FieldLodProgress::default();
         assert_eq!(progress.share_done(), 1.0);
         progress.waiting = 3;

@@ -13,7 +13,7 @@ use bevy::tasks::futures_lite::AsyncWriteExt;
 use fieldlod_bake::{BakeConfig, bake_file_bytes, import_gltf_bytes};
 use fieldlod_hierarchy::{FileOptions, Precision};
 
-use crate::glb;
+use crate::assets::glb;
 
 /// Makes Bevy's asset processor put the levels of detail of `.glb` files into them, where the plugin
 /// finds them.

@@ -1,8 +1,9 @@
-//! Meshes that are drawn from their `.fieldlod` or `.fieldpages` file alone.
+//! Draws primitives of `.fieldlod` and `.fieldpages` files without their glTF file.
 
 use std::sync::Arc;
 
 use bevy::asset::AssetId;
+use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
@@ -11,22 +12,19 @@ use crate::api::auto_lod::AutoLod;
 use crate::api::events::{LodError, LodFailed, asset_name};
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
-use crate::pages::mesh_in_pages::MeshInPages;
-use crate::prepare::LodMeshes;
 use crate::prepare::track::AutoLodLookup;
 use crate::scene::unit_mesh::source_mesh;
 
-/// Draws a primitive of a `.fieldlod` or `.fieldpages` file, with any material beside it, where the glTF file that
-/// it was baked from is not at hand. A `.fieldlod` file must have all vertices, as it has unless baked
-/// `--beside-source`.
+/// Draws a primitive of a `.fieldlod` or `.fieldpages` file, without the glTF file that it was baked from. Add a
+/// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
 ///
-/// Once the file is loaded, the entity gets a [`Mesh3d`] and an [`AutoLod`] with the levels; one that it has
-/// keeps what else it says, and one above it that speaks for a `.fieldpages` file. Entities of the same primitive share both, and lose them with this component.
-/// - Of a `.fieldlod` file, which is in memory as a whole, the mesh is the source geometry.
-/// - Of a `.fieldpages` file (`fieldlod bake --pages`) it is the coarsest level; finer ones are read in the
-///   background as views want them, and leave again, under the budgets of
-///   [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). What is not there is drawn coarser. It is always cut
-///   into units, and [`AutoLod::simplified_level`] has no say.
+/// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of an
+/// existing [`AutoLod`]. Entities of the same primitive share both. They are removed together with this component.
+/// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
+/// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
+///   in the background as views need them, and evicted to keep the budgets of
+///   [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). Missing pages fall back to coarser geometry. The mesh is
+///   always drawn as units, and [`AutoLod::simplified_level`] is ignored.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -50,7 +48,7 @@ pub struct LodMesh3d {
 }
 
 impl LodMesh3d {
-    /// A primitive of a file, by its place in the glTF file that was baked.
+    /// A primitive, by its indices in the glTF file that was baked.
     #[must_use]
     pub fn new(file: Handle<BakedLods>, mesh_index: u32, primitive_index: u32) -> Self {
         Self {
@@ -60,41 +58,73 @@ impl LodMesh3d {
         }
     }
 
-    fn key(&self) -> PrimitiveKey {
+    pub(crate) fn key(&self) -> PrimitiveKey {
         (self.file.id(), self.mesh_index, self.primitive_index)
     }
 }
 
-type PrimitiveKey = (AssetId<BakedLods>, u32, u32);
+/// File, mesh and primitive.
+pub(crate) type PrimitiveKey = (AssetId<BakedLods>, u32, u32);
 
-/// Source meshes and levels of what is drawn from files alone, as long as the file is there.
+/// The meshes of primitives that are drawn without a glTF file, as long as their file exists.
 #[derive(Resource, Default)]
-struct StandaloneMeshes(HashMap<PrimitiveKey, Result<StandaloneMesh, LodError>>);
+pub(crate) struct StandaloneMeshes(
+    pub(crate) HashMap<PrimitiveKey, Result<StandaloneMesh, LodError>>,
+);
 
 #[derive(Clone)]
-struct StandaloneMesh {
-    source: Handle<Mesh>,
-    /// Of a file that is in memory as a whole.
-    lods: Option<Handle<BakedLods>>,
+pub(crate) struct StandaloneMesh {
+    pub(crate) source: Handle<Mesh>,
+    /// The levels; `None` if the source has a provider.
+    pub(crate) lods: Option<Handle<BakedLods>>,
 }
 
 /// An entity whose file is being loaded.
 #[derive(Component)]
-struct AwaitsFile;
+pub(crate) struct AwaitsFile;
 
-/// Gives entities their meshes as files are loaded.
-pub(crate) fn plugin(app: &mut App) {
-    let systems = (
-        forget_changed_files.run_if(on_message::<AssetEvent<BakedLods>>),
-        await_files,
-        give_meshes.run_if(any_with_component::<AwaitsFile>),
-    );
-    app.init_resource::<StandaloneMeshes>()
-        .add_observer(take_mesh)
-        .add_systems(PostUpdate, systems.chain().before(FieldLodSystems::Track));
+/// The steps of drawing primitives without a glTF file, before [`FieldLodSystems::Track`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum StandaloneSteps {
+    /// Finds entities whose file is being loaded.
+    Await,
+    /// Opt-in features add meshes to [`StandaloneMeshes`] here.
+    Make,
+    /// Inserts the meshes.
+    Give,
 }
 
-/// A file that was loaded anew has other meshes, and one that is gone needs none.
+/// Inserts meshes as files are loaded.
+pub(crate) fn plugin(app: &mut App) {
+    use StandaloneSteps::{Await, Give, Make};
+    app.init_resource::<StandaloneMeshes>()
+        .add_observer(remove_mesh)
+        .configure_sets(
+            PostUpdate,
+            (
+                Await,
+                (Make, Give)
+                    .chain()
+                    .run_if(any_with_component::<AwaitsFile>),
+            )
+                .chain()
+                .before(FieldLodSystems::Track),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                (
+                    forget_changed_files.run_if(on_message::<AssetEvent<BakedLods>>),
+                    await_files,
+                )
+                    .chain()
+                    .in_set(Await),
+                give_meshes.in_set(Give),
+            ),
+        );
+}
+
+/// Drops the meshes of files that were reloaded or removed.
 fn forget_changed_files(
     mut events: MessageReader<AssetEvent<BakedLods>>,
     mut known: ResMut<StandaloneMeshes>,
@@ -116,52 +146,84 @@ fn forget_changed_files(
     }
 }
 
-pub(crate) fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>>) {
+fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>>) {
     for entity in &changed {
         commands.entity(entity).try_insert(AwaitsFile);
     }
 }
 
-/// Gives entities the meshes of files that are loaded.
+/// Makes the meshes of primitives.
+#[derive(SystemParam)]
+struct MeshMaker<'w> {
+    known: ResMut<'w, StandaloneMeshes>,
+    files: ResMut<'w, Assets<BakedLods>>,
+    meshes: ResMut<'w, Assets<Mesh>>,
+    assets: Res<'w, AssetServer>,
+}
+
+impl MeshMaker<'_> {
+    /// The mesh of a primitive; `None` while its file is being loaded.
+    fn find_or_make(&mut self, wanted: &LodMesh3d) -> Option<Result<StandaloneMesh, LodError>> {
+        if let Some(made) = self.known.0.get(&wanted.key()) {
+            return Some(made.clone());
+        }
+        let file = asset_name(&self.assets, wanted.file.id().untyped());
+        let Some(loaded) = self.files.get(&wanted.file) else {
+            let has_failed = self.assets.load_state(&wanted.file).is_failed();
+            return has_failed.then_some(Err(LodError::FileNotLoaded { file }));
+        };
+        let primitive = if loaded.pages.is_some() {
+            Err(LodError::InPages { file })
+        } else {
+            find(&loaded.file, wanted, &file)
+        };
+        let made = primitive.cloned().map(|primitive| self.make(primitive));
+        self.known.insert(wanted, made.clone());
+        Some(made)
+    }
+
+    fn make(&mut self, mut primitive: BakedPrimitive) -> StandaloneMesh {
+        let hierarchy = &mut primitive.hierarchy;
+        let indices = source_indices(hierarchy);
+        let source = source_mesh(hierarchy, indices.clone());
+        // The order of triangles differs from that of the baked mesh.
+        hierarchy.source = hierarchy.source_vertices().source_hash(&indices);
+        let primitives = vec![primitive];
+        let file = Arc::new(BakedFile { primitives });
+        StandaloneMesh {
+            source: self.meshes.add(source),
+            lods: Some(self.files.add(BakedLods::new(file))),
+        }
+    }
+}
+
+impl StandaloneMeshes {
+    /// Stores the mesh of a primitive, or logs why it cannot be drawn.
+    pub(crate) fn insert(&mut self, wanted: &LodMesh3d, made: Result<StandaloneMesh, LodError>) {
+        if let Err(error) = &made {
+            error!("could not draw a LodMesh3d: {error}");
+        }
+        self.0.insert(wanted.key(), made);
+    }
+}
+
+/// Inserts the meshes of loaded files.
 fn give_meshes(
     mut commands: Commands,
     waiting: Query<(Entity, &LodMesh3d, Option<&AutoLod>), With<AwaitsFile>>,
     auto_lods: AutoLodLookup,
-    mut known: ResMut<StandaloneMeshes>,
-    mut lods: ResMut<LodMeshes>,
-    mut files: ResMut<Assets<BakedLods>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    assets: Res<AssetServer>,
+    mut maker: MeshMaker,
 ) {
     for (entity, wanted, auto_lod) in &waiting {
-        let name = asset_name(&assets, wanted.file.id().untyped());
-        let file = files.get(&wanted.file).cloned();
-        let made = match (known.0.get(&wanted.key()), file) {
-            (Some(made), _) => made.clone(),
-            (None, Some(file)) => {
-                let made = match &file.pages {
-                    Some(pages) => {
-                        MeshInPages::find(pages, (wanted.mesh_index, wanted.primitive_index), &name)
-                            .and_then(|mesh| StandaloneMesh::in_pages(mesh, &mut meshes, &mut lods))
-                    }
-                    None => find(&file.file, wanted, &name)
-                        .map(|primitive| StandaloneMesh::new(primitive, &mut meshes, &mut files)),
-                };
-                let made = made.inspect_err(|error| error!("a mesh is not drawn: {error}"));
-                known.0.insert(wanted.key(), made.clone());
-                made
-            }
-            (None, None) if assets.load_state(&wanted.file).is_failed() => {
-                Err(LodError::FileNotLoaded { file: name })
-            }
-            (None, None) => continue,
+        let Some(made) = maker.find_or_make(wanted) else {
+            continue;
         };
         let mut commands = commands.entity(entity);
         commands.try_remove::<AwaitsFile>();
         match made {
             Ok(StandaloneMesh { source, lods }) => {
                 commands.try_insert(Mesh3d(source));
-                // What is read in parts needs but some mark, perhaps that of a scene.
+                // With a provider, any `AutoLod` will do, such as that of a scene.
                 if lods.is_some() || auto_lods.find(entity).is_none() {
                     commands.try_insert(AutoLod {
                         baked: lods,
@@ -193,48 +255,14 @@ fn find<'a>(
     Ok(found)
 }
 
-impl StandaloneMesh {
-    fn new(
-        primitive: &BakedPrimitive,
-        meshes: &mut Assets<Mesh>,
-        files: &mut Assets<BakedLods>,
-    ) -> Self {
-        let mut primitive = primitive.clone();
-        let hierarchy = &mut primitive.hierarchy;
-        let indices = source_indices(hierarchy);
-        let source = source_mesh(hierarchy, indices.clone());
-        // Its triangles are in another order than where it was baked.
-        let vertices = hierarchy.source_vertices();
-        hierarchy.source = vertices.source_hash(&indices);
-        let file = BakedFile {
-            primitives: vec![primitive],
-        };
-        Self {
-            source: meshes.add(source),
-            lods: Some(files.add(BakedLods::new(Arc::new(file)))),
-        }
-    }
-
-    /// The coarsest level, which stays; all others come and go.
-    fn in_pages(
-        mesh: MeshInPages,
-        meshes: &mut Assets<Mesh>,
-        lods: &mut LodMeshes,
-    ) -> Result<Self, LodError> {
-        let source = meshes.add(mesh.coarsest()?);
-        lods.set_pages(source.id(), mesh);
-        Ok(Self { source, lods: None })
-    }
-}
-
 fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
     let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
     triangles.flatten().collect()
 }
 
-/// Takes the mesh off an entity that is not to be drawn from a file any more.
-fn take_mesh(removal: On<Remove, LodMesh3d>, mut commands: Commands) {
+/// Removes the mesh together with the [`LodMesh3d`].
+fn remove_mesh(removal: On<Remove, LodMesh3d>, mut commands: Commands) {
     let mut commands = commands.entity(removal.entity);
     commands.try_remove::<(AwaitsFile, Mesh3d, AutoLod)>();
 }

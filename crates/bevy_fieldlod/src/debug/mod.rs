@@ -1,7 +1,9 @@
-//! The debug view: colours and heat-maps on the surfaces, boxes, numbers.
+//! The debug view: colours and heat maps on surfaces, boxes, and text.
+//!
+//! In: [`FieldLodDebug`] and the scene. Out: materials of drawn entities, gizmos, text, and frozen views.
 
-mod depth_image;
 mod material;
+mod options;
 mod overlay;
 mod paint;
 
@@ -9,15 +11,17 @@ use bevy::asset::embedded_asset;
 use bevy::pbr::MaterialPlugin;
 use bevy::prelude::*;
 
-use crate::api::debug_options::FieldLodDebug;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::cpu_lists::is_drawn;
+use crate::draw::inherit::RenewUnits;
 use crate::draw::units::LodUnit;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::ViewCut;
+use crate::select::views::SelectSteps;
 use material::{DebugMaterials, LodDebugMaterial, level_color};
+pub use options::{FieldLodDebug, FieldLodHeatMap};
 
-/// Shows what the selection does, as [`FieldLodDebug`] says. Add it after
+/// Shows what selection does, as configured by [`FieldLodDebug`]. Add it after
 /// [`FieldLodPlugin`](crate::FieldLodPlugin).
 ///
 /// ```no_run
@@ -46,30 +50,39 @@ impl Plugin for FieldLodDebugPlugin {
         let paint_units = || paint::paint_units.run_if(paint::is_wanted);
         let any_spawned = any_match_filter::<Added<LodUnit>>;
         let bounds_wanted = |debug: Res<FieldLodDebug>| debug.bounds;
+        let is_frozen = |debug: Res<FieldLodDebug>| debug.freeze;
         app.add_plugins(MaterialPlugin::<LodDebugMaterial>::default())
             .init_gizmo_group::<FieldLodGizmos>()
+            .init_resource::<FieldLodDebug>()
             .init_resource::<DebugMaterials>()
             .add_systems(
                 PostUpdate,
                 (
                     paint_units()
-                        .after(crate::draw::inherit::renew_units)
+                        .after(RenewUnits)
                         .in_set(FieldLodSystems::Inherit),
-                    // Units that come are painted before they are first drawn.
+                    // New units are painted before they are first drawn.
                     paint_units()
                         .run_if(any_spawned)
                         .after(crate::draw::units::spawn_units)
                         .in_set(FieldLodSystems::Spawn),
+                    freeze_views.run_if(is_frozen).in_set(SelectSteps::Adjust),
                 ),
             )
             .add_systems(
                 Update,
-                (
-                    draw_bounds.run_if(bounds_wanted),
-                    overlay::update_overlay,
-                    depth_image::update_depth_image,
-                ),
+                (draw_bounds.run_if(bounds_wanted), overlay::update_overlay),
             );
+    }
+}
+
+/// Selects for the view of the last selection again.
+fn freeze_views(mut views: Query<&mut ViewCut>) {
+    for mut cut in &mut views {
+        let last = cut.view;
+        if let (Some((view, _)), Some(last)) = (&mut cut.wanted, last) {
+            *view = last;
+        }
     }
 }
 
@@ -88,7 +101,7 @@ fn draw_bounds(
         let Ok((aabb, transform, visibility)) = drawn.get(entity) else {
             continue;
         };
-        // Where the GPU culls, whatever is not hidden counts as visible.
+        // Where the GPU culls, all entities that are not hidden count as visible.
         let record = scene.records.find(entity);
         let is_drawn = record
             .is_some_and(|(index, record)| views.iter().any(|cut| is_drawn(cut, index, record)));

@@ -16,7 +16,6 @@ use fieldlod_select::InstanceId;
 
 use crate::api::settings::FieldLodSettings;
 use crate::api::systems::FieldLodSystems;
-use crate::cards::LodCards;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::draw::whole_meshes::swap_whole_meshes;
 use crate::scene::draw_records::DrawRecords;
@@ -87,8 +86,7 @@ type Suns<'w, 's> = Query<
     ),
 >;
 
-type Objects<'w, 's> =
-    Query<'w, 's, (&'static LodObject, Option<&'static LodCards>), Without<NotShadowCaster>>;
+type Objects<'w, 's> = Query<'w, 's, &'static LodObject, Without<NotShadowCaster>>;
 
 /// Chooses for every cascade what casts shadows in it, where that or the cascade has changed.
 fn choose_casters(
@@ -99,8 +97,6 @@ fn choose_casters(
     objects: Objects,
     culling: Res<GpuCulling>,
 ) {
-    let scene = scene.bypass_change_detection();
-    let casters = casters.bypass_change_detection();
     let mut wanted = Vec::new();
     // Elsewhere Bevy's lists would have them in every view.
     if culling.is_on {
@@ -111,7 +107,7 @@ fn choose_casters(
             }
         }
     }
-    casters.remove_all_but(&wanted, scene);
+    casters.remove_all_but(&wanted, &mut scene);
     let changed = std::mem::take(&mut scene.casters_to_choose);
     for one in wanted {
         let cascade = casters.cascades.entry(one.key).or_default();
@@ -119,12 +115,12 @@ fn choose_casters(
         let (now, before) = (one.largest_error_in_world, cascade.largest_error_in_world);
         if now == before || (0.8..1.25).contains(&(now / before)) {
             for &index in &changed {
-                cascade.choose(index, scene, one.cut, &objects);
+                cascade.choose(index, &mut scene, one.cut, &objects);
             }
         } else {
             cascade.largest_error_in_world = now;
             for index in scene.indices() {
-                cascade.choose(index, scene, one.cut, &objects);
+                cascade.choose(index, &mut scene, one.cut, &objects);
             }
         }
     }
@@ -211,13 +207,12 @@ impl Cascade {
     fn choose(&mut self, index: u32, scene: &mut LodScene, cut: &ViewCut, objects: &Objects) {
         let instance = scene.instance(index);
         let wanted = instance.and_then(|instance| {
-            let (object, cards) = objects.get(instance.entity).ok()?;
+            let object = objects.get(instance.entity).ok()?;
             // What is too small to be drawn casts no shadow.
             if cut.visibility.contains(instance.record) {
                 return None;
             }
-            let may_be_cards = LodCards::can_be_drawn(cards);
-            let unit = self.piece_of(instance, object, may_be_cards, scene)?;
+            let unit = self.level_of(instance, object, scene)?;
             Some((instance.id, instance.entity, unit))
         });
         let id = instance.map(|instance| instance.id);
@@ -237,8 +232,6 @@ impl Cascade {
             return;
         };
         let Some(record) = scene.hold_unit(instance, unit) else {
-            // No more may be spawned in this frame.
-            scene.casters_to_choose.push(index);
             return;
         };
         let caster = Caster {
@@ -251,28 +244,23 @@ impl Cascade {
         self.changed.push((caster, true));
     }
 
-    /// The piece that casts the shadow of a whole mesh, if not that which is drawn.
-    fn piece_of(
+    /// The level that casts the shadow of a whole mesh; `None` if the drawn level does.
+    fn level_of(
         &self,
         instance: &LodInstance,
         object: &LodObject,
-        may_be_cards: bool,
         scene: &LodScene,
     ) -> Option<u32> {
-        let drawn = instance.piece?;
-        if object.auto_lod.forced_level.is_some() {
-            return None;
-        }
-        let mesh = &instance.mesh;
-        let triangles = |piece: u32| mesh.pieces[piece as usize].triangles;
-        let saves_enough = |piece: &u32| triangles(*piece) + LEAST_SAVED <= triangles(drawn);
+        let drawn = instance.level?;
+        let pieces = &instance.mesh.pieces;
+        let triangles = |level: u32| pieces[level as usize].triangles;
+        let saves_enough = |level: &u32| triangles(*level) + LEAST_SAVED <= triangles(drawn);
         let world_from_local = scene.scene.placement(instance.id);
         let scale = largest_scale(&world_from_local) * object.auto_lod.bias;
-        let errs_less = |piece: &u32| {
-            mesh.pieces[*piece as usize].error_in_local * scale <= self.largest_error_in_world
+        let errs_less = |level: &u32| {
+            pieces[*level as usize].error_in_local * scale <= self.largest_error_in_world
         };
-        let coarsest_first = (0..mesh.level_count()).rev();
-        let pieces = coarsest_first.map(|level| mesh.piece_at(level, may_be_cards));
-        pieces.take_while(saves_enough).find(errs_less)
+        let coarsest_first = (0..pieces.len() as u32).rev();
+        coarsest_first.take_while(saves_enough).find(errs_less)
     }
 }

@@ -1,9 +1,8 @@
-//! Filters the lists of visible entities.
+//! Filters the lists of visible entities, where the CPU culls.
 //!
-//! Bevy's culling fills, for each camera and each shadow view, a list of the entities to draw: the source
-//! meshes and the units of all views' cuts, as far as the frustum reaches. Here every list keeps only
-//! what its camera's cut draws. Shadow views use the cut of the camera they are for: a cut of their own
-//! would let a surface shade itself.
+//! For each camera and each shadow view, Bevy's culling fills a list with the source meshes and the units of all
+//! views that intersect the frustum. Here every list keeps only what the cut of its camera draws. Shadow views use
+//! the cut of their camera: with a cut of their own, a surface could shade itself.
 
 use std::any::TypeId;
 
@@ -14,23 +13,18 @@ use bevy::camera::{Camera, RenderTarget, ShadowLodOrigin};
 use bevy::light::{DirectionalLight, PointLight, SpotLight};
 use bevy::prelude::*;
 
-use crate::api::stats::FieldLodViewStats;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::scene::draw_records::{DrawKind, DrawRecord};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Filters after Bevy's culling, where anything is cut into units.
+/// Filters after Bevy's culling.
 pub(crate) fn plugin(app: &mut App) {
-    let filters = |scene: Res<LodScene>| scene.is_filtered();
-    let systems = (filter_visible_entities, filter_shadow_views.run_if(filters))
-        .distributive_run_if(is_culled_on_cpu);
+    let filters =
+        |scene: Res<LodScene>, culling: Res<GpuCulling>| scene.is_filtered() && !culling.is_on;
+    let systems = (filter_visible_entities, filter_shadow_views).distributive_run_if(filters);
     app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
-}
-
-fn is_culled_on_cpu(culling: Res<GpuCulling>) -> bool {
-    !culling.is_on
 }
 
 /// Whether a view draws the entity of a record.
@@ -38,54 +32,29 @@ pub(crate) fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     match record.kind {
         DrawKind::Free => true,
         DrawKind::WholeMesh => !cut.visibility.contains(index),
-        // Also while a cut waits for its first units.
-        DrawKind::Source => cut.state != ViewState::Cut || cut.visibility.contains(index),
+        DrawKind::Source => cut.state != ViewState::Cut,
         DrawKind::Unit { .. } => cut.visibility.contains(index),
     }
 }
 
-/// Removes from every camera's list what its cut does not draw, and counts the rest.
+/// Removes from every camera's list what its cut does not draw.
 fn filter_visible_entities(
-    mut cameras: Query<(
-        &Camera,
-        &mut VisibleEntities,
-        &ViewCut,
-        &mut FieldLodViewStats,
-    )>,
+    mut cameras: Query<(&Camera, &mut VisibleEntities, &ViewCut)>,
     scene: Res<LodScene>,
 ) {
-    for (camera, mut visible, cut, mut stats) in &mut cameras {
-        if !camera.is_active {
-            continue;
+    for (camera, mut visible, cut) in &mut cameras {
+        if camera.is_active {
+            filter(visible.get_mut(TypeId::of::<Mesh3d>()), cut, &scene);
         }
-        // One pass over the list filters and counts.
-        let (mut drawn, mut full, mut units) = (0, 0, 0);
-        let mut keep_and_count = |entity: Entity| {
-            let Some((index, record)) = scene.records.find(entity) else {
-                return true;
-            };
-            full += u64::from(record.triangles_full);
-            let is_drawn = is_drawn(cut, index, record);
-            if is_drawn {
-                drawn += u64::from(record.triangles);
-                units += u32::from(record.kind != DrawKind::Source);
-            }
-            is_drawn
-        };
-        let meshes = TypeId::of::<Mesh3d>();
-        if scene.is_filtered() {
-            let visible = visible.get_mut(meshes);
-            visible.retain(|&entity| keep_and_count(entity));
-        } else {
-            // All whole meshes are drawn: the list stays as it is, and unchanged.
-            for &entity in visible.bypass_change_detection().get(meshes) {
-                keep_and_count(entity);
-            }
-        }
-        stats.triangles_drawn = drawn;
-        stats.triangles_full = full;
-        stats.units_drawn = units;
     }
+}
+
+/// Removes from a list what a cut does not draw.
+fn filter(entities: &mut Vec<Entity>, cut: &ViewCut, scene: &LodScene) {
+    entities.retain(|&entity| {
+        let record = scene.records.find(entity);
+        record.is_none_or(|(index, record)| is_drawn(cut, index, record))
+    });
 }
 
 pub(crate) type ShadowCasters<'w, 's> = Query<
@@ -109,12 +78,9 @@ fn filter_shadow_views(
     scene: Res<LodScene>,
 ) {
     let filter = |list: &mut VisibleMeshEntities, cut: &ViewCut| {
-        list.entities.retain(|&entity| {
-            let record = scene.records.find(entity);
-            record.is_none_or(|(index, record)| is_drawn(cut, index, record))
-        });
+        filter(&mut list.entities, cut, &scene);
     };
-    // Each camera has its own cascades of a directional light.
+    // A directional light has cascades per camera.
     for mut light in &mut directional {
         for (&camera, cascades) in &mut light.entities {
             if let Ok((_, _, cut, _, _)) = cameras.get(camera) {
@@ -134,8 +100,8 @@ fn filter_shadow_views(
     }
 }
 
-/// The cut that the shadows of point and spot lights use: that of the marked camera, else of one that
-/// draws to a window, else of any, as Bevy chooses for its visibility ranges.
+/// The cut for the shadows of point and spot lights: that of the camera with [`ShadowLodOrigin`], else of one that
+/// draws to a window, else of any. Bevy chooses the origin of its visibility ranges alike.
 pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entity, &'a ViewCut)> {
     cameras
         .iter()

@@ -1,4 +1,4 @@
-//! What changes in what views draw, told to the render world where the GPU culls.
+//! Sends changes of what views draw to the render world, where the GPU culls.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -15,30 +15,30 @@ use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// What changed in what views draw.
+/// A change of what views draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ListChange {
-    /// From now on an entity is drawn by those views alone that mark it; others, by those that do not.
+    /// Only views that mark this entity draw it. Views that mark an entity without `Add` do not draw it.
     Add(MainEntity),
-    /// An entity is gone, or has no levels any more.
+    /// An entity was despawned or lost its levels.
     Remove(MainEntity),
-    /// A view begins or ends to mark an entity.
+    /// A view starts or stops marking an entity.
     Mark {
         view: MainEntity,
         entity: MainEntity,
         is_marked: bool,
     },
-    /// A cascade draws something otherwise than its camera, or does no longer.
+    /// A cascade starts or stops drawing something else than its camera.
     Caster(CasterChange),
-    /// An entity is on other layers, or casts shadows no longer or again.
+    /// The layers of an entity, or whether it casts shadows, changed.
     Touch(MainEntity),
-    /// A view is gone.
+    /// A view was removed.
     RemoveView(MainEntity),
-    /// The view whose cut the shadow maps of point and spot lights draw.
+    /// The view whose cut is drawn into the shadow maps of point and spot lights.
     ShareShadows(Option<MainEntity>),
 }
 
-/// The changes on their way to the render world.
+/// The queue of changes for the render world.
 #[derive(Resource, Default)]
 pub(crate) struct ListChanges(Mutex<Vec<ListChange>>);
 
@@ -53,7 +53,7 @@ impl ListChanges {
     }
 }
 
-/// Notes changes in each frame, if there is a renderer.
+/// Records changes in each frame, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
     if app.get_sub_app(RenderApp).is_none() {
         return;
@@ -72,14 +72,13 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-/// Notes which units and sources came, went, and are drawn by other views than before.
+/// Records which units and sources were added, removed, or are drawn by other views.
 fn note_changes(
     mut scene: ResMut<LodScene>,
     mut views: Query<(Entity, &mut ViewCut)>,
     mut casters: ResMut<CascadeCasters>,
     changes: Res<ListChanges>,
 ) {
-    let scene = scene.bypass_change_detection();
     let (placed, dropped) = scene.records.take_moves();
     let mut all: Vec<ListChange> = dropped
         .into_iter()
@@ -95,29 +94,27 @@ fn note_changes(
             .map(|&(_, entity)| ListChange::Add(entity.into())),
     );
     for (view, mut cut) in &mut views {
-        let cut = cut.bypass_change_detection();
         let mark = |entity: Entity, is_marked: bool| ListChange::Mark {
             view: view.into(),
             entity: entity.into(),
             is_marked,
         };
-        // What came, and what the cut has changed in what was there.
+        // New entities, and changes of the cut.
         let changed = cut.visibility.take_changed();
         let changed = changed
             .into_iter()
             .filter_map(|record| Some((record, scene.records.entity(record)?)));
-        // Sources are drawn by views without a cut.
-        let sees_sources = cut.state == ViewState::FullDetail;
-        let sources = (std::mem::replace(&mut cut.lists_sources, sees_sources) != sees_sources)
+        // Views without a cut draw sources.
+        let draws_sources = cut.state == ViewState::FullDetail;
+        let sources = (std::mem::replace(&mut cut.lists_sources, draws_sources) != draws_sources)
             .then(|| scene.sources());
         for (record, entity) in changed.chain(placed.iter().copied()) {
-            let is_source = sees_sources && scene.records.is_source(record);
+            let is_source = draws_sources && scene.records.is_source(record);
             all.push(mark(entity, is_source || cut.visibility.contains(record)));
         }
         let sources = sources.into_iter().flatten();
-        all.extend(sources.map(|entity| mark(entity, sees_sources)));
+        all.extend(sources.map(|entity| mark(entity, draws_sources)));
     }
-    let casters = casters.bypass_change_detection();
     let casters = casters.take_changes(&scene.records, &placed);
     all.extend(casters.into_iter().map(ListChange::Caster));
     if !all.is_empty() {
@@ -125,7 +122,7 @@ fn note_changes(
     }
 }
 
-/// Notes whose cut the shadow maps draw that all cameras share.
+/// Records whose cut is drawn into the shadow maps that all cameras share.
 fn note_shadow_view(
     cameras: ShadowCasters,
     mut shadow_view: Local<Option<Entity>>,
@@ -138,8 +135,8 @@ fn note_shadow_view(
     }
 }
 
-/// Notes what is on other layers than before, or casts shadows no longer or again: Bevy takes no notice of
-/// that by itself.
+/// Records entities with a changed or removed `C`. Bevy does not extract an entity again when its layers change or
+/// when it starts or stops casting shadows.
 fn note_changed<C: Component>(
     changed: Query<Entity, (With<NoCpuCulling>, Changed<C>)>,
     mut removed: RemovedComponents<C>,
@@ -148,7 +145,7 @@ fn note_changed<C: Component>(
 ) {
     for entity in changed.iter().chain(removed.read()) {
         if let Ok(mut aabb) = drawn.get_mut(entity) {
-            // Extracts it again.
+            // Makes Bevy extract the entity again.
             aabb.set_changed();
             changes.extend([ListChange::Touch(entity.into())]);
         }

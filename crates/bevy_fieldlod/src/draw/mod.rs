@@ -1,14 +1,35 @@
-//! Draws what was selected.
+//! Makes Bevy draw the selected cuts.
+//!
+//! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: levels of whole meshes, entities of units, and
+//! lists of visible entities: filtered in the main world, or updated in the render world where the GPU culls.
 
 pub(crate) mod casters;
-pub(crate) mod count;
 pub(crate) mod cpu_lists;
 pub(crate) mod gpu_culling;
-pub(crate) mod gpu_lists;
+mod gpu_lists;
 pub(crate) mod inherit;
-pub(crate) mod list_changes;
-pub(crate) mod motion;
+mod list_changes;
+mod motion;
 pub(crate) mod released_sources;
 pub(crate) mod units;
 pub(crate) mod upload;
-pub(crate) mod whole_meshes;
+mod whole_meshes;
+
+use bevy::prelude::*;
+
+/// Everything between selection and Bevy's renderer, in the order of a frame.
+pub(crate) fn plugin(app: &mut App) {
+    app.add_plugins((
+        upload::plugin,
+        gpu_culling::plugin,
+        inherit::plugin,
+        whole_meshes::plugin,
+        casters::plugin,
+        units::plugin,
+        cpu_lists::plugin,
+        list_changes::plugin,
+        gpu_lists::plugin,
+        motion::plugin,
+        released_sources::plugin,
+    ));
+}

@@ -31,7 +31,7 @@ pub(crate) struct ReleasedSources {
     /// Whether something may have come or gone that draws one of those.
     is_stale: bool,
     /// Whether a view draws sources.
-    are_seen: bool,
+    any_view_draws_sources: bool,
     /// What the render world has not heard of yet: whether the GPU is to have a mesh.
     changes: Mutex<Vec<(AssetId<Mesh>, bool)>>,
 }
@@ -100,19 +100,12 @@ fn may_release(
     // Flat meshes draw their mesh as it is, and may get another handle in place.
     sources.is_stale
         || config.is_changed()
-        || sources.are_seen != any_sees_sources(&views)
+        || sources.any_view_draws_sources != any_draws_sources(&views)
         || flat.iter().any(|mesh| sources.concerns(mesh.id()))
 }
 
-fn any_sees_sources(views: &Query<&ViewCut>) -> bool {
+fn any_draws_sources(views: &Query<&ViewCut>) -> bool {
     views.iter().any(|cut| cut.state == ViewState::FullDetail)
-}
-
-impl FieldLodConfig {
-    /// Where units come a few at a time, sources are drawn while others are awaited.
-    fn releases_sources(&self) -> bool {
-        !self.sources_on_gpu && self.units_per_frame.is_none()
-    }
 }
 
 /// Decides which sources the GPU is to have.
@@ -126,9 +119,9 @@ fn release_sources(
 ) {
     let sources = sources.bypass_change_detection();
     sources.is_stale = false;
-    sources.are_seen = any_sees_sources(&views);
+    sources.any_view_draws_sources = any_draws_sources(&views);
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
-    if config.releases_sources() && !sources.are_seen {
+    if !config.sources_on_gpu && !sources.any_view_draws_sources {
         let clustered = drawn.iter().filter(|(.., is_cut)| *is_cut);
         spare.extend(clustered.map(|(mesh, ..)| mesh.id()));
         // It comes back from main memory.

@@ -1,25 +1,22 @@
-//! Large meshes are drawn as units: entities that are spawned when a view first draws them and despawned
-//! when none has for a while.
+//! Spawns the entity of a unit when a view first draws it, and despawns it when no view has drawn it for a while.
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::pbr::PreviousGlobalTransform;
 use bevy::prelude::*;
 
-use crate::api::config::FieldLodConfig;
 use crate::api::systems::FieldLodSystems;
-use crate::cards::dress_unit;
 use crate::draw::inherit::InheritedComponents;
 use crate::scene::lod_scene::LodScene;
 
-/// An entity that draws one unit, as a child of the mesh entity whose surface it is part of.
+/// An entity that draws one unit of a large mesh. It is a child of the mesh entity.
 #[derive(Component, Clone, Copy, Debug, Reflect)]
 #[reflect(Component, Clone)]
 #[require(NoAutoAabb)]
 pub struct LodUnit {
     /// The level of detail; 0 is the finest.
     pub level: u32,
-    /// The entity whose surface it is part of.
+    /// The mesh entity.
     pub object: Entity,
 }
 
@@ -40,11 +37,9 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// A unit that is about to be spawned.
+/// A unit to spawn.
 struct UnitSpawn {
     record: u32,
-    /// Its index among the pieces of the mesh.
-    piece: u32,
     mesh: Handle<Mesh>,
     aabb: Aabb,
     unit: LodUnit,
@@ -56,9 +51,8 @@ pub(crate) fn spawn_units(world: &mut World) {
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for spawn in spawns {
-            let (record, object, piece) = (spawn.record, spawn.unit.object, spawn.piece);
-            // A record may be listed twice: for a unit that was despawned, and for that which it was
-            // given to when the object went too.
+            let (record, object) = (spawn.record, spawn.unit.object);
+            // A record may be listed twice: for a despawned unit, and for the unit that reuses the record.
             if world
                 .resource::<LodScene>()
                 .records
@@ -71,7 +65,6 @@ pub(crate) fn spawn_units(world: &mut World) {
                 continue;
             };
             inherited.copy(world, object, unit);
-            dress_unit(world, object, unit, piece);
             let mut scene = world.resource_mut::<LodScene>();
             scene.records.set_entity(record, unit);
         }
@@ -86,7 +79,6 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
         let piece = &instance.mesh.pieces[unit as usize];
         Some(UnitSpawn {
             record,
-            piece: unit,
             mesh: instance.mesh.mesh_of_unit(unit)?,
             aabb: piece.aabb(),
             unit: LodUnit {
@@ -98,7 +90,7 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
     records.filter_map(unit_spawn).collect()
 }
 
-/// Spawns a unit where its object is, as Bevy has already propagated transforms and visibility.
+/// Spawns a unit with the global transform of its object, because Bevy has already propagated transforms.
 fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     let object = world.get_entity(spawn.unit.object).ok()?;
     let transform = object.get::<GlobalTransform>().copied();
@@ -117,29 +109,28 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     if is_culled_on_gpu {
         world.entity_mut(unit).insert(NoCpuCulling);
     }
-    // It moves with its object from its first frame on.
+    // Motion vectors of the first frame need it.
     if let Some(last_transform) = last_transform {
         world.entity_mut(unit).insert(last_transform);
     }
     Some(unit)
 }
 
-/// Despawns at most this many units in a frame: after a fast turn, thousands may fall idle together.
+/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second, so that
+/// a camera that turns back finds its units.
+const IDLE_FRAMES: u32 = 60;
+/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together.
 const MOST_DESPAWNED: usize = 256;
 
-/// Despawns units that no view has drawn for a while.
-fn despawn_idle_units(
-    mut scene: ResMut<LodScene>,
-    config: Res<FieldLodConfig>,
-    mut commands: Commands,
-) {
-    for unit in scene.take_idle_units(config.idle_frames, MOST_DESPAWNED) {
+/// Despawns units that no view has drawn for [`IDLE_FRAMES`].
+fn despawn_idle_units(mut scene: ResMut<LodScene>, mut commands: Commands) {
+    for unit in scene.take_idle_units(IDLE_FRAMES, MOST_DESPAWNED) {
         commands.entity(unit).try_despawn();
     }
 }
 
-/// Despawns the copies of units that come with a clone of their object or with a saved scene: the copy of
-/// the object gets units of its own.
+/// Despawns copies of units that were cloned or loaded with their object: the copy of the object gets its own
+/// units.
 fn despawn_copied_units(
     mut commands: Commands,
     added: Query<Entity, Added<LodUnit>>,
@@ -151,8 +142,8 @@ fn despawn_copied_units(
     }
 }
 
-/// Spawns a unit again that someone else despawned.
+/// Spawns a unit again that other code despawned.
 fn respawn_lost_unit(removal: On<Remove, LodUnit>, mut scene: ResMut<LodScene>) {
-    let record = scene.records.forget_entity(removal.entity);
+    let record = scene.records.detach_entity(removal.entity);
     scene.units_to_spawn.extend(record);
 }

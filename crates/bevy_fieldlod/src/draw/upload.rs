@@ -1,110 +1,62 @@
-//! Sends the pieces of meshes to the GPU and notes when it has them, so that a cut is never drawn with pieces
-//! missing.
+//! Sends the meshes of units and levels to the GPU, and records when it has them, so that a cut is never drawn with
+//! a mesh missing.
 
-use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bevy::asset::AssetId;
-use bevy::mesh::Indices;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{Render, RenderApp, RenderStartup, RenderSystems};
 
-use crate::api::config::FieldLodConfig;
-
-/// Pieces on their way to the GPU: one queue, shared by the main and the render world.
+/// Meshes on their way to the GPU. The main and the render world share it.
 #[derive(Resource, Clone, Default)]
 pub(crate) struct UploadQueue {
-    /// `None` without a renderer, where there is nothing to wait for.
-    waiting: Option<Arc<Mutex<Vec<SentPieces>>>>,
-    /// Whether there is another device than that which the pieces were sent to.
+    /// `None` without a renderer: meshes then count as uploaded at once.
+    waiting: Option<Arc<Mutex<Vec<SentMeshes>>>>,
+    /// Whether Bevy has replaced the device that the meshes were sent to.
     is_lost: Arc<AtomicBool>,
 }
 
-/// Pieces that are used together.
-#[derive(Default)]
-struct SentPieces {
-    pieces: Vec<Handle<Mesh>>,
+/// Meshes that are drawn together.
+struct SentMeshes {
+    meshes: Vec<Handle<Mesh>>,
     uploaded: Arc<AtomicBool>,
 }
 
 impl UploadQueue {
-    /// Lets pieces be noted once the GPU has all of them.
-    fn push(&self, sent: SentPieces) {
-        match &self.waiting {
-            Some(queue) => queue
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .push(sent),
-            None => sent.uploaded.store(true, Ordering::Release),
+    /// Adds meshes to the assets. The result becomes true once the GPU has all of them.
+    pub(crate) fn send(
+        &self,
+        meshes: Vec<(Handle<Mesh>, Mesh)>,
+        assets: &mut Assets<Mesh>,
+    ) -> Arc<AtomicBool> {
+        let uploaded = Arc::new(AtomicBool::new(self.waiting.is_none()));
+        let mut sent = Vec::with_capacity(meshes.len());
+        for (handle, mesh) in meshes {
+            if let Err(error) = assets.insert(&handle, mesh) {
+                error!("could not add the mesh of a unit: {error}");
+            }
+            sent.push(handle);
         }
+        if let Some(waiting) = &self.waiting {
+            let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
+            waiting.push(SentMeshes {
+                meshes: sent,
+                uploaded: uploaded.clone(),
+            });
+        }
+        uploaded
     }
 
-    /// Whether the GPU has lost all pieces since this was last asked.
+    /// Whether the GPU has lost all meshes since the last call.
     pub(crate) fn take_lost(&self) -> bool {
         self.is_lost.swap(false, Ordering::AcqRel)
     }
 }
 
-/// Pieces that are to be sent to the GPU.
-#[derive(Resource, Default)]
-pub(crate) struct PiecesToSend(VecDeque<(Vec<(Handle<Mesh>, Mesh)>, SentPieces)>);
-
-impl PiecesToSend {
-    /// Sends pieces as soon as those before them are sent. What is returned becomes true once the GPU has all of
-    /// them.
-    pub(crate) fn push(&mut self, pieces: Vec<(Handle<Mesh>, Mesh)>) -> Arc<AtomicBool> {
-        let uploaded = Arc::<AtomicBool>::default();
-        let sent = SentPieces {
-            pieces: Vec::with_capacity(pieces.len()),
-            uploaded: uploaded.clone(),
-        };
-        self.0.push_back((pieces, sent));
-        uploaded
-    }
-
-    /// Whether there are none.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-/// Sends as many pieces as may be sent in a frame: Bevy takes all that is among the assets at once.
-pub(crate) fn send_pieces(
-    mut to_send: ResMut<PiecesToSend>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    uploads: Res<UploadQueue>,
-    config: Res<FieldLodConfig>,
-) {
-    let most = config.upload_bytes_per_frame.unwrap_or(usize::MAX);
-    let mut sent = 0;
-    while sent < most
-        && let Some((pieces, done)) = to_send.0.front_mut()
-    {
-        let Some((handle, mesh)) = pieces.pop() else {
-            uploads.push(std::mem::take(done));
-            to_send.0.pop_front();
-            continue;
-        };
-        sent += size_of_mesh(&mesh);
-        if let Err(error) = meshes.insert(&handle, mesh) {
-            error!("a piece cannot be drawn: {error}");
-        }
-        done.pieces.push(handle);
-    }
-}
-
-fn size_of_mesh(mesh: &Mesh) -> usize {
-    let indices = mesh.indices().map_or(0, |indices| match indices {
-        Indices::U16(indices) => size_of_val(indices.as_slice()),
-        Indices::U32(indices) => size_of_val(indices.as_slice()),
-    });
-    mesh.get_vertex_size() as usize * mesh.count_vertices() + indices
-}
-
-/// Looks in the render world, if there is one, for what has been uploaded.
+/// Watches uploads in the render world, if there is one.
 pub(crate) fn plugin(app: &mut App) {
     let mut queue = UploadQueue::default();
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
@@ -118,10 +70,10 @@ pub(crate) fn plugin(app: &mut App) {
                 .in_set(RenderSystems::Prepare),
         );
     }
-    app.insert_resource(queue).init_resource::<PiecesToSend>();
+    app.insert_resource(queue);
 }
 
-/// Notes a device after the first: Bevy makes one where that was lost, and a game wants to go on.
+/// Records every device after the first: Bevy creates a new one when a device is lost.
 fn note_new_device(queue: Res<UploadQueue>, mut devices: Local<u32>) {
     *devices += 1;
     if *devices > 1 {
@@ -133,11 +85,10 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
     let Some(waiting) = &queue.waiting else {
         return;
     };
-    // They leave the queue as soon as the GPU has the last of them.
     let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
     let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
     waiting.retain(|sent| {
-        let is_complete = sent.pieces.iter().all(is_uploaded);
+        let is_complete = sent.meshes.iter().all(is_uploaded);
         if is_complete {
             sent.uploaded.store(true, Ordering::Release);
         }

@@ -1,4 +1,4 @@
-//! One mesh of a `.fieldpages` file, and Bevy's meshes of what has been read of it.
+//! One mesh of a `.fieldpages` file, and the Bevy meshes of its pages.
 
 use std::sync::Arc;
 
@@ -13,22 +13,22 @@ use crate::scene::unit_mesh::{source_mesh, unit_mesh};
 
 /// One mesh of a file.
 #[derive(Clone, Debug)]
-pub(crate) struct MeshInPages {
-    pub(crate) pages: Arc<LodPages>,
-    pub(crate) index: usize,
+pub(super) struct MeshInPages {
+    pub(super) pages: Arc<LodPages>,
+    pub(super) index: usize,
 }
 
 /// The mesh of a unit of a page.
 #[derive(Debug)]
-pub(crate) struct UnitOfPage {
+pub(super) struct UnitOfPage {
     /// Its index in the hierarchy.
-    pub(crate) index: u32,
-    pub(crate) mesh: Mesh,
-    pub(crate) aabb: Aabb,
+    pub(super) index: u32,
+    pub(super) mesh: Mesh,
+    pub(super) aabb: Aabb,
 }
 
 impl MeshInPages {
-    pub(crate) fn find(
+    pub(super) fn find(
         pages: &Arc<LodPages>,
         (mesh, primitive): (u32, u32),
         name: &str,
@@ -47,17 +47,17 @@ impl MeshInPages {
         })
     }
 
-    pub(crate) fn paged(&self) -> &PagedMesh {
+    pub(super) fn paged(&self) -> &PagedMesh {
         &self.pages.file.meshes[self.index]
     }
 
     /// The path of its file.
-    pub(crate) fn file(&self) -> &str {
+    pub(super) fn file(&self) -> &str {
         &self.pages.name
     }
 
-    /// What its coarsest cut draws, as one mesh.
-    pub(crate) fn coarsest(&self) -> Result<Mesh, LodError> {
+    /// The coarsest level, as one mesh.
+    pub(super) fn coarsest(&self) -> Result<Mesh, LodError> {
         let (page, graph) = (self.coarsest_page()?, &self.paged().graph);
         let mut refined = vec![false; graph.groups.len()];
         graph.close_refinement(&mut refined);
@@ -72,7 +72,7 @@ impl MeshInPages {
     }
 
     /// The meshes of the units of its first page.
-    pub(crate) fn first_page(&self) -> Result<Vec<UnitOfPage>, LodError> {
+    pub(super) fn first_page(&self) -> Result<Vec<UnitOfPage>, LodError> {
         let page = self.coarsest_page()?;
         self.units_of_page(0, page).map_err(LodError::from)
     }
@@ -85,13 +85,13 @@ impl MeshInPages {
         })
     }
 
-    /// The meshes of the units of a page that was read.
-    pub(crate) fn units_of_page(
+    /// The meshes of the units of a page.
+    pub(super) fn units_of_page(
         &self,
         page: u32,
         read: &Hierarchy,
     ) -> Result<Vec<UnitOfPage>, bevy::mesh::MeshAccessError> {
-        // All vertices in one mesh, of which each unit selects its own.
+        // Each unit selects its vertices from this mesh.
         let all = source_mesh(read, Vec::new());
         let units = self.paged().units_of(page as usize).zip(&read.units);
         let unit = |(index, unit): (u32, &fieldlod_hierarchy::Unit)| {
@@ -104,8 +104,8 @@ impl MeshInPages {
         units.map(unit).collect()
     }
 
-    /// A box around all levels, from what the table of contents tells.
-    pub(crate) fn aabb(&self) -> Option<Aabb> {
+    /// A box around all levels, from the bounding spheres of groups.
+    pub(super) fn aabb(&self) -> Option<Aabb> {
         let spheres = self.paged().graph.groups.iter().map(|group| group.bounds);
         let corners = spheres.flat_map(|s| [s.center - s.radius, s.center + s.radius]);
         Aabb::enclosing(corners)

@@ -1,19 +1,17 @@
-//! Scenes whose large meshes are in a `.fieldpages` file beside them, as `fieldlod bake --scene` writes them.
+//! glTF scenes with a `.fieldpages` file for their large meshes, as written by `fieldlod bake --scene`.
 
 use bevy::gltf::GltfExtras;
 use bevy::prelude::*;
 
-use crate::api::systems::FieldLodSystems;
-use crate::assets::standalone::LodMesh3d;
+use crate::assets::standalone::{LodMesh3d, StandaloneSteps};
 
-/// Draws large meshes of such scenes from the file that their `extras` name.
-pub(crate) fn plugin(app: &mut App) {
+/// Draws primitives whose glTF `extras` name a `.fieldpages` file from that file.
+pub(super) fn plugin(app: &mut App) {
     app.add_systems(
         PostUpdate,
         name_files
             .run_if(any_match_filter::<NewPrimitives>)
-            .before(FieldLodSystems::Track)
-            .before(crate::assets::standalone::await_files),
+            .before(StandaloneSteps::Await),
     );
 }
 
@@ -25,7 +23,6 @@ fn name_files(
     assets: Res<AssetServer>,
 ) {
     for (entity, extras, mesh) in &primitives {
-        // Where it lies beside is known of meshes that come from a file.
         let Some((file, mesh_index, primitive_index)) = place_of(&extras.value) else {
             continue;
         };
@@ -37,9 +34,9 @@ fn name_files(
     }
 }
 
-/// File, mesh and primitive that `extras` name.
+/// The file, mesh and primitive in `extras`.
 fn place_of(extras: &str) -> Option<(String, u32, u32)> {
-    // Games have extras of their own.
+    // Skips parsing the extras of games.
     if !extras.contains("fieldlod") {
         return None;
     }
@@ -55,7 +52,7 @@ mod tests {
     use super::place_of;
 
     #[test]
-    fn extras_of_games_name_no_file() {
+    fn other_extras_are_ignored() {
         let named = r#"{"of":"a game","fieldlod":{"pages":"a.fieldpages","mesh":3,"primitive":1}}"#;
         assert_eq!(place_of(named), Some(("a.fieldpages".into(), 3, 1)));
         for other in [

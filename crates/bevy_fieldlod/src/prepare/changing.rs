@@ -1,8 +1,7 @@
-//! Meshes that a program changes: water, cloth, a terrain that is dug into.
+//! Meshes that a program changes, such as water, cloth, or a terrain with digging.
 //!
-//! Levels of such a mesh would be out of date before they are baked. It is drawn as it is, and prepared
-//! anew once it has rested for a while: longer each time that it did not stay at rest. So is then what is baked with
-//! it, as bark is with leaves, which keeps its levels until then.
+//! Levels of such a mesh would be stale before they are baked. Its source is drawn, and its levels are prepared again
+//! once it stays unchanged for a while. The time doubles each time that the mesh changes again.
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
@@ -10,12 +9,12 @@ use bevy::prelude::*;
 
 use crate::api::events::asset_name;
 
-/// Frames that a mesh must rest after its first change, and at most.
+/// Frames that a mesh must stay unchanged after its first change, and the upper limit of that time.
 const REST: [u32; 2] = [30, 960];
-/// So many changes without a rest are worth a line in the log.
+/// Number of changes after which the log names the mesh.
 const MANY_CHANGES: u32 = 30;
 
-/// All meshes that have changed since they were first prepared.
+/// All meshes that have changed since their first preparation.
 #[derive(Default)]
 pub(crate) struct ChangingMeshes {
     meshes: HashMap<AssetId<Mesh>, ChangingMesh>,
@@ -23,15 +22,15 @@ pub(crate) struct ChangingMeshes {
 }
 
 struct ChangingMesh {
-    /// The frame of the last change; `None` while it is at rest.
+    /// The frame of the last change; `None` once it has stayed unchanged.
     changed_at: Option<u32>,
-    /// Frames for which it has to rest.
+    /// Frames that it must stay unchanged.
     rest: u32,
     changes: u32,
 }
 
 impl ChangingMeshes {
-    /// Notes a change of a mesh that levels are known of or are being prepared, or that has changed before.
+    /// Records a change of a mesh that has entries or that has changed before.
     pub(super) fn note(&mut self, mesh: AssetId<Mesh>, is_known: bool, assets: &AssetServer) {
         let changing = match self.meshes.get_mut(&mesh) {
             Some(changing) => changing,
@@ -49,22 +48,26 @@ impl ChangingMeshes {
         changing.changes += 1;
         if changing.changes == MANY_CHANGES {
             let name = asset_name(assets, mesh.untyped());
-            info!("{name} changes again and again: it is drawn as it is until it rests");
+            info!(
+                "{name} changes every few frames; drawing the source mesh until it stays unchanged for {} \
+                 frames",
+                changing.rest
+            );
         }
     }
 
-    /// Forgets a mesh that is gone.
+    /// Drops the data of a removed mesh.
     pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) {
         self.meshes.remove(&mesh);
     }
 
-    /// Whether a mesh has changed and not rested since.
+    /// Whether a mesh has changed and has not stayed unchanged since.
     pub(super) fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         let changing = self.meshes.get(&mesh);
         changing.is_some_and(|changing| changing.changed_at.is_some())
     }
 
-    /// Ends a frame, and returns the meshes that are at rest now.
+    /// Ends a frame, and returns the meshes that have stayed unchanged long enough.
     pub(super) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
         self.frame = self.frame.wrapping_add(1);
         let mut rested = Vec::new();

@@ -1,4 +1,4 @@
-//! Collects what background tasks have prepared.
+//! Collects the results of background tasks.
 
 use std::sync::Arc;
 
@@ -9,8 +9,7 @@ use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshes};
 use crate::api::config::LodKind;
 use crate::api::events::{FieldLodEvent, asset_name, asset_path};
-use crate::draw::upload::PiecesToSend;
-use crate::pages::PageStreams;
+use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::{LodMesh, LodPiece};
 use crate::scene::lod_scene::LodScene;
 
@@ -19,9 +18,7 @@ pub(super) fn collect_prepared_meshes(
     known: ResMut<LodMeshes>,
     mut scene: ResMut<LodScene>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut to_send: ResMut<PiecesToSend>,
-    mut streams: ResMut<PageStreams>,
-    mut images: Option<ResMut<Assets<Image>>>,
+    uploads: Res<UploadQueue>,
     assets: Res<AssetServer>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
@@ -31,11 +28,10 @@ pub(super) fn collect_prepared_meshes(
         let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
         };
-        // Asked without waiting: a task that is not done yet is asked again in the next frame.
         let Some(result) = block_on(poll_once(task)) else {
             continue;
         };
-        match result {
+        *entry = match result {
             Ok(prepared) => {
                 events.write(FieldLodEvent::Ready {
                     mesh,
@@ -44,50 +40,30 @@ pub(super) fn collect_prepared_meshes(
                     origin: prepared.origin,
                 });
                 if !prepared.is_measured {
-                    let name = asset_name(&assets, mesh.untyped());
-                    scene.unmeasured.push(name);
+                    scene.unmeasured.push(asset_name(&assets, mesh.untyped()));
                 }
-                let in_pages = prepared.in_pages.clone();
-                let lod = add_mesh(
-                    prepared,
-                    &mut scene,
-                    &mut meshes,
-                    images.as_deref_mut(),
-                    &mut to_send,
-                );
+                let lod = add_mesh(prepared, &mut scene, &mut meshes, &uploads);
                 if lod.kind == LodKind::WholeMesh {
                     levels_of.extend(lod.piece_meshes().map(|level| (level, mesh)));
                 }
-                if let Some(in_pages) = in_pages {
-                    streams.add(&lod, in_pages, &mut scene);
-                }
-                *entry = LodMeshEntry::Ready(lod);
+                LodMeshEntry::Ready(lod)
             }
             Err(error) => {
                 events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
-                *entry = LodMeshEntry::Plain(Some(error));
+                LodMeshEntry::Plain(Some(error))
             }
-        }
+        };
     }
     known.source_of_level.extend(levels_of);
-    known.count_in_preparation();
-    // Files may change until the next mesh asks for them.
-    if known.in_preparation.meshes == 0 {
-        known.sidecars.clear();
-        #[cfg(feature = "bake")]
-        known.together.clear();
-        #[cfg(feature = "bake")]
-        known.surfaces.clear();
-    }
+    known.end_of_collection();
 }
 
-/// Adds a mesh to the scene, and lets what draws its units be sent.
+/// Adds a mesh to the scene, and sends its pieces to the GPU.
 fn add_mesh(
     prepared: PreparedMesh,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
-    images: Option<&mut Assets<Image>>,
-    to_send: &mut PiecesToSend,
+    uploads: &UploadQueue,
 ) -> Arc<LodMesh> {
     let mut sent = Vec::new();
     let mut reserve = |mesh: Mesh| {
@@ -100,7 +76,7 @@ fn add_mesh(
         ..piece
     });
     let pieces = pieces.collect();
-    let lod = LodMesh {
+    Arc::new(LodMesh {
         id: scene.scene.add_table(prepared.table),
         kind: prepared.kind,
         pieces,
@@ -108,12 +84,7 @@ fn add_mesh(
         aabb: prepared.aabb,
         uv_per_area: prepared.uv_per_area,
         simplified: prepared.simplified.map(|mesh| meshes.add(mesh)),
-        uploaded: to_send.push(sent),
-        in_pages: default(),
-        cards: prepared
-            .picture
-            .zip(images)
-            .map(|(picture, images)| picture.add_to(images)),
-    };
-    Arc::new(lod)
+        uploaded: uploads.send(sent, meshes),
+        transient: default(),
+    })
 }

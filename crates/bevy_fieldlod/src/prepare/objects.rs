@@ -1,25 +1,24 @@
-//! Gives levels of detail to the mesh entities that wait for them.
+//! Turns waiting mesh entities into objects with levels of detail.
 
 use std::cell::OnceCell;
+use std::sync::Arc;
 
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
-use bevy::pbr::Lightmap;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::api::config::LodKind;
-use crate::api::events::{LodFailed, LodReady, asset_name};
+use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
 use crate::api::stats::FieldLodProgress;
-use crate::cards::LodCards;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::scene::lod_mesh::{
-    LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
+    LodClusters, LodMesh, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
 };
 
-/// Leaves skinned and morphed meshes as they are.
+/// Excludes skinned and morphed meshes.
 pub(super) fn skip_unsupported_objects(
     mut commands: Commands,
     waiting: Query<(Entity, &Mesh3d, Has<SkinnedMesh>, Has<MeshMorphWeights>), Added<LodWaiting>>,
@@ -32,106 +31,122 @@ pub(super) fn skip_unsupported_objects(
             (_, true) => "it has morph targets",
             _ => continue,
         };
-        // Its other instances, and a scene that is spawned again, need no second line.
+        // One line per mesh, not per instance.
         if logged.insert(mesh.id()) {
             let name = asset_name(&assets, mesh.id().untyped());
-            info!("{name} is drawn as it is: {reason}");
+            info!("{name} cannot have levels of detail: {reason}; drawing the source mesh");
         }
-        let mut commands = commands.entity(entity);
-        commands
-            .try_remove::<LodWaiting>()
-            .try_insert((LodPlain, LodState::Plain));
+        leave_plain(&mut commands.entity(entity), None);
     }
 }
 
-/// Looks up the levels of detail of waiting entities, and makes objects of those whose levels the GPU
-/// has.
+type Material = MeshMaterial3d<StandardMaterial>;
+
+/// A mesh entity that waits for its levels.
+type Waiting = (
+    Entity,
+    &'static Mesh3d,
+    &'static LodWaiting,
+    Has<NoAutoAabb>,
+    Option<&'static Material>,
+);
+
+/// Looks up the levels of waiting entities, and inserts those that are ready.
 pub(super) fn give_levels_to_objects(
     mut commands: Commands,
-    waiting: Query<(
-        Entity,
-        &Mesh3d,
-        &LodWaiting,
-        Has<NoAutoAabb>,
-        Option<&MeshMaterial3d<StandardMaterial>>,
-        Has<Lightmap>,
-    )>,
-    ready: Query<(&LodSource, &MeshMaterial3d<StandardMaterial>)>,
+    waiting: Query<Waiting>,
+    ready: Query<(&LodSource, &Material)>,
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
 ) {
-    lookup.try_again();
-    // Only what is baked together asks for those of other meshes. Of each mesh, that of the first entity.
-    let materials: OnceCell<HashMap<AssetId<Mesh>, AssetId<StandardMaterial>>> = OnceCell::new();
-    let all_materials = || {
-        let waiting = waiting.iter().filter_map(|(_, mesh, _, _, material, _)| {
-            let material: &MeshMaterial3d<StandardMaterial> = material?;
-            Some((mesh.id(), material.id()))
-        });
-        let ready = ready
-            .iter()
-            .map(|(source, material)| (source.mesh.id(), material.id()));
-        let mut first = HashMap::new();
-        for (mesh, material) in waiting.chain(ready) {
-            first.entry(mesh).or_insert(material);
-        }
-        first
-    };
-    for (entity, mesh, wanted, has_no_auto_aabb, material, has_lightmap) in &waiting {
-        let mut commands = commands.entity(entity);
+    lookup.begin_frame();
+    // Only bakes of several primitives need the materials of other entities.
+    let materials = OnceCell::new();
+    let all_materials = || first_materials(&waiting, &ready);
+    for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
         let own = material.map(|material| material.id());
-        let material_of = |other: AssetId<Mesh>| match other == mesh.id() {
-            true => own,
-            false => materials.get_or_init(all_materials).get(&other).copied(),
-        };
-        match lookup.find(mesh.id(), &wanted.auto_lod, !has_lightmap, &material_of) {
-            Some(LodMeshEntry::Plain(error)) => {
-                commands
-                    .try_insert((LodPlain, LodState::Plain))
-                    .try_remove::<LodWaiting>();
-                if let Some(error) = error.clone() {
-                    commands.trigger(|entity| LodFailed { entity, error });
-                }
+        let material_of = |other: AssetId<Mesh>| {
+            if other == mesh.id() {
+                own
+            } else {
+                materials.get_or_init(all_materials).get(&other).copied()
             }
+        };
+        let mut commands = commands.entity(entity);
+        match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
+            Some(LodMeshEntry::Plain(error)) => leave_plain(&mut commands, error.clone()),
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
-                // A box around all levels. Bevy would change it with each, and read meshes that only
-                // the GPU has.
-                let keeps_aabb = lod.kind == LodKind::WholeMesh && !has_no_auto_aabb;
-                if let Some(aabb) = lod.aabb.filter(|_| keeps_aabb) {
-                    commands.try_insert((NoAutoAabb, aabb));
-                }
-                let object = LodObject {
-                    mesh: lod.clone(),
-                    auto_lod: wanted.auto_lod.clone(),
-                };
-                let source = LodSource {
-                    mesh: mesh.0.clone(),
-                    keeps_aabb,
-                };
                 if culling.is_on {
                     commands.try_insert(NoCpuCulling);
                 }
-                if lod.kind == LodKind::Clusters {
-                    commands.try_insert(LodClusters);
-                }
-                if lod.cards.is_some() {
-                    commands.try_insert(LodCards::new(lod));
-                }
-                if let Some(mesh) = lod.simplified.clone() {
-                    commands.try_insert(LodSimplified { mesh });
-                }
-                let kind = lod.kind;
-                commands
-                    .try_insert((source, object, LodState::Ready(kind)))
-                    .try_remove::<LodWaiting>()
-                    .trigger(|entity| LodReady { entity, kind });
+                give_levels(&mut commands, lod, mesh, wanted, has_no_auto_aabb);
             }
             _ => {}
         }
     }
 }
 
-/// Counts how far the entities have come.
+/// The material of the first entity with each mesh.
+fn first_materials(
+    waiting: &Query<Waiting>,
+    ready: &Query<(&LodSource, &Material)>,
+) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
+    let waiting = waiting.iter();
+    let waiting = waiting.filter_map(|(_, mesh, .., material)| Some((mesh.id(), material?.id())));
+    let ready = ready.iter();
+    let ready = ready.map(|(source, material)| (source.mesh.id(), material.id()));
+    let mut first = HashMap::new();
+    for (mesh, material) in waiting.chain(ready) {
+        first.entry(mesh).or_insert(material);
+    }
+    first
+}
+
+/// Marks an entity whose source mesh is drawn.
+fn leave_plain(commands: &mut EntityCommands, error: Option<LodError>) {
+    commands
+        .try_insert((LodPlain, LodState::Plain))
+        .try_remove::<LodWaiting>();
+    if let Some(error) = error {
+        commands.trigger(|entity| LodFailed { entity, error });
+    }
+}
+
+/// Makes an entity an object with levels of detail.
+fn give_levels(
+    commands: &mut EntityCommands,
+    lod: &Arc<LodMesh>,
+    mesh: &Mesh3d,
+    wanted: &LodWaiting,
+    has_no_auto_aabb: bool,
+) {
+    let kind = lod.kind;
+    // Bevy would compute another box for each level, and read meshes that only the GPU has.
+    let keeps_aabb = kind == LodKind::WholeMesh && !has_no_auto_aabb;
+    if let Some(aabb) = lod.aabb.filter(|_| keeps_aabb) {
+        commands.try_insert((NoAutoAabb, aabb));
+    }
+    if kind == LodKind::Clusters {
+        commands.try_insert(LodClusters);
+    }
+    if let Some(mesh) = lod.simplified.clone() {
+        commands.try_insert(LodSimplified { mesh });
+    }
+    let object = LodObject {
+        mesh: lod.clone(),
+        auto_lod: wanted.auto_lod.clone(),
+    };
+    let source = LodSource {
+        mesh: mesh.0.clone(),
+        keeps_aabb,
+    };
+    commands
+        .try_insert((source, object, LodState::Ready(kind)))
+        .try_remove::<LodWaiting>()
+        .trigger(|entity| LodReady { entity, kind });
+}
+
+/// Counts mesh entities by their state.
 pub(super) fn update_progress(
     waiting: Query<(), With<LodWaiting>>,
     objects: Query<(), With<LodObject>>,

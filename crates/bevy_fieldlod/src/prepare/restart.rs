@@ -1,78 +1,123 @@
-//! Lets entities start anew whose levels of detail are out of date: because a program has changed their mesh,
-//! their `.fieldlod` file was loaded again, or the GPU has lost them.
+//! Restarts entities with stale levels: a program has changed their mesh, their file was reloaded, or the GPU has lost
+//! the meshes of their units.
 
 use bevy::asset::AssetId;
+use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
+use super::lookup::LodMeshes;
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
 use crate::draw::upload::UploadQueue;
-use crate::prepare::LodMeshes;
 use crate::scene::lod_mesh::{LodObject, LodPlain, LodSource};
 use crate::scene::lod_scene::LodScene;
 
-/// Looks for what is out of date in each frame.
-pub(crate) fn plugin(app: &mut App) {
-    app.add_systems(PostUpdate, restart_objects.in_set(FieldLodSystems::Track));
+/// Restarts entities before they are tracked.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct RestartObjects;
+
+/// One system per event.
+pub(super) fn plugin(app: &mut App) {
+    let systems = (
+        restart_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
+        restart_rested_meshes,
+        restart_reloaded_files.run_if(on_message::<AssetEvent<BakedLods>>),
+        restart_lost_units,
+    );
+    app.add_systems(
+        PostUpdate,
+        systems
+            .chain()
+            .in_set(RestartObjects)
+            .in_set(FieldLodSystems::Track),
+    );
 }
 
-/// Forgets levels that are out of date, and those of meshes that are gone. `track_objects` then looks at
-/// their entities as if these had just got their mesh.
-pub(crate) fn restart_objects(
-    mut commands: Commands,
-    mut mesh_events: MessageReader<AssetEvent<Mesh>>,
-    mut file_events: MessageReader<AssetEvent<BakedLods>>,
-    uploads: Res<UploadQueue>,
-    mut known: ResMut<LodMeshes>,
-    mut scene: ResMut<LodScene>,
-    objects: Query<(Entity, &LodSource), With<LodObject>>,
-    plain: Query<(Entity, &Mesh3d), With<LodPlain>>,
+/// Drops the levels of meshes and restarts their entities.
+#[derive(SystemParam)]
+struct Restart<'w, 's> {
+    commands: Commands<'w, 's>,
+    known: ResMut<'w, LodMeshes>,
+    scene: ResMut<'w, LodScene>,
+    objects: Query<'w, 's, (Entity, &'static LodSource), With<LodObject>>,
+    plain: Query<'w, 's, (Entity, &'static Mesh3d), With<LodPlain>>,
+}
+
+impl Restart<'_, '_> {
+    /// Drops the levels of a mesh. They are freed with their last instance.
+    fn forget(&mut self, mesh: AssetId<Mesh>) {
+        for lod in self.known.forget(mesh) {
+            self.scene.retire(lod);
+        }
+    }
+
+    /// Drops the levels of meshes, and makes their entities look as if they had just got their mesh, so that
+    /// `track_objects` visits them.
+    fn restart(&mut self, outdated: impl IntoIterator<Item = AssetId<Mesh>>) {
+        let outdated: HashSet<AssetId<Mesh>> = outdated.into_iter().collect();
+        if outdated.is_empty() {
+            return;
+        }
+        outdated.iter().for_each(|mesh| self.forget(*mesh));
+        let objects = self.objects.iter();
+        let objects = objects.map(|(entity, source)| (entity, &source.mesh));
+        let plain = self.plain.iter().map(|(entity, mesh)| (entity, &mesh.0));
+        for (entity, source) in objects.chain(plain) {
+            if outdated.contains(&source.id()) {
+                self.commands
+                    .entity(entity)
+                    .try_remove::<LodObject>()
+                    .try_insert(Mesh3d(source.clone()));
+            }
+        }
+    }
+}
+
+/// Handles meshes that a program has changed or removed.
+fn restart_changed_meshes(
+    mut restart: Restart,
+    mut events: MessageReader<AssetEvent<Mesh>>,
     assets: Res<AssetServer>,
 ) {
-    let (mut outdated, mut gone) = (HashSet::<AssetId<Mesh>>::new(), Vec::new());
-    for event in mesh_events.read() {
+    let mut changed = Vec::new();
+    for event in events.read() {
         match event {
-            AssetEvent::Modified { id } if known.note_change(*id, &assets) => {
-                outdated.insert(*id);
+            AssetEvent::Modified { id } if restart.known.note_change(*id, &assets) => {
+                changed.push(*id);
             }
-            AssetEvent::Removed { id } => gone.push(*id),
+            AssetEvent::Removed { id } => {
+                restart.forget(*id);
+                restart.known.forget_source(*id);
+            }
             _ => {}
         }
     }
-    outdated.extend(known.take_rested());
-    for event in file_events.read() {
-        match event {
-            AssetEvent::Modified { id } => outdated.extend(known.meshes_of_file(*id, false)),
-            // A file that could not be loaded before.
-            AssetEvent::Added { id } => outdated.extend(known.meshes_of_file(*id, true)),
-            _ => {}
-        }
+    restart.restart(changed);
+}
+
+/// Handles meshes that have stopped changing.
+fn restart_rested_meshes(mut restart: Restart) {
+    let rested = restart.known.take_rested();
+    restart.restart(rested);
+}
+
+/// Handles files that were reloaded, or loaded after a failure.
+fn restart_reloaded_files(mut restart: Restart, mut events: MessageReader<AssetEvent<BakedLods>>) {
+    for event in events.read() {
+        let meshes = match event {
+            AssetEvent::Modified { id } => restart.known.meshes_of_file(*id, false),
+            AssetEvent::Added { id } => restart.known.meshes_of_file(*id, true),
+            _ => continue,
+        };
+        restart.restart(meshes);
     }
+}
+
+/// Handles the loss of the GPU device. Bevy uploads meshes again that main memory has, but not those of units.
+fn restart_lost_units(mut restart: Restart, uploads: Res<UploadQueue>) {
     if uploads.take_lost() {
-        outdated.extend(known.meshes_in_units());
-    }
-    // What was prepared of a mesh goes with its last instance.
-    for &mesh in outdated.iter().chain(&gone) {
-        known
-            .forget(mesh)
-            .into_iter()
-            .for_each(|mesh| scene.retire(mesh));
-    }
-    gone.iter().for_each(|mesh| known.forget_source(*mesh));
-    if outdated.is_empty() {
-        return;
-    }
-    let objects = objects
-        .iter()
-        .map(|(entity, source)| (entity, &source.mesh));
-    let plain = plain.iter().map(|(entity, mesh)| (entity, &mesh.0));
-    for (entity, source) in objects.chain(plain) {
-        if outdated.contains(&source.id()) {
-            let mut commands = commands.entity(entity);
-            commands
-                .try_remove::<LodObject>()
-                .try_insert(Mesh3d(source.clone()));
-        }
+        let lost = restart.known.meshes_in_units();
+        restart.restart(lost);
     }
 }

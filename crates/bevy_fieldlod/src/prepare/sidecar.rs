@@ -1,4 +1,4 @@
-//! `.fieldlod` files beside the assets that they belong to.
+//! `.fieldlod` files beside their assets.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,20 +9,20 @@ use bevy::log::warn;
 use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::BakedFile;
 
-use crate::glb;
+use crate::assets::glb;
 
 /// A file, with its name for messages.
 type Found = Option<(String, Arc<BakedFile>)>;
 
-/// The files that were found beside assets, each read once for all meshes of its asset, as long as any
-/// mesh is being prepared.
+/// Caches the files beside assets while meshes are being prepared, so that each file is read once for all meshes of
+/// its asset.
 #[derive(Debug, Default)]
 pub(crate) struct SidecarFiles {
     files: Mutex<HashMap<AssetPath<'static>, Found>>,
 }
 
 impl SidecarFiles {
-    /// Forgets what was read, so that changed files are read again.
+    /// Clears the cache, because files may change.
     pub(crate) fn clear(&self) {
         self.lock().clear();
     }
@@ -43,15 +43,13 @@ impl SidecarFiles {
     }
 }
 
-/// Reads the file of the same name with the extension `fieldlod`, or what the asset processor put into a
+/// Reads the file with the same name and the extension `fieldlod`, or the chunk that the asset processor added to a
 /// `.glb`.
 async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
-    // A file beside the asset comes first.
     let sidecar = path.path().with_extension("fieldlod");
     if let Some(bytes) = read(assets, path, &sidecar).await {
         return parse(sidecar.display().to_string(), &bytes);
     }
-    // The asset processor appends the file to the `.glb` itself.
     let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
     if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
         let whole = read(assets, path, path.path()).await?;
@@ -64,13 +62,13 @@ fn parse(name: String, bytes: &[u8]) -> Found {
     match BakedFile::from_bytes_beside_source(bytes) {
         Ok(file) => Some((name, Arc::new(file))),
         Err(error) => {
-            warn!("{name} is unusable: {error}");
+            warn!("could not use {name}: {error}");
             None
         }
     }
 }
 
-/// Reads past the asset server, which would log an error for a file that is not there.
+/// Reads without the asset server, which would log an error for a missing file.
 async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> Option<Vec<u8>> {
     let source = assets.get_source(asset.source()).ok()?;
     let reader = match assets.mode() {
@@ -86,7 +84,7 @@ async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> 
     match result {
         Ok(_) => Some(bytes),
         Err(error) => {
-            warn!("{} cannot be read: {error}", file.display());
+            warn!("could not read {}: {error}", file.display());
             None
         }
     }

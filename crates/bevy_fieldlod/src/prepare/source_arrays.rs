@@ -1,4 +1,5 @@
-//! The vertex attributes and indices of a Bevy mesh that baking reads, and which hierarchies fit them.
+//! The vertex attributes and indices of a Bevy mesh that a bake reads, and the search for the hierarchy of a mesh in a
+//! file.
 
 #[cfg(feature = "bake")]
 use std::sync::Arc;
@@ -13,31 +14,30 @@ use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 use crate::api::events::LodError;
 
 /// Vertex attributes and indices in the types of the baker.
-pub(super) struct SourceArrays {
+pub(crate) struct SourceArrays {
     pub(super) vertices: Vertices,
-    /// Whether vertices have attributes besides these, or in other formats.
+    /// Whether vertices have other attributes, or attributes in other formats.
     pub(super) has_other_attributes: bool,
     pub(super) indices: Vec<u32>,
-    /// What the mesh looks like, if that is known.
+    /// The surface of the material, if it is known.
     #[cfg(feature = "bake")]
     pub(super) surface: Option<Arc<Surface>>,
 }
 
 impl SourceArrays {
-    /// Copies them out of `mesh`, or tells why it cannot have levels of detail.
-    pub(super) fn of(mesh: &Mesh) -> Result<Self, LodError> {
-        // Such a mesh is there or not, as the renderer has taken its data or has not yet.
+    /// Copies the attributes of `mesh`. The error tells why the mesh cannot have levels of detail.
+    pub(crate) fn of(mesh: &Mesh) -> Result<Self, LodError> {
+        // Without this usage, the data is present only until the renderer takes it, and the result would depend on
+        // timing.
         if !mesh.asset_usage.contains(RenderAssetUsages::MAIN_WORLD) {
             return Err(LodError::NotInMainWorld);
         }
-        // Only triangle lists that stay as they are can be simplified.
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return Err(LodError::Topology(mesh.primitive_topology()));
         }
         if mesh.try_has_morph_targets()? {
             return Err(LodError::Morphed);
         }
-        // Positions must be there; all else may be.
         let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
         for (attribute, values) in mesh.try_attributes()? {
             has_other_attributes |= !read(attribute.id, values, &mut vertices);
@@ -65,7 +65,7 @@ impl SourceArrays {
         })
     }
 
-    /// What a bake takes.
+    /// The source mesh of a bake.
     #[cfg(feature = "bake")]
     pub(super) fn into_mesh(self) -> SourceMesh {
         SourceMesh {
@@ -88,8 +88,8 @@ impl SourceArrays {
             && self.has_other_attributes == other.has_other_attributes
     }
 
-    /// Area in texture coordinates for each unit of area in local space; 0 without either.
-    pub(super) fn uv_per_area(&self) -> f32 {
+    /// Area in texture coordinates per area in local space; 0 without either.
+    pub(crate) fn uv_per_area(&self) -> f32 {
         let (triangles, _) = self.indices.as_chunks::<3>();
         let (mut uv_area, mut area) = (0.0f64, 0.0f64);
         for triangle in triangles {
@@ -98,7 +98,7 @@ impl SourceArrays {
             if let (Some(a), Some(b), Some(c), [Some(uv_a), Some(uv_b), Some(uv_c)]) =
                 (a, b, c, uvs)
             {
-                // Both are twice the triangle's, which the ratio does not show.
+                // Both are twice the area of the triangle; the ratio cancels the factor.
                 area += f64::from((b - a).cross(c - a).length());
                 uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
             }
@@ -107,8 +107,8 @@ impl SourceArrays {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
-    /// The hierarchy of this mesh in `baked`, complete and valid: that at its own `place` if it fits. `file` names it in
-    /// errors.
+    /// The hierarchy of this mesh in `baked`, complete and valid. The hierarchy at `place` is preferred. `file` is the
+    /// name of the file in errors.
     pub(super) fn find_hierarchy(
         &self,
         baked: &BakedFile,
@@ -116,9 +116,9 @@ impl SourceArrays {
         file: &str,
     ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
-        // By the attributes that hierarchies hold: this mesh with no others, and the hash of it.
+        // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
         let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();
-        // Trees may share a trunk, which changes its levels with the leaves of each.
+        // Trees may share a trunk with different levels for each tree.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
@@ -128,7 +128,6 @@ impl SourceArrays {
                 let hash = vertices.source_hash(&self.indices);
                 (vertices, hash)
             });
-            // Two primitives may differ in attributes that only one of them holds.
             if hierarchy.source == *hash {
                 match self.complete(hierarchy, vertices, file) {
                     Ok(complete) => return Ok(complete),
@@ -139,28 +138,29 @@ impl SourceArrays {
         Err(fault)
     }
 
-    /// `hierarchy` with `vertices` for those of its source, if it lacks them. Afterwards every vertex
-    /// that it refers to exists, with all attributes of this mesh.
+    /// Adds `vertices` to a hierarchy without source vertices. In the result every referenced vertex exists, with all
+    /// attributes of this mesh.
     fn complete(
         &self,
         hierarchy: &Hierarchy,
         vertices: &Vertices,
         file: &str,
     ) -> Result<Hierarchy, LodError> {
-        if !self.tells_of_moved_vertices(hierarchy) {
+        if !self.covers_moved_vertices(hierarchy) {
             return Err(LodError::MissingAttributes { file: file.into() });
         }
-        let complete = match hierarchy.lacks_source_vertices() {
-            true => hierarchy.clone().with_source_vertices(vertices),
-            false => hierarchy.validate().map(|()| hierarchy.clone()),
+        let complete = if hierarchy.lacks_source_vertices() {
+            hierarchy.clone().with_source_vertices(vertices)
+        } else {
+            hierarchy.validate().map(|()| hierarchy.clone())
         };
         let fits = |h: &Hierarchy| h.source_vertex_count as usize == self.vertices.positions.len();
         let fitting = complete.ok().filter(fits);
         fitting.ok_or_else(|| LodError::Stale { file: file.into() })
     }
 
-    /// Whether `hierarchy` has all attributes of moved vertices, or tells where they came from.
-    fn tells_of_moved_vertices(&self, hierarchy: &Hierarchy) -> bool {
+    /// Whether `hierarchy` has all attributes of moved vertices, or the source vertex of each.
+    fn covers_moved_vertices(&self, hierarchy: &Hierarchy) -> bool {
         let held = attributes(&hierarchy.vertices);
         let mut pairs = attributes(&self.vertices).into_iter().zip(held);
         let holds_all = !self.has_other_attributes && pairs.all(|(own, held)| held || !own);
@@ -168,7 +168,7 @@ impl SourceArrays {
         holds_all || !moves || !hierarchy.moved_from.is_empty()
     }
 
-    /// The vertices with those of their [attributes] that are `held`.
+    /// The vertices with the `held` [attributes] only.
     fn vertices_with(&self, held: [bool; 5]) -> Vertices {
         let [normals, uvs, tangents, uvs_1, colors] = held;
         let own = &self.vertices;
@@ -183,15 +183,15 @@ impl SourceArrays {
     }
 }
 
-/// Which mesh of its glTF file the primitive with this label is of, and which primitive of that.
+/// The indices of the mesh and of the primitive in a label of Bevy's glTF loader.
 pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
     let (mesh, primitive) = label.strip_prefix("Mesh")?.split_once("/Primitive")?;
     Some([mesh.parse().ok()?, primitive.parse().ok()?])
 }
 
-/// How many triangles a mesh has, as far as that can be told.
+/// The number of triangles of a mesh; the largest possible number if its data cannot be read.
 pub(super) fn triangle_count(mesh: &Mesh) -> usize {
-    // What cannot be counted is refused, with its reason, by the task.
+    // The task rejects an unreadable mesh with the reason.
     let corners = match mesh.try_indices_option() {
         Ok(Some(indices)) => Indices::len(indices),
         _ => mesh
@@ -201,7 +201,7 @@ pub(super) fn triangle_count(mesh: &Mesh) -> usize {
     corners / 3
 }
 
-/// Which attributes there are besides positions.
+/// Which attributes are present, besides positions.
 fn attributes(vertices: &Vertices) -> [bool; 5] {
     [
         !vertices.normals.is_empty(),
@@ -216,7 +216,7 @@ fn if_held<V: Clone>(values: &[V], is_held: bool) -> Vec<V> {
     if is_held { values.to_vec() } else { Vec::new() }
 }
 
-/// Puts an attribute where hierarchies hold it; false if they do not, or not in this format.
+/// Copies an attribute into `vertices`. Returns `false` if hierarchies do not hold it, or not in this format.
 fn read(
     id: MeshVertexAttributeId,
     values: &VertexAttributeValues,

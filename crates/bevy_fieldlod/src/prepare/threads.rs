@@ -1,8 +1,7 @@
 //! The threads that prepare meshes.
 //!
-//! A bake takes seconds and all cores that it is given. Bevy compiles pipelines on the pool that it has for
-//! long tasks, and games use that of rayon: neither is for bakes. Threads of ours have a low priority, where the
-//! system lets them.
+//! A bake takes seconds on all cores of its pool. Bevy compiles pipelines on its pool for long tasks, and games use
+//! rayon's global pool, so bakes have their own threads. They have a low priority if the system permits it.
 
 #[cfg(feature = "bake")]
 use std::sync::Arc;
@@ -16,15 +15,14 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_pr
 
 use crate::api::config::FieldLodConfig;
 
-/// The threads that prepare meshes. A task that bakes waits for those that bake, so that no more of them
-/// work than were asked for, but for the rest of the work on a mesh.
+/// The threads that prepare meshes. A task waits for its bake, so about as many threads work as were configured.
 pub(super) struct PrepareThreads {
     pub(super) tasks: TaskPool,
     #[cfg(feature = "bake")]
     pub(super) bakes: BakeThreads,
 }
 
-/// The pool that bakes run in; without it they run on their task's own thread.
+/// The pool of bakes. Without it, a bake runs on the thread of its task.
 #[cfg(feature = "bake")]
 #[derive(Clone)]
 pub(super) struct BakeThreads(Option<Arc<rayon::ThreadPool>>);
@@ -45,10 +43,10 @@ impl PrepareThreads {
     }
 }
 
-/// Lets the other threads of the program go first, and get nine tenths where all have work: with the lowest
-/// priority of all, nothing would ever be baked beside a game that uses all cores.
+/// Lowers the priority of a thread, so that a busy game gets nine tenths of a shared core. With the lowest priority,
+/// bakes would starve beside a game that uses all cores.
 fn lower_priority() {
-    // Where the system does not let us, bakes compete: no reason to have none.
+    // If the system refuses, bakes compete with the game.
     #[cfg(feature = "bake")]
     if let Ok(below_normal) = ThreadPriorityValue::try_from(22) {
         let _ = set_current_thread_priority(ThreadPriority::Crossplatform(below_normal));
@@ -63,11 +61,13 @@ impl BakeThreads {
             .thread_name(|index| format!("FieldLod bake {index}"))
             .start_handler(|_| lower_priority())
             .build();
-        let pool = pool.inspect_err(|error| error!("no threads to bake on: {error}"));
+        let pool = pool.inspect_err(|error| {
+            error!("could not create the bake thread pool: {error}; baking on the task threads")
+        });
         Self(pool.ok().map(Arc::new))
     }
 
-    /// Runs `bake` on these threads, and waits for it.
+    /// Runs `bake` on these threads and waits for it.
     pub(super) fn run<T: Send>(&self, bake: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(bake),

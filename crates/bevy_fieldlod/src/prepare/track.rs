@@ -1,4 +1,4 @@
-//! Tracks mesh entities: which come under an [`AutoLod`], which leave it, and which change their mesh.
+//! Tracks mesh entities: which are under an [`AutoLod`], and which change their mesh.
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
@@ -9,10 +9,10 @@ use bevy::prelude::*;
 use crate::api::auto_lod::{AutoLod, NoLod};
 use crate::api::config::{FieldLodConfig, LodKind};
 use crate::api::systems::FieldLodSystems;
-use crate::cards::LodCards;
 use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
 use crate::prepare::LodMeshes;
+use crate::prepare::restart::RestartObjects;
 use crate::scene::changed::ChangedOn;
 use crate::scene::lod_mesh::{
     LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
@@ -23,16 +23,16 @@ use crate::scene::lod_scene::LodScene;
 pub(crate) fn plugin(app: &mut App) {
     app.add_observer(note_new_object)
         .add_observer(restore_source)
-        .add_observer(forget_meshless)
+        .add_observer(untrack_entities_without_mesh)
         .add_systems(
             PostUpdate,
             track_objects
-                .after(crate::prepare::restart::restart_objects)
+                .after(RestartObjects)
                 .in_set(FieldLodSystems::Track),
         );
 }
 
-/// Finds the [`AutoLod`] that an entity stands under.
+/// Finds the [`AutoLod`] that applies to an entity.
 #[derive(SystemParam)]
 pub(crate) struct AutoLodLookup<'w, 's> {
     roots: Query<'w, 's, (Option<&'static AutoLod>, Has<NoLod>), Or<(With<AutoLod>, With<NoLod>)>>,
@@ -52,7 +52,7 @@ impl AutoLodLookup<'_, '_> {
     }
 }
 
-/// Changes that may bring a mesh entity under an [`AutoLod`] or from under it.
+/// Changes that may put a mesh entity under an [`AutoLod`] or remove it from there.
 #[derive(SystemParam)]
 struct ChangedEntities<'w, 's> {
     meshes: ChangedOn<'w, 's, Mesh3d, Without<LodUnit>>,
@@ -67,12 +67,12 @@ struct ChangedEntities<'w, 's> {
 }
 
 impl ChangedEntities<'_, '_> {
-    /// The entities to look at again, each once; with `all`, all mesh entities.
+    /// The entities that may be affected, each once and sorted; with `all`, all mesh entities.
     ///
-    /// They are in order, so that entities which come together go on lying together in memory: Bevy
-    /// goes through them in every frame.
+    /// The order keeps entities that were spawned together adjacent in their tables, which Bevy iterates in every
+    /// frame.
     fn take(&mut self, all: bool) -> Vec<Entity> {
-        // A mark that comes or goes, or a new parent, concerns all descendants.
+        // A mark or a new parent affects all descendants.
         let mut roots: Vec<Entity> = self.no_lod.iter().collect();
         self.auto_lod.add_to(&mut roots);
         self.child_of.add_to(&mut roots);
@@ -93,7 +93,7 @@ impl ChangedEntities<'_, '_> {
     }
 }
 
-/// Finds mesh entities that came under an [`AutoLod`], left it, or whose mesh changed.
+/// Updates mesh entities that are new under an [`AutoLod`] or no longer under one, or whose mesh changed.
 fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,
@@ -109,7 +109,7 @@ fn track_objects(
             continue;
         };
         let auto_lod = auto_lods.find(entity);
-        // An object whose mesh and kind are still the right ones stays what it is.
+        // The levels of the object are still right.
         if let (Some(mut object), Some(source), Some(auto_lod)) = (object, source, &auto_lod)
             && (mesh.0 == source.mesh || object.mesh.has_piece(mesh.id()))
             && object.fits(auto_lod)
@@ -119,19 +119,19 @@ fn track_objects(
                 scene.set_auto_lod(entity, auto_lod);
             }
             if object.mesh.kind == LodKind::WholeMesh && mesh.0 == source.mesh {
-                // Perhaps someone else put it back.
+                // Other code may have restored the source.
                 scene.reset_level(entity);
             }
             continue;
         }
-        // Any other starts anew.
+        // The entity starts again without levels.
         sources.note(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodPlain, LodWaiting)>();
         if let Some(source) = source {
             remove_source(&mut commands, source);
         }
-        // What was copied from a prop gets the source of the level that it came with.
+        // A copy of a prop may have the mesh of a level.
         if let Some(source) = known.source_of_level(mesh.id(), &mut meshes) {
             commands.try_insert(Mesh3d(source));
         }
@@ -143,19 +143,18 @@ fn track_objects(
     }
 }
 
-/// Notes an entity that has become an object.
+/// Records a new object.
 fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
     scene.new_objects.push(added.entity);
 }
 
-/// Gives an entity that is an object no longer its source mesh back.
+/// Restores the source mesh of an entity that is no longer an object.
 fn restore_source(
     removal: On<Remove, LodObject>,
     objects: Query<(&LodObject, &LodSource, &Mesh3d)>,
     mut scene: ResMut<LodScene>,
     mut commands: Commands,
 ) {
-    // Units are despawned, and the entity gets back what it had.
     for unit in scene.remove(removal.entity) {
         commands.entity(unit).try_despawn();
     }
@@ -169,8 +168,8 @@ fn restore_source(
     remove_source(&mut commands, source);
 }
 
-/// Notes an entity whose mesh was taken off: there is nothing to draw any more.
-fn forget_meshless(
+/// Removes the components of the plugin from an entity whose [`Mesh3d`] was removed.
+fn untrack_entities_without_mesh(
     removal: On<Remove, Mesh3d>,
     objects: Query<Option<&LodSource>, (With<LodState>, Without<LodUnit>)>,
     mut commands: Commands,
@@ -185,17 +184,11 @@ fn forget_meshless(
     }
 }
 
-/// Takes off what came with levels of detail, or with the clone of an entity that has them.
+/// Removes the components that the plugin inserted on an object, or that a clone copied from one.
 fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<(
-        LodSource,
-        LodCards,
-        LodClusters,
-        LodSimplified,
-        NoCpuCulling,
-    )>();
+    commands.try_remove::<(LodSource, LodClusters, LodSimplified, NoCpuCulling)>();
     if source.keeps_aabb {
-        // Bevy puts a box around the source again.
+        // Bevy computes the box of the source again.
         commands.try_remove::<(NoAutoAabb, Aabb)>();
     }
 }

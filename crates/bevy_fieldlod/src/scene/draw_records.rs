@@ -1,5 +1,5 @@
-//! A record with a number for every entity that this plugin draws, so that the lists of visible entities
-//! can be filtered with plain look-ups.
+//! A numbered record for every entity that the plugin draws. Filtering the lists of visible entities is then a
+//! look-up by index.
 
 use bevy::prelude::*;
 
@@ -26,10 +26,6 @@ pub(crate) enum DrawKind {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DrawRecord {
     pub(crate) kind: DrawKind,
-    /// Triangles drawn by this entity.
-    pub(crate) triangles: u32,
-    /// Triangles of the source mesh that this entity stands for; 0 for units.
-    pub(crate) triangles_full: u32,
     /// `None` until a unit is spawned.
     entity: Option<Entity>,
     /// How many views draw this unit.
@@ -42,16 +38,16 @@ pub(crate) struct DrawRecord {
 #[derive(Default)]
 pub(crate) struct DrawRecords {
     records: Vec<DrawRecord>,
-    /// By the index of the entity; `NO_RECORD` for all entities that are not ours.
+    /// Indexed by [`Entity::index_u32`]; `NO_RECORD` for entities without a record.
     record_of_entity: Vec<u32>,
-    /// Records out of use whose numbers some view may still count as visible.
+    /// Freed records whose numbers some view may still count as visible.
     freed: Vec<u32>,
-    /// Records to be used again.
+    /// Records to reuse.
     free: Vec<u32>,
     /// How many are of units.
     unit_count: usize,
-    /// Records of units and of their sources that got an entity, and entities that lost their record, since
-    /// this was last asked for.
+    /// Records of units and of their sources that got an entity, and entities that lost their record, since the
+    /// last call of [`DrawRecords::take_moves`].
     placed: Vec<u32>,
     dropped: Vec<Entity>,
 }
@@ -59,35 +55,24 @@ pub(crate) struct DrawRecords {
 const NO_RECORD: u32 = u32::MAX;
 
 impl DrawRecords {
-    /// Adds a record for `entity`, which stands for `triangles_full`, and returns its number.
-    pub(crate) fn add_entity(
-        &mut self,
-        entity: Entity,
-        kind: DrawKind,
-        triangles_full: u32,
-    ) -> u32 {
-        let record = self.add(DrawRecord {
-            kind,
-            triangles: triangles_full,
-            triangles_full,
-            ..default()
-        });
+    /// Adds a record for `entity` and returns its number.
+    pub(crate) fn add_entity(&mut self, entity: Entity, kind: DrawKind) -> u32 {
+        let record = self.add(DrawRecord { kind, ..default() });
         self.set_entity(record, entity);
         record
     }
 
     /// Adds a record for a unit that has no entity yet, and returns its number.
-    pub(crate) fn add_unit(&mut self, instance: u32, unit: u32, triangles: u32) -> u32 {
+    pub(crate) fn add_unit(&mut self, instance: u32, unit: u32) -> u32 {
         self.unit_count += 1;
         self.add(DrawRecord {
             kind: DrawKind::Unit { instance, unit },
-            triangles,
             ..default()
         })
     }
 
     fn add(&mut self, record: DrawRecord) -> u32 {
-        // Numbers are used again, so that views need no longer lists than there are records.
+        // Reusing numbers bounds the length of the lists of views.
         if let Some(index) = self.free.pop() {
             self.records[index as usize] = record;
             return index;
@@ -100,7 +85,7 @@ impl DrawRecords {
     pub(crate) fn find(&self, entity: Entity) -> Option<(u32, &DrawRecord)> {
         let index = *self.record_of_entity.get(entity.index_u32() as usize)?;
         let record = self.records.get(index as usize)?;
-        // The index of an entity may have been that of another one.
+        // Bevy reuses the indices of despawned entities.
         (record.entity == Some(entity)).then_some((index, record))
     }
 
@@ -117,8 +102,8 @@ impl DrawRecords {
         }
     }
 
-    /// Records of units and of their sources that got an entity since this was last called, and entities that
-    /// went.
+    /// Returns the records of units and of their sources that got an entity since the last call, and the entities
+    /// that lost their record.
     pub(crate) fn take_moves(&mut self) -> (Vec<u32>, Vec<Entity>) {
         (
             std::mem::take(&mut self.placed),
@@ -126,7 +111,7 @@ impl DrawRecords {
         )
     }
 
-    /// The indices of the instance and of the unit, if the record is that of a unit.
+    /// The indices of the instance and of the unit; `None` unless the record is that of a unit.
     pub(crate) fn unit(&self, record: u32) -> Option<(u32, u32)> {
         match self.records[record as usize].kind {
             DrawKind::Unit { instance, unit } => Some((instance, unit)),
@@ -144,17 +129,10 @@ impl DrawRecords {
         self.records[record as usize].entity
     }
 
-    /// Notes how many triangles `entity` draws now.
-    pub(crate) fn set_triangles(&mut self, entity: Entity, triangles: u32) {
-        if let Some((record, _)) = self.find(entity) {
-            self.records[record as usize].triangles = triangles;
-        }
-    }
-
-    /// Forgets the entity of a unit, which is gone though its record is not, and returns the record.
-    pub(crate) fn forget_entity(&mut self, entity: Entity) -> Option<u32> {
+    /// Detaches the despawned entity of a unit from its record, and returns the record.
+    pub(crate) fn detach_entity(&mut self, entity: Entity) -> Option<u32> {
         let (index, _) = self.find(entity)?;
-        // The entity of a mesh does not come back, and a despawned unit has no record any more.
+        // Only units are spawned again.
         self.unit(index)?;
         self.records[index as usize].entity = None;
         self.dropped.push(entity);
@@ -183,12 +161,12 @@ impl DrawRecords {
         self.unit_count > 0
     }
 
-    /// Whether the record is that of a unit which no view draws.
+    /// Whether the record is that of a unit that no view draws.
     pub(crate) fn is_idle(&self, record: u32) -> bool {
         self.unit(record).is_some() && self.records[record as usize].view_count == 0
     }
 
-    /// Whether the record is that of a unit which no view has drawn since `frame`.
+    /// Whether no view has drawn this unit since `frame`.
     pub(crate) fn is_idle_since(&self, record: u32, frame: u32) -> bool {
         self.is_idle(record) && self.records[record as usize].idle_since == frame
     }
@@ -201,7 +179,7 @@ impl DrawRecords {
         self.freed.push(index);
         let entity = record.entity.take()?;
         self.dropped.push(entity);
-        // The index of the entity may belong to a later one by now.
+        // A later entity may have reused the index.
         let record_of_entity = &mut self.record_of_entity[entity.index_u32() as usize];
         if *record_of_entity == index {
             *record_of_entity = NO_RECORD;
@@ -216,12 +194,12 @@ impl DrawRecords {
         }
     }
 
-    /// The records that views must forget before [`DrawRecords::recycle`].
+    /// The records that views must clear before [`DrawRecords::recycle`].
     pub(crate) fn freed(&self) -> &[u32] {
         &self.freed
     }
 
-    /// Lets freed records be used again.
+    /// Makes freed records available for reuse.
     pub(crate) fn recycle(&mut self) {
         self.free.append(&mut self.freed);
     }

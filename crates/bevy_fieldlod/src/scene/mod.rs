@@ -1,7 +1,7 @@
-//! The scene that cuts are selected from, and which entity draws which part of it.
+//! The data that `prepare`, `select` and `draw` share: objects and their levels, the scene that cuts are selected from,
+//! the cut of each view, and the entity that draws each part.
 
 pub(crate) mod changed;
-pub(crate) mod deferred_cuts;
 pub(crate) mod draw_records;
 pub(crate) mod lod_mesh;
 pub(crate) mod lod_scene;

@@ -1,63 +1,54 @@
-//! What one view draws.
+//! The cut of one view.
 
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 
 use fieldlod_select::{LodSettings, Selector, View};
 
-use crate::scene::deferred_cuts::DeferredCuts;
-
 /// The cut of one camera through the whole scene.
 #[derive(Component, Default)]
 pub(crate) struct ViewCut {
     pub(crate) selector: Selector,
     pub(crate) visibility: CutVisibility,
-    /// The view that was last selected for.
+    /// The view of the last selection.
     pub(crate) view: Option<View>,
-    /// What is to be selected in this frame.
+    /// The inputs of this frame's selection; `None` if the view selects nothing. Systems in
+    /// `SelectSteps::Adjust` may change the settings.
     pub(crate) wanted: Option<(View, LodSettings)>,
     pub(crate) state: ViewState,
-    /// The camera whose cut it draws, and how often that was cleared when this began.
-    pub(crate) leader: Option<(Entity, u32)>,
-    /// How often it was cleared.
-    pub(crate) clear_count: u32,
-    /// What is not drawn yet as the selector says.
-    pub(crate) deferred: DeferredCuts,
-    /// The layers that it draws or whose shadows it shows, as [`layer_bits`].
+    /// How many units and whole meshes the cut consists of.
+    pub(crate) unit_count: u32,
+    /// Layers that the view draws or whose shadows it shows, as [`layer_bits`].
     pub(crate) layers: u64,
-    /// Whether the render world was told that it draws the sources of units.
+    /// Whether the render world lists the sources of units for this view.
     pub(crate) lists_sources: bool,
-    /// The revisions of the scene and of the cut, and the layers, for which what it draws was counted last.
-    pub(crate) counted: Option<[u64; 3]>,
 }
 
-/// One bit for each layer; layers that are 64 apart share one.
+/// One bit per layer. Layers that are 64 apart share a bit.
 pub(crate) fn layer_bits(layers: Option<&RenderLayers>) -> u64 {
     let words = layers.unwrap_or_default().bits().iter();
     words.fold(0, |bits, word| bits | word)
 }
 
-/// What a view draws of meshes with levels of detail.
+/// How a view draws meshes with levels of detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ViewState {
-    /// Nothing: the camera is not active, or has no pixel to draw.
+    /// It draws nothing: the camera is inactive or has no pixels.
     #[default]
     Inactive,
-    /// The source meshes.
+    /// It draws the source meshes.
     FullDetail,
-    /// Its cut.
+    /// It draws its cut.
     Cut,
 }
 
-/// A bit for each draw record, by its number: of a unit, whether it is in the cut of one view; of a whole mesh,
-/// whether it is too small for that; of the source of units, whether it is drawn in their place.
+/// A bit for each draw record. For a unit it tells whether the unit is in the cut of the view. For a whole mesh it
+/// tells whether the view culls the mesh as too small.
 #[derive(Default)]
 pub(crate) struct CutVisibility {
     is_visible: Vec<bool>,
-    /// Records that came or went since this was last asked for.
+    /// Records whose bit changed since the last call of [`CutVisibility::take_changed`].
     changed: Vec<u32>,
-    /// Counts changes.
-    pub(crate) revision: u64,
 }
 
 impl CutVisibility {
@@ -66,7 +57,6 @@ impl CutVisibility {
     }
 
     pub(crate) fn set(&mut self, record: u32, is_visible: bool) {
-        self.revision += 1;
         self.changed.push(record);
         let record = record as usize;
         if self.is_visible.len() <= record {
@@ -75,7 +65,7 @@ impl CutVisibility {
         self.is_visible[record] = is_visible;
     }
 
-    /// Removes records that are out of use.
+    /// Clears the bits of freed records.
     pub(crate) fn remove(&mut self, records: &[u32]) {
         for &record in records {
             if let Some(is_visible) = self.is_visible.get_mut(record as usize) {
@@ -84,18 +74,17 @@ impl CutVisibility {
         }
     }
 
-    /// Removes all records and returns them.
+    /// Clears all bits and returns the records that were set.
     pub(crate) fn take(&mut self) -> Vec<u32> {
         let records = std::mem::take(&mut self.is_visible).into_iter().enumerate();
         let records =
             records.filter_map(|(record, is_visible)| is_visible.then_some(record as u32));
         let records: Vec<u32> = records.collect();
-        self.revision += 1;
         self.changed.extend(&records);
         records
     }
 
-    /// Records that came or went since this was last called.
+    /// Returns the records whose bit changed since the last call.
     pub(crate) fn take_changed(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.changed)
     }

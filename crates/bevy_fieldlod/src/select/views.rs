@@ -5,14 +5,11 @@ use std::time::Duration;
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 use bevy::ecs::query::QueryItem;
-// That of the standard library panics on the web.
+// `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
-use fieldlod_select::{LodSettings, OcclusionBuffer, Scene, View};
+use fieldlod_select::{Scene, View};
 
-use crate::api::config::FieldLodConfig;
-use crate::api::cut_of::FieldLodCutOf;
-use crate::api::debug_options::FieldLodDebug;
 use crate::api::settings::FieldLodSettings;
 use crate::api::stats::FieldLodViewStats;
 use crate::api::systems::FieldLodSystems;
@@ -22,23 +19,39 @@ use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
 use crate::select::shadow_lights::ShadowLights;
 
+/// The steps of [`FieldLodSystems::Select`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum SelectSteps {
+    /// Updates the scene and [`ViewCut::wanted`].
+    Prepare,
+    /// Opt-in features change [`ViewCut::wanted`] here.
+    Adjust,
+    /// Selects the cuts and applies them to the scene.
+    Select,
+    /// Opt-in features read the new cuts here.
+    Read,
+}
+
 /// Adds a cut to every camera and selects it in each frame.
 pub(crate) fn plugin(app: &mut App) {
-    app.add_observer(clear_removed_view).add_systems(
-        PostUpdate,
-        (
-            add_view_cuts
-                .run_if(any_match_filter::<NewViews>)
-                .in_set(FieldLodSystems::Prepare),
-            (
-                place_instances,
-                mark_occluders.run_if(any_hides),
-                select_views,
-            )
+    use SelectSteps::{Adjust, Prepare, Read, Select};
+    app.add_observer(clear_removed_view)
+        .configure_sets(
+            PostUpdate,
+            (Prepare, Adjust, Select, Read)
                 .chain()
                 .in_set(FieldLodSystems::Select),
-        ),
-    );
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                add_view_cuts
+                    .run_if(any_match_filter::<NewViews>)
+                    .in_set(FieldLodSystems::Prepare),
+                (place_instances, prepare_views).chain().in_set(Prepare),
+                select_views.in_set(Select),
+            ),
+        );
 }
 
 /// 3D views that have no cut yet.
@@ -49,7 +62,7 @@ type NewViews = (
     Without<ViewCut>,
 );
 
-/// Gives every new 3D view a cut and its statistics.
+/// Adds a cut and statistics to every new 3D view.
 fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     for camera in &cameras {
         commands
@@ -58,7 +71,7 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     }
 }
 
-/// Where an object is drawn.
+/// Where and on which layers an object is drawn.
 type Placement = (
     Entity,
     &'static GlobalTransform,
@@ -67,33 +80,7 @@ type Placement = (
     Option<&'static RenderLayers>,
 );
 
-/// Whether some camera asks what is hidden.
-fn any_hides(cameras: Query<&FieldLodSettings>) -> bool {
-    cameras.iter().any(|settings| settings.visible_flux)
-}
-
-/// Tells which objects hide others: those whose material is certainly opaque. After a while without being asked, that
-/// is all that has changed since.
-fn mark_occluders(
-    mut scene: ResMut<LodScene>,
-    new: ChangedOn<LodObject>,
-    changed: ChangedOn<MeshMaterial3d<StandardMaterial>, With<LodObject>>,
-    objects: Query<(Entity, Option<&MeshMaterial3d<StandardMaterial>>), With<LodObject>>,
-    materials: Option<Res<Assets<StandardMaterial>>>,
-) {
-    let scene = scene.bypass_change_detection();
-    let mut entities = new.entities();
-    changed.add_to(&mut entities);
-    for (entity, material) in objects.iter_many(entities) {
-        let material = material.and_then(|material| materials.as_ref()?.get(material));
-        let is_opaque = material.is_some_and(|material| {
-            material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
-        });
-        scene.set_occluder(entity, is_opaque);
-    }
-}
-
-/// Places objects that are new or have moved in the scene that cuts are selected from.
+/// Updates the placements and layers of objects that are new or have changed.
 fn place_instances(
     mut scene: ResMut<LodScene>,
     moved: ChangedOn<GlobalTransform, With<LodObject>>,
@@ -115,7 +102,7 @@ fn place_instances(
         let layers = drawn_layers(is_shown, layers);
         scene.place(entity, transform, object, layers);
     }
-    // What is hidden, or on layers that no view sees, is not selected.
+    // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();
     changed.extend(on_layers.iter().chain(removed_layers.read()));
     for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
@@ -123,177 +110,80 @@ fn place_instances(
     }
 }
 
-/// What of a camera its cut depends on.
-type CutView = (
+/// Camera properties that affect selection.
+type CameraInputs = (
     &'static Camera,
     &'static GlobalTransform,
     &'static Frustum,
     Option<&'static RenderLayers>,
     Option<&'static FieldLodSettings>,
     &'static mut ViewCut,
-    &'static mut FieldLodViewStats,
 );
 
-/// Selects the cut of every active view, and applies what changed to the scene.
-pub(crate) fn select_views(
+/// Updates the selection inputs of every view.
+fn prepare_views(
     mut scene: ResMut<LodScene>,
-    mut cameras: Query<CutView>,
-    entities: Query<Entity, With<ViewCut>>,
-    followers: Query<(Entity, &FieldLodCutOf)>,
+    mut cameras: Query<CameraInputs>,
     lights: ShadowLights,
-    debug: Res<FieldLodDebug>,
-    config: Res<FieldLodConfig>,
 ) {
-    let scene = scene.bypass_change_detection();
-    let cuts = cameras.iter_mut().map(|(.., cut, _)| cut.into_inner());
-    let cuts = cuts.map(|cut| &mut cut.visibility);
-    scene.begin_frame(cuts, config.units_per_frame);
+    let cuts = cameras.iter_mut().map(|(.., cut)| cut.into_inner());
+    scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
     scene.culls = false;
-    // Each view goes from its last cut to the next; only what changed reaches the scene.
-    let is_follower = |entity: &Entity| followers.contains(*entity);
-    let entities: Vec<Entity> = entities.iter().filter(|one| !is_follower(one)).collect();
-    let mut wanted_count = 0;
-    let mut views = cameras.iter_many_mut(&entities);
-    while let Some(view) = views.fetch_next() {
-        wanted_count += usize::from(prepare_view(view, scene, &lights, &debug));
-    }
-    let lods = &scene.scene;
-    let select =
-        |(.., mut cut, mut stats): QueryItem<CutView>| select_cut(&mut cut, &mut stats, lods);
-    // Several at once, each on its own.
-    if wanted_count > 1 {
-        cameras.par_iter_mut().for_each(select);
-    } else {
-        cameras.iter_mut().for_each(select);
-    }
-    let mut views = cameras.iter_many_mut(&entities);
-    while let Some((.., mut cut, mut stats)) = views.fetch_next() {
-        apply_cut(&mut cut, &mut stats, scene);
-    }
-    // Then those that draw the cut of another.
-    for (camera, &FieldLodCutOf(leader)) in &followers {
-        if let Ok([(.., lead, lead_stats), (viewed, .., mut cut, mut stats)]) =
-            cameras.get_many_mut([leader, camera])
-            && drawn_px(viewed).is_some()
-            && follow(leader, &lead, &mut cut, scene)
-        {
-            stats.error_px = lead_stats.error_px;
-            stats.occluder_triangles = 0;
-            stats.selection_time = Duration::ZERO;
-        } else if let Ok(view) = cameras.get_mut(camera) {
-            prepare_view(view, scene, &lights, &debug);
-            if let Ok((.., mut cut, mut stats)) = cameras.get_mut(camera) {
-                select_cut(&mut cut, &mut stats, &scene.scene);
-                apply_cut(&mut cut, &mut stats, scene);
-            }
-        }
+    for view in &mut cameras {
+        prepare_view(view, &mut scene, &lights);
     }
 }
 
-/// Finds out what a view is to select. Whether that is anything.
 fn prepare_view(
-    (camera, pose, frustum, layers, settings, mut cut, _): QueryItem<CutView>,
+    (camera, pose, frustum, layers, settings, mut cut): QueryItem<CameraInputs>,
     scene: &mut LodScene,
     lights: &ShadowLights,
-    debug: &FieldLodDebug,
-) -> bool {
+) {
     let settings = settings.copied().unwrap_or_default();
-    let (state, view) = desired_view(camera, pose, &settings, scene.coarsening.is_some());
-    // What was drawn in another state, or as another camera does, is drawn no longer.
-    if cut.state != state || cut.leader.is_some() {
+    let (state, view) = desired_view(camera, pose, &settings, scene.has_incomplete_sources);
+    if cut.state != state {
         cut.state = state;
         clear_cut(&mut cut, scene);
     }
-    // What casts shadows into the image counts, seen or not.
+    // Objects that cast shadows into the image are selected even if the camera does not see them.
     let layers = layer_bits(layers);
     let lit = lights.lit_by(frustum, layers);
-    set_layers(&mut cut, layers | lit.layers, scene);
-    cut.wanted = view.map(|view| {
-        // A frozen view selects from where it was.
-        let view = cut.view.filter(|_| debug.freeze).unwrap_or(view);
-        let view = view.with_layers(cut.layers).with_shadow_lights(&lit.lights);
-        let settings = lod_settings(&settings, lit.layers != 0, scene.coarsening);
-        scene.culls |= settings.cull_below_px.is_some();
-        if settings.displacement_px.is_some() {
-            warn_of_unmeasured(scene);
-        }
-        (view, settings)
-    });
-    cut.wanted.is_some()
-}
-
-fn warn_of_unmeasured(scene: &mut LodScene) {
-    for mesh in scene.unmeasured.drain(..) {
-        warn!(
-            "{mesh} is drawn in full where `displacement_px` is asked for: how far its levels \
-             deviate was not measured"
-        );
-    }
-}
-
-/// What selection reads. `coarsening` is by how much errors count for less where meshes are read in parts: there,
-/// what is beside the view is kept for when that turns.
-fn lod_settings(
-    settings: &FieldLodSettings,
-    has_shadows: bool,
-    coarsening: Option<f32>,
-) -> LodSettings {
-    let settings = settings.to_lod_settings(has_shadows || coarsening.is_some());
-    let coarser = |px: f32| px * coarsening.unwrap_or(1.0);
-    LodSettings {
-        error_px: settings.error_px.map(coarser),
-        displacement_px: settings.displacement_px.map(coarser),
-        ..settings
-    }
-}
-
-/// Lets a camera draw the cut that was selected for another; whether that has one.
-fn follow(leader: Entity, lead: &ViewCut, cut: &mut ViewCut, scene: &mut LodScene) -> bool {
-    if lead.state != ViewState::Cut || lead.leader.is_some() {
-        return false;
-    }
-    let following = Some((leader, lead.clear_count));
-    let is_new = cut.leader != following;
-    if is_new {
-        clear_cut(cut, scene);
-        (cut.leader, cut.state) = (following, ViewState::Cut);
-    }
-    set_layers(cut, lead.layers, scene);
-    let ViewCut {
-        visibility,
-        deferred,
-        ..
-    } = cut;
-    if is_new {
-        scene.apply_whole_cut(&lead.selector, visibility, deferred);
-    } else {
-        for change in lead.selector.changes() {
-            scene.apply_change(&change, visibility, deferred);
-        }
-    }
-    scene.advance_deferred(&lead.selector, visibility, deferred);
-    true
-}
-
-fn set_layers(cut: &mut ViewCut, layers: u64, scene: &mut LodScene) {
+    let layers = layers | lit.layers;
     if cut.layers != layers {
         cut.layers = layers;
         scene.swap_all_whole_meshes();
     }
+    cut.wanted = view.map(|view| {
+        let view = view.with_layers(layers).with_shadow_lights(&lit.lights);
+        (view, settings.to_lod_settings(lit.layers != 0))
+    });
+    if let Some((_, settings)) = &cut.wanted {
+        scene.culls |= settings.cull_below_px.is_some();
+        if settings.displacement_px.is_some() {
+            warn_of_unmeasured_meshes(scene);
+        }
+    }
 }
 
-/// What a camera should draw, and from where if it is a cut.
+fn warn_of_unmeasured_meshes(scene: &mut LodScene) {
+    for mesh in scene.unmeasured.drain(..) {
+        warn!(
+            "{mesh} has no measured deviations, which `displacement_px` needs; drawing its source mesh"
+        );
+    }
+}
+
+/// How a camera should draw, and the view to select for.
 fn desired_view(
     camera: &Camera,
     pose: &GlobalTransform,
     settings: &FieldLodSettings,
-    is_streaming: bool,
+    has_incomplete_sources: bool,
 ) -> (ViewState, Option<View>) {
     let Some(viewport_px) = drawn_px(camera) else {
         return (ViewState::Inactive, None);
     };
-    // Of what is read in parts there is no source to draw, but a cut of the same triangles.
-    let wants_cut = settings.forced_level != Some(0) || is_streaming;
+    let wants_cut = settings.forced_level != Some(0) || has_incomplete_sources;
     let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
     match view.flatten() {
         Some(view) => (ViewState::Cut, Some(view)),
@@ -301,9 +191,9 @@ fn desired_view(
     }
 }
 
-/// The size of the image that a camera draws; `None` if it draws none, as while its window is minimised
+/// The size of the image that a camera draws. `None` if it draws nothing: it is inactive, its window is minimised
 /// or its target is not loaded.
-pub(crate) fn drawn_px(camera: &Camera) -> Option<UVec2> {
+fn drawn_px(camera: &Camera) -> Option<UVec2> {
     let target_px = camera.physical_target_size()?;
     let viewport_px = camera.physical_viewport_size()?;
     let is_drawn = camera.is_active && target_px.min(viewport_px).min_element() > 0;
@@ -316,46 +206,66 @@ fn view_of(camera: &Camera, viewport_px: UVec2, pose: &GlobalTransform) -> Optio
     match camera_field::Camera::from_projection(&camera.clip_from_view(), viewport_px) {
         Ok(intrinsics) => Some(View::new(intrinsics, &pose.affine())),
         Err(error) => {
-            warn_once!("a camera draws full detail: {error}");
+            warn_once!("could not select for a camera: {error}; drawing full detail");
             None
         }
     }
 }
 
-/// Selects what is wanted of a view.
-fn select_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &Scene) {
+/// Selects the cut of every view and applies it to the scene.
+fn select_views(
+    mut scene: ResMut<LodScene>,
+    mut cameras: Query<(&mut ViewCut, &mut FieldLodViewStats)>,
+) {
+    let lods = &scene.scene;
+    let wanted = cameras.iter().filter(|(cut, _)| cut.wanted.is_some());
+    let has_several = wanted.count() > 1;
+    let select = |(mut cut, mut stats): (Mut<ViewCut>, Mut<FieldLodViewStats>)| {
+        stats.selection_time = select_cut(&mut cut, lods);
+    };
+    if has_several {
+        cameras.par_iter_mut().for_each(select);
+    } else {
+        cameras.iter_mut().for_each(select);
+    }
+    for (mut cut, mut stats) in &mut cameras {
+        apply_cut(&mut cut, &mut stats, &mut scene);
+    }
+}
+
+/// Selects the cut of a view, and returns how long that took.
+fn select_cut(cut: &mut ViewCut, scene: &Scene) -> Duration {
     let Some((view, settings)) = cut.wanted else {
-        return;
+        return Duration::ZERO;
     };
     let start = Instant::now();
     cut.view = Some(view);
     cut.selector.select(scene, &view, &settings);
-    stats.selection_time = start.elapsed();
+    start.elapsed()
 }
 
-/// Draws what was selected.
+/// Applies the changes of a cut to the scene, and updates the statistics of its view.
 fn apply_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &mut LodScene) {
     let start = Instant::now();
     if cut.wanted.take().is_some() {
-        for change in cut.selector.changes() {
-            scene.apply_change(&change, &mut cut.visibility, &mut cut.deferred);
-        }
-        scene.advance_deferred(&cut.selector, &mut cut.visibility, &mut cut.deferred);
-    } else {
-        stats.selection_time = Duration::ZERO;
+        scene.apply_changes(cut);
+        stats.selection_time += start.elapsed();
     }
     stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
-    let occlusion = cut.selector.occlusion();
-    stats.occluder_triangles = occlusion.map_or(0, OcclusionBuffer::cost_in_triangles);
-    stats.selection_time += start.elapsed();
+    if cut.state == ViewState::Inactive {
+        return;
+    }
+    stats.triangles_full = scene.full_triangles(cut.layers);
+    (stats.triangles_drawn, stats.units_drawn) = match cut.state {
+        ViewState::Cut => (cut.selector.triangle_count(), cut.unit_count),
+        _ => (stats.triangles_full, 0),
+    };
 }
 
 fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {
-    scene.clear_view(&mut cut.visibility, &mut cut.deferred);
+    scene.clear_view(cut);
     cut.selector.clear();
     cut.view = None;
-    cut.leader = None;
-    cut.clear_count = cut.clear_count.wrapping_add(1);
 }
 
 /// Clears the cut of a camera that is removed.

@@ -1,19 +1,13 @@
 //! The components that units inherit, and how they are copied.
 
-use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
 use bevy::ecs::component::ComponentId;
 use bevy::ecs::entity::EntityCloner;
 use bevy::ecs::reflect::AppTypeRegistry;
-use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
+#[cfg(feature = "debug")]
 use bevy::mesh::MeshTag;
-use bevy::pbr::Lightmap;
-use bevy::pbr::wireframe::{
-    NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
-};
 use bevy::prelude::*;
-use bevy::render::batching::NoAutomaticBatching;
 
-/// Materials of every type are components of one generic type; its name begins with this.
+/// The beginning of the type paths of all materials, which are components of one generic type.
 const MATERIAL: &str = "bevy_pbr::mesh_material::MeshMaterial3d<";
 
 /// The components that units inherit.
@@ -21,71 +15,53 @@ const MATERIAL: &str = "bevy_pbr::mesh_material::MeshMaterial3d<";
 pub(crate) struct InheritedComponents {
     all: Vec<ComponentId>,
     materials: Vec<ComponentId>,
-    /// Those that a game has added.
+    /// Components other than materials.
     added: Vec<ComponentId>,
-    /// How many types of components there were when this was last updated.
+    /// The number of component types in the world at the last update.
     known: usize,
 }
 
 impl InheritedComponents {
-    /// Adds a component of a game's own.
+    /// Adds a component.
     pub(super) fn add(&mut self, component: ComponentId) {
         self.added.push(component);
         self.known = 0;
     }
 
-    /// Materials of all types but that of the debug view.
+    /// Materials of all types, except that of the debug view.
     pub(super) fn materials(&self) -> &[ComponentId] {
         &self.materials
     }
 
-    /// Looks for types of materials that have come since.
+    /// Looks for material types that were registered since the last update.
     pub(crate) fn update(&mut self, world: &mut World) {
-        // The world has no more types of components than when this was last updated.
         if self.known == world.components().len() && self.known > 0 {
             return;
         }
         self.materials = material_types(world);
-        self.all = vec![
-            world.register_component::<RenderLayers>(),
-            world.register_component::<NotShadowCaster>(),
-            world.register_component::<NotShadowReceiver>(),
-            world.register_component::<TransmittedShadowReceiver>(),
-            world.register_component::<NoFrustumCulling>(),
-            world.register_component::<Lightmap>(),
-            world.register_component::<MeshTag>(),
-            world.register_component::<VisibilityRange>(),
-            world.register_component::<NoAutomaticBatching>(),
-            world.register_component::<Wireframe>(),
-            world.register_component::<NoWireframe>(),
-            world.register_component::<WireframeColor>(),
-            world.register_component::<WireframeLineWidth>(),
-            world.register_component::<WireframeTopology>(),
-        ];
-        self.all.extend(&self.added);
+        self.all = self.added.clone();
         self.all.extend(&self.materials);
         self.known = world.components().len();
     }
 
-    /// Copies those that `object` has to `unit`.
+    /// Copies the inherited components of `object` to `unit`.
     pub(crate) fn copy(&self, world: &mut World, object: Entity, unit: Entity) {
         clone_components(world, &self.all, object, unit, false);
     }
 
-    /// Removes from `unit` those that `object` has not, and copies those that it has.
+    /// Copies the inherited components of `object` to `unit`, and removes those that `object` lacks.
     pub(crate) fn renew(&self, world: &mut World, object: Entity, unit: Entity) {
         let (Ok(object_ref), Ok(unit_ref)) = (world.get_entity(object), world.get_entity(unit))
         else {
             return;
         };
-        // What the object has lost, the unit loses too.
         let is_lost = |&&id: &&ComponentId| unit_ref.contains_id(id) && !object_ref.contains_id(id);
         let lost: Vec<ComponentId> = self.all.iter().filter(is_lost).copied().collect();
         world.entity_mut(unit).remove_by_ids(&lost);
         self.copy(world, object, unit);
     }
 
-    /// Whether an entity has a material of a game's, of any type.
+    /// Whether an entity has a material other than that of the debug view.
     #[cfg(feature = "debug")]
     pub(crate) fn has_material(&self, entity: &EntityRef) -> bool {
         self.materials.iter().any(|&id| entity.contains_id(id))
@@ -97,7 +73,7 @@ impl InheritedComponents {
         world.entity_mut(entity).remove_by_ids(&self.materials);
     }
 
-    /// Moves all materials from one entity to another, and its tag if that is wanted.
+    /// Moves all materials from one entity to another, and the mesh tag if `tag` is set.
     #[cfg(feature = "debug")]
     pub(crate) fn move_materials(&self, world: &mut World, from: Entity, to: Entity, tag: bool) {
         let mut components = self.materials.clone();
@@ -106,7 +82,7 @@ impl InheritedComponents {
     }
 }
 
-/// Copies or moves those of `components` that `from` has.
+/// Copies or moves the given components of `from` to another entity.
 fn clone_components(
     world: &mut World,
     components: &[ComponentId],
@@ -137,7 +113,7 @@ fn material_types(world: &World) -> Vec<ComponentId> {
     let registry = registry.read();
     let materials = registry.iter().filter(|registration| {
         let path = registration.type_info().type_path();
-        // The debug view puts its own material on and takes it off by itself.
+        // The debug view inserts and removes its own material.
         path.starts_with(MATERIAL) && !path.contains("LodDebugMaterial")
     });
     materials

@@ -1,35 +1,69 @@
-//! What units inherit from the entity whose surface they draw: its material, whatever that is, and all
-//! else that says how it is drawn.
+//! Units inherit components of their object: its material, of any type, and the other components that affect how it
+//! is drawn.
 
 mod changes;
 mod components;
 
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
+use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
+use bevy::mesh::MeshTag;
+use bevy::pbr::Lightmap;
+use bevy::pbr::wireframe::{
+    NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
+};
 use bevy::prelude::*;
+use bevy::render::batching::NoAutomaticBatching;
 
 use crate::api::systems::FieldLodSystems;
-use crate::cards::DressObjects;
 use crate::scene::lod_scene::LodScene;
-pub(crate) use changes::renew_units;
+use changes::{renew_units_of_changed, renew_units_of_other_materials};
 pub(crate) use components::InheritedComponents;
 
-/// Copies what changed on an entity to its units.
+/// Copies changed components of objects to their units.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct RenewUnits;
+
+/// Copies changed components of objects to their units.
 pub(crate) fn plugin(app: &mut App) {
-    let systems = renew_units.after(DressObjects).run_if(has_units);
+    let has_units = |scene: Res<LodScene>| scene.has_units();
     app.init_resource::<InheritedComponents>()
         .register_type::<MeshMaterial3d<StandardMaterial>>()
-        .add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit));
+        .configure_sets(
+            PostUpdate,
+            RenewUnits
+                .run_if(has_units)
+                .in_set(FieldLodSystems::Inherit),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                renew_units_of_changed::<MeshMaterial3d<StandardMaterial>>,
+                renew_units_of_other_materials,
+            )
+                .in_set(RenewUnits),
+        )
+        .inherit_in_lod_units::<RenderLayers>()
+        .inherit_in_lod_units::<NotShadowCaster>()
+        .inherit_in_lod_units::<NotShadowReceiver>()
+        .inherit_in_lod_units::<TransmittedShadowReceiver>()
+        .inherit_in_lod_units::<NoFrustumCulling>()
+        .inherit_in_lod_units::<Lightmap>()
+        .inherit_in_lod_units::<MeshTag>()
+        .inherit_in_lod_units::<VisibilityRange>()
+        .inherit_in_lod_units::<NoAutomaticBatching>()
+        .inherit_in_lod_units::<Wireframe>()
+        .inherit_in_lod_units::<NoWireframe>()
+        .inherit_in_lod_units::<WireframeColor>()
+        .inherit_in_lod_units::<WireframeLineWidth>()
+        .inherit_in_lod_units::<WireframeTopology>();
 }
 
-fn has_units(scene: Option<Res<LodScene>>) -> bool {
-    scene.is_some_and(|scene| scene.has_units())
-}
-
-/// Adds to what units inherit from the entity whose surface they draw.
+/// Adds to the components that units inherit from their object.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_fieldlod::prelude::*;
-/// /// Read by a renderer extension on every entity that it draws.
+/// /// A renderer extension reads it on every entity that it draws.
 /// #[derive(Component, Clone)]
 /// struct Outlined;
 ///
@@ -37,9 +71,9 @@ fn has_units(scene: Option<Res<LodScene>>) -> bool {
 /// app.inherit_in_lod_units::<Outlined>();
 /// ```
 pub trait FieldLodAppExt {
-    /// Units inherit `C`, and follow its changes: for components that a renderer extension reads on
-    /// every entity that it draws. Materials, render layers, visibility ranges, lightmaps, mesh tags,
-    /// wireframes, and how shadows are cast and received are inherited anyway.
+    /// Units inherit `C` and follow its changes: for components that a renderer extension reads on every entity
+    /// that it draws. Units always inherit materials, render layers, visibility ranges, lightmaps, mesh tags,
+    /// wireframes, and the components that control shadows.
     fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self;
 }
 
@@ -49,7 +83,6 @@ impl FieldLodAppExt for App {
         let component = world.register_component::<C>();
         world.init_resource::<InheritedComponents>();
         world.resource_mut::<InheritedComponents>().add(component);
-        let systems = changes::renew_units_for::<C>.run_if(has_units);
-        self.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Inherit))
+        self.add_systems(PostUpdate, renew_units_of_changed::<C>.in_set(RenewUnits))
     }
 }

@@ -1,4 +1,4 @@
-//! A folder that keeps baked hierarchies from run to run.
+//! A folder that caches baked hierarchies between runs.
 
 use std::fmt::Display;
 use std::io;
@@ -10,11 +10,11 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
 
 use crate::prepare::source_arrays::SourceArrays;
 
-/// Reads the entry of `source` at `path`, if it is there and whole. A broken one is logged.
+/// Reads the entry of `source` at `path`, if it exists. Logs why an entry is unusable.
 pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     let unusable = |reason: &dyn Display| {
         let path = path.display();
-        warn!("the cache entry {path} is unusable and is baked anew: {reason}");
+        warn!("could not read the cache entry {path}: {reason}; baking the mesh again");
     };
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -30,7 +30,8 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     found.inspect_err(|error| unusable(error)).ok()
 }
 
-/// Writes the entry at `path`, whole or not at all, without the vertices that the source has. A failure is logged and costs the next run a bake.
+/// Writes the entry at `path` atomically, without the vertices of the source. Logs a failure; the next run then bakes
+/// again.
 pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
     let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
     let file = BakedFile {
@@ -43,7 +44,7 @@ pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
     let bytes = file.to_bytes_with(options);
     if let Err(error) = write_atomically(path, &bytes) {
         warn!(
-            "the cache entry {} cannot be written: {error}",
+            "could not write the cache entry {}: {error}",
             path.display()
         );
     }
@@ -56,12 +57,12 @@ fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder)?;
     }
-    // Written aside and renamed: whoever reads it finds all of it or nothing.
+    // Renaming is atomic, so that a reader never finds half an entry.
     let unfinished = path.with_extension(format!("{}-{count}.part", std::process::id()));
     let written =
         std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
     if written.is_err() {
-        // Nothing to be done if that fails too.
+        // A failure leaves a file that no reader opens.
         let _ = std::fs::remove_file(&unfinished);
     }
     written

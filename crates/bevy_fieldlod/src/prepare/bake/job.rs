@@ -1,4 +1,4 @@
-//! Bakes meshes, unless they are in the cache.
+//! Bakes meshes that are not in the cache.
 
 use std::path::PathBuf;
 use std::slice;
@@ -14,22 +14,22 @@ use crate::api::events::{LodError, LodOrigin};
 use crate::prepare::source_arrays::SourceArrays;
 use crate::prepare::threads::BakeThreads;
 
-/// What a bake goes by, beside the source.
+/// The input of a bake, except the source mesh.
 pub(in crate::prepare) struct BakeJob {
     pub(in crate::prepare) cache_folder: Option<PathBuf>,
     pub(in crate::prepare) config: BakeConfig,
-    /// What it runs on; `None` if there is to be none.
+    /// The threads to bake on; `None` if baking is disabled and only the cache is read.
     pub(in crate::prepare) threads: Option<BakeThreads>,
-    /// What the mesh looks like, if that is known.
+    /// The surface of the material, if it is known.
     pub(in crate::prepare) surface: Option<Arc<Surface>>,
-    /// What it is baked with, if it is not alone.
+    /// The group of primitives that it is baked with, if any.
     pub(in crate::prepare) member: Option<Member>,
 }
 
 impl BakeJob {
-    /// Whether a file has levels of all that the mesh would be baked with: those of another bake would not change with
-    /// them.
-    pub(in crate::prepare) fn find_others(
+    /// Checks that a file has the levels of all meshes that would be baked together. Otherwise some of them would use
+    /// levels of the file and others of a bake, and their levels would change at different distances.
+    pub(in crate::prepare) fn check_others(
         &self,
         baked: &BakedFile,
         file: &str,
@@ -40,7 +40,7 @@ impl BakeJob {
         found.try_for_each(|found| found.map(drop))
     }
 
-    /// Takes the hierarchy of `source` from the cache, else bakes it and puts it there.
+    /// Reads the hierarchy of `source` from the cache, or else bakes and caches it.
     pub(in crate::prepare) fn run(
         &self,
         source: SourceArrays,
@@ -49,7 +49,7 @@ impl BakeJob {
             surface: self.surface.clone(),
             ..source
         };
-        // The mesh may have changed since it was found to be one of several.
+        // The mesh may have changed since its group was collected.
         let is_same = |found: &SourceArrays| found.has_same_mesh_as(&source);
         let all = self.member.as_ref();
         let all = all.and_then(|member| Some((member, member.sources()?)));
@@ -71,10 +71,11 @@ impl BakeJob {
             Some((member, sources)) => member.bake(sources, threads)?,
             None => threads.run(|| bake_mesh_with_report(&source.into_mesh(), &self.config))?,
         };
-        // Only aggregates are baked by what they look like.
-        let name = match report.has_aggregates {
-            true => &names.of_surfaces,
-            false => &names.of_any_surface,
+        // Only bakes of aggregates, such as leaves, depend on surfaces.
+        let name = if report.has_aggregates {
+            &names.of_surfaces
+        } else {
+            &names.of_any_surface
         };
         if let Some(path) = path(name) {
             cache::write(&path, &baked);
@@ -83,22 +84,22 @@ impl BakeJob {
     }
 }
 
-/// The names of cache entries: hashes of all that baking looks at.
+/// The names of cache entries: hashes of the inputs of a bake.
 struct EntryNames {
-    /// Of a bake that turned out not to go by surfaces: tinted copies of a rock share it.
+    /// For bakes that do not depend on surfaces: tinted copies of a rock share it.
     of_any_surface: String,
     of_surfaces: String,
 }
 
 impl EntryNames {
-    /// `together` are the meshes of which this one, by its index, is baked with the others.
+    /// `together` is the index of the mesh in its group, and the meshes of the group.
     fn of(
         source: &SourceArrays,
         config: &BakeConfig,
         together: Option<(usize, &[SourceArrays])>,
     ) -> Self {
         let mut hasher = Xxh3::new();
-        // Another version may bake differently, or write another format.
+        // Another version may bake differently or write another format.
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.update(&FORMAT_VERSION.to_le_bytes());
         hasher.update(&fieldlod_bake::REVISION.to_le_bytes());

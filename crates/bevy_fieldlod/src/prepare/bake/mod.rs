@@ -1,8 +1,11 @@
-//! Bakes meshes that have no file, alone or with the other primitives of their glTF mesh.
+//! Bakes meshes without a file, alone or together with the other primitives of their glTF mesh, and caches the
+//! results.
 
 mod cache;
 mod job;
-pub(super) mod surfaces;
-pub(super) mod together;
+mod surfaces;
+mod together;
 
 pub(super) use job::BakeJob;
+pub(super) use surfaces::{Materials, Surfaces};
+pub(super) use together::{AllTogether, Candidates};

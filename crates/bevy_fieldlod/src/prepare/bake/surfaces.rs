@@ -1,4 +1,4 @@
-//! What the materials of entities look like, for bakes.
+//! The surfaces of materials, for bakes.
 
 use std::sync::Arc;
 
@@ -15,37 +15,36 @@ use bevy::prelude::Res;
 use bevy::render::render_resource::{TextureDimension, TextureFormat};
 use fieldlod_bake::{Surface, SurfaceAlpha, TextureMapping};
 
-/// The surfaces of materials that meshes were asked for with, while some are being prepared.
+use crate::prepare::lookup::NotYet;
+
+/// Caches the surfaces of materials while meshes are being prepared.
 #[derive(Default)]
 pub(in crate::prepare) struct Surfaces(HashMap<AssetId<StandardMaterial>, Option<Arc<Surface>>>);
 
-/// Where materials and textures are found, if the app has any.
+/// The materials and images of the app, if it has any.
 #[derive(SystemParam)]
 pub(in crate::prepare) struct Materials<'w> {
     materials: Option<Res<'w, Assets<StandardMaterial>>>,
     images: Option<Res<'w, Assets<Image>>>,
 }
 
-/// Something that is still being loaded.
-struct Loading;
-
 impl Surfaces {
-    /// What a material looks like; `Some(None)` if that is not known, and `None` while it is being loaded.
+    /// The surface of a material; `None` if it is unknown.
     pub(in crate::prepare) fn find(
         &mut self,
         material: AssetId<StandardMaterial>,
         materials: &Materials<'_>,
         assets: &AssetServer,
-    ) -> Option<Option<Arc<Surface>>> {
+    ) -> Result<Option<Arc<Surface>>, NotYet> {
         if let Some(surface) = self.0.get(&material) {
-            return Some(surface.clone());
+            return Ok(surface.clone());
         }
-        let surface = materials.surface(material, assets).ok()?.map(Arc::new);
+        let surface = materials.surface(material, assets)?.map(Arc::new);
         self.0.insert(material, surface.clone());
-        Some(surface)
+        Ok(surface)
     }
 
-    /// Forgets them: materials may change.
+    /// Clears the cache, because materials may change.
     pub(in crate::prepare) fn clear(&mut self) {
         self.0.clear();
     }
@@ -56,7 +55,7 @@ impl Materials<'_> {
         &self,
         id: AssetId<StandardMaterial>,
         assets: &AssetServer,
-    ) -> Result<Option<Surface>, Loading> {
+    ) -> Result<Option<Surface>, NotYet> {
         let material = self.materials.as_ref().and_then(|all| all.get(id));
         let Some(material) = material else {
             return unless_loading(assets.load_state(id).is_loading());
@@ -80,11 +79,11 @@ impl Materials<'_> {
     }
 }
 
-fn unless_loading(is_loading: bool) -> Result<Option<Surface>, Loading> {
-    if is_loading { Err(Loading) } else { Ok(None) }
+fn unless_loading(is_loading: bool) -> Result<Option<Surface>, NotYet> {
+    if is_loading { Err(NotYet) } else { Ok(None) }
 }
 
-/// `None` for what adds to what is behind, or takes from it.
+/// The alpha mode of a surface; `None` for additive and multiplicative blending.
 fn alpha_of(mode: AlphaMode) -> Option<SurfaceAlpha> {
     match mode {
         AlphaMode::Opaque => Some(SurfaceAlpha::Opaque),
@@ -96,9 +95,9 @@ fn alpha_of(mode: AlphaMode) -> Option<SurfaceAlpha> {
     }
 }
 
-/// The surface with an image in four bytes a texel; `None` for any other.
+/// The surface with a texture; `None` for images in other formats than four bytes per texel.
 fn with_image(plain: Surface, mapping: TextureMapping, image: &Image) -> Option<Surface> {
-    // Others are there or not, as the renderer has taken them or has not yet.
+    // Without this usage, the data is present only until the renderer takes it, and the result would depend on timing.
     if !image.asset_usage.contains(RenderAssetUsages::MAIN_WORLD)
         || image.texture_descriptor.dimension != TextureDimension::D2
     {

@@ -1,10 +1,10 @@
-//! The primitives of one glTF mesh: of a plant, say its bark and its leaves, they are baked together.
+//! Bakes the primitives of one glTF mesh together, such as the bark and the leaves of a plant, so that their levels
+//! change at the same distances.
 
 use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetId, AssetServer, Assets};
 use bevy::gltf::GltfAssetLabel;
-use bevy::image::Image;
 use bevy::mesh::Mesh;
 use bevy::platform::collections::HashMap;
 use fieldlod_bake::{
@@ -13,89 +13,86 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::api::config::{FieldLodConfig, LodKind};
+use crate::prepare::lookup::NotYet;
 use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
 use crate::prepare::threads::BakeThreads;
 
-/// All primitives of a glTF mesh that have levels of the mesh as a whole, until each has got its own.
+/// A group: all primitives of a glTF mesh that are drawn as whole meshes, and their common bake.
 pub(in crate::prepare) struct Together {
     ids: Arc<[AssetId<Mesh>]>,
     meshes: Vec<Mesh>,
-    /// What each looks like, if that is known.
-    looks: Vec<Look>,
+    /// The surface of each mesh, if it is known.
+    surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
     baked: OnceLock<Vec<Result<(Hierarchy, BakeReport), MeshError>>>,
 }
 
-/// What a material looks like to a bake, if that is known, and its texture.
-pub(in crate::prepare) type Look = (Option<Arc<Surface>>, Option<AssetId<Image>>);
-
-/// A primitive and those that it is baked with.
+/// A primitive and its group.
 #[derive(Clone)]
 pub(in crate::prepare) struct Member {
     all: Arc<Together>,
     index: usize,
 }
 
-/// What is baked together.
+/// All groups.
 #[derive(Default)]
 pub(in crate::prepare) struct AllTogether {
-    /// Those of which some have not been asked for yet.
+    /// Groups with members that were not requested yet.
     expected: Vec<Expected>,
-    /// By each mesh, all those that it was last baked with, or would have been.
+    /// For each mesh, the members of its last group.
     others_of: HashMap<AssetId<Mesh>, Arc<[AssetId<Mesh>]>>,
 }
 
 struct Expected {
     all: Arc<Together>,
-    /// Which of them.
+    /// The members that were not requested yet.
     left: Vec<AssetId<Mesh>>,
 }
 
 impl AllTogether {
-    /// Forgets those whose others nobody asks for.
+    /// Drops the groups whose other members nobody requests.
     pub(in crate::prepare) fn clear(&mut self) {
         self.expected.clear();
     }
 
-    /// Forgets the bake of a mesh that changed.
+    /// Drops the groups of a mesh that changed.
     pub(in crate::prepare) fn forget(&mut self, mesh: AssetId<Mesh>) {
         let has = |expected: &Expected| expected.all.ids.contains(&mesh);
         self.expected.retain(|expected| !has(expected));
     }
 
-    /// Forgets what a mesh that is gone was baked with.
+    /// Drops the data of a removed mesh.
     pub(in crate::prepare) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
         self.others_of.remove(&mesh);
     }
 
-    /// `mesh`, and what changes its levels with it.
+    /// All members of the last group of `mesh`, or `mesh` alone.
     pub(in crate::prepare) fn with_others(&self, mesh: AssetId<Mesh>) -> Vec<AssetId<Mesh>> {
         let others = self.others_of.get(&mesh);
         others.map_or_else(|| vec![mesh], |others| others.to_vec())
     }
 
-    /// The primitives that may be baked with `mesh` by `config`, if there are any; `None` while it is not known yet what
-    /// one of them looks like, by `look_of`.
+    /// The group of primitives that `mesh` is baked with, if it is part of one.
     pub(in crate::prepare) fn member(
         &mut self,
         mesh: AssetId<Mesh>,
         config: &BakeConfig,
         candidates: &Candidates<'_>,
-        look_of: impl FnMut(AssetId<Mesh>) -> Option<Look>,
-    ) -> Option<Option<Member>> {
-        let known =
-            |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
+        surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotYet>,
+    ) -> Result<Option<Member>, NotYet> {
         self.others_of.remove(&mesh);
-        let at = match self.expected.iter().position(known) {
+        let is_expected =
+            |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
+        let at = match self.expected.iter().position(is_expected) {
             Some(at) => at,
             None => {
                 let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
-                    return Some(None);
+                    return Ok(None);
                 };
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
-                let looks = ids.iter().copied().map(look_of);
+                let surfaces = ids.iter().copied().map(surface_of);
                 let all = Arc::new(Together {
-                    looks: looks.collect::<Option<_>>()?,
+                    surfaces: surfaces.collect::<Result<_, _>>()?,
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
                     baked: OnceLock::new(),
@@ -105,7 +102,7 @@ impl AllTogether {
                 self.expected.len() - 1
             }
         };
-        // Whoever bakes them keeps them as long as that takes.
+        // The group is dropped here once all members were requested. Their tasks keep it.
         let expected = &mut self.expected[at];
         let all = expected.all.clone();
         expected.left.retain(|id| *id != mesh);
@@ -114,11 +111,11 @@ impl AllTogether {
         }
         self.others_of.insert(mesh, all.ids.clone());
         let index = all.ids.iter().position(|id| *id == mesh);
-        Some(index.map(|index| Member { all, index }))
+        Ok(index.map(|index| Member { all, index }))
     }
 }
 
-/// Where primitives that are baked together are found.
+/// The inputs of the search for a group.
 pub(in crate::prepare) struct Candidates<'a> {
     pub(in crate::prepare) kind: LodKind,
     pub(in crate::prepare) lods: &'a FieldLodConfig,
@@ -127,8 +124,8 @@ pub(in crate::prepare) struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// The primitives of the same glTF mesh that are drawn as whole meshes, `None` if it is the only one, or they
-    /// are too many or have too many triangles.
+    /// The primitives of the same glTF mesh that are drawn as whole meshes. `None` if there is only one, if there are
+    /// too many, or if they have too many triangles.
     fn beside(
         &self,
         mesh: AssetId<Mesh>,
@@ -164,10 +161,10 @@ impl Candidates<'_> {
 }
 
 impl Member {
-    /// What is baked together, in order; `None` if something there cannot be baked at all.
+    /// The members in order; `None` if one of them cannot be baked.
     pub(in crate::prepare) fn sources(&self) -> Option<Vec<SourceArrays>> {
-        let meshes = self.all.meshes.iter().zip(&self.all.looks);
-        let source = |(mesh, (surface, _)): (&Mesh, &Look)| {
+        let meshes = self.all.meshes.iter().zip(&self.all.surfaces);
+        let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
             let source = SourceArrays::of(mesh).ok()?;
             Some(SourceArrays {
                 surface: surface.clone(),
@@ -177,17 +174,12 @@ impl Member {
         meshes.map(source).collect()
     }
 
-    /// The texture by which this one is baked, whatever its material has since.
-    pub(in crate::prepare) fn texture(&self) -> Option<AssetId<Image>> {
-        self.all.looks[self.index].1
-    }
-
-    /// Which of them this is.
+    /// The index of this member.
     pub(in crate::prepare) fn index(&self) -> usize {
         self.index
     }
 
-    /// Bakes all of them, unless another has done so.
+    /// Bakes all members, unless the task of another member has done so.
     pub(in crate::prepare) fn bake(
         &self,
         sources: Vec<SourceArrays>,

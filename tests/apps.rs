@@ -14,7 +14,7 @@ use bevy::render::settings::WgpuSettings;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{BakeConfig, SourceMesh};
+use fieldlod_bake::SourceMesh;
 
 /// Bevy's default plugins without a window and without its log, which only one app of a process can
 /// have.
@@ -90,16 +90,4 @@ pub fn bevy_mesh(source: &SourceMesh) -> Mesh {
         mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals));
     }
     mesh
-}
-
-/// Asks for whole meshes, with levels of cards.
-pub fn with_cards() -> AutoLod {
-    AutoLod {
-        kind: LodKind::WholeMesh,
-        bake: Some(BakeConfig {
-            cards: true,
-            ..default()
-        }),
-        ..default()
-    }
 }

@@ -94,7 +94,6 @@ fn a_saved_scene_has_the_sources() {
         let near = stats(&app, camera);
         assert_eq!(near.triangles_full, 20 * 4u64.pow(subdivisions));
         assert!(near.triangles_drawn * 2 > near.triangles_full, "{near:?}");
-        assert_eq!(near.units_drawn as usize, visible(&app, camera).len());
     }
 }
 

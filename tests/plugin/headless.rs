@@ -64,6 +64,9 @@ pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     app
 }
 
+/// More frames than the entities of units outlive their last view.
+pub(crate) const IDLE_FRAMES: u32 = 64;
+
 /// All events so far.
 #[derive(Resource, Default)]
 pub(crate) struct Events(pub(crate) Vec<FieldLodEvent>);

@@ -7,8 +7,8 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    add, app, before_a_camera, entity_count, insert, move_camera, progress, ready, rock, run_until,
-    spawn_camera, spawn_rock, stats, units,
+    IDLE_FRAMES, add, app, before_a_camera, entity_count, insert, move_camera, progress, ready,
+    rock, run_until, spawn_camera, spawn_rock, stats, units,
 };
 
 fn level_of(app: &App, object: Entity) -> AssetId<Mesh> {
@@ -148,13 +148,12 @@ fn the_kind_can_be_chosen() {
 #[test]
 fn only_units_that_a_view_draws_have_entities() {
     let mut app = app();
-    app.world_mut().resource_mut::<FieldLodConfig>().idle_frames = 3;
     let camera = spawn_camera(&mut app, 2.0);
     spawn_rock(&mut app, 6);
     ready(&mut app, 1);
     let near = units(&mut app).len();
     move_camera(&mut app, camera, 2000.0);
-    for _ in 0..10 {
+    for _ in 0..IDLE_FRAMES {
         app.update();
     }
     let far = units(&mut app).len();

@@ -2,7 +2,6 @@
 
 mod background;
 mod cache;
-mod cards;
 mod copies;
 mod despawns;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
@@ -14,10 +13,10 @@ mod gltf_file;
 mod headless;
 mod kinds;
 mod life;
-mod pages;
 mod processed;
 mod rejects;
 mod scenes;
+mod settings;
 mod soak;
 mod standalone;
 mod stock;
@@ -26,4 +25,3 @@ mod surfaces;
 mod textures;
 mod views;
 mod visible_flux;
-mod wishes;

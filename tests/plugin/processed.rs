@@ -150,7 +150,7 @@ fn a_file_that_cannot_be_baked_is_processed_as_it_is() {
     let copy = folder.path().join("processed/odd-one.glb");
     run_until(&mut app, "the file is copied", |_| copy.exists());
     run_until(&mut app, "the log names it", |_| {
-        logged(Level::WARN, &["odd-one.glb", "without levels of detail"])
+        logged(Level::WARN, &["odd-one.glb", "could not bake"])
     });
     assert_eq!(std::fs::read(copy).unwrap(), b"no glTF at all");
 }

@@ -9,7 +9,7 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodOrigin, LodSource};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
-use fieldlod_tests::apps::{bevy_mesh, with_cards};
+use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
@@ -105,15 +105,6 @@ fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
 }
 
 #[test]
-fn a_scene_is_baked_in_the_background() {
-    let mut file = two_rocks();
-    file.glb();
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-}
-
-#[test]
 fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
     let mut file = two_rocks();
     let glb = file.glb();
@@ -162,19 +153,6 @@ fn a_file_beside_the_asset_is_found() {
 }
 
 #[test]
-fn a_file_beside_the_asset_is_not_looked_for_if_not_wanted() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    file.write("mesh.fieldlod", &bake(&glb));
-    let mut app = app_in(file.folder());
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
-    config.look_beside_assets = false;
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-}
-
-#[test]
 fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
     let mut file = two_rocks();
     let glb = file.glb();
@@ -187,42 +165,6 @@ fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
     assert_eq!(origins(&app), [LodOrigin::Baked]);
     let words = ["mesh.glb#Mesh0/Primitive0", "mesh.fieldlod", "stale"];
     assert!(logged(Level::WARN, &words));
-}
-
-#[test]
-fn a_corrupt_file_beside_the_asset_is_logged_and_the_mesh_baked() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    let mut bytes = bake(&glb);
-    bytes[1000] ^= 1;
-    file.write("mesh.fieldlod", &bytes);
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-    assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
-}
-
-#[test]
-fn a_reloaded_file_is_baked_anew() {
-    let mut file = one_rock(4, 1);
-    file.glb();
-    let mut app = app_in(file.folder());
-    let camera = spawn_camera(&mut app, 3.0);
-    // Without a watcher, the asset server reloads what someone holds.
-    let whole: Handle<Gltf> = app.world().resource::<AssetServer>().load("mesh.glb");
-    spawn_scene(&mut app, None);
-    ready(&mut app, 1);
-    assert_eq!(stats(&app, camera).triangles_full, 5120);
-    let mut changed = one_rock(3, 1);
-    file.write("mesh.glb", &changed.glb_bytes());
-    app.world().resource::<AssetServer>().reload("mesh.glb");
-    run_until(&mut app, "the changed mesh is drawn", |app| {
-        stats(app, camera).triangles_full == 1280
-    });
-    ready(&mut app, 1);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-    drop(whole);
 }
 
 #[test]
@@ -428,75 +370,6 @@ fn leaves_that_a_program_changes_change_with_the_bark_again() {
         ready(&mut app, 2);
         assert_changes_together(&triangles_on_the_way(&mut app));
         assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
-    }
-}
-
-/// Bark and leaves with materials of these kinds: whether each is drawn as cards far away, and the triangles of both far
-/// away and then near by, from the nearest on.
-fn tree_with(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], Vec<u64>) {
-    let mut app = app_in(file);
-    let camera = spawn_camera(&mut app, 120.0);
-    let parts = [0, 1].map(|primitive| {
-        let label = GltfAssetLabel::Primitive { mesh: 0, primitive };
-        let assets = app.world().resource::<AssetServer>();
-        let mesh: Handle<Mesh> = assets.load(label.from_asset("mesh.glb"));
-        let material = StandardMaterial {
-            alpha_mode: alpha_modes[primitive],
-            ..StandardMaterial::from(Color::linear_rgb(0.2, 0.5, 0.1))
-        };
-        let material = add(&mut app, material);
-        let part = (Mesh3d(mesh), MeshMaterial3d(material), with_cards());
-        app.world_mut().spawn(part).id()
-    });
-    ready(&mut app, 2);
-    app.update();
-    let are_cards = parts.map(|part| {
-        let mesh = app.world().get::<Mesh3d>(part).unwrap();
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        let mesh = meshes.get(mesh).unwrap();
-        // The source has no tangents.
-        mesh.contains_attribute(Mesh::ATTRIBUTE_TANGENT)
-    });
-    let mut triangles = vec![stats(&app, camera).triangles_drawn];
-    for step in 0..60 {
-        move_camera(&mut app, camera, 10.0 * 1.04f32.powi(step));
-        triangles.push(stats(&app, camera).triangles_drawn);
-    }
-    (are_cards, triangles)
-}
-
-#[test]
-fn bark_and_leaves_become_cards_each_as_its_material_allows() {
-    let mut file = one_tree();
-    file.glb();
-    let opaque = AlphaMode::Opaque;
-    let (are_cards, both) = tree_with(file.folder(), [opaque; 2]);
-    assert_eq!(are_cards, [true; 2]);
-    assert!(both[0] <= 128, "{both:?}");
-    // What a picture cannot stand for is drawn with its triangles, and the other with cards still.
-    let (are_cards, of_leaves) = tree_with(file.folder(), [AlphaMode::Blend, opaque]);
-    assert_eq!(are_cards, [false, true]);
-    let (are_cards, of_bark) = tree_with(file.folder(), [opaque, AlphaMode::Blend]);
-    assert_eq!(are_cards, [true, false]);
-    let (are_cards, neither) = tree_with(file.folder(), [AlphaMode::Blend; 2]);
-    assert_eq!(are_cards, [false; 2]);
-    // Whatever draws the one, the other changes where both change as it does: at levels of cards, or of triangles.
-    let changes = |triangles: &[u64]| -> Vec<usize> {
-        let pairs = triangles[1..].windows(2).enumerate();
-        let changes = pairs.filter(|(_, pair)| pair[0] != pair[1]);
-        changes.map(|(step, _)| step).collect()
-    };
-    let [both, neither] = [both, neither].map(|drawn| changes(&drawn));
-    assert!(both.len() > 3 && neither.len() > 3, "{both:?}, {neither:?}");
-    for one in [of_leaves, of_bark] {
-        let one = changes(&one);
-        let is_change = |step: &usize| both.contains(step) || neither.contains(step);
-        assert!(one.iter().all(is_change), "{one:?}, {both:?}, {neither:?}");
-        // Its cards and its triangles change.
-        for all in [&both, &neither] {
-            let shared = all.iter().filter(|step| one.contains(step)).count();
-            assert!(shared > 3, "{one:?}, {all:?}");
-        }
     }
 }
 

@@ -11,7 +11,7 @@ use bevy::ecs::component::Mutable;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
 use bevy::pbr::wireframe::Wireframe;
-use bevy::pbr::{ExtendedMaterial, Lightmap, Material, MaterialExtension, MaterialPlugin};
+use bevy::pbr::{Material, MaterialPlugin};
 use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
@@ -32,29 +32,18 @@ struct Glow {}
 
 impl Material for Glow {}
 
-/// An extension of the standard one.
-#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
-struct Moss {}
-
-impl MaterialExtension for Moss {}
-
-type Mossy = ExtendedMaterial<StandardMaterial, Moss>;
-
-/// Units inherit a material of any type, when they are spawned and when it changes.
-fn inherits<M: Material + Default>()
-where
-    M::Data: PartialEq + Eq + std::hash::Hash + Clone,
-{
+#[test]
+fn units_inherit_a_custom_material() {
     let mut app = unfinished(AssetPlugin::default());
-    app.add_plugins(MaterialPlugin::<M>::default());
+    app.add_plugins(MaterialPlugin::<Glow>::default());
     finish(&mut app);
     let camera = spawn_camera(&mut app, 3.0);
     let rock = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
     let world = app.world_mut();
-    let mut materials = world.resource_mut::<Assets<M>>();
-    let first = materials.add(M::default());
-    let second = materials.add(M::default());
+    let mut materials = world.resource_mut::<Assets<Glow>>();
+    let first = materials.add(Glow::default());
+    let second = materials.add(Glow::default());
     let drawn = stats(&app, camera).triangles_drawn;
     for material in [first, second] {
         app.world_mut()
@@ -67,7 +56,7 @@ where
         for unit in units {
             let unit = app.world().entity(unit);
             let inherited = unit
-                .get::<MeshMaterial3d<M>>()
+                .get::<MeshMaterial3d<Glow>>()
                 .map(|inherited| inherited.id());
             assert_eq!(inherited, Some(material.id()));
             assert!(!unit.contains::<MeshMaterial3d<StandardMaterial>>());
@@ -77,18 +66,8 @@ where
     // Units that are spawned later inherit it too.
     move_camera(&mut app, camera, 2.0);
     for unit in units(&mut app) {
-        assert!(app.world().get::<MeshMaterial3d<M>>(unit).is_some());
+        assert!(app.world().get::<MeshMaterial3d<Glow>>(unit).is_some());
     }
-}
-
-#[test]
-fn a_custom_material_is_inherited() {
-    inherits::<Glow>();
-}
-
-#[test]
-fn an_extended_material_is_inherited() {
-    inherits::<Mossy>();
 }
 
 /// What a renderer extension of a game's reads on every entity that it draws.
@@ -141,38 +120,6 @@ fn what_says_how_a_mesh_is_drawn_is_inherited() {
 }
 
 #[test]
-fn a_lightmap_is_inherited() {
-    let (mut app, _, rock) = before_a_camera(5, 4.0);
-    let lightmap = Lightmap {
-        image: add(&mut app, Image::default()),
-        uv_rect: Rect::new(0.0, 0.5, 0.5, 1.0),
-        ..default()
-    };
-    insert(&mut app, rock, lightmap.clone());
-    app.update();
-    for unit in units(&mut app) {
-        let inherited = app.world().get::<Lightmap>(unit).unwrap();
-        assert_eq!(
-            (&inherited.image, inherited.uv_rect),
-            (&lightmap.image, lightmap.uv_rect)
-        );
-    }
-}
-
-/// A shader that reads `vertex_index` sees other numbers in units than in the source.
-#[test]
-fn units_number_their_vertices_anew() {
-    let (app, _, rock) = before_a_camera(5, 4.0);
-    let meshes = app.world().resource::<Assets<Mesh>>();
-    let count = |entity: Entity| {
-        let mesh = app.world().get::<Mesh3d>(entity).unwrap();
-        meshes.get(mesh).unwrap().count_vertices()
-    };
-    let children = app.world().get::<Children>(rock).unwrap();
-    assert!(children.iter().all(|unit| count(unit) < count(rock)));
-}
-
-#[test]
 fn visibility_is_inherited() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
@@ -204,26 +151,8 @@ fn what_is_not_frustum_culled_is_drawn_outside() {
         insert(&mut app, rock, NoFrustumCulling);
         app.update();
         app.update();
-        let stats = stats(&app, camera);
-        assert!(stats.triangles_drawn > 0, "{stats:?}");
+        assert!(!visible(&app, camera).is_empty());
     }
-}
-
-#[test]
-fn moved_objects_take_their_units_along_in_the_same_frame() {
-    let (mut app, camera, rock) = before_a_camera(5, 4.0);
-    let before = stats(&app, camera).triangles_drawn;
-    for step in 1..40u8 {
-        let place = Transform::from_xyz(0.0, 0.0, 4.0 - f32::from(step));
-        insert(&mut app, rock, place);
-        app.update();
-        let place = *app.world().get::<GlobalTransform>(rock).unwrap();
-        for unit in visible(&app, camera) {
-            assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
-        }
-        assert!(stats(&app, camera).triangles_drawn > 0);
-    }
-    assert!(stats(&app, camera).triangles_drawn < before);
 }
 
 /// Lets an animation carry `entity` from where it is to `place` within a second.
@@ -271,35 +200,6 @@ fn an_animated_object_takes_its_cut_along() {
 }
 
 #[test]
-fn a_moved_parent_moves_the_cut() {
-    for subdivisions in [4, 5] {
-        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
-        let before = stats(&app, camera).triangles_drawn;
-        let root = app.world_mut().spawn(Transform::default()).id();
-        insert(&mut app, root, Visibility::default());
-        app.world_mut().entity_mut(root).add_child(rock);
-        app.update();
-        assert_eq!(progress(&app).ready, 1);
-        let away = Transform::from_xyz(0.0, 0.0, -200.0);
-        insert(&mut app, root, away);
-        app.update();
-        let stats = stats(&app, camera);
-        assert!(stats.triangles_drawn * 2 < before, "{stats:?}");
-    }
-}
-
-#[test]
-fn scaled_objects_are_drawn_as_fine_as_they_look() {
-    for subdivisions in [4, 5] {
-        let (mut app, camera, rock) = before_a_camera(subdivisions, 60.0);
-        let small = stats(&app, camera).triangles_drawn;
-        insert(&mut app, rock, Transform::from_scale(Vec3::splat(20.0)));
-        app.update();
-        assert!(stats(&app, camera).triangles_drawn > 2 * small);
-    }
-}
-
-#[test]
 fn entities_come_under_a_root_and_leave_it_by_their_parent() {
     let mut app = app();
     spawn_camera(&mut app, 40.0);
@@ -322,25 +222,6 @@ fn entities_come_under_a_root_and_leave_it_by_their_parent() {
     app.update();
     assert_eq!(progress(&app), FieldLodProgress::default());
     assert_eq!(entity_count(&mut app), 1);
-}
-
-#[test]
-fn ranges_by_hand_stand_beside_ours() {
-    let (mut app, camera, _) = before_a_camera(5, 4.0);
-    let before = visible(&app, camera);
-    let near = add(&mut app, rock(2, 3));
-    let place = Transform::from_xyz(0.5, 0.0, 0.0);
-    let mut spawn = |range| {
-        let bundle = (Mesh3d(near.clone()), place, range);
-        app.world_mut().spawn(bundle).id()
-    };
-    let shown = spawn(VisibilityRange::abrupt(0.0, 10.0));
-    let hidden = spawn(VisibilityRange::abrupt(10.0, 20.0));
-    app.update();
-    app.update();
-    let after = visible(&app, camera);
-    assert!(after.contains(&shown) && !after.contains(&hidden));
-    assert_eq!(after.len(), before.len() + 1);
 }
 
 #[test]

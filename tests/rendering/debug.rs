@@ -84,35 +84,6 @@ fn stage_with_a_rock() -> Option<(Stage, Transform)> {
     Some((stage, pose))
 }
 
-/// The depth image shows what hides others, and goes when it is not wanted.
-#[test]
-fn the_depth_image_is_shown_in_the_corner() {
-    let Some((mut stage, pose)) = stage_with_a_rock() else {
-        return;
-    };
-    let flux = FieldLodSettings {
-        visible_flux: true,
-        ..default()
-    };
-    let eye = stage.add_eye(pose, css::BLACK.into(), flux);
-    stage.insert(eye.entity, IsDefaultUiCamera);
-    stage.run_until_ready();
-    assert!(stage.stats(&eye).occluder_triangles > 0);
-    let [without] = stage.shoot([&eye]);
-    let set = |stage: &mut Stage, is_shown| {
-        let world = stage.app.world_mut();
-        world.resource_mut::<FieldLodDebug>().depth_image = is_shown;
-        (0..3).for_each(|_| stage.app.update());
-    };
-    set(&mut stage, true);
-    let [with] = stage.shoot([&eye]);
-    let changed = count(&difference(&without, &with));
-    assert!(changed > 1000, "{changed} pixels of the depth image");
-    set(&mut stage, false);
-    let [again] = stage.shoot([&eye]);
-    assert_eq!(count(&difference(&without, &again)), 0);
-}
-
 #[test]
 fn boxes_are_gizmos_of_a_group_of_their_own() {
     let Some((mut stage, pose)) = stage_with_a_rock() else {

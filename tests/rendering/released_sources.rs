@@ -94,31 +94,6 @@ fn a_source_leaves_the_gpu_and_is_there_in_the_frame_that_draws_it() {
     assert!(is_on_gpu(&stage, &mesh));
 }
 
-#[test]
-fn sources_stay_where_units_come_a_few_at_a_time_and_nothing_is_missing() {
-    let Some((mut stage, _, mesh, eye)) = stage_with(false) else {
-        return;
-    };
-    assert!(!is_on_gpu(&stage, &mesh));
-    stage
-        .app
-        .world_mut()
-        .resource_mut::<FieldLodConfig>()
-        .units_per_frame = Some(2);
-    let blue = css::SKY_BLUE.to_u8_array().into();
-    for distance in [4.0, 2.0, 9.0, 2.5f32] {
-        let pose = Transform::from_xyz(0.3 * distance, 0.0, distance);
-        stage.insert(eye.entity, pose.looking_at(Vec3::ZERO, Vec3::Y));
-        for _ in 0..3 {
-            let [picture] = stage.shoot([&eye]);
-            assert_eq!(enclosed(&picture, blue), 0, "at {distance}");
-            assert!(picture.pixels().any(|pixel| *pixel != blue));
-        }
-    }
-    assert!(is_on_gpu(&stage, &mesh));
-    assert!(stage.stats(&eye).units_drawn > 0);
-}
-
 /// Meshes that are drawn by others are on the GPU for as long as these are there, whoever comes first.
 #[test]
 fn a_source_that_others_draw_stays_or_returns() {

@@ -82,7 +82,7 @@ use bevy::prelude::*;
 
 pub use api::auto_lod::{AutoLod, NoLod};
 pub use api::config::{FieldLodConfig, LodKind, LodMemory};
-pub use api::events::{FieldLodEvent, FieldLodSharp, LodError, LodFailed, LodOrigin, LodReady};
+pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
 pub use api::settings::FieldLodSettings;
 pub use api::stats::{FieldLodProgress, FieldLodViewStats};
@@ -110,9 +110,8 @@ pub mod prelude {
     pub use crate::FieldLodDebug;
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodEvent, FieldLodMemory,
-        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodSharp, FieldLodViewStats,
-        FieldLodVisibleFlux, LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady,
-        LodState, NoLod,
+        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, FieldLodVisibleFlux,
+        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState, NoLod,
     };
 }
 

@@ -157,8 +157,6 @@ pub(crate) enum Quantity {
     Curl,
     /// Error in pixels.
     Error,
-    /// Share of a thing that nothing hides.
-    Visible,
 }
 
 impl Quantity {
@@ -168,7 +166,6 @@ impl Quantity {
             Self::Aspect => FieldLodHeatMap::AspectRatio,
             Self::Curl => FieldLodHeatMap::Curl,
             Self::Error => FieldLodHeatMap::PixelError,
-            Self::Visible => FieldLodHeatMap::VisibleShare,
         }
     }
 }

@@ -121,17 +121,22 @@ fn follow(
 
 /// Brings viewports and thresholds in line with [`ViewOptions`] and with the size of the target.
 fn apply_options(
+    mut commands: Commands,
     options: Res<ViewOptions>,
-    main: Single<(&mut Camera, &mut FieldLodSettings), With<MainCamera>>,
+    main: Single<(Entity, &mut Camera, &mut FieldLodSettings), With<MainCamera>>,
     twin: Single<&mut Camera, (With<FullDetailCamera>, Without<MainCamera>)>,
 ) {
-    let (mut main, mut settings) = main.into_inner();
+    let (entity, mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
     settings.shadow_bias = options.shadow_bias;
     settings.shadow_error_texels = options.shadow_error_texels;
     settings.offscreen_margin = options.offscreen_margin;
-    settings.visible_flux = options.visible_flux;
+    if options.visible_flux {
+        commands.entity(entity).insert(FieldLodVisibleFlux);
+    } else {
+        commands.entity(entity).remove::<FieldLodVisibleFlux>();
+    }
     twin.is_active = options.split && main.is_active;
     let Some(size) = main.physical_target_size() else {
         return;

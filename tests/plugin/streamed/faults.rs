@@ -90,33 +90,6 @@ fn a_file_that_is_missing_is_named() {
 }
 
 #[test]
-fn a_truncated_file_is_drawn_as_far_as_it_goes() {
-    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
-    bytes.truncate(finer_pages()[5].start + 100);
-    shelf.put("short.fieldpages", bytes);
-    let (mut app, camera) = app_of(&shelf, ROOMY);
-    spawn(&mut app, "short.fieldpages", 0);
-    ready(&mut app, 1);
-    run_until_failed(&mut app, camera, 1);
-    assert!(memory(&app).loaded_pages > 3, "{:?}", memory(&app));
-    let said = logged_times(Level::ERROR, &["shelf://short.fieldpages", "truncated"]);
-    assert_eq!(said, 1);
-}
-
-#[test]
-fn a_file_that_goes_while_in_use_is_drawn_as_far_as_it_was_read() {
-    let (shelf, mut app, camera) = one_rock("going.fieldpages", ROOMY);
-    run_until_sharp(&mut app);
-    let before = drawn(&app, camera);
-    shelf.remove("going.fieldpages");
-    move_camera(&mut app, camera, 2.7);
-    run_until_failed(&mut app, camera, 1);
-    assert!(drawn(&app, camera).len() >= before.len());
-    let said = logged_times(Level::ERROR, &["shelf://going.fieldpages", "not found"]);
-    assert_eq!(said, 1);
-}
-
-#[test]
 fn a_file_that_is_replaced_is_never_mixed_with_the_other() {
     let (shelf, mut app, camera) = one_rock("new.fieldpages", ROOMY);
     // Another rock, whose pages are elsewhere.

@@ -10,19 +10,19 @@ use fieldlod_hierarchy::BakedFile;
 use crate::assets::file_parts::AssetFolder;
 use crate::assets::lod_pages::LodPages;
 
-/// The hierarchies of one glTF file: a `.fieldlod` file made by `fieldlod bake`, or a `.fieldpages` file made
-/// by `fieldlod bake --pages`, of which only the coarsest levels are in memory.
+/// The hierarchies of one glTF file: a `.fieldlod` file, made by `fieldlod bake`, or a `.fieldpages` file, made by
+/// `fieldlod bake --pages`, of which only the coarsest levels are in memory.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct BakedLods {
-    /// The contents of a `.fieldlod` file; nothing for a `.fieldpages` file. Hierarchies may lack the vertices
-    /// of their source, which are then taken from the meshes that they are used for.
+    /// The contents of a `.fieldlod` file; empty for a `.fieldpages` file. Hierarchies without source vertices use those
+    /// of the meshes that they are applied to.
     pub file: Arc<BakedFile>,
-    /// What is known of a `.fieldpages` file.
+    /// The resident part of a `.fieldpages` file.
     pub(crate) pages: Option<Arc<LodPages>>,
 }
 
 impl BakedLods {
-    /// Hierarchies that are in memory as a whole.
+    /// Hierarchies in memory.
     #[must_use]
     pub fn new(file: Arc<BakedFile>) -> Self {
         Self { file, pages: None }
@@ -37,14 +37,14 @@ impl BakedLods {
     }
 }
 
-/// Lets the asset server load such files.
+/// Registers the asset and its loader.
 pub(crate) fn plugin(app: &mut App) {
     let folder = AssetFolder::of(app);
     app.init_asset::<BakedLods>()
         .register_asset_loader(BakedLodsLoader { folder });
 }
 
-/// Loads `.fieldlod` files, and what of `.fieldpages` files stays in memory.
+/// Loads `.fieldlod` files, and the resident part of `.fieldpages` files.
 #[derive(Debug, TypePath)]
 struct BakedLodsLoader {
     folder: Option<AssetFolder>,

@@ -1,7 +1,6 @@
-//! Reads parts of files of the system, and no more than those.
+//! Reads parts of files in the asset folder.
 //!
-//! Bevy's reader of files reads on from where it was sent to, up to 8 MiB, for as long as it is there. So files in the
-//! folder of assets are read past it.
+//! Bevy's file reader reads ahead up to 8 MiB after a seek, so files in the asset folder are read without it.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -12,15 +11,15 @@ use bevy::asset::io::{AssetSourceId, Reader};
 use bevy::asset::{AssetMode, AssetPath, AsyncSeekExt};
 use bevy::prelude::*;
 
-/// By so many bytes at its end a file is known.
+/// Number of bytes at the end of a file that are compared to identify it.
 const END_BYTES: i64 = 64;
 
-/// Where Bevy looks for assets, unless a game has a default source of its own.
+/// The asset folder of Bevy's default source.
 #[derive(Clone, Debug)]
 pub(crate) struct AssetFolder(PathBuf);
 
 impl AssetFolder {
-    /// That of an app's [`AssetPlugin`].
+    /// The folder of an app's [`AssetPlugin`].
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn of(app: &App) -> Option<Self> {
         let plugins = app.get_added_plugins::<AssetPlugin>();
@@ -33,14 +32,14 @@ impl AssetFolder {
         Some(Self(base.join(folder)))
     }
 
-    /// The web has none.
+    /// There is no folder on the web.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn of(_app: &App) -> Option<Self> {
         None
     }
 
-    /// The file in the folder that `reader` reads from, which is set back to its beginning. None if it reads from
-    /// elsewhere: a source may have any reader.
+    /// The file in the folder that `reader` reads from; `None` if a custom source reads from elsewhere. Rewinds the
+    /// reader.
     pub(crate) async fn find(
         &self,
         asset: &AssetPath<'static>,
@@ -51,7 +50,7 @@ impl AssetFolder {
         }
         let file = self.0.join(asset.path());
         let reader = reader.seekable().ok()?;
-        // Nothing lies behind the end, and so it is not read on from there.
+        // There is nothing to read ahead at the end.
         let start = reader.seek(SeekFrom::End(-END_BYTES)).await.ok();
         let mut end = Vec::new();
         let is_read = reader.read_to_end(&mut end).await.is_ok();
@@ -73,7 +72,7 @@ pub(crate) async fn read_part(path: PathBuf, range: Range<u64>) -> io::Result<Ve
         file.take(length).read_to_end(&mut bytes)?;
         Ok(bytes)
     };
-    // Disks that do not answer keep threads, but none of Bevy's.
+    // A slow disk must not block Bevy's threads.
     #[cfg(not(target_arch = "wasm32"))]
     let bytes = blocking::unblock(read).await;
     #[cfg(target_arch = "wasm32")]

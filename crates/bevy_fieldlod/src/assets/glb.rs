@@ -1,8 +1,8 @@
 //! A `.fieldlod` file inside a `.glb` file.
 //!
-//! Binary glTF is a row of chunks, `length u32 | type u32 | bytes`, after a header of twelve bytes.
-//! Readers ignore chunks of types that they do not know, if those come after the JSON and the BIN
-//! chunk (glTF 2.0, §4.4.3). Chunks are padded to four bytes, so ours tells the length of the file.
+//! Binary glTF is a sequence of chunks, `length u32 | type u32 | bytes`, after a header of twelve bytes.
+//! Readers ignore chunks of unknown types after the JSON and the BIN chunk (glTF 2.0, §4.4.3). Chunks are padded to four
+//! bytes, so our chunk begins with the length of the file.
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
@@ -18,7 +18,7 @@ pub(crate) fn find_chunk(glb: &[u8]) -> Option<&[u8]> {
     file.get(..u32::from_le_bytes(*length) as usize)
 }
 
-/// `glb` with `file` in it; `None` if it is not binary glTF or would get too long.
+/// `glb` with `file` in it; `None` if `glb` is not binary glTF or the result is too long.
 #[cfg(feature = "bake")]
 pub(crate) fn with_chunk(glb: &[u8], file: &[u8]) -> Option<Vec<u8>> {
     if !glb.starts_with(b"glTF") {
@@ -30,7 +30,7 @@ pub(crate) fn with_chunk(glb: &[u8], file: &[u8]) -> Option<Vec<u8>> {
     push(&mut with, kind, json, b' ');
     match chunks.next() {
         Some((BIN, bytes)) => push(&mut with, BIN, bytes, 0),
-        // Readers want it before any other.
+        // Readers need it before any other chunk.
         _ => push(&mut with, BIN, &[], 0),
     }
     let length = u32::try_from(file.len()).ok()?;
@@ -54,7 +54,7 @@ fn push(glb: &mut Vec<u8>, kind: [u8; 4], bytes: &[u8], padding: u8) {
     glb.extend(std::iter::repeat_n(padding, padded - bytes.len()));
 }
 
-/// What is left of the row; ends where it is cut short.
+/// The remaining chunks; ends at a truncated chunk.
 struct Chunks<'a>(&'a [u8]);
 
 impl<'a> Iterator for Chunks<'a> {
@@ -85,28 +85,27 @@ mod tests {
     }
 
     #[test]
-    fn what_was_put_in_is_found_and_the_length_is_right() {
+    fn added_chunk_is_found() {
         let plain = glb(&[(*b"JSON", b"{}"), (BIN, &[1, 2, 3, 4])]);
         assert_eq!(find_chunk(&plain), None);
         let with = with_chunk(&plain, b"levels..").unwrap();
         assert_eq!(find_chunk(&with), Some(&b"levels.."[..]));
         assert_eq!(with[8..12], (with.len() as u32).to_le_bytes());
-        // What was there stays where it was.
         assert_eq!(with[HEADER..plain.len()], plain[HEADER..]);
-        // And putting in again replaces.
+        // Adding again replaces the chunk.
         let again = with_chunk(&with, b"other").unwrap();
         assert_eq!(find_chunk(&again), Some(&b"other"[..]));
     }
 
     #[test]
-    fn a_file_without_binary_data_gets_an_empty_chunk_of_it() {
+    fn missing_bin_chunk_is_added() {
         let with = with_chunk(&glb(&[(*b"JSON", b"{}")]), b"file").unwrap();
         let kinds: Vec<[u8; 4]> = Chunks(&with[HEADER..]).map(|(kind, _)| kind).collect();
         assert_eq!(kinds, [*b"JSON", BIN, FIELDLOD]);
     }
 
     #[test]
-    fn refuses_what_is_cut_short_or_something_else() {
+    fn rejects_truncated_and_other_files() {
         let with = with_chunk(&glb(&[(*b"JSON", b"{}")]), b"file").unwrap();
         for end in 0..with.len() {
             assert_eq!(find_chunk(&with[..end]), None, "{end}");

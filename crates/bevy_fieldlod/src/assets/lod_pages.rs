@@ -1,4 +1,4 @@
-//! What of a `.fieldpages` file is always in memory.
+//! The resident part of a `.fieldpages` file.
 
 use std::path::PathBuf;
 
@@ -11,19 +11,19 @@ pub(crate) struct LodPages {
     pub(crate) file: PagedFile,
     /// The first page of each mesh.
     pub(crate) first_pages: Vec<Result<Hierarchy, FileError>>,
-    /// Where all other pages are.
+    /// Where to read the other pages.
     pub(crate) place: PagePlace,
     /// The path of the file.
     pub(crate) name: String,
 }
 
-/// Where pages are read from.
+/// Where to read pages.
 #[derive(Debug)]
 pub(crate) enum PagePlace {
-    /// A file of the system.
+    /// A file on disk.
     File(PathBuf),
-    /// A file of which Bevy's reader can read parts.
+    /// An asset with a reader that can seek.
     Asset(AssetPath<'static>),
-    /// All bytes of a file that can only be read as a whole.
+    /// All bytes of a file whose reader cannot seek.
     Memory(Vec<u8>),
 }

@@ -1,4 +1,4 @@
-//! Bakes when assets are processed, so that a shipped game never does.
+//! Bakes while assets are processed, so that a shipped game never bakes.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,15 +15,12 @@ use fieldlod_hierarchy::{FileOptions, Precision};
 
 use crate::assets::glb;
 
-/// Makes Bevy's asset processor put the levels of detail of `.glb` files into them, where the plugin
-/// finds them.
+/// Makes Bevy's asset processor add levels of detail to `.glb` files.
 ///
-/// It works while [`AssetPlugin`] processes assets (`AssetMode::Processed` and Bevy's
-/// `asset_processor` feature, as when a game is built for shipping). The processed files are plain
-/// glTF with one more chunk, which other readers ignore. What the game ships with needs neither this
-/// plugin nor the `bake` feature. Images beside a file are looked at as other processors leave them: if as PNG or JPEG,
-/// leaves are baked by them, and anew when they change. Files with separate buffers (`.gltf`) are left alone: give
-/// them a `.fieldlod` file with `fieldlod bake`.
+/// It works while [`AssetPlugin`] processes assets: with `AssetMode::Processed` and Bevy's `asset_processor` feature.
+/// The processed files are glTF with an additional chunk, which other readers ignore. The shipped game needs neither
+/// this plugin nor the `bake` feature. Leaves are baked with PNG and JPEG images beside the file, and again when these
+/// change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
@@ -48,7 +45,7 @@ impl Plugin for FieldLodProcessorPlugin {
     }
 }
 
-/// Puts a `.fieldlod` file into a `.glb` file. Its settings are those of the loader.
+/// Adds a `.fieldlod` file to a `.glb` file. Its settings are those of the loader.
 #[derive(Clone, Copy, Debug, Default, TypePath)]
 pub(crate) struct BakeIntoGlb;
 
@@ -77,7 +74,8 @@ impl Process for BakeIntoGlb {
 #[derive(Asset, TypePath)]
 struct BakedGlb(Vec<u8>);
 
-/// Loaders may read files beside their own, and Bevy processes anew what they have read changes.
+/// A loader instead of a plain processor: Bevy tracks the other files that a loader reads, and processes again when they
+/// change.
 #[derive(TypePath)]
 struct GlbBaker;
 
@@ -99,10 +97,10 @@ impl AssetLoader for GlbBaker {
     }
 }
 
-/// Files beside a `.glb` file by their names, or why they cannot be had.
+/// Files beside a `.glb` file by name, or why they could not be read.
 type Files = BTreeMap<String, Result<Vec<u8>, String>>;
 
-/// The images that are not in the file itself.
+/// The external images of a file.
 async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
     let wanted = Mutex::new(Vec::new());
     let want = |name: &str| {
@@ -110,7 +108,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
         wanted.push(name.to_owned());
         Err(io::ErrorKind::NotFound.into())
     };
-    // Whatever is wrong with the file, the bake finds it as well.
+    // The bake reports errors of the file.
     let _ = import_gltf_bytes(glb, &want);
     let mut files = Files::new();
     for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -126,7 +124,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
     files
 }
 
-/// `glb` with its levels of detail; as it was, and the log says why, if it has none.
+/// `glb` with its levels of detail. If the bake fails, logs why and returns `glb` unchanged.
 fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
     let beside = |name: &str| match files.get(name) {
         Some(file) => file.clone().map_err(io::Error::other),
@@ -145,13 +143,13 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
             glb::with_chunk(&glb, &file).unwrap_or(glb)
         }
         Err(fault) => {
-            warn!("{path} is left without levels of detail: {fault}");
+            warn!("could not bake {path}: {fault}; processing it without levels of detail");
             glb
         }
     }
 }
 
-/// The settings are not `Clone`.
+/// Copies the settings, which are not `Clone`.
 fn copy_of(settings: &GltfLoaderSettings) -> GltfLoaderSettings {
     let GltfLoaderSettings {
         load_meshes,

@@ -1,9 +1,8 @@
-//! Leaves the culling of frusta to the GPU where Bevy's GPU preprocessing does it: the main world then looks at
-//! no object that has not changed.
+//! Leaves frustum culling to the GPU if Bevy's GPU preprocessing can do it, so that the main world visits changed objects
+//! only.
 //!
-//! Bevy leaves entities with [`NoCpuCulling`] out of all its lists in the main world. The render world keeps
-//! them in a list for each view, which changes only where something does. What is drawn by some views only
-//! is taken from the lists of the others there, in `gpu_lists`.
+//! Bevy excludes entities with [`NoCpuCulling`] from all lists in the main world. The render world keeps a list per view,
+//! which changes only with its entities. `gpu_lists` removes the entities that a view does not draw.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,15 +24,15 @@ use crate::scene::view_cut::ViewCut;
 #[derive(Resource, Default)]
 pub(crate) struct GpuCulling {
     pub(crate) is_on: bool,
-    /// Whether the device can. The render world sets it.
+    /// Whether the device supports it. The render world sets it.
     is_supported: Arc<AtomicBool>,
 }
 
-/// Finds out whether the GPU culls, and switches over.
+/// Detects whether the GPU can cull, and switches.
 pub(crate) fn plugin(app: &mut App) {
     let culling = GpuCulling::default();
     let is_supported = culling.is_supported.clone();
-    // Without a renderer, the lists of the main world are all that there is.
+    // Without a renderer there are only the lists of the main world.
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
         let note_support = move |support: Res<GpuPreprocessingSupport>,
                                  instances: Res<RenderMeshInstances>| {
@@ -49,7 +48,7 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// Switches over when cameras or the configuration want it otherwise.
+/// Switches when the cameras or the configuration change.
 fn switch_gpu_culling(
     mut culling: ResMut<GpuCulling>,
     config: Res<FieldLodConfig>,
@@ -57,7 +56,7 @@ fn switch_gpu_culling(
     drawn: Query<Entity, Or<(With<LodObject>, With<LodUnit>)>>,
     mut commands: Commands,
 ) {
-    // Bevy keeps what the GPU needs for culling only where some camera is culled for there.
+    // Bevy prepares GPU culling only while a camera uses it.
     let is_wanted = config.gpu_culling && culling.is_supported.load(Ordering::Acquire);
     let all_cull = cameras.iter().all(|has_no_culling| !has_no_culling);
     let is_on = is_wanted && all_cull && (culling.is_on || !cameras.is_empty());

@@ -1,11 +1,10 @@
-//! The lists that the render world keeps of what each view draws, where the GPU culls.
+//! Updates the lists of visible entities in the render world, where the GPU culls.
 //!
-//! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. Here the sources of units
-//! and the units themselves are taken out of the lists of views that do not draw them, and put back as
-//! cuts change. Shadow views have the lists of the camera that they are for, but for
-//! what casts shadows in a cascade alone, or not there. Views that come later than an
-//! entity, or change their layers, get their lists anew: Bevy adds only what has changed, and takes a view without
-//! layers for one that sees them all.
+//! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. This module removes units and
+//! the sources of units from the lists of views that do not draw them, and adds them again as cuts change. Shadow views
+//! have the lists of their camera, except for the casters of cascades. Views that are newer than an entity, or that
+//! change their layers, get new lists: Bevy adds only changed entities, and treats a view without layers as one that sees
+//! all layers.
 
 use std::any::TypeId;
 
@@ -26,25 +25,25 @@ use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 use crate::draw::casters::CasterChange;
 use crate::draw::list_changes::{ListChange, ListChanges};
 
-/// Which views draw what.
+/// Which views draw which entities.
 #[derive(Resource, Default)]
 struct ListedEntities {
-    /// What is drawn only by views that mark it; all else only by those that do not.
+    /// Entities that only views that mark them draw. Other entities are drawn by views that do not mark them.
     listed: MainEntityHashSet,
     marked: MainEntityHashMap<MainEntityHashSet>,
-    /// What cascades draw otherwise than their cameras: of what is listed, this too; of all else, not this.
+    /// Entities that cascades draw in addition to their cameras, if they are in `listed`, or do not draw, if not.
     marked_casters: HashMap<RetainedViewEntity, MainEntityHashSet>,
     shadow_view: Option<MainEntity>,
-    /// What has to be looked at in this frame in every list.
+    /// Entities to update in every list in this frame.
     changed: Vec<MainEntity>,
-    /// The layers and the camera that each list was made for.
+    /// The layers and the camera of each list at its last full update.
     made_for: HashMap<RetainedViewEntity, (RenderLayers, Option<MainEntity>)>,
 }
 
-/// Marks lists that this module has made: the class of nothing.
+/// Marks lists that this module has updated, as an empty class.
 struct KeptList;
 
-/// Keeps the lists, if there is a renderer.
+/// Updates the lists, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
@@ -112,7 +111,7 @@ impl ListedEntities {
         }
     }
 
-    /// Whether a view draws an entity, by the cut of its camera.
+    /// Whether the cut of a view draws an entity.
     fn draws(
         &self,
         view: &RetainedViewEntity,
@@ -137,7 +136,7 @@ fn mark(marked: &mut MainEntityHashSet, entity: MainEntity, is_marked: bool) {
     }
 }
 
-/// Brings the list of every camera and of every shadow view up to date.
+/// Updates the list of every camera and of every shadow view.
 fn update_lists(
     mut cameras: Query<(
         &ExtractedView,
@@ -150,7 +149,7 @@ fn update_lists(
     mut lists: ResMut<ListedEntities>,
 ) {
     let shadow_view = lists.shadow_view;
-    // Where the CPU culls, Bevy does not list what casts no shadows.
+    // Bevy's CPU culling lists only shadow casters, too.
     let casts_shadow = |entity: &MainEntity| {
         let instance = instances.render_mesh_queue_data(*entity);
         instance.is_none_or(|one| one.flags().contains(RenderMeshInstanceFlags::SHADOW_CASTER))
@@ -166,7 +165,7 @@ fn update_lists(
     for (layers, mut subviews) in &mut lights {
         let layers = layers.unwrap_or_default();
         for (&key, list) in &mut subviews.subviews {
-            // Cascades are those of a camera, and all cameras share other shadow maps.
+            // Cascades belong to a camera; all cameras share the other shadow maps.
             let has_camera = key.auxiliary_entity.id() != Entity::PLACEHOLDER;
             let camera = if has_camera {
                 Some(key.auxiliary_entity)
@@ -177,7 +176,7 @@ fn update_lists(
             made += 1;
         }
     }
-    // Those of views that are gone are forgotten, all together.
+    // Bounds the memory for views that were removed.
     if lists.made_for.len() > 2 * made + 16 {
         lists.made_for.clear();
     }
@@ -193,7 +192,7 @@ impl ListedEntities {
         list: &mut RenderVisibleEntities,
         is_seen: impl Fn(&MainEntity) -> bool,
     ) {
-        // A list that Bevy has made anew has no mark.
+        // A list that Bevy has replaced has no mark.
         let is_marked = list.classes.contains_key(&TypeId::of::<KeptList>());
         let made_for = self.made_for.get(&key);
         let is_same = made_for.is_some_and(|(on, of)| on == layers && *of == camera);
@@ -206,17 +205,17 @@ impl ListedEntities {
         };
         if is_marked && is_same {
             let changed = culled.added.iter().chain(&self.changed);
-            settle(list, changed, is_wanted);
+            update_entities(list, changed, is_wanted);
         } else {
             let known: Vec<MainEntity> = list.entities_gpu_culling.keys().copied().collect();
-            settle(list, culled.entities.keys().chain(&known), is_wanted);
+            update_entities(list, culled.entities.keys().chain(&known), is_wanted);
             self.made_for.insert(key, (layers.clone(), camera));
         }
     }
 }
 
-/// Brings entities into a list that are wanted there, and takes out those that are not.
-fn settle<'a>(
+/// Adds wanted entities to a list and removes the others.
+fn update_entities<'a>(
     list: &mut RenderVisibleEntitiesClass,
     entities: impl Iterator<Item = &'a MainEntity>,
     is_wanted: impl Fn(&MainEntity) -> bool,
@@ -240,7 +239,7 @@ fn settle<'a>(
             _ => {}
         }
     }
-    // What Bevy has just added, and is not wanted, was never there.
+    // Entities that Bevy added in this frame and that were removed here are not new.
     if any_removed {
         let listed = &list.entities_gpu_culling;
         let on_cpu = &list.entities_cpu_culling;

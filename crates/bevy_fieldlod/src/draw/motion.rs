@@ -1,7 +1,7 @@
-//! Gives units the motion of their object in the frame in which they come.
+//! Gives new units the motion of their object in their first frame.
 //!
-//! Motion vectors compare where a mesh is with where it was. Bevy knows the latter from the last frame, in
-//! which a unit that comes was not there; but its object was, at the same place.
+//! Motion vectors compare the transforms of two frames. Bevy has no last transform of a new unit, but its object was at
+//! the same place.
 
 use bevy::pbr::{
     MeshInputUniform, MeshUniform, RenderMeshInstances, collect_meshes_for_gpu_building,
@@ -13,11 +13,11 @@ use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
 use crate::draw::units::LodUnit;
 
-/// Units that have come in this frame, each with its object.
+/// Units that were spawned in this frame, each with its object.
 #[derive(Resource, Default)]
 struct NewUnits(Vec<[MainEntity; 2]>);
 
-/// Looks for new units, if there is a renderer.
+/// Handles new units, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
@@ -44,8 +44,8 @@ fn extract_new_units(
         .extend(with_object.map(|pair| pair.map(MainEntity::from)));
 }
 
-/// Lets new units refer to the last transform of their object, where uniforms are built on the GPU; where
-/// they are built on the CPU, the unit's own component tells it.
+/// Lets new units refer to the last transform of their object, if uniforms are built on the GPU. Uniforms that are built
+/// on the CPU read [`PreviousGlobalTransform`](bevy::pbr::PreviousGlobalTransform) of the unit.
 fn share_last_transforms(
     new_units: Res<NewUnits>,
     instances: Res<RenderMeshInstances>,
@@ -68,7 +68,7 @@ fn share_last_transforms(
             uniforms.get_unchecked(unit_index),
             uniforms.get_unchecked(object_index),
         );
-        // That of an object that has not moved in this frame is of an earlier one.
+        // The last transform of an object that has not moved in this frame is outdated.
         if object.timestamp == unit.timestamp {
             unit.previous_input_index = object.previous_input_index;
             uniforms.set(unit_index, unit);

@@ -6,7 +6,6 @@ use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use bevy::asset::AssetId;
-use bevy::ecs::entity::EntityHashMap;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -18,7 +17,6 @@ use super::memory::FieldLodMemory;
 use super::mesh_in_pages::{MeshInPages, UnitOfPage};
 use super::read::PageError;
 use crate::api::config::FieldLodConfig;
-use crate::api::events::FieldLodSharp;
 use crate::api::stats::FieldLodViewStats;
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::LodMesh;
@@ -48,8 +46,6 @@ pub(super) struct PageStreams {
     logged_slow: HashSet<String>,
     /// Whether it was logged that the budget is too small.
     logged_too_small: bool,
-    /// For each view with missing pieces, the time since which it has some.
-    missing_since: EntityHashMap<Instant>,
 }
 
 struct StreamedMesh {
@@ -84,7 +80,6 @@ impl Default for PageStreams {
             logged_failures: default(),
             logged_slow: default(),
             logged_too_small: false,
-            missing_since: default(),
         }
     }
 }
@@ -140,19 +135,6 @@ impl PageStreams {
             });
         }
         missing
-    }
-
-    /// Triggers [`FieldLodSharp`] when nothing is missing in a view any more.
-    fn trigger_sharp(&mut self, view: Entity, stats: &FieldLodViewStats, commands: &mut Commands) {
-        if stats.missing_pieces > 0 {
-            self.missing_since.entry(view).or_insert_with(Instant::now);
-        } else if let Some(since) = self.missing_since.remove(&view) {
-            commands.entity(view).trigger(|entity| FieldLodSharp {
-                entity,
-                missing_for: since.elapsed(),
-                error_px: stats.error_px,
-            });
-        }
     }
 
     /// Evicts pages. Returns the entities of their units, which no view draws.
@@ -239,7 +221,6 @@ pub(super) fn forget_unused_meshes(
         sending,
         logged_failures,
         logged_slow,
-        missing_since,
         ..
     } = &mut *streams;
     let unused = meshes.extract_if(|_, mesh| mesh.lod.strong_count() == 0);
@@ -260,7 +241,6 @@ pub(super) fn forget_unused_meshes(
     sending.retain(|one| meshes.contains_key(&one.page.mesh));
     if meshes.is_empty() {
         scene.has_incomplete_sources = false;
-        missing_since.clear();
         memory.set_if_neq(FieldLodMemory::of(residency));
     }
 }
@@ -323,7 +303,7 @@ pub(super) fn order_pages(
     mut streams: ResMut<PageStreams>,
     mut scene: ResMut<LodScene>,
     mut memory: ResMut<FieldLodMemory>,
-    mut views: Query<(Entity, &ViewCut, &mut FieldLodViewStats)>,
+    mut views: Query<(&ViewCut, &mut FieldLodViewStats)>,
     config: Res<FieldLodConfig>,
     assets: Res<AssetServer>,
     time: Option<Res<Time<Real>>>,
@@ -333,9 +313,8 @@ pub(super) fn order_pages(
         loading_bytes: config.memory.main_bytes,
         keep_unused: config.memory.keep_unused,
     });
-    for (view, cut, mut stats) in &mut views {
+    for (cut, mut stats) in &mut views {
         (stats.missing_pieces, stats.missing_px) = streams.report_demand(&scene, cut);
-        streams.trigger_sharp(view, &stats, &mut commands);
     }
     let elapsed = time.map_or(Duration::ZERO, |time| time.delta());
     let Orders { evict, load } = streams.residency.update(elapsed);

@@ -16,8 +16,6 @@ use crate::scene::unit_mesh::unit_mesh;
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);
-const BYTE_COLOR: MeshVertexAttribute =
-    MeshVertexAttribute::new(Mesh::ATTRIBUTE_COLOR.name, 5, VertexFormat::Unorm8x4);
 
 fn pyramid() -> Hierarchy {
     fixtures::grid_pyramid(2)
@@ -50,7 +48,7 @@ fn source_of(hierarchy: &Hierarchy) -> Mesh {
         .with_inserted_indices(Indices::U32(triangles.flatten().collect()))
 }
 
-/// The mesh with an attribute of the game's own: the index of each vertex.
+/// The mesh with a custom attribute: the index of each vertex.
 fn with_wind(mesh: Mesh) -> Mesh {
     let count = mesh.count_vertices();
     let wind: Vec<f32> = (0..count).map(|vertex| vertex as f32).collect();
@@ -137,7 +135,7 @@ fn assert_cut(mesh: &Mesh, hierarchy: &Hierarchy) {
 }
 
 #[test]
-fn moved_vertices_have_the_values_of_the_hierarchy_and_else_those_of_where_they_came_from() {
+fn moved_vertices_use_baked_attributes() {
     let hierarchy = pyramid();
     let mesh = with_wind(source_of(&hierarchy));
     assert_cut(&mesh, &hierarchy);
@@ -145,25 +143,7 @@ fn moved_vertices_have_the_values_of_the_hierarchy_and_else_those_of_where_they_
 }
 
 #[test]
-fn attributes_in_other_formats_are_those_of_where_a_vertex_came_from() {
-    let hierarchy = pyramid();
-    let mut mesh = source_of(&hierarchy);
-    mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
-    let color = |vertex: usize| [vertex as u8, (vertex >> 8) as u8, 7, 255];
-    let colors = (0..mesh.count_vertices()).map(color).collect();
-    mesh.insert_attribute(BYTE_COLOR, VertexAttributeValues::Unorm8x4(colors));
-    let source = SourceArrays::of(&mesh).unwrap();
-    assert!(source.has_other_attributes && source.vertices.colors.is_empty());
-    for unit in &hierarchy.units {
-        let origins = origins(&hierarchy, unit).into_iter().map(color);
-        let expected = VertexAttributeValues::Unorm8x4(origins.collect());
-        let cut = cut(&mesh, &hierarchy, unit);
-        assert!(cut.attribute(Mesh::ATTRIBUTE_COLOR) == Some(&expected));
-    }
-}
-
-#[test]
-fn every_attribute_that_a_bake_carries_is_read() {
+fn source_arrays_hold_all_baked_attributes() {
     let hierarchy = pyramid();
     let count = hierarchy.source_vertex_count as usize;
     let source = SourceArrays::of(&source_of(&hierarchy)).unwrap();
@@ -183,7 +163,7 @@ fn every_attribute_that_a_bake_carries_is_read() {
 }
 
 #[test]
-fn a_file_of_either_kind_is_completed() {
+fn files_with_and_without_vertices_are_completed() {
     let hierarchy = pyramid();
     let mesh = source_of(&hierarchy);
     for beside_source in [false, true] {
@@ -194,25 +174,8 @@ fn a_file_of_either_kind_is_completed() {
     }
 }
 
-/// As when Bevy computes tangents that the file does not have.
 #[test]
-fn attributes_that_a_file_lacks_are_those_of_where_a_vertex_came_from() {
-    let mut hierarchy = pyramid();
-    let mesh = source_of(&hierarchy);
-    lose_tangents(&mut hierarchy);
-    let found = find(&mesh, &file_of(&hierarchy, true)).unwrap();
-    let tangents = &pyramid().vertices.tangents;
-    for unit in &found.units {
-        let origins = origins(&found, unit).into_iter();
-        let expected = origins.map(|v| tangents[v].to_array()).collect();
-        let expected = VertexAttributeValues::Float32x4(expected);
-        let cut = cut(&mesh, &found, unit);
-        assert!(cut.attribute(Mesh::ATTRIBUTE_TANGENT) == Some(&expected));
-    }
-}
-
-#[test]
-fn rejects_a_file_that_does_not_tell_an_attribute_of_moved_vertices() {
+fn rejects_file_without_attribute_of_moved_vertices() {
     let missing = Err(LodError::MissingAttributes {
         file: "pyramid".into(),
     });
@@ -229,7 +192,7 @@ fn rejects_a_file_that_does_not_tell_an_attribute_of_moved_vertices() {
 }
 
 #[test]
-fn rejects_a_file_of_another_mesh() {
+fn rejects_file_of_another_mesh() {
     let stale = || {
         Err(LodError::Stale {
             file: "pyramid".into(),
@@ -238,7 +201,7 @@ fn rejects_a_file_of_another_mesh() {
     let mesh = source_of(&pyramid());
     let other = fixtures::grid_pyramid(1);
     assert!(find(&mesh, &file_of(&other, true)) == stale());
-    // One that claims to be of this mesh.
+    // A file with the hash of this mesh.
     let claiming = Hierarchy {
         source: pyramid().source,
         ..other
@@ -246,29 +209,15 @@ fn rejects_a_file_of_another_mesh() {
     for beside_source in [false, true] {
         assert!(find(&mesh, &file_of(&claiming, beside_source)) == stale());
     }
-    // A mesh that lacks what the levels have.
+    // A mesh without an attribute of the levels.
     let mut bare = mesh.clone();
     bare.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
     assert!(find(&bare, &file_of(&pyramid(), true)) == stale());
 }
 
+/// For example a trunk that two trees share, with different levels for each tree.
 #[test]
-fn finds_its_own_levels_among_those_of_equal_triangles() {
-    let mut other = pyramid();
-    for uv in &mut other.vertices.uvs {
-        *uv += 0.5;
-    }
-    other.source = source_hash(&source_of(&other));
-    let mut file = file_of(&pyramid(), true);
-    file.primitives.extend(file_of(&other, true).primitives);
-    for hierarchy in [pyramid(), other] {
-        assert!(find(&source_of(&hierarchy), &file) == Ok(hierarchy));
-    }
-}
-
-/// As of a trunk that two trees share, whose levels are those of each tree.
-#[test]
-fn of_equal_meshes_each_finds_the_levels_of_its_own_place() {
+fn equal_meshes_find_levels_of_their_own_place() {
     let mut file = file_of(&pyramid(), true);
     let mut other = file.primitives[0].clone();
     (other.mesh_index, other.primitive_index) = (2, 1);
@@ -279,12 +228,12 @@ fn of_equal_meshes_each_finds_the_levels_of_its_own_place() {
     let [first, second] = [0, 1].map(|index: usize| &file.primitives[index].hierarchy.groups);
     assert!(first != second);
     assert!(found(Some([0, 0])).groups == *first && found(Some([2, 1])).groups == *second);
-    // One that is elsewhere, or nowhere, has the first that fits.
+    // Other places use the first hierarchy that fits.
     assert!(found(Some([1, 1])).groups == *first && found(None).groups == *first);
 }
 
 #[test]
-fn a_place_is_read_from_a_label_of_bevys() {
+fn place_is_parsed_from_gltf_label() {
     let label = |mesh, primitive| GltfAssetLabel::Primitive { mesh, primitive }.to_string();
     assert_eq!(place_in_gltf(&label(12, 3)), Some([12, 3]));
     for other in ["Mesh12", "Scene0", "Mesh1/Primitive", "Mesh/Primitive1", ""] {
@@ -293,7 +242,7 @@ fn a_place_is_read_from_a_label_of_bevys() {
 }
 
 #[test]
-fn rejects_references_to_vertices_that_do_not_exist() {
+fn rejects_missing_vertices() {
     let mesh = source_of(&pyramid());
     let mut broken = file_of(&pyramid(), false);
     broken.primitives[0].hierarchy.unit_vertices[3] = 1_000_000;
@@ -301,7 +250,7 @@ fn rejects_references_to_vertices_that_do_not_exist() {
 }
 
 #[test]
-fn rejects_attributes_of_some_vertices_only() {
+fn rejects_attributes_of_different_length() {
     let mesh = source_of(&pyramid()).with_inserted_attribute(WIND, vec![0.0f32; 5]);
     let attribute = WIND.name;
     let error = SourceArrays::of(&mesh).err();

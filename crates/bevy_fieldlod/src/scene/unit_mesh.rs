@@ -1,10 +1,9 @@
 //! Cuts a Bevy mesh into the meshes of its drawable units.
 //!
-//! A unit's mesh is a selection of vertices: some of the source mesh, with every attribute that they
-//! have, and some that simplification has moved. Of these, positions, normals, tangents, two sets of
-//! texture coordinates and colours come from the hierarchy, and all else from the source vertex that
-//! each came from. Equal attributes mean an equal vertex layout, so the pipelines that draw the source
-//! mesh draw its units too: nothing is compiled when the one takes the place of the other.
+//! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
+//! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
+//! hierarchy; other attributes are copied from the source vertex. Units have the vertex layout of their source, so both
+//! use the same pipelines, and nothing is compiled when units replace the source.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{
@@ -12,7 +11,7 @@ use bevy::mesh::{
 };
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
-/// The mesh that a hierarchy was baked from, but for the order of its triangles.
+/// The mesh that a hierarchy was baked from, with another order of triangles.
 pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     let vertices = hierarchy.source_vertices();
     let usage = RenderAssetUsages::default();
@@ -45,7 +44,7 @@ pub(crate) fn unit_mesh(
 ) -> Result<Mesh, MeshAccessError> {
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     let vertices = hierarchy.vertices_of(unit);
-    // Any, if that is not known: then the hierarchy holds all attributes of moved vertices.
+    // If the origin is unknown, the hierarchy has all attributes of moved vertices, and any vertex will do.
     let origin = |&vertex: &u32| hierarchy.origin_of(vertex).unwrap_or(0);
     let origins: Vec<u32> = vertices.iter().map(origin).collect();
     for (attribute, values) in source.try_attributes()? {
@@ -57,7 +56,7 @@ pub(crate) fn unit_mesh(
     Ok(mesh)
 }
 
-/// The mesh of a level with positions alone, which stays in main memory.
+/// The mesh of a level with positions only, for main memory.
 pub(crate) fn simplified_mesh(hierarchy: &Hierarchy, level: u32) -> Mesh {
     let (mut positions, mut indices) = (Vec::<[f32; 3]>::new(), Vec::new());
     for unit in hierarchy.units_at_level(level) {
@@ -80,7 +79,7 @@ pub(crate) fn simplified_mesh(hierarchy: &Hierarchy, level: u32) -> Mesh {
     .with_inserted_indices(Indices::U32(indices))
 }
 
-/// Gives moved vertices the values that the hierarchy holds of an attribute.
+/// Sets the values of moved vertices to those in the hierarchy.
 fn move_values(
     values: &mut VertexAttributeValues,
     id: MeshVertexAttributeId,
@@ -93,7 +92,7 @@ fn move_values(
         first: hierarchy.source_vertex_count,
         vertices,
     };
-    // In any other format the values stay those of the source.
+    // The hierarchy has no other formats.
     match values {
         Float32x3(own) if id == Mesh::ATTRIBUTE_POSITION.id => moved.set(own, &held.positions),
         Float32x3(own) if id == Mesh::ATTRIBUTE_NORMAL.id => moved.set(own, &held.normals),
@@ -105,7 +104,7 @@ fn move_values(
     }
 }
 
-/// The vertices of a unit, of which those from `first` on are moved ones.
+/// The vertices of a unit. Indices from `first` on are moved vertices.
 struct Moved<'a> {
     first: u32,
     vertices: &'a [u32],

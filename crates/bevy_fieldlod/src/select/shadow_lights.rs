@@ -1,4 +1,4 @@
-//! Which views see the shadows of which lights.
+//! The lights that cast shadows into a view.
 
 use bevy::camera::primitives::{self, Frustum};
 use bevy::camera::visibility::RenderLayers;
@@ -10,7 +10,7 @@ use fieldlod_select::ShadowLight;
 
 use crate::scene::view_cut::layer_bits;
 
-/// All lights, which may cast shadows.
+/// All lights.
 #[derive(SystemParam)]
 pub(crate) struct ShadowLights<'w, 's> {
     lights: Query<
@@ -29,17 +29,16 @@ pub(crate) struct ShadowLights<'w, 's> {
     >,
 }
 
-/// What lights a view.
+/// The lights of a view.
 #[derive(Default)]
 pub(crate) struct LitBy {
-    /// The layers of what casts shadows into it.
+    /// The layers of objects that cast shadows into it.
     pub(crate) layers: u64,
     pub(crate) lights: Vec<ShadowLight>,
 }
 
 impl ShadowLights<'_, '_> {
-    /// The lights that reach a view and are on one of its layers, with all of their layers. None that are
-    /// hidden or cast no shadows.
+    /// The visible lights with shadows that reach a view and share a layer with it, and all layers of these lights.
     pub(crate) fn lit_by(&self, frustum: &Frustum, view_layers: u64) -> LitBy {
         let mut lit = LitBy::default();
         for ((directional, point, spot), pose, is_shown, layers) in &self.lights {

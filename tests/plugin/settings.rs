@@ -104,34 +104,10 @@ fn what_is_small_on_screen_is_not_drawn_and_casts_no_shadow() {
 }
 
 #[test]
-fn a_level_is_forced_for_an_entity_or_for_a_view() {
+fn view_draws_forced_level() {
     for subdivisions in [4, 6] {
         let (mut app, near, rock) = before_a_camera(subdivisions, 3.0);
         let far = spawn_camera(&mut app, 300.0);
-        app.update();
-        app.update();
-        let fine = levels(&mut app, rock, near).unwrap();
-        let force = |app: &mut App, forced_level: Option<u32>| {
-            let auto_lod = AutoLod {
-                forced_level,
-                ..default()
-            };
-            insert(app, rock, auto_lod);
-            app.update();
-            app.update();
-        };
-        force(&mut app, Some(2));
-        assert_eq!(levels(&mut app, rock, near), Some(2..=2));
-        assert_eq!(levels(&mut app, rock, far), Some(2..=2));
-        assert_eq!(visible(&app, near), visible(&app, far));
-        // The coarsest there is.
-        force(&mut app, Some(99));
-        let coarsest = levels(&mut app, rock, near).unwrap();
-        assert!(*coarsest.start() > 2, "{coarsest:?}");
-        force(&mut app, None);
-        assert_eq!(levels(&mut app, rock, near), Some(fine));
-        // A view, whatever the entity says.
-        force(&mut app, Some(2));
         for camera in [near, far] {
             let forced = FieldLodSettings {
                 forced_level: Some(1),
@@ -205,42 +181,6 @@ fn each_auto_lod_has_its_own_bake_settings() {
 }
 
 #[test]
-fn the_second_eye_draws_the_cut_of_the_first() {
-    for subdivisions in [4, 6] {
-        let (mut app, left, rock) = before_a_camera(subdivisions, 8.0);
-        let right = spawn_camera(&mut app, 8.0);
-        insert(&mut app, right, FieldLodCutOf(left));
-        for step in 0..20u8 {
-            let z = 8.0 - f32::from(step) * 0.3;
-            insert(&mut app, left, Transform::from_xyz(0.0, 0.0, z));
-            insert(&mut app, right, Transform::from_xyz(0.065, 0.0, z));
-            app.update();
-            assert_eq!(visible(&app, left), visible(&app, right));
-            let [one, other] = [left, right].map(|eye| levels(&mut app, rock, eye));
-            assert_eq!(one, other);
-        }
-        // Without the first, the second has a cut of its own; and again that of the first.
-        let both = visible(&app, left);
-        for is_active in [false, true] {
-            app.world_mut().get_mut::<Camera>(left).unwrap().is_active = is_active;
-            app.update();
-            app.update();
-            assert!(!visible(&app, right).is_empty());
-        }
-        assert_eq!(
-            (visible(&app, left), visible(&app, right)),
-            (both.clone(), both)
-        );
-        app.world_mut().entity_mut(right).remove::<FieldLodCutOf>();
-        insert(&mut app, right, Transform::from_xyz(0.0, 0.0, 500.0));
-        app.update();
-        app.update();
-        let drawn = [left, right].map(|eye| stats(&app, eye).triangles_drawn);
-        assert!(subdivisions == 4 || drawn[0] > 4 * drawn[1], "{drawn:?}");
-    }
-}
-
-#[test]
 fn what_only_casts_shadows_is_as_coarse_as_one_likes() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
@@ -299,60 +239,6 @@ fn a_level_for_rays_and_physics_is_in_main_memory_alone() {
         app.update();
         assert!(!app.world().entity(object).contains::<LodSimplified>());
     }
-}
-
-#[test]
-fn units_come_a_few_at_a_time_and_what_was_drawn_is_drawn_on_until_all_are_there() {
-    let (mut app, camera, rock) = before_a_camera(6, 300.0);
-    app.world_mut()
-        .resource_mut::<FieldLodConfig>()
-        .units_per_frame = Some(3);
-    let coarse = visible(&app, camera);
-    let mut count = units(&mut app).len();
-    move_camera(&mut app, camera, 3.0);
-    let mut frames = 0;
-    while visible(&app, camera) == coarse {
-        let now = units(&mut app).len();
-        assert!(now > count && now <= count + 3, "{now} after {count}");
-        count = now;
-        frames += 1;
-        app.update();
-    }
-    assert!(frames > 5, "{frames} frames");
-    assert!(visible(&app, camera).len() > coarse.len());
-    assert_eq!(
-        levels(&mut app, rock, camera).map(|drawn| *drawn.start()),
-        Some(0)
-    );
-    // A new view draws the source until it has something of its own.
-    let other = spawn_camera(&mut app, 30.0);
-    app.update();
-    app.update();
-    assert_eq!(visible(&app, other), [rock]);
-    run_until(&mut app, "its cut", |app| visible(app, other).len() > 1);
-    assert!(!visible(&app, other).contains(&rock));
-}
-
-#[test]
-fn pieces_are_sent_a_few_at_a_time_and_the_source_is_drawn_meanwhile() {
-    let mut app = app();
-    let camera = spawn_camera(&mut app, 3.0);
-    app.world_mut()
-        .resource_mut::<FieldLodConfig>()
-        .upload_bytes_per_frame = Some(1);
-    let object = spawn_rock(&mut app, 6);
-    let count = |app: &App| app.world().resource::<Assets<Mesh>>().len();
-    run_until(&mut app, "the first piece is sent", |app| count(app) > 1);
-    let mut frames = 0;
-    while progress(&app).ready == 0 {
-        assert_eq!(visible(&app, camera), [object]);
-        let before = count(&app);
-        app.update();
-        // One piece at least.
-        assert!(count(&app) - before < 2);
-        frames += 1;
-    }
-    assert!(frames > 10, "{frames} frames");
 }
 
 #[test]

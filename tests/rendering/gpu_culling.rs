@@ -23,7 +23,6 @@ struct Story {
     glass: Entity,
     sun: Entity,
     eyes: Vec<Eye>,
-    shadow_error_texels: f32,
 }
 
 /// A sun that all layers see.
@@ -46,12 +45,7 @@ fn spawn_sun(stage: &mut Stage) -> Entity {
 }
 
 impl Story {
-    /// One in which everything casts the shadow of what is drawn.
     fn new(gpu_culling: bool) -> Option<Self> {
-        Self::with_shadow_error(gpu_culling, 0.0)
-    }
-
-    fn with_shadow_error(gpu_culling: bool, shadow_error_texels: f32) -> Option<Self> {
         let mut stage = Stage::new()?;
         stage.app.insert_resource(FieldLodConfig {
             gpu_culling,
@@ -87,7 +81,6 @@ impl Story {
             glass,
             sun,
             eyes: Vec::new(),
-            shadow_error_texels,
         };
         story.add_eye(1.0, -1.5);
         story.add_eye(300.0, 1.5);
@@ -103,10 +96,6 @@ impl Story {
     }
 
     fn pictures(&mut self) -> Vec<RgbaImage> {
-        let world = self.stage.app.world_mut();
-        for mut settings in world.query::<&mut FieldLodSettings>().iter_mut(world) {
-            settings.shadow_error_texels = self.shadow_error_texels;
-        }
         self.stage.app.update();
         let eyes: Vec<&Eye> = self.eyes.iter().collect();
         let pending = self.stage.request(&eyes);
@@ -122,10 +111,7 @@ impl Story {
         };
         self.stage.insert(self.eyes[0].entity, blur);
         self.stage.app.update();
-        let finer = FieldLodSettings {
-            shadow_error_texels: self.shadow_error_texels,
-            ..FieldLodSettings::with_error_px(0.3)
-        };
+        let finer = FieldLodSettings::with_error_px(0.3);
         self.stage.insert(self.eyes[0].entity, finer);
         for (entity, x) in [(self.boulder, 0.6), (self.prop, -1.9), (self.glass, 2.0)] {
             let place = Transform::from_xyz(x, 1.5, 0.0);
@@ -244,35 +230,12 @@ fn kept_lists_draw_what_filtered_lists_draw() {
 }
 
 #[test]
-fn coarser_casters_cast_about_the_same_shadows() {
-    let stories = (Story::with_shadow_error(true, 2.0), Story::new(true));
-    let (Some(mut coarse), Some(mut exact)) = stories else {
-        return;
-    };
-    let mut any_differs = false;
-    for (name, step) in STEPS {
-        step(&mut coarse);
-        step(&mut exact);
-        for (coarse, exact) in coarse.pictures().iter().zip(exact.pictures()) {
-            let differing = count(&difference(coarse, &exact));
-            assert!(differing < 200, "{name}: {differing} pixels");
-            any_differs |= differing > 0;
-        }
-    }
-    assert!(any_differs);
-}
-
-#[test]
 fn with_a_camera_that_draws_directly_lists_are_filtered() {
-    let stories = (Story::new(true), Story::with_shadow_error(true, 2.0));
+    let stories = (Story::new(true), Story::new(true));
     let (Some(mut kept), Some(mut direct)) = stories else {
         return;
     };
-    // Levels that only cascades draw go too.
     direct.pictures();
-    let world = direct.stage.app.world_mut();
-    let mut units = world.query::<&LodUnit>();
-    assert!(units.iter(world).any(|unit| unit.object == direct.prop));
     direct.add_eye(300.0, 1.5);
     direct
         .stage

@@ -4,7 +4,6 @@
 //! is set (as in continuous integration), which makes that a failure.
 
 mod cameras;
-mod casters;
 mod debug;
 mod device;
 mod gpu_culling;

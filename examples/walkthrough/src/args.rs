@@ -82,11 +82,6 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SHARE", value_parser = parse_shadow_bias)]
     pub(crate) shadow_bias: Option<f32>,
 
-    /// Largest error of what casts shadows of sun and moon, in texels of their shadow maps: 0 draws what the view
-    /// draws.
-    #[arg(long, value_name = "TEXELS", value_parser = parse_error_px)]
-    pub(crate) shadow_error_texels: Option<f32>,
-
     /// Margin around the picture that is drawn as finely as the picture, as a share of its size.
     #[arg(long, value_name = "SHARE", value_parser = parse_margin)]
     pub(crate) offscreen_margin: Option<f32>,

@@ -24,8 +24,6 @@ pub(crate) struct ViewOptions {
     pub(crate) error_px: f32,
     /// How much errors count of what only casts shadows.
     pub(crate) shadow_bias: f32,
-    /// The largest error of what casts shadows.
-    pub(crate) shadow_error_texels: f32,
     /// Margin around the image that is drawn as finely, as a share of its size.
     pub(crate) offscreen_margin: f32,
     /// Whether errors count by how much of a thing nothing hides.
@@ -130,7 +128,6 @@ fn apply_options(
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
     settings.shadow_bias = options.shadow_bias;
-    settings.shadow_error_texels = options.shadow_error_texels;
     settings.offscreen_margin = options.offscreen_margin;
     if options.visible_flux {
         commands.entity(entity).insert(FieldLodVisibleFlux);

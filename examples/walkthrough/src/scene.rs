@@ -78,9 +78,6 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
         .insert_resource(ViewOptions {
             error_px: quality.error_px,
             shadow_bias: args.shadow_bias.unwrap_or(defaults.shadow_bias),
-            shadow_error_texels: args
-                .shadow_error_texels
-                .unwrap_or(defaults.shadow_error_texels),
             offscreen_margin: args.offscreen_margin.unwrap_or(defaults.offscreen_margin),
             visible_flux: args.visible_flux,
             occlusion_culling: args.occlusion_culling,

@@ -64,11 +64,6 @@ pub struct FieldLodSettings {
     /// 0 draws them at their coarsest level, 1 at the level that their distance needs. Shadows that reach far into
     /// the image keep their shape at 0.3.
     pub shadow_bias: f32,
-    /// Largest error, in texels of the cascade, of a coarser level that casts a prop's shadow for a sun. A larger
-    /// value draws fewer triangles into far cascades, but a level that errs by more than the shadow bias hides puts
-    /// sunlit surfaces into shadow. 0 draws the level of the view into every cascade. Has an effect only while the
-    /// GPU culls ([`FieldLodConfig::gpu_culling`](crate::FieldLodConfig::gpu_culling)).
-    pub shadow_error_texels: f32,
     /// Additional margin, as a share of the image's size, within which a refined piece still counts as visible: a
     /// piece leaves the view later than it enters.
     pub edge_hysteresis: f32,
@@ -97,7 +92,6 @@ impl Default for FieldLodSettings {
             resolution_scale: settings.resolution_scale,
             offscreen_margin: 0.1,
             shadow_bias: 0.3,
-            shadow_error_texels: 0.0,
             edge_hysteresis: settings.edge_hysteresis,
             cull_below_px: None,
             forced_level: None,
@@ -121,15 +115,6 @@ impl FieldLodSettings {
         Self {
             triangle_budget: Some(triangle_budget),
             ..Self::default()
-        }
-    }
-
-    /// Largest error of shadow casters, in texels.
-    pub(crate) fn texels_of_casters(&self) -> f32 {
-        if self.forced_level.is_some() {
-            0.0
-        } else {
-            self.shadow_error_texels
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. This module removes units and
 //! the sources of units from the lists of views that do not draw them, and adds them again as cuts change. Shadow views
-//! have the lists of their camera, except for the casters of cascades. Views that are newer than an entity, or that
+//! have the lists of their camera. Views that are newer than an entity, or that
 //! change their layers, get new lists: Bevy adds only changed entities, and treats a view without layers as one that sees
 //! all layers.
 
@@ -22,7 +22,6 @@ use bevy::render::view::{
 };
 use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
-use crate::draw::casters::CasterChange;
 use crate::draw::list_changes::{ListChange, ListChanges};
 
 /// Which views draw which entities.
@@ -31,8 +30,6 @@ struct ListedEntities {
     /// Entities that only views that mark them draw. Other entities are drawn by views that do not mark them.
     listed: MainEntityHashSet,
     marked: MainEntityHashMap<MainEntityHashSet>,
-    /// Entities that cascades draw in addition to their cameras, if they are in `listed`, or do not draw, if not.
-    marked_casters: HashMap<RetainedViewEntity, MainEntityHashSet>,
     shadow_view: Option<MainEntity>,
     /// Entities to update in every list in this frame.
     changed: Vec<MainEntity>,
@@ -76,8 +73,7 @@ impl ListedEntities {
             }
             ListChange::Remove(entity) => {
                 self.listed.remove(&entity);
-                let casters = self.marked_casters.values_mut();
-                for marked in self.marked.values_mut().chain(casters) {
+                for marked in self.marked.values_mut() {
                     marked.remove(&entity);
                 }
                 self.changed.push(entity);
@@ -90,19 +86,6 @@ impl ListedEntities {
                 mark(self.marked.entry(view).or_default(), entity, is_marked);
                 self.changed.push(entity);
             }
-            ListChange::Caster(CasterChange::Mark {
-                cascade,
-                entity,
-                is_marked,
-            }) => {
-                let marked = self.marked_casters.entry(cascade).or_default();
-                mark(marked, entity, is_marked);
-                self.changed.push(entity);
-            }
-            ListChange::Caster(CasterChange::RemoveCascade(cascade)) => {
-                let marked = self.marked_casters.remove(&cascade);
-                self.changed.extend(marked.into_iter().flatten());
-            }
             ListChange::Touch(entity) => self.changed.push(entity),
             ListChange::RemoveView(view) => {
                 self.marked.remove(&view);
@@ -111,20 +94,11 @@ impl ListedEntities {
         }
     }
 
-    /// Whether the cut of a view draws an entity.
-    fn draws(
-        &self,
-        view: &RetainedViewEntity,
-        camera: Option<MainEntity>,
-        entity: &MainEntity,
-    ) -> bool {
-        let is_listed = self.listed.contains(entity);
-        let casters = self.marked_casters.get(view);
-        if casters.is_some_and(|casters| casters.contains(entity)) {
-            return is_listed;
-        }
+    /// Whether the cut of a camera draws an entity.
+    fn draws(&self, camera: Option<MainEntity>, entity: &MainEntity) -> bool {
         let marked = camera.and_then(|camera| self.marked.get(&camera));
-        is_listed == marked.is_some_and(|marked| marked.contains(entity))
+        let is_marked = marked.is_some_and(|marked| marked.contains(entity));
+        self.listed.contains(entity) == is_marked
     }
 }
 
@@ -201,7 +175,7 @@ impl ListedEntities {
         let is_wanted = |entity: &MainEntity| {
             let on_layers = culled.entities.get(entity);
             let is_on_layers = on_layers.is_some_and(|on| layers.intersects(on));
-            is_on_layers && is_seen(entity) && self.draws(&key, camera, entity)
+            is_on_layers && is_seen(entity) && self.draws(camera, entity)
         };
         if is_marked && is_same {
             let changed = culled.added.iter().chain(&self.changed);

@@ -10,7 +10,6 @@ use bevy::render::RenderApp;
 use bevy::render::sync_world::MainEntity;
 
 use crate::api::systems::FieldLodSystems;
-use crate::draw::casters::{CascadeCasters, CasterChange};
 use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
@@ -28,8 +27,6 @@ pub(crate) enum ListChange {
         entity: MainEntity,
         is_marked: bool,
     },
-    /// A cascade starts or stops drawing something else than its camera.
-    Caster(CasterChange),
     /// The layers of an entity, or whether it casts shadows, changed.
     Touch(MainEntity),
     /// A view was removed.
@@ -76,7 +73,6 @@ pub(crate) fn plugin(app: &mut App) {
 fn note_changes(
     mut scene: ResMut<LodScene>,
     mut views: Query<(Entity, &mut ViewCut)>,
-    mut casters: ResMut<CascadeCasters>,
     changes: Res<ListChanges>,
 ) {
     let (placed, dropped) = scene.records.take_moves();
@@ -115,8 +111,6 @@ fn note_changes(
         let sources = sources.into_iter().flatten();
         all.extend(sources.map(|entity| mark(entity, draws_sources)));
     }
-    let casters = casters.take_changes(&scene.records, &placed);
-    all.extend(casters.into_iter().map(ListChange::Caster));
     if !all.is_empty() {
         changes.extend(all);
     }

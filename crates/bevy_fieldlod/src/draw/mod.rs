@@ -3,7 +3,6 @@
 //! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: levels of whole meshes, entities of units, and
 //! lists of visible entities: filtered in the main world, or updated in the render world where the GPU culls.
 
-pub(crate) mod casters;
 pub(crate) mod cpu_lists;
 pub(crate) mod gpu_culling;
 mod gpu_lists;
@@ -24,7 +23,6 @@ pub(crate) fn plugin(app: &mut App) {
         gpu_culling::plugin,
         inherit::plugin,
         whole_meshes::plugin,
-        casters::plugin,
         units::plugin,
         cpu_lists::plugin,
         list_changes::plugin,

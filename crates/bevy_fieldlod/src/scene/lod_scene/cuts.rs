@@ -2,7 +2,7 @@
 
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use fieldlod_select::{Change, InstanceId, MeshId};
+use fieldlod_select::{Change, MeshId};
 
 use super::LodScene;
 use crate::scene::view_cut::{CutVisibility, ViewCut};
@@ -28,7 +28,6 @@ impl LodScene {
         // The cut of a whole mesh is one unit, its level, or empty if the view culls it.
         if instance.level.is_some() {
             self.whole_meshes_to_swap.push(index as u32);
-            self.casters_to_choose.push(index as u32);
             let is_culled = change.entered.is_empty();
             if view.contains(instance.record) != is_culled {
                 view.set(instance.record, is_culled);
@@ -56,30 +55,13 @@ impl LodScene {
         }
     }
 
-    /// Counts one more view that draws a unit, and returns its record. `None` if the instance does not exist.
-    pub(crate) fn hold_unit(&mut self, instance: InstanceId, unit: u32) -> Option<u32> {
-        let found = self.instances.get_mut(instance.index())?.as_mut();
-        let found = found.filter(|one| one.id == instance)?;
-        let (record, is_new) = found.record_of(unit, &mut self.records);
-        if is_new {
-            self.units_to_spawn.push(record);
-        }
-        self.records.enter_view(record);
-        Some(record)
-    }
-
-    /// Counts one view less that draws a unit.
-    pub(crate) fn leave_unit(&mut self, record: u32) {
-        if self.records.leave_view(record, self.frame) {
-            self.idle_units.push_back((record, self.frame));
-        }
-    }
-
     /// Empties the cut of a view. Whole meshes ignore the view from now on.
     pub(crate) fn clear_view(&mut self, cut: &mut ViewCut) {
         cut.unit_count = 0;
         for record in cut.visibility.take() {
-            self.leave_unit(record);
+            if self.records.leave_view(record, self.frame) {
+                self.idle_units.push_back((record, self.frame));
+            }
         }
         self.swap_all_whole_meshes();
     }

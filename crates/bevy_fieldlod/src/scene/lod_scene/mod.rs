@@ -30,8 +30,6 @@ pub(crate) struct LodScene {
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may need another level.
     pub(crate) whole_meshes_to_swap: Vec<u32>,
-    /// Indices of instances whose shadows may need another level.
-    pub(crate) casters_to_choose: Vec<u32>,
     /// Names of meshes without measured deviations. A view that needs deviations logs and clears them.
     pub(crate) unmeasured: Vec<String>,
     /// Indexed by [`InstanceId::index`].
@@ -63,8 +61,7 @@ pub(crate) struct LodInstance {
     pub(crate) layers: u64,
     /// The level that the entity itself draws as a whole mesh; `None` if units draw it.
     pub(crate) level: Option<u32>,
-    /// Units with a draw record, in ascending order, each with its record. Units of a whole mesh are levels that
-    /// only cast shadows.
+    /// Units with a draw record, in ascending order, each with its record.
     pub(crate) units: Vec<(u32, u32)>,
 }
 
@@ -108,18 +105,8 @@ impl LodScene {
         layers: u64,
     ) {
         match self.instance_of.get(&entity) {
-            Some(&id) => self.move_instance(id, transform),
+            Some(&id) => self.scene.set_placement(id, transform.affine()),
             None => self.add(entity, transform, object, layers),
-        }
-    }
-
-    fn move_instance(&mut self, id: InstanceId, transform: &GlobalTransform) {
-        let before = largest_scale(&self.scene.placement(id));
-        let now = largest_scale(&transform.affine());
-        self.scene.set_placement(id, transform.affine());
-        // The tolerance absorbs the rounding of rotations.
-        if (now - before).abs() > 1e-5 * before {
-            self.choose_casters_of(id);
         }
     }
 
@@ -157,7 +144,6 @@ impl LodScene {
         });
         self.instance_of.insert(entity, id);
         *self.triangles_on(layers) += u64::from(mesh.triangles_full);
-        self.choose_casters_of(id);
     }
 
     fn triangles_on(&mut self, layers: u64) -> &mut u64 {
@@ -171,19 +157,10 @@ impl LodScene {
         seen.map(|(_, triangles)| triangles).sum()
     }
 
-    /// Lets the shadows of a whole mesh choose their level again.
-    fn choose_casters_of(&mut self, id: InstanceId) {
-        let instance = self.instance(id.index() as u32);
-        if instance.is_some_and(|instance| instance.level.is_some()) {
-            self.casters_to_choose.push(id.index() as u32);
-        }
-    }
-
     /// Sets the weight of an entity's errors.
     pub(crate) fn set_auto_lod(&mut self, entity: Entity, auto_lod: &AutoLod) {
         if let Some(&id) = self.instance_of.get(&entity) {
             self.scene.set_bias(id, auto_lod.bias);
-            self.choose_casters_of(id);
         }
     }
 
@@ -208,7 +185,6 @@ impl LodScene {
         let Some(id) = self.instance_of.remove(&entity) else {
             return Vec::new();
         };
-        self.choose_casters_of(id);
         self.scene.remove(id);
         self.records.free_entity(entity);
         let Some(instance) = self.instances[id.index()].take() else {
@@ -252,25 +228,11 @@ impl LodScene {
         self.instances.iter().flatten()
     }
 
-    /// Whether an instance exists.
-    pub(crate) fn has(&self, id: InstanceId) -> bool {
-        let instance = self.instance(id.index() as u32);
-        instance.is_some_and(|instance| instance.id == id)
-    }
-
-    /// All indices that instances may have.
-    pub(crate) fn indices(&self) -> std::ops::Range<u32> {
-        0..self.instances.len() as u32
-    }
-
     /// Records the level that a whole mesh is drawn at.
     pub(crate) fn set_level(&mut self, index: u32, level: u32) {
-        let Some(instance) = &mut self.instances[index as usize] else {
-            return;
-        };
-        instance.level = Some(level);
-        let id = instance.id;
-        self.choose_casters_of(id);
+        if let Some(instance) = &mut self.instances[index as usize] {
+            instance.level = Some(level);
+        }
     }
 
     /// Lets a whole mesh whose [`Mesh3d`] became its source again choose its level anew.

@@ -13,7 +13,7 @@ use crate::headless::{
 };
 
 #[test]
-fn tasks_of_a_game_do_not_wait_for_bakes() {
+fn bakes_do_not_block_async_compute_tasks() {
     let mut app = app();
     for seed in 0..30 {
         spawn_object(&mut app, rock(5, seed));
@@ -27,7 +27,7 @@ fn tasks_of_a_game_do_not_wait_for_bakes() {
 }
 
 #[test]
-fn bakes_do_not_wait_for_what_a_game_does_with_rayon() {
+fn bakes_do_not_use_global_rayon_pool() {
     let (sender, receiver) = channel::<()>();
     let receiver = std::sync::Mutex::new(receiver);
     std::thread::scope(|scope| {
@@ -45,7 +45,7 @@ fn bakes_do_not_wait_for_what_a_game_does_with_rayon() {
 }
 
 #[test]
-fn a_mesh_that_changes_in_every_frame_is_drawn_as_it_is() {
+fn changing_mesh_draws_its_source() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 300.0);
     let source = add(&mut app, rock(4, 1));

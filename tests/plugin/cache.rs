@@ -33,7 +33,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn the_second_run_reads_what_the_first_baked() {
+fn second_run_reads_cache() {
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("not/there/yet");
     assert_eq!(run(&cache, 1), LodOrigin::Baked);
@@ -47,7 +47,7 @@ fn the_second_run_reads_what_the_first_baked() {
 }
 
 #[test]
-fn an_attribute_more_is_another_entry() {
+fn another_attribute_is_another_entry() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = rock(4, 1);
     let count = mesh.count_vertices();
@@ -65,7 +65,7 @@ fn an_attribute_more_is_another_entry() {
 }
 
 #[test]
-fn a_broken_entry_is_logged_and_made_anew() {
+fn broken_entry_is_logged_and_baked_again() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
     let entry = entries(folder.path()).remove(0);
@@ -80,7 +80,7 @@ fn a_broken_entry_is_logged_and_made_anew() {
 }
 
 #[test]
-fn a_cache_that_cannot_be_written_costs_a_line_and_no_more() {
+fn unwritable_cache_is_logged() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a-file");
     fs::write(&file, "").unwrap();
@@ -89,7 +89,7 @@ fn a_cache_that_cannot_be_written_costs_a_line_and_no_more() {
 }
 
 #[test]
-fn without_baking_at_run_time_only_the_cache_is_read() {
+fn disabled_bake_reads_cache_only() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
     let mut app = app();

@@ -29,7 +29,7 @@ fn far_prop() -> (App, Entity, Entity, Handle<Mesh>) {
 }
 
 #[test]
-fn a_cloned_prop_has_the_levels_of_its_source() {
+fn cloned_prop_shares_levels() {
     let (mut app, camera, prop, source) = far_prop();
     let clone = app.world_mut().entity_mut(prop).clone_and_spawn();
     app.update();
@@ -47,7 +47,7 @@ fn a_cloned_prop_has_the_levels_of_its_source() {
 }
 
 #[test]
-fn a_clone_outlives_its_original() {
+fn clone_outlives_original() {
     let (mut app, camera, prop, source) = far_prop();
     let id = source.id();
     drop(source);
@@ -60,7 +60,7 @@ fn a_clone_outlives_its_original() {
 }
 
 #[test]
-fn a_copied_mesh_is_that_of_the_source() {
+fn copied_level_becomes_source() {
     let (mut app, _, prop, source) = far_prop();
     let level = Mesh3d(mesh_of(&app, prop));
     let unmarked = app.world_mut().spawn(level.clone()).id();
@@ -73,7 +73,7 @@ fn a_copied_mesh_is_that_of_the_source() {
 }
 
 #[test]
-fn a_saved_scene_has_the_sources() {
+fn saved_scene_restores_sources() {
     for subdivisions in [4, 5] {
         let (mut app, camera, object) = before_a_camera(subdivisions, 300.0);
         let world = app.world();
@@ -98,7 +98,7 @@ fn a_saved_scene_has_the_sources() {
 }
 
 #[test]
-fn a_clone_with_its_children_has_units_of_its_own() {
+fn clone_with_children_gets_own_units() {
     let (mut app, camera, object) = before_a_camera(5, 4.0);
     let before = visible(&app, camera).len();
     let mut original = app.world_mut().entity_mut(object);

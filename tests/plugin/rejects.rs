@@ -59,7 +59,7 @@ fn rejects_lines() {
 }
 
 #[test]
-fn rejects_what_only_the_gpu_has() {
+fn rejects_render_world_mesh() {
     let mut mesh = bevy_mesh(&fieldlod_tests::rock(3, 1));
     mesh.asset_usage = RenderAssetUsages::RENDER_WORLD;
     rejects(mesh, &["MAIN_WORLD"]);
@@ -70,7 +70,7 @@ fn rejects_what_only_the_gpu_has() {
 struct Told(Vec<(Entity, Entity, bool)>);
 
 #[test]
-fn entities_tell_what_became_of_them() {
+fn entity_events_propagate_to_parents() {
     let mut app = app();
     spawn_camera(&mut app, 10.0);
     app.init_resource::<Told>();
@@ -106,7 +106,7 @@ fn entities_tell_what_became_of_them() {
 }
 
 #[test]
-fn leaves_skinned_meshes_as_they_are() {
+fn skinned_mesh_stays_plain() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_rock(&mut app, 5);
@@ -115,7 +115,7 @@ fn leaves_skinned_meshes_as_they_are() {
 }
 
 #[test]
-fn leaves_morphed_meshes_as_they_are() {
+fn morphed_mesh_stays_plain() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_rock(&mut app, 5);

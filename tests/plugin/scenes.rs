@@ -105,7 +105,7 @@ fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
 }
 
 #[test]
-fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
+fn file_matches_meshes_loaded_by_bevy() {
     let mut file = two_rocks();
     let glb = file.glb();
     for bytes in bake_both(&glb) {
@@ -119,7 +119,7 @@ fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
 }
 
 #[test]
-fn a_file_does_not_fit_meshes_in_other_coordinates() {
+fn file_does_not_match_converted_coordinates() {
     let mut file = one_rock(4, 1);
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
@@ -140,7 +140,7 @@ fn a_file_does_not_fit_meshes_in_other_coordinates() {
 }
 
 #[test]
-fn a_file_beside_the_asset_is_found() {
+fn file_beside_asset_is_found() {
     let mut file = two_rocks();
     let glb = file.glb();
     for bytes in bake_both(&glb) {
@@ -153,7 +153,7 @@ fn a_file_beside_the_asset_is_found() {
 }
 
 #[test]
-fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
+fn stale_file_beside_asset_is_logged() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
@@ -168,7 +168,7 @@ fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
 }
 
 #[test]
-fn a_reloaded_fieldlod_file_is_followed() {
+fn reloaded_file_is_applied() {
     let mut file = two_rocks();
     let good = bake(&file.glb());
     let stale = bake(&one_rock(4, 10).glb());
@@ -206,7 +206,7 @@ fn a_reloaded_fieldlod_file_is_followed() {
 }
 
 #[test]
-fn scenes_that_come_and_go_leave_nothing_behind() {
+fn repeated_scenes_leak_nothing() {
     let mut file = two_rocks();
     file.glb();
     let mut app = app_in(file.folder());
@@ -312,7 +312,7 @@ fn triangles_on_the_way(app: &mut App) -> Vec<[usize; 2]> {
 }
 
 #[test]
-fn bark_and_leaves_of_a_tree_change_their_levels_together() {
+fn bark_and_leaves_change_levels_together() {
     let mut file = one_tree();
     let glb = file.glb();
     let cache = tempfile::tempdir().unwrap();
@@ -348,7 +348,7 @@ fn assert_changes_together(drawn: &[[usize; 2]]) {
 
 /// Whether levels were baked at run time or read from a file.
 #[test]
-fn leaves_that_a_program_changes_change_with_the_bark_again() {
+fn changed_leaves_are_baked_with_bark_again() {
     let mut file = one_tree();
     let glb = file.glb();
     for origin in [LodOrigin::Baked, LodOrigin::BesideAsset] {
@@ -374,7 +374,7 @@ fn leaves_that_a_program_changes_change_with_the_bark_again() {
 }
 
 #[test]
-fn bark_that_two_trees_of_a_file_share_changes_with_the_leaves_of_each() {
+fn shared_bark_changes_with_leaves_of_each_tree() {
     let mut file = second_of_two_trees();
     let bytes = bake(&file.glb());
     file.write("mesh.fieldlod", &bytes);

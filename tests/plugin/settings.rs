@@ -63,7 +63,7 @@ fn radius_of(app: &App, entity: Entity) -> f32 {
 }
 
 #[test]
-fn what_is_small_on_screen_is_not_drawn_and_casts_no_shadow() {
+fn small_objects_and_their_shadows_are_culled() {
     // A prop, and an object of units.
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 20.0);
@@ -132,7 +132,7 @@ fn view_draws_forced_level() {
 }
 
 #[test]
-fn levels_tell_what_a_camera_draws_and_nothing_of_others() {
+fn lod_levels_reports_drawn_levels() {
     let (mut app, near, rock) = before_a_camera(6, 3.0);
     let far = spawn_camera(&mut app, 300.0);
     let plain = spawn_rock(&mut app, 1);
@@ -148,7 +148,7 @@ fn levels_tell_what_a_camera_draws_and_nothing_of_others() {
 }
 
 #[test]
-fn each_auto_lod_has_its_own_bake_settings() {
+fn auto_lod_overrides_bake_settings() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 3.0);
     let source = add(&mut app, rock(6, 1));
@@ -181,7 +181,7 @@ fn each_auto_lod_has_its_own_bake_settings() {
 }
 
 #[test]
-fn what_only_casts_shadows_is_as_coarse_as_one_likes() {
+fn shadow_bias_controls_offscreen_casters() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     spawn_sun(&mut app);
@@ -208,7 +208,7 @@ fn what_only_casts_shadows_is_as_coarse_as_one_likes() {
 }
 
 #[test]
-fn a_level_for_rays_and_physics_is_in_main_memory_alone() {
+fn simplified_level_stays_in_main_memory() {
     for subdivisions in [4, 6] {
         let mut app = app();
         spawn_camera(&mut app, 3.0);
@@ -242,7 +242,7 @@ fn a_level_for_rays_and_physics_is_in_main_memory_alone() {
 }
 
 #[test]
-fn a_source_in_main_memory_alone_is_drawn_by_its_levels() {
+fn main_world_source_is_drawn_by_levels() {
     for subdivisions in [4, 6] {
         let mut app = app();
         let camera = spawn_camera(&mut app, 3.0);
@@ -284,7 +284,7 @@ fn niceness_of_threads(name: &str) -> Vec<i32> {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn threads_that_bake_have_a_low_priority() {
+fn bake_threads_have_low_priority() {
     let mut app = app();
     spawn_rock(&mut app, 5);
     ready(&mut app, 1);

@@ -32,7 +32,7 @@ fn spawn(app: &mut App, primitive: u32, more: impl Bundle) -> Entity {
 }
 
 #[test]
-fn a_file_alone_is_drawn_with_its_levels() {
+fn file_without_gltf_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     for precision in [Precision::Lossless, Precision::Quantized16] {
         write_rocks(folder.path(), precision.into());
@@ -66,7 +66,7 @@ fn a_file_alone_is_drawn_with_its_levels() {
 }
 
 #[test]
-fn without_the_component_nothing_is_left() {
+fn removed_component_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     write_rocks(folder.path(), FileOptions::default());
     let mut app = app_in(folder.path());
@@ -99,7 +99,7 @@ fn failure(folder: &Path, primitive: u32) -> LodError {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = || "rocks.fieldlod".to_owned();
     write_rocks(folder.path(), FileOptions::default());

@@ -1,8 +1,5 @@
 //! What works in Bevy goes on working with levels of detail.
 
-use std::time::Duration;
-
-use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
 use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::{NoCpuCulling, NoFrustumCulling, VisibilityRange};
@@ -16,7 +13,6 @@ use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 use bevy::render::render_resource::AsBindGroup;
-use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::diagnostics;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::finish;
@@ -99,7 +95,7 @@ fn follows<C: Component<Mutability = Mutable> + Clone + PartialEq>(
 }
 
 #[test]
-fn what_says_how_a_mesh_is_drawn_is_inherited() {
+fn units_inherit_and_follow_components() {
     let mut app = app();
     app.inherit_in_lod_units::<Outline>();
     spawn_camera(&mut app, 4.0);
@@ -120,7 +116,7 @@ fn what_says_how_a_mesh_is_drawn_is_inherited() {
 }
 
 #[test]
-fn visibility_is_inherited() {
+fn units_inherit_visibility() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
         let before = visible(&app, camera);
@@ -140,7 +136,7 @@ fn visibility_is_inherited() {
 }
 
 #[test]
-fn what_is_not_frustum_culled_is_drawn_outside() {
+fn units_inherit_no_frustum_culling() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
         let behind = Transform::from_xyz(0.0, 0.0, 50.0);
@@ -155,52 +151,8 @@ fn what_is_not_frustum_culled_is_drawn_outside() {
     }
 }
 
-/// Lets an animation carry `entity` from where it is to `place` within a second.
-fn animate(app: &mut App, entity: Entity, place: Vec3) {
-    let target = AnimationTargetId::from_name(&Name::new("rock"));
-    let way = EasingCurve::new(Vec3::ZERO, place, EaseFunction::Linear);
-    let mut clip = AnimationClip::default();
-    let way = AnimatableCurve::new(animated_field!(Transform::translation), way);
-    clip.add_curve_to_target(target, way);
-    let world = app.world_mut();
-    let clip = world.resource_mut::<Assets<AnimationClip>>().add(clip);
-    let (graph, node) = AnimationGraph::from_clip(clip);
-    let graph = world.resource_mut::<Assets<AnimationGraph>>().add(graph);
-    let mut player = AnimationPlayer::default();
-    player.play(node);
-    let graph = AnimationGraphHandle(graph);
-    let bundle = (player, graph, target, AnimatedBy(entity));
-    world.entity_mut(entity).insert(bundle);
-}
-
 #[test]
-fn an_animated_object_takes_its_cut_along() {
-    for subdivisions in [4, 5] {
-        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
-        let before = stats(&app, camera).triangles_drawn;
-        let tick = TimeUpdateStrategy::ManualDuration(Duration::from_millis(50));
-        app.insert_resource(tick);
-        animate(&mut app, rock, Vec3::new(0.0, 0.0, -200.0));
-        let mut counts = Vec::new();
-        for _ in 0..30 {
-            app.update();
-            let place = *app.world().get::<GlobalTransform>(rock).unwrap();
-            for unit in visible(&app, camera) {
-                assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
-            }
-            counts.push(stats(&app, camera).triangles_drawn);
-        }
-        counts.dedup();
-        assert!(
-            counts.len() > 3 && counts.is_sorted_by(|a, b| a > b),
-            "{counts:?}"
-        );
-        assert!(counts.last().unwrap() * 4 < before, "{counts:?}");
-    }
-}
-
-#[test]
-fn entities_come_under_a_root_and_leave_it_by_their_parent() {
+fn reparented_entities_gain_and_lose_levels() {
     let mut app = app();
     spawn_camera(&mut app, 40.0);
     let mesh = add(&mut app, rock(5, 1));
@@ -225,7 +177,7 @@ fn entities_come_under_a_root_and_leave_it_by_their_parent() {
 }
 
 #[test]
-fn an_app_without_renderer_and_window_selects() {
+fn headless_app_prepares_meshes() {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
@@ -245,33 +197,7 @@ fn an_app_without_renderer_and_window_selects() {
 }
 
 #[test]
-fn every_public_component_and_resource_can_be_inspected() {
-    let app = app();
-    let registry = app.world().resource::<AppTypeRegistry>().read();
-    let names = [
-        "AutoLod",
-        "NoLod",
-        "FieldLodSettings",
-        "FieldLodViewStats",
-        "LodUnit",
-        "LodSource",
-        "FieldLodConfig",
-        "FieldLodProgress",
-        "FieldLodDebug",
-    ];
-    for name in names {
-        let registration = registry.get_with_short_type_path(name);
-        let registration = registration.unwrap_or_else(|| panic!("{name} is not registered"));
-        assert!(
-            registration.data::<ReflectComponent>().is_some()
-                || registration.data::<ReflectResource>().is_some(),
-            "{name}"
-        );
-    }
-}
-
-#[test]
-fn the_diagnostics_are_what_the_cameras_tell() {
+fn diagnostics_equal_view_statistics() {
     let (mut app, camera, _) = before_a_camera(5, 4.0);
     app.update();
     let stats = stats(&app, camera);
@@ -300,7 +226,7 @@ fn pick(app: &mut App) -> Vec<(Entity, f32)> {
 }
 
 #[test]
-fn rays_hit_the_mesh_entity_where_its_surface_is() {
+fn rays_hit_mesh_entity_at_its_surface() {
     for subdivisions in [4, 5] {
         let mut app = app();
         spawn_camera(&mut app, 12.0);
@@ -322,7 +248,7 @@ fn rays_hit_the_mesh_entity_where_its_surface_is() {
 }
 
 #[test]
-fn what_bypasses_the_lists_is_in_none_of_them() {
+fn no_cpu_culling_entities_are_not_listed() {
     let (mut app, camera, rock) = before_a_camera(4, 12.0);
     assert_eq!(visible(&app, camera), [rock]);
     insert(&mut app, rock, NoCpuCulling);

@@ -41,7 +41,7 @@ fn spawn_half(app: &mut App, target: &RenderTarget, is_left: bool, distance: f32
 }
 
 #[test]
-fn each_half_of_a_split_screen_has_the_cut_that_it_has_alone() {
+fn split_screen_halves_have_independent_cuts() {
     let (mut app, screen, _) = before_a_camera(6, 5.0);
     let target = app.world().get::<RenderTarget>(screen).unwrap().clone();
     let left = spawn_half(&mut app, &target, true, 3.0);
@@ -94,7 +94,7 @@ fn walk(app: &mut App, cameras: &[Entity], walking: &[Entity]) -> Vec<Vec<AssetI
 }
 
 #[test]
-fn cameras_that_select_at_once_have_the_cuts_that_they_have_one_by_one() {
+fn parallel_selection_equals_sequential_selection() {
     let (mut app, first, _) = before_a_camera(6, 3.0);
     let other = spawn_rock(&mut app, 5);
     insert(&mut app, other, Transform::from_xyz(1.5, 0.5, -4.0));
@@ -128,7 +128,7 @@ fn orthographic(height: f32) -> Projection {
 }
 
 #[test]
-fn an_orthographic_view_goes_by_its_scale_and_not_by_distance() {
+fn orthographic_cut_depends_on_scale_only() {
     let (mut app, camera, _) = before_a_camera(6, 10.0);
     let mut drawn_at = |height: f32, distance: f32| {
         let pose = Transform::from_xyz(0.0, 0.0, distance);
@@ -168,7 +168,7 @@ impl CameraProjection for Shifted {
 }
 
 #[test]
-fn a_custom_projection_has_a_cut() {
+fn custom_projection_has_cut() {
     let (mut app, camera, _) = before_a_camera(6, 20.0);
     let shifted = Shifted(PerspectiveProjection::default());
     insert(&mut app, camera, Projection::custom(shifted));
@@ -183,7 +183,7 @@ fn a_custom_projection_has_a_cut() {
 }
 
 #[test]
-fn an_inactive_camera_draws_no_units() {
+fn inactive_camera_keeps_no_units() {
     let (mut app, camera, _) = before_a_camera(6, 2.0);
     let far = spawn_camera(&mut app, 2000.0);
     app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = false;
@@ -198,7 +198,7 @@ fn an_inactive_camera_draws_no_units() {
 }
 
 #[test]
-fn render_layers_are_those_of_the_source() {
+fn units_have_render_layers_of_source() {
     let (mut app, camera, rock) = before_a_camera(6, 4.0);
     let before = drawn(&app, camera);
     insert(&mut app, rock, RenderLayers::layer(2));
@@ -235,7 +235,7 @@ fn spawn_sun(app: &mut App) {
 }
 
 #[test]
-fn what_stands_beside_the_image_still_casts_its_shadow() {
+fn offscreen_object_casts_shadow() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     spawn_sun(&mut app);
@@ -312,25 +312,21 @@ fn without_doubles(mut entities: Vec<Entity>) -> Vec<Entity> {
 }
 
 #[test]
-fn a_lamp_uses_the_cut_of_the_camera_that_is_marked() {
-    let lamp = PointLight {
+fn lamps_use_cut_of_shadow_lod_origin() {
+    let point = PointLight {
         shadow_maps_enabled: true,
         ..default()
     };
-    assert_lit_as_marked(lamp, |app| {
+    assert_lit_as_marked(point, |app| {
         let mut lamps = app.world_mut().query::<&CubemapVisibleEntities>();
         let faces = lamps.single(app.world()).unwrap().iter();
         without_doubles(faces.flat_map(|face| face.entities.clone()).collect())
     });
-}
-
-#[test]
-fn a_spot_light_uses_the_cut_of_the_camera_that_is_marked() {
-    let lamp = SpotLight {
+    let spot = SpotLight {
         shadow_maps_enabled: true,
         ..default()
     };
-    assert_lit_as_marked(lamp, |app| {
+    assert_lit_as_marked(spot, |app| {
         let lamps = app.world_mut();
         let mut lamps = lamps.query_filtered::<&VisibleMeshEntities, With<SpotLight>>();
         without_doubles(lamps.single(app.world()).unwrap().entities.clone())
@@ -338,7 +334,7 @@ fn a_spot_light_uses_the_cut_of_the_camera_that_is_marked() {
 }
 
 #[test]
-fn a_camera_without_pixels_wants_nothing() {
+fn camera_without_pixels_is_ignored() {
     for subdivisions in [4, 5] {
         let (mut app, far, rock) = before_a_camera(subdivisions, 300.0);
         let drawn_far = drawn(&app, far);
@@ -405,7 +401,7 @@ fn units_in_use(app: &mut App) -> usize {
 }
 
 #[test]
-fn what_is_hidden_has_no_units_and_uses_no_budget() {
+fn hidden_objects_use_no_budget() {
     let (mut app, camera, shown) = before_a_camera(6, 4.0);
     let alone = stats(&app, camera);
     let budget = FieldLodSettings::with_triangle_budget(alone.triangles_drawn * 2 / 3);
@@ -432,7 +428,7 @@ fn what_is_hidden_has_no_units_and_uses_no_budget() {
 }
 
 #[test]
-fn what_was_hidden_has_its_level_in_the_frame_in_which_it_is_shown() {
+fn shown_object_has_its_level_at_once() {
     let (mut app, camera, shown) = before_a_camera(4, 500.0);
     let hidden = spawn_rock(&mut app, 4);
     ready(&mut app, 2);
@@ -474,23 +470,7 @@ fn what_was_hidden_has_its_level_in_the_frame_in_which_it_is_shown() {
 }
 
 #[test]
-fn a_map_of_other_layers_selects_nothing_of_the_world() {
-    let (mut app, camera, rock) = before_a_camera(6, 300.0);
-    let in_use = units_in_use(&mut app);
-    let map = spawn_camera(&mut app, 2.0);
-    insert(&mut app, map, RenderLayers::layer(2));
-    assert_eq!(units_in_use(&mut app), in_use);
-    // Far in the world, near on the map.
-    insert(&mut app, rock, RenderLayers::from_layers(&[0, 2]));
-    assert!(units_in_use(&mut app) > in_use);
-    insert(&mut app, rock, RenderLayers::none().with(70));
-    assert_eq!(units_in_use(&mut app), 0);
-    insert(&mut app, camera, RenderLayers::none().with(70));
-    assert_eq!(units_in_use(&mut app), in_use);
-}
-
-#[test]
-fn what_only_a_light_sees_casts_its_shadow() {
+fn object_on_layer_of_light_casts_shadow() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     spawn_sun(&mut app);
@@ -516,7 +496,7 @@ fn what_only_a_light_sees_casts_its_shadow() {
 }
 
 #[test]
-fn casters_keep_their_shape_where_a_lamps_shadows_are_seen() {
+fn lamp_in_range_refines_casters() {
     let mut app = app();
     spawn_camera(&mut app, 10.0);
     let rock = spawn_rock(&mut app, 6);
@@ -572,7 +552,7 @@ fn spawn_window(app: &mut App, size_px: UVec2, scale_factor: f32) -> Entity {
 }
 
 #[test]
-fn windows_go_by_their_physical_pixels() {
+fn windows_use_physical_pixels() {
     let mut app = app();
     let sizes = [(1280, 720, 1.0), (1280, 720, 2.0), (2560, 1440, 2.0)];
     let [plain, scaled, large] =

@@ -63,7 +63,7 @@ fn alone(error_px: f32, casts_shadow: bool) -> Option<RgbaImage> {
 }
 
 #[test]
-fn two_cameras_draw_different_cuts_of_one_object_in_one_frame_shadows_included() {
+fn two_cameras_draw_own_cuts_and_shadows() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
@@ -110,7 +110,7 @@ fn two_cameras_draw_different_cuts_of_one_object_in_one_frame_shadows_included()
 }
 
 #[test]
-fn full_detail_draws_the_source_mesh() {
+fn full_detail_draws_source() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
@@ -131,7 +131,7 @@ fn full_detail_draws_the_source_mesh() {
 }
 
 #[test]
-fn a_camera_that_is_gone_has_no_say() {
+fn removed_camera_is_ignored() {
     let Some(mut stage) = Stage::new() else {
         return;
     };

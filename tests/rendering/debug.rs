@@ -55,7 +55,7 @@ fn middle_and_corner(picture: &RgbaImage) -> (i32, i32) {
 }
 
 #[test]
-fn the_pattern_is_stretched_in_the_corners() {
+fn aspect_heat_map_is_hot_in_corners() {
     let Some(picture) = wall(FieldLodHeatMap::AspectRatio) else {
         return;
     };
@@ -64,7 +64,7 @@ fn the_pattern_is_stretched_in_the_corners() {
 }
 
 #[test]
-fn the_curl_vanishes_in_the_middle() {
+fn curl_heat_map_is_cold_in_middle() {
     let Some(picture) = wall(FieldLodHeatMap::Curl) else {
         return;
     };
@@ -85,7 +85,7 @@ fn stage_with_a_rock() -> Option<(Stage, Transform)> {
 }
 
 #[test]
-fn boxes_are_gizmos_of_a_group_of_their_own() {
+fn bounds_use_own_gizmo_group() {
     let Some((mut stage, pose)) = stage_with_a_rock() else {
         return;
     };

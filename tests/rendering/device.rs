@@ -8,7 +8,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::Stage;
 
 #[test]
-fn pieces_are_made_again_for_a_new_device() {
+fn units_are_prepared_again_for_new_device() {
     let Some(mut stage) = Stage::new() else {
         return;
     };

@@ -199,7 +199,7 @@ const STEPS: [Step; 15] = [
 ];
 
 #[test]
-fn kept_lists_draw_what_filtered_lists_draw() {
+fn gpu_lists_equal_cpu_lists() {
     let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
         return;
     };
@@ -230,7 +230,7 @@ fn kept_lists_draw_what_filtered_lists_draw() {
 }
 
 #[test]
-fn with_a_camera_that_draws_directly_lists_are_filtered() {
+fn no_indirect_drawing_uses_cpu_lists() {
     let stories = (Story::new(true), Story::new(true));
     let (Some(mut kept), Some(mut direct)) = stories else {
         return;
@@ -250,7 +250,7 @@ fn with_a_camera_that_draws_directly_lists_are_filtered() {
 }
 
 #[test]
-fn what_moves_is_smeared_alike() {
+fn motion_blur_is_equal_with_gpu_lists() {
     let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
         return;
     };

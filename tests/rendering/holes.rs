@@ -21,7 +21,7 @@ fn directions(count: u16) -> impl Iterator<Item = Vec3> {
 }
 
 #[test]
-fn no_background_shows_through_a_closed_mesh() {
+fn closed_mesh_has_no_holes() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
@@ -68,7 +68,7 @@ fn no_background_shows_through_a_closed_mesh() {
 }
 
 #[test]
-fn a_missing_unit_would_be_noticed() {
+fn hole_test_detects_missing_triangles() {
     let Some(mut stage) = Stage::new() else {
         return;
     };

@@ -26,7 +26,7 @@ fn uniform(stage: &Stage, entity: Entity) -> Option<MeshInputUniform> {
 }
 
 #[test]
-fn units_that_come_move_with_their_object() {
+fn new_units_have_motion_of_object() {
     Stage::with_each_culling().for_each(check_units_that_come);
 }
 

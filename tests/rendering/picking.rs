@@ -14,7 +14,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::Stage;
 
 #[test]
-fn rays_hit_the_source_and_never_its_units() {
+fn rays_hit_source_only() {
     Stage::with_each_culling().for_each(check_rays);
 }
 
@@ -42,7 +42,7 @@ fn hits(stage: &mut Stage) -> Vec<Entity> {
 }
 
 #[test]
-fn rays_hit_the_simplified_mesh_of_a_source_that_the_gpu_has_not() {
+fn rays_hit_simplified_mesh() {
     for subdivisions in [4, 5] {
         let Some(mut stage) = Stage::new() else {
             return;

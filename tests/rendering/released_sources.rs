@@ -55,7 +55,7 @@ fn is_on_gpu(stage: &Stage, mesh: &Handle<Mesh>) -> bool {
 }
 
 #[test]
-fn a_source_leaves_the_gpu_and_is_there_in_the_frame_that_draws_it() {
+fn released_source_returns_in_the_same_frame() {
     let Some((mut kept, _, kept_mesh, its_eye)) = stage_with(true) else {
         return;
     };
@@ -96,7 +96,7 @@ fn a_source_leaves_the_gpu_and_is_there_in_the_frame_that_draws_it() {
 
 /// Meshes that are drawn by others are on the GPU for as long as these are there, whoever comes first.
 #[test]
-fn a_source_that_others_draw_stays_or_returns() {
+fn shared_source_stays_on_gpu() {
     let Some((mut stage, rock, mesh, _)) = stage_by_default() else {
         return;
     };
@@ -145,7 +145,7 @@ fn a_source_that_others_draw_stays_or_returns() {
 
 /// Beside what is cut, a whole mesh has the same source: as its finest level.
 #[test]
-fn a_source_stays_for_whole_meshes_though_they_draw_another_level() {
+fn source_stays_for_whole_meshes() {
     let Some((mut stage, rock, mesh, eye)) = stage_by_default() else {
         return;
     };
@@ -170,7 +170,7 @@ fn a_source_stays_for_whole_meshes_though_they_draw_another_level() {
 
 /// A program changes a source that the GPU has not: each frame is as if the GPU had it.
 #[test]
-fn a_source_that_changes_while_the_gpu_has_it_not_is_drawn_as_it_is_then() {
+fn changed_released_source_is_drawn() {
     let Some(kept) = stage_with(true) else {
         return;
     };
@@ -221,7 +221,7 @@ fn shoot_each(stages: &mut [(Stage, Entity, Handle<Mesh>, Eye); 2]) -> [RgbaImag
 
 /// On a new device all begins anew, sources included.
 #[test]
-fn a_source_that_the_gpu_has_not_outlives_the_device() {
+fn released_source_survives_new_device() {
     let Some((mut stage, _, mesh, eye)) = stage_by_default() else {
         return;
     };

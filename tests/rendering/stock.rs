@@ -194,7 +194,7 @@ fn deferred_rendering_draws_levels() {
 /// Rocks behind a wall of rock, walked along: Bevy's occlusion culling leaves out what the wall hides, ours draws
 /// it coarser, and together they give the picture that ours gives alone.
 #[test]
-fn occlusion_culling_beside_visible_flux_changes_no_picture() {
+fn occlusion_culling_with_visible_flux_is_invisible() {
     let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Forward) else {
         return;
     };
@@ -250,7 +250,7 @@ fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
 }
 
 #[test]
-fn temporal_antialiasing_leaves_no_ghosts_where_levels_change() {
+fn taa_leaves_no_ghosts() {
     let (Some((full, _)), Some((levels, changes))) = (after_a_flight(true), after_a_flight(false))
     else {
         return;

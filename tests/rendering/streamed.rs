@@ -92,7 +92,7 @@ fn run_until_sharp(stage: &mut Stage, eye: &Eye) {
 }
 
 #[test]
-fn what_is_read_in_parts_looks_as_the_whole_does() {
+fn streamed_picture_equals_whole_picture() {
     let folder = tempfile::tempdir().unwrap();
     write_rock(folder.path());
     let roomy = LodMemory::default();
@@ -122,7 +122,7 @@ fn what_is_read_in_parts_looks_as_the_whole_does() {
 }
 
 #[test]
-fn with_little_memory_pictures_are_whole_and_the_gpu_gets_it_back() {
+fn small_budget_pictures_have_no_holes() {
     let folder = tempfile::tempdir().unwrap();
     write_rock(folder.path());
     let little = LodMemory {

@@ -11,7 +11,7 @@ use image::RgbaImage;
 use crate::picture::{count, difference};
 
 #[test]
-fn no_frame_blinks_when_the_units_take_over() {
+fn units_replace_source_without_blink() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
@@ -63,7 +63,7 @@ fn no_frame_blinks_when_the_units_take_over() {
 }
 
 #[test]
-fn props_have_the_level_of_the_frame_in_which_the_camera_jumps() {
+fn jumping_camera_swaps_props_at_once() {
     let Some(mut stage) = Stage::new() else {
         return;
     };

@@ -153,7 +153,7 @@ fn assert_no_hole(app: &App, camera: Entity) {
 }
 
 #[test]
-fn what_comes_in_parts_is_drawn_as_the_whole_is() {
+fn streamed_mesh_equals_whole_mesh() {
     let shelf = Shelf::default();
     shelf.put("whole.fieldlod", ROCKS.to_bytes());
     shelf.put("parts.fieldpages", PAGES.clone());
@@ -192,7 +192,7 @@ fn wanted_bytes() -> u64 {
 
 /// With half and a tenth of what a view wants: coarser, whole, within the budgets, and at rest.
 #[test]
-fn with_too_little_memory_it_is_coarser_whole_and_at_rest() {
+fn small_budget_is_kept_without_holes() {
     let wanted = wanted_bytes();
     for share in [2, 10] {
         let budget = LodMemory {
@@ -234,7 +234,7 @@ fn with_too_little_memory_it_is_coarser_whole_and_at_rest() {
 }
 
 #[test]
-fn what_is_evicted_leaves_nothing_behind() {
+fn evicted_pages_free_their_meshes() {
     let wanted = wanted_bytes();
     let budget = LodMemory {
         gpu_bytes: wanted * 6 / 5,
@@ -272,7 +272,7 @@ fn assert_no_hole_in_view(app: &App, camera: Entity) {
 }
 
 #[test]
-fn full_detail_is_read_where_it_is_asked_for() {
+fn forced_level_0_streams_full_detail() {
     let (_, mut app, camera) = one_rock("full.fieldpages", ROOMY);
     let full = FieldLodSettings {
         forced_level: Some(0),
@@ -288,7 +288,7 @@ fn full_detail_is_read_where_it_is_asked_for() {
 }
 
 #[test]
-fn what_is_gone_takes_no_memory() {
+fn despawned_mesh_frees_its_pages() {
     let shelf = Shelf::default();
     shelf.put("gone.fieldpages", PAGES.clone());
     let (mut app, _) = app_of(&shelf, ROOMY);
@@ -308,7 +308,7 @@ fn what_is_gone_takes_no_memory() {
 }
 
 #[test]
-fn a_file_in_parts_needs_its_own_component() {
+fn fieldpages_file_needs_lod_mesh_3d() {
     let shelf = Shelf::default();
     shelf.put("beside.fieldpages", PAGES.clone());
     let (mut app, _) = app_of(&shelf, ROOMY);

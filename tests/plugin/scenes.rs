@@ -14,8 +14,7 @@ use serde_json::json;
 
 use crate::gltf_file::GltfFile;
 use crate::headless::{
-    Events, add, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
-    stats,
+    Events, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
 };
 
 /// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one

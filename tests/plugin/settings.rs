@@ -1,4 +1,4 @@
-//! What a game may ask for beside the default.
+//! Settings of cameras, of `AutoLod` and of bakes.
 
 use std::ops::RangeInclusive;
 
@@ -10,8 +10,8 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, LodSimplified, LodSource, LodUnit};
 
 use crate::headless::{
-    add, app, before_a_camera, insert, move_camera, progress, ready, rock, run_until, spawn_camera,
-    spawn_rock, stats, units, visible,
+    add, app, before_a_camera, insert, move_camera, ready, rock, spawn_camera, spawn_rock, stats,
+    units, visible,
 };
 
 fn settings(app: &mut App, camera: Entity, settings: FieldLodSettings) {

@@ -12,7 +12,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
-use crate::picture::{count_beyond, enclosed};
+use crate::picture::count_beyond;
 
 /// A stage with a rock and an eye that draws its cut.
 fn stage_with(sources_on_gpu: bool) -> Option<(Stage, Entity, Handle<Mesh>, Eye)> {

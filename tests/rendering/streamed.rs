@@ -10,7 +10,6 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{RenderApp, RenderPlugin, RenderStartup};
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap};
 use fieldlod_bake::{BakeConfig, bake_mesh};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile};
 use fieldlod_tests::apps::windowless;
@@ -48,7 +47,6 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
             ..default()
         });
     let mut stage = Stage::unfinished_with(plugins)?;
-    stage.app.add_plugins(FieldLodDebugPlugin);
     stage.app.insert_resource(FieldLodConfig {
         memory,
         ..default()

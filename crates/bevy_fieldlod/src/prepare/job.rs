@@ -167,7 +167,6 @@ pub(crate) fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>)
         mesh: None,
         aabb,
         level: hierarchy.level_of(unit),
-        triangles: unit.triangle_count,
         error_in_local: produced_by
             .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
     }

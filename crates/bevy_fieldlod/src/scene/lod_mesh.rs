@@ -48,7 +48,6 @@ pub(crate) struct LodPiece {
     pub(crate) aabb: OnceLock<Aabb>,
     /// 0 is the finest.
     pub(crate) level: u32,
-    pub(crate) triangles: u32,
     /// Geometric error against the source in local units.
     pub(crate) error_in_local: f32,
 }

@@ -119,9 +119,10 @@ impl AsyncSeek for ShelfReader {
 
 impl Reader for ShelfReader {
     fn seekable(&mut self) -> Result<&mut dyn SeekableReader, ReaderNotSeekableError> {
-        match self.can_seek {
-            true => Ok(self),
-            false => Err(ReaderNotSeekableError),
+        if self.can_seek {
+            Ok(self)
+        } else {
+            Err(ReaderNotSeekableError)
         }
     }
 }

@@ -189,7 +189,7 @@ impl FieldLodEvent {
         let name = asset_name(assets, mesh.untyped());
         match error {
             LodError::Morphed => {
-                info!("{name} cannot have levels of detail: {error}; drawing the source mesh")
+                info!("{name} cannot have levels of detail: {error}; drawing the source mesh");
             }
             _ => error!("could not prepare {name}: {error}; drawing the source mesh"),
         }

@@ -62,7 +62,7 @@ impl BakeThreads {
             .start_handler(|_| lower_priority())
             .build();
         let pool = pool.inspect_err(|error| {
-            error!("could not create the bake thread pool: {error}; baking on the task threads")
+            error!("could not create the bake thread pool: {error}; baking on the task threads");
         });
         Self(pool.ok().map(Arc::new))
     }

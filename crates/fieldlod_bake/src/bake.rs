@@ -2,14 +2,14 @@
 
 use fieldlod_hierarchy::{Cards, Hierarchy};
 
-use crate::appearance::measure_levels;
-use crate::assemble::assemble;
 use crate::config::BakeConfig;
+use crate::levels::assemble::assemble;
 use crate::levels::build_levels;
+use crate::levels::vertices::LevelVertices;
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{MeshError, SourceMesh};
+use crate::plants::appearance::measure_levels;
 use crate::report::BakeReport;
-use crate::surfaces::Surfaces;
-use crate::vertices::LevelVertices;
 
 /// Bakes one mesh: all its levels of detail, or why there can be none.
 ///

@@ -11,9 +11,9 @@ use crate::import::{
     import_gltf_bytes,
 };
 use crate::mesh::SourceMesh;
+use crate::plants::together::bake_together_with_progress;
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
-use crate::together::bake_together_with_progress;
 
 /// Primitives with so many triangles are drawn in pieces unless someone asks for something else.
 const IN_PIECES_FROM: usize = 20_000;

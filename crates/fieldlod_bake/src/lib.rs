@@ -56,51 +56,25 @@
 //! with a stable compiler and without a sanitizer
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
-mod aggregate;
-mod appearance;
-mod assemble;
-mod attributes;
 mod bake;
-mod bounds;
-mod cards;
-mod closed;
-mod clusterlod;
-mod clusters;
-mod components;
 mod config;
-mod coverage;
-mod curve;
 mod deviation;
-mod edges;
-mod elements;
 mod file;
 pub mod fixtures;
-mod groups;
 mod import;
 mod levels;
 mod mesh;
 pub mod naive;
-mod picture;
+mod plants;
 mod progress;
 mod report;
-mod simplify;
-mod surface;
-mod surfaces;
-mod together;
-mod triangle;
-mod triangle_tree;
-mod triangles_4;
 mod verify;
-mod vertices;
 
 /// Counts changes of what the same mesh and configuration are baked to within a version: whoever keeps bakes knows by
 /// it which are out of date.
 pub const REVISION: u32 = 7;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
-#[doc(hidden)]
-pub use clusterlod::bare_clusterlod;
-pub use clusterlod::clusterlod_hierarchy;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes};
 pub use import::{
@@ -108,10 +82,13 @@ pub use import::{
     PackedViewFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
     import_gltf_bytes,
 };
+#[doc(hidden)]
+pub use levels::clusterlod::bare_clusterlod;
+pub use levels::clusterlod::clusterlod_hierarchy;
+pub use mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
+pub use mesh::triangle_tree::{NearestTriangle, TriangleTree};
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+pub use plants::together::{MOST_TOGETHER, bake_together};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
-pub use surface::{Surface, SurfaceAlpha, TextureMapping};
-pub use together::{MOST_TOGETHER, bake_together};
-pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

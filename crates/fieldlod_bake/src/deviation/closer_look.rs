@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::triangle_tree::{NearestTriangle, TriangleTree};
+use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// What is added for places between the samples.
 pub(super) const SAMPLING_MARGIN: f32 = 1.05;

@@ -1,7 +1,7 @@
 //! Which places wait for the next level.
 
 use super::seen::Seen;
-use crate::clusters::Place;
+use crate::levels::clusters::Place;
 
 /// For each cluster, at most so many of the places nearest to each of its triangles.
 pub(super) fn handed_on(seen: &[Seen], clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::ReadBeside;
 use super::buffers::Buffers;
 use super::images::{self, UnreadImage};
-use crate::surface::{Surface, SurfaceAlpha, TextureMapping};
+use crate::mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
 
 /// The cutoff of a mask that has none of its own.
 const CUTOFF: f32 = 0.5;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
-use crate::triangle_tree::TriangleTree;
+use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
+use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 use crate::naive;
-use crate::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;

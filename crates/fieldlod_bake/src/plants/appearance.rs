@@ -14,9 +14,9 @@ use std::sync::Arc;
 use fieldlod_hierarchy::{CardLevel, Cards, Hierarchy, Sphere, WholeMeshCut};
 use rayon::prelude::*;
 
-use crate::cards::{PartCards, cards_of, shown_at};
-use crate::picture::{Model, Picture, ShownCards, Viewpoint, exposure_of};
-use crate::surfaces::Surfaces;
+use crate::mesh::surfaces::Surfaces;
+use crate::plants::cards::{PartCards, cards_of, shown_at};
+use crate::plants::picture::{Model, Picture, ShownCards, Viewpoint, exposure_of};
 
 /// From how many directions a mesh is seen.
 const DIRECTIONS: usize = 12;

@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::edges::Links;
-use crate::simplify::{Simplified, Task};
+use crate::levels::simplify::{Simplified, Task};
+use crate::mesh::edges::Links;
 
 impl Task<'_> {
     /// Whether edges are open only where they were before, or on a border of the source.

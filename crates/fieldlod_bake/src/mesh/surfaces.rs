@@ -6,7 +6,7 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::{Vec2, Vec3};
 
 use crate::mesh::SourceMesh;
-use crate::surface::{Surface, uvs_of};
+use crate::mesh::surface::{Surface, uvs_of};
 
 /// The surfaces of a mesh of one or more parts, in the order of their vertices.
 #[derive(Clone, Default)]

@@ -6,9 +6,9 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use super::Source;
 use super::frame::Frame;
 use super::planes::Facet;
-use crate::picture::Raster;
-use crate::surface::Surface;
-use crate::surfaces::Looks;
+use crate::mesh::surface::Surface;
+use crate::mesh::surfaces::Looks;
+use crate::plants::picture::Raster;
 
 /// Samples of a texel along each axis.
 const SAMPLES: u32 = 4;

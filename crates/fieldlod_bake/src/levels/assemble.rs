@@ -5,10 +5,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::bounds::{NormalSum, tight_sphere};
-use crate::groups::{RawGroup, RawUnit};
+use crate::levels::groups::{RawGroup, RawUnit};
+use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
-use crate::vertices::LevelVertices;
+use crate::mesh::bounds::{NormalSum, tight_sphere};
 
 /// A group with its units ordered and bounded.
 struct FinishedGroup {

@@ -2,9 +2,9 @@
 
 use meshopt::{SimplifyOptions, SimplifyVertex};
 
-use crate::components::{Component, components_of};
 use crate::config::BakeConfig;
-use crate::vertices::{LevelVertices, Piece, adapter};
+use crate::levels::vertices::{LevelVertices, Piece, adapter};
+use crate::mesh::components::{Component, components_of};
 
 /// What opens closed surfaces is the lesser evil above this only.
 const FEWEST_FOR_SLOPPY: usize = 512;

@@ -4,7 +4,7 @@
 //! [picture](texels) of colours, opacity and normals (X. Décoret, F. Durand, F. Sillion and J. Dorsey: Billboard Clouds
 //! for Extreme Model Simplification, SIGGRAPH 2003). All pictures [lie side by side](pack) in one.
 //!
-//! How good they look is [measured](crate::appearance) as of levels of triangles; they are drawn from the first of these
+//! How good they look is [measured](crate::plants::appearance) as of levels of triangles; they are drawn from the first of these
 //! on that one of them beats.
 
 mod frame;
@@ -18,8 +18,8 @@ use fieldlod_hierarchy::{Card, CardPicture, Hierarchy, Sphere, Vertices};
 use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::picture::{Model, Picture, ShownCards, Viewpoint, shown};
-use crate::surfaces::{Looks, Surfaces};
+use crate::mesh::surfaces::{Looks, Surfaces};
+use crate::plants::picture::{Model, Picture, ShownCards, Viewpoint, shown};
 use frame::Frame;
 use pack::pack;
 use planes::{Facet, planes_of};

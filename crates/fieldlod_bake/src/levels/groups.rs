@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use fieldlod_hierarchy::NO_GROUP;
 
-use crate::clusters::Cluster;
+use crate::levels::clusters::Cluster;
 
 /// Keeps a unit's vertices within the reach of 16-bit indices: a cluster has 256 at most.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;

@@ -8,9 +8,9 @@
 use fieldlod_hierarchy::{Card, CardPicture, Sphere};
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
-use crate::edges::number;
-use crate::surface::Surface;
-use crate::surfaces::Surfaces;
+use crate::mesh::edges::number;
+use crate::mesh::surface::Surface;
+use crate::mesh::surfaces::Surfaces;
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;

@@ -4,7 +4,7 @@
 //! A simplifier that weighs distances makes such elements vanish one by one, and the crown with them.
 //! Here surfaces are simplified as far as the size of the elements allows, and elements share what
 //! triangles are left: those with many triangles are simplified as surfaces and get the area back that
-//! they lose; those with few are [flattened and pruned](crate::elements), those first that are seen
+//! they lose; those with few are [flattened and pruned](crate::plants::elements), those first that are seen
 //! least, and others stand for what is gone (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic Simplification of
 //! Aggregate Detail, SIGGRAPH 2007).
 //!
@@ -14,10 +14,10 @@
 
 use glam::Vec3;
 
-use crate::components::{Component, components_of};
+use crate::levels::simplify::{Means, Simplified, Task};
+use crate::levels::vertices::adapter;
 use crate::mesh::SourceMesh;
-use crate::simplify::{Means, Simplified, Task};
-use crate::vertices::adapter;
+use crate::mesh::components::{Component, components_of};
 
 /// Fewer loose pieces are no aggregate.
 const FEWEST_ELEMENTS: usize = 6;

@@ -9,13 +9,13 @@ use std::collections::BinaryHeap;
 
 use glam::Vec3;
 
-use crate::components::Component;
-use crate::curve::Curve;
-use crate::edges::Links;
-use crate::simplify::{Simplified, Task};
+use crate::levels::simplify::{Simplified, Task};
+use crate::mesh::components::Component;
+use crate::mesh::edges::Links;
+use crate::plants::curve::Curve;
 
 /// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
-/// beside what [coverage](crate::coverage) asks for: large leaves look worse than a few that are missing.
+/// beside what [coverage](crate::plants::coverage) asks for: large leaves look worse than a few that are missing.
 const GROWTH: f32 = 0.6;
 /// It grows by no more than this.
 const MOST_GROWTH: f32 = 4.0;

@@ -13,14 +13,14 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::aggregate::is_aggregate;
-use crate::appearance::MOST_VERTICES;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{MeshError, SourceMesh};
+use crate::plants::aggregate::is_aggregate;
+use crate::plants::appearance::MOST_VERTICES;
 use crate::report::BakeReport;
-use crate::surfaces::Surfaces;
 
 /// No more meshes than this are taken for one plant.
 pub const MOST_TOGETHER: usize = 4;

@@ -14,12 +14,12 @@ use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::components::{Component, components_of};
-use crate::elements::MOST_MOVED_IF_OPEN;
-use crate::picture::{Model, Viewpoint};
-use crate::simplify::{Simplified, Task};
-use crate::surface::Surface;
-use crate::vertices::{LevelVertices, Piece};
+use crate::levels::simplify::{Simplified, Task};
+use crate::levels::vertices::{LevelVertices, Piece};
+use crate::mesh::components::{Component, components_of};
+use crate::mesh::surface::Surface;
+use crate::plants::elements::MOST_MOVED_IF_OPEN;
+use crate::plants::picture::{Model, Viewpoint};
 
 /// How a level is measured.
 struct Pictures {

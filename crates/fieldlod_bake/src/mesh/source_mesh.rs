@@ -6,7 +6,7 @@ use fieldlod_hierarchy::{SourceHash, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use thiserror::Error;
 
-use crate::surface::Surface;
+use crate::mesh::surface::Surface;
 
 /// Coordinates beyond this are refused: their squares would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;

@@ -5,20 +5,20 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
-use crate::aggregate::is_aggregate;
-use crate::appearance::MOST_VERTICES;
-use crate::clusters::{
+use crate::config::BakeConfig;
+use crate::deviation::{Measured, Ruler};
+use crate::levels::clusters::{
     Cluster, Place, clusters_of_source, partition, shared_positions, split_into_clusters,
     triangle_count,
 };
-use crate::config::BakeConfig;
-use crate::coverage::{Coverage, Drawn};
-use crate::deviation::{Measured, Ruler};
-use crate::groups::Groups;
+use crate::levels::groups::Groups;
+use crate::levels::simplify::{Means, Simplified, Task};
+use crate::levels::vertices::{LevelVertices, NewVertex, Piece};
 use crate::mesh::SourceMesh;
+use crate::plants::aggregate::is_aggregate;
+use crate::plants::appearance::MOST_VERTICES;
+use crate::plants::coverage::{Coverage, Drawn};
 use crate::report::{BakeReport, Fallback, FallbackKind};
-use crate::simplify::{Means, Simplified, Task};
-use crate::vertices::{LevelVertices, NewVertex, Piece};
 
 /// Where simplification ends.
 const FEWEST_TRIANGLES: usize = 12;

@@ -7,9 +7,9 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use crate::triangle::Triangle;
-use crate::triangles_4::{Boxes4, Triangles4};
-use crate::vertices::adapter;
+use crate::levels::vertices::adapter;
+use crate::mesh::triangle::Triangle;
+use crate::mesh::triangles_4::{Boxes4, Triangles4};
 
 /// Triangles that can be asked which of them is nearest to a point.
 ///

@@ -7,12 +7,12 @@ use glam::Vec3;
 use meshopt::{SimplifyVertex, VertexDataAdapter};
 use rustc_hash::FxHashMap;
 
-use crate::attributes::AttributeLayout;
 use crate::config::BakeConfig;
-use crate::edges::Links;
+use crate::levels::attributes::AttributeLayout;
 use crate::mesh::SourceMesh;
-use crate::surface::Surface;
-use crate::surfaces::Surfaces;
+use crate::mesh::edges::Links;
+use crate::mesh::surface::Surface;
+use crate::mesh::surfaces::Surfaces;
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {

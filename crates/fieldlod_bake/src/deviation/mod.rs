@@ -24,12 +24,12 @@ use rustc_hash::FxHashMap;
 use self::closer_look::{AGGREGATE_MARGIN, SAMPLING_MARGIN, Suspect, Target, WITHIN, look_closely};
 use self::handed_on::handed_on;
 use self::seen::Seen;
-use crate::clusters::{Cluster, Place};
 use crate::config::BakeConfig;
+use crate::levels::clusters::{Cluster, Place};
+use crate::levels::simplify::{Means, Simplified};
+use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
-use crate::simplify::{Means, Simplified};
-use crate::triangle_tree::TriangleTree;
-use crate::vertices::LevelVertices;
+use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;

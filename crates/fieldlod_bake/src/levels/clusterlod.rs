@@ -3,12 +3,12 @@
 use fieldlod_hierarchy::{Hierarchy, NO_GROUP};
 use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, clod_default_config};
 
-use crate::assemble::assemble;
-use crate::clusters::Cluster;
 use crate::config::BakeConfig;
-use crate::groups::Groups;
+use crate::levels::assemble::assemble;
+use crate::levels::clusters::Cluster;
+use crate::levels::groups::Groups;
+use crate::levels::vertices::{LevelVertices, adapter};
 use crate::mesh::{MeshError, SourceMesh};
-use crate::vertices::{LevelVertices, adapter};
 
 /// How much clusterlod's demo weighs a change of the unit normal by 1.
 const NORMAL_WEIGHT: f32 = 0.5;

@@ -6,7 +6,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::bounds::{Aabb, Sphere};
-use crate::cards::Cards;
 use crate::source::SourceHash;
 
 /// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
@@ -15,7 +14,7 @@ pub const NO_GROUP: u32 = u32::MAX;
 /// One mesh at all its levels of detail.
 ///
 /// # The cut rule
-/// Let a *criterion* say of every group whether it is *refined* (its simplification is too coarse
+/// Let a *criterion* decide for every group whether it is *refined* (its simplification is too coarse
 /// for the view). A group without a simplification ([`Group::is_terminal`]) is always refined, and
 /// a group is refined whenever one of its [finer groups](Hierarchy::finer_groups) is. Then a unit
 /// is drawn if and only if
@@ -48,8 +47,6 @@ pub struct Hierarchy {
     /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
     /// list of vertices.
     pub indices: Vec<u16>,
-    /// What is drawn in place of the whole mesh from far away, where that looks better than triangles.
-    pub cards: Option<Cards>,
 }
 
 /// Vertex attributes. Local space.
@@ -71,19 +68,50 @@ pub struct Vertices {
 }
 
 impl Vertices {
+    /// The first attribute that only some vertices have, and its count.
+    #[must_use]
+    pub fn incomplete_attribute(&self) -> Option<(&'static str, usize)> {
+        let counts = [
+            ("normals", self.normals.len()),
+            ("uvs", self.uvs.len()),
+            ("tangents", self.tangents.len()),
+            ("second uvs", self.uvs_1.len()),
+            ("colors", self.colors.len()),
+        ];
+        let vertices = self.positions.len();
+        let mut counts = counts.into_iter();
+        counts.find(|&(_, count)| count != 0 && count != vertices)
+    }
+
+    /// The vertices with these indices, in their order.
+    ///
+    /// # Panics
+    /// If an index is out of range.
+    #[must_use]
+    pub fn at(&self, indices: &[u32]) -> Self {
+        Self {
+            positions: values_at(&self.positions, indices),
+            normals: values_at(&self.normals, indices),
+            uvs: values_at(&self.uvs, indices),
+            tangents: values_at(&self.tangents, indices),
+            uvs_1: values_at(&self.uvs_1, indices),
+            colors: values_at(&self.colors, indices),
+        }
+    }
+
     /// The hash of a mesh of these vertices and no others, with the triangle list `indices`.
     #[must_use]
     pub fn source_hash(&self, indices: &[u32]) -> SourceHash {
-        SourceHash::of(
-            indices,
-            &self.positions,
-            &self.normals,
-            &self.uvs,
-            &self.tangents,
-            &self.uvs_1,
-            &self.colors,
-        )
+        SourceHash::of(indices, self)
     }
+}
+
+/// The values at some indices; none if there are no values.
+fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    let of_index = |&index: &u32| values[index as usize];
+    let has_values = !values.is_empty();
+    let indices = indices.iter().filter(|_| has_values);
+    indices.map(of_index).collect()
 }
 
 /// Triangles that are simplified together: one decision of a cut.
@@ -121,8 +149,8 @@ pub struct Group {
     pub unit_count: u32,
 }
 
-/// What is drawn or not drawn as a whole: triangles that share the group that produced them and the
-/// group that consumes them.
+/// The smallest drawable piece: triangles that share the group that produced them and the group that
+/// consumes them.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Unit {
@@ -182,7 +210,7 @@ impl Unit {
 }
 
 impl Hierarchy {
-    /// The source vertex that `vertex` is or came from; `None` of a moved one of which it is not told.
+    /// The source vertex that `vertex` is or came from; `None` for a moved vertex if [`Hierarchy::moved_from`] is empty.
     #[must_use]
     pub fn origin_of(&self, vertex: u32) -> Option<u32> {
         match vertex.checked_sub(self.source_vertex_count) {

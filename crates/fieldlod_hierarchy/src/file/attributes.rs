@@ -93,9 +93,12 @@ pub(super) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
         push_vector(&mut row, vertices.uvs.get(vertex), grids.map(|g| g.uv));
         let tangent = vertices.tangents.get(vertex);
         push_direction(&mut row, tangent.map(|t| t.truncate()), is_quantized);
-        row.extend(tangent.map(|t| match is_quantized {
-            true => u32::from(t.w < 0.0),
-            false => t.w.to_bits(),
+        row.extend(tangent.map(|t| {
+            if is_quantized {
+                u32::from(t.w < 0.0)
+            } else {
+                t.w.to_bits()
+            }
         }));
         push_vector(&mut row, vertices.uvs_1.get(vertex), grids.map(|g| g.uv_1));
         push_vector(

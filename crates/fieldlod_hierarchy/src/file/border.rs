@@ -1,4 +1,4 @@
-//! Where the triangles of a unit that were seen so far end.
+//! The border of the triangles of a unit that were coded so far.
 
 /// The border of the triangles so far: their edges that no other triangle uses, as that would run
 /// through them.

@@ -1,4 +1,4 @@
-//! What a file holds.
+//! The contents of a file.
 
 use super::quantize::Precision;
 use crate::hierarchy::Hierarchy;

@@ -53,7 +53,7 @@ mod tests {
 
     /// The claim at [`Precision::Quantized16`](crate::Precision), all over the sphere.
     #[test]
-    fn directions_come_back_to_an_eighth_of_a_degree() {
+    fn quantized_directions_are_accurate() {
         let mut random = Random::new(0);
         let mut largest = 0.0f32;
         for _ in 0..200_000 {

@@ -109,17 +109,16 @@ pub(super) fn read(
 fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
     let mut left = numbers.len();
     numbers.resize(are_stored.len(), 0);
-    // From the end, and no further than where nothing is missing.
+    // From the end, and no farther than where nothing is missing.
     for place in (0..are_stored.len()).rev() {
         if left == place + 1 {
             break;
         }
-        numbers[place] = match are_stored[place] {
-            true => {
-                left -= 1;
-                numbers[left]
-            }
-            false => 0,
+        numbers[place] = if are_stored[place] {
+            left -= 1;
+            numbers[left]
+        } else {
+            0
         };
     }
 }

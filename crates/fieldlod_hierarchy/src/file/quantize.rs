@@ -12,7 +12,7 @@ pub enum Precision {
     #[default]
     Lossless,
     /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
-    /// normals and tangents to 0.125°. Bounds grow to contain the moved triangles. Cards stay as they are.
+    /// normals and tangents to 0.125°. Bounds grow to contain the moved triangles.
     Quantized16,
 }
 

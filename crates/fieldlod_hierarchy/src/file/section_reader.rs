@@ -56,11 +56,12 @@ pub(super) fn read(
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);
-    match section.reader.rest.iter().all(|&byte| byte == 0) {
-        true => Ok(()),
-        false => Err(FileError::Corrupt {
+    if section.reader.rest.iter().all(|&byte| byte == 0) {
+        Ok(())
+    } else {
+        Err(FileError::Corrupt {
             what: "the end of a section",
-        }),
+        })
     }
 }
 

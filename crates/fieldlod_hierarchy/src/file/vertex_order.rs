@@ -1,4 +1,4 @@
-//! Where the vertices of a section stand in the hierarchy.
+//! The order of the vertices of a section in the hierarchy.
 //!
 //! A moved vertex mostly follows the moved one before it. A vertex of the source is near its
 //! neighbours, or in line with them: in many meshes the parallelogram rule holds for indices, too.

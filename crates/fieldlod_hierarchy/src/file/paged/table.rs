@@ -101,9 +101,6 @@ fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, Fil
     if entry.options.beside_source {
         return Err(FileError::SourceVerticesLeftOut { primitive: number });
     }
-    if entry.cards.length != 0 {
-        return Err(FileError::Corrupt { what: WHAT });
-    }
     let mut reader = Reader { rest: bytes };
     let graph = read_graph(&mut reader, &entry, number)?;
     let pages = read_pages(&mut reader, &entry)?;

@@ -1,4 +1,4 @@
-//! The baseline is a valid hierarchy of kept vertices, whatever clusterlod leaves.
+//! The baseline that meshoptimizer's clusterlod builds.
 
 use fieldlod_bake::{
     BakeConfig, SourceMesh, bake_mesh, bare_clusterlod, clusterlod_hierarchy, fixtures,
@@ -22,7 +22,7 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
 }
 
 #[test]
-fn it_is_valid_unmeasured_and_made_of_the_source_vertices() {
+fn baseline_is_valid_and_unmeasured() {
     for (name, mesh) in meshes() {
         let hierarchy = clusterlod_hierarchy(&mesh, &BakeConfig::fine_grained()).unwrap();
         assert_eq!(hierarchy.validate(), Ok(()), "{name}");
@@ -34,14 +34,12 @@ fn it_is_valid_unmeasured_and_made_of_the_source_vertices() {
     }
 }
 
-/// Groups and clusters are of the configuration's size; ratio and weights are clusterlod's own.
 #[test]
-fn only_sizes_and_the_weight_of_textures_are_ours() {
+fn only_sizes_of_clusters_and_groups_matter() {
     let mesh = fixtures::rock(5, 3);
     let config = BakeConfig::default();
     let other = BakeConfig {
         simplify_ratio: 0.7,
-        normal_weight: 0.1,
         ..config.clone()
     };
     let hierarchy = clusterlod_hierarchy(&mesh, &config).unwrap();

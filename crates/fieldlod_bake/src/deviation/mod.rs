@@ -1,17 +1,16 @@
 //! How far each simplified surface lies from the source surface: the two-sided Hausdorff distance,
 //! measured at samples.
 //!
-//! Source to simplified: places on the source wait on the clusters above them, at the finest level
-//! all vertices. A group measures the places of the clusters that it consumes against its simplified
-//! triangles, and of each triangle's hands on the furthest few, which are likely to be the furthest
-//! from the next level, too, and some of the others. The coarser the level, the more for each triangle, and the fewer in all.
+//! Source to simplified: clusters carry places on the source, at the finest level all vertices. A group measures the
+//! places of its clusters against its simplified triangles. Each triangle passes on its farthest few places, which are
+//! likely to be the farthest from the next level too, and some others.
 //!
 //! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
 //! source.
 //!
-//! In both directions the triangles that may hold a place further than all are looked at more closely.
-//! Of a source triangle only those places count that lie no further from what a group consumes than
-//! its finer groups stray: another group stands for the rest.
+//! In both directions, triangles that may hold a farther place are sampled more densely. A place on a source triangle
+//! counts only if it is no farther from the consumed surface than the deviation of the finer groups: other places
+//! belong to another group.
 
 mod closer_look;
 mod handed_on;
@@ -21,19 +20,21 @@ use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use self::closer_look::{AGGREGATE_MARGIN, SAMPLING_MARGIN, Suspect, Target, WITHIN, look_closely};
+use self::closer_look::{
+    AGGREGATE_MARGIN, Candidate, SAMPLING_MARGIN, Target, WITHIN, look_closely,
+};
 use self::handed_on::handed_on;
 use self::seen::Seen;
-use crate::config::BakeConfig;
 use crate::levels::clusters::{Cluster, Place};
-use crate::levels::simplify::{Means, Simplified};
-use crate::levels::vertices::LevelVertices;
+use crate::levels::simplify::{Method, Simplified};
+use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::SourceMesh;
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, times the size of the mesh, are rounding.
 const ROUNDING: f32 = 4e-7;
-/// Places nearer than this share of the furthest, squared, need not be known better, and triangles
+/// Places nearer than this share of the farthest, squared, need not be known better, and triangles
 /// without a sample further than that are not looked at more closely.
 const FAR: f32 = 0.1;
 /// How many triangles of a group are looked at more closely in each direction at most, as a share.
@@ -52,8 +53,8 @@ const PLACES_PER_TRIANGLE: f32 = 0.1;
 const SPLITS: u32 = 5;
 /// The same for triangles of a large source, until they are certainly within the margin.
 const SOURCE_SPLITS: u32 = 3;
-/// What simplified surfaces are measured against.
-pub(crate) struct Ruler {
+/// The source surface, against which simplified surfaces are measured.
+pub(crate) struct SourceSurface {
     target: Target,
     positions: Vec<Vec3>,
     source_triangles: usize,
@@ -61,12 +62,12 @@ pub(crate) struct Ruler {
     is_close: bool,
 }
 
-/// How much is done to find the furthest place.
+/// How much is done to find the farthest place.
 #[derive(Clone, Copy)]
 struct Effort {
     /// How many places of each simplified triangle go on to the next level.
     places_per_triangle: usize,
-    /// Triangles are looked at more closely if a sample of them is this share of the furthest away,
+    /// Triangles are looked at more closely if a sample of them is this share of the farthest away,
     /// squared.
     far: f32,
     /// How many at most, as a share of all.
@@ -76,10 +77,10 @@ struct Effort {
     simplified_splits: [u32; 2],
 }
 
-/// What was measured of a group.
+/// The measured deviation of a group.
 pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
-    /// For each of its clusters the places that are handed on.
+    /// For each of its clusters, the places from which the next level is measured.
     pub(crate) places: Vec<Vec<Place>>,
 }
 
@@ -89,12 +90,11 @@ pub(crate) fn deviation_in_local(
     mesh: &SourceMesh,
     positions: &[Vec3],
     levels: &[&[[u32; 3]]],
-    config: &BakeConfig,
 ) -> Vec<f32> {
     let source_count = mesh.positions.len();
-    let vertices = LevelVertices::of(mesh, config);
-    let ruler = Ruler::of(mesh, &vertices);
-    let source = [Cluster {
+    let vertices = LevelVertices::of(mesh, Surfaces::default(), NORMAL_WEIGHT);
+    let source = SourceSurface::of(mesh, &vertices);
+    let consumed = [Cluster {
         produced_by: NO_GROUP,
         corners: mesh.indices.clone(),
         places: Vec::new(),
@@ -107,7 +107,7 @@ pub(crate) fn deviation_in_local(
         corners: Vec::new(),
         error_in_scaled: 0.0,
         least_deviation_in_scaled: 0.0,
-        means: Means::Aggregate,
+        method: Method::Elements,
         is_pruned: false,
         positions: scaled.collect(),
         rows: Vec::new(),
@@ -118,8 +118,8 @@ pub(crate) fn deviation_in_local(
         simplified.corners = triangles.as_flattened().to_vec();
         let clusters = [simplified.corners.clone()];
         let count = triangles.len();
-        let measured = ruler.measure(
-            &source,
+        let measured = source.measure(
+            &consumed,
             &vertices,
             count,
             &simplified,
@@ -132,7 +132,7 @@ pub(crate) fn deviation_in_local(
     levels.iter().map(level).collect()
 }
 
-impl Ruler {
+impl SourceSurface {
     pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
         let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
@@ -170,16 +170,16 @@ impl Ruler {
         let triangles: Vec<[u32; 3]> = triangles.copied().collect();
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
         let surface = TriangleTree::new(corners.iter().copied());
-        // What finer groups state has the margin already.
-        let furthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
-        let mut furthest = furthest * furthest;
+        // The deviations of finer groups include the margin.
+        let farthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
+        let mut farthest = farthest * farthest;
         let effort = self.effort(triangles_of_level);
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
             reach_in_scaled: finer_in_scaled + ROUNDING,
             surface,
         };
-        let seen = self.measure_source(part, &target, effort, &mut furthest);
+        let seen = self.measure_source(part, &target, effort, &mut farthest);
         let mut of_triangles = vec![0.0f32; triangles.len()];
         for seen in &seen {
             let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
@@ -191,14 +191,14 @@ impl Ruler {
             simplified,
             &of_triangles,
             effort,
-            &mut furthest,
+            &mut farthest,
         );
-        let margin = match simplified.means {
-            Means::Aggregate => AGGREGATE_MARGIN,
+        let margin = match simplified.method {
+            Method::Elements => AGGREGATE_MARGIN,
             _ => SAMPLING_MARGIN,
         };
         Measured {
-            deviation_in_scaled: (furthest.sqrt() * margin).max(least_in_scaled),
+            deviation_in_scaled: (farthest.sqrt() * margin).max(least_in_scaled),
             places: handed_on(&seen, clusters, effort.places_per_triangle),
         }
     }
@@ -239,9 +239,10 @@ impl Ruler {
             },
         ];
         Effort {
-            places_per_triangle: match self.is_close {
-                true => usize::MAX,
-                false => (2 * places / triangles_of_level).max(1),
+            places_per_triangle: if self.is_close {
+                usize::MAX
+            } else {
+                (2 * places / triangles_of_level).max(1)
             },
             far: if is_close { 0.0 } else { FAR },
             looked_at: if is_close { 1.0 } else { LOOKED_AT },
@@ -264,19 +265,19 @@ impl Ruler {
         part: &[Cluster],
         target: &Target,
         effort: Effort,
-        furthest: &mut f32,
+        farthest: &mut f32,
     ) -> Vec<Seen> {
         let mut seen: Vec<Seen> = Vec::new();
         let surface = &target.surface;
         let mut start = None;
         let mut look = |place: Place, seen: &mut Vec<Seen>| {
-            start = surface.near_enough(place.point, *furthest * effort.far, start);
+            start = surface.near_enough(place.point, *farthest * effort.far, start);
             if let Some(nearest) = start {
-                *furthest = furthest.max(nearest.distance_squared);
+                *farthest = farthest.max(nearest.distance_squared);
                 seen.push(Seen { place, nearest });
             }
         };
-        let mut suspects: Vec<Suspect> = Vec::new();
+        let mut candidates: Vec<Candidate> = Vec::new();
         for cluster in part {
             for &place in &cluster.places {
                 look(place, &mut seen);
@@ -302,15 +303,15 @@ impl Ruler {
                     let point = (a + b + c) / 3.0;
                     look(Place { point, triangle }, &mut seen);
                 }
-                suspects.push(self.suspect(surface, triangle, &of_corners));
+                candidates.push(self.candidate(surface, triangle, &of_corners));
             }
         }
-        let of_one = |seen: &Seen| self.suspect(surface, seen.place.triangle, &[*seen]);
+        let of_one = |seen: &Seen| self.candidate(surface, seen.place.triangle, &[*seen]);
         let produced = seen.iter().filter(|_| target.consumed.is_some());
-        suspects.extend(produced.map(of_one));
-        let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
-        suspects.retain(|suspect| suspect.priority > *furthest * WITHIN);
-        look_closely(target, suspects, most, effort.source_splits, furthest);
+        candidates.extend(produced.map(of_one));
+        let most = (candidates.len() as f32 * effort.looked_at).ceil() as usize;
+        candidates.retain(|candidate| candidate.priority > *farthest * WITHIN);
+        look_closely(target, candidates, most, effort.source_splits, farthest);
         seen
     }
 
@@ -329,12 +330,12 @@ impl Ruler {
     }
 
     /// A triangle of the source, of which some places were seen.
-    fn suspect(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Suspect {
+    fn candidate(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Candidate {
         let corners = triangle.map(|vertex| self.positions[vertex as usize]);
         let bounds = seen
             .iter()
             .map(|seen| surface.bound_squared(seen.nearest, corners));
-        Suspect {
+        Candidate {
             corners,
             priority: bounds.fold(f32::INFINITY, f32::min),
             start: seen.first().map(|seen| seen.nearest),
@@ -349,10 +350,10 @@ impl Ruler {
         simplified: &Simplified,
         of_triangles: &[f32],
         effort: Effort,
-        furthest: &mut f32,
+        farthest: &mut f32,
     ) {
         let mut distances = vec![f32::NAN; simplified.is_new.len()];
-        let mut suspects = Vec::with_capacity(triangles.len());
+        let mut candidates = Vec::with_capacity(triangles.len());
         let mut start = None;
         for (index, (triangle, &corners)) in triangles.iter().zip(corners).enumerate() {
             // Where the source is far above, the triangle is as far below.
@@ -361,9 +362,9 @@ impl Ruler {
                 start = self
                     .target
                     .surface
-                    .near_enough(point, *furthest * FAR, start);
+                    .near_enough(point, *farthest * FAR, start);
                 let squared = start.map_or(0.0, |near| near.distance_squared);
-                *furthest = furthest.max(squared);
+                *farthest = farthest.max(squared);
                 squared
             };
             for (own, point) in triangle.iter().map(|&own| own as usize).zip(corners) {
@@ -376,15 +377,15 @@ impl Ruler {
             }
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             priority = priority.max(look(middle));
-            suspects.push(Suspect {
+            candidates.push(Candidate {
                 corners,
                 priority,
                 start,
             });
         }
-        let most = (suspects.len() as f32 * effort.looked_at).ceil() as usize;
-        suspects.retain(|suspect| suspect.priority >= *furthest * effort.far);
+        let most = (candidates.len() as f32 * effort.looked_at).ceil() as usize;
+        candidates.retain(|candidate| candidate.priority >= *farthest * effort.far);
         let splits = effort.simplified_splits;
-        look_closely(&self.target, suspects, most, splits, furthest);
+        look_closely(&self.target, candidates, most, splits, farthest);
     }
 }

@@ -1,4 +1,4 @@
-//! What was looked at.
+//! Measured places.
 
 use crate::levels::clusters::Place;
 use crate::mesh::triangle_tree::NearestTriangle;

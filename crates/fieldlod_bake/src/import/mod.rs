@@ -43,7 +43,7 @@ use material::Materials;
 /// Reads a file beside a glTF file, by its name there. Names may lead anywhere.
 pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync + 'a;
 
-/// What a file holds for a bake.
+/// The contents of a file that matter to a bake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
     /// The primitives that can have levels of detail, in the order of the file.

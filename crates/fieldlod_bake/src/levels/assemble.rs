@@ -1,12 +1,11 @@
 //! From what the simplifier emits to what a hierarchy holds.
 
-use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere};
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
 use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::levels::groups::{RawGroup, RawUnit};
-use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::{NormalSum, tight_sphere};
 
@@ -101,10 +100,9 @@ impl VertexList {
 /// the arrays of a hierarchy of `mesh`.
 pub(crate) fn assemble(
     mesh: &SourceMesh,
-    vertices: LevelVertices,
+    (vertices, moved_from): (Vertices, Vec<u32>),
     groups: &[RawGroup],
 ) -> Hierarchy {
-    let (vertices, moved_from) = vertices.in_local(mesh);
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
         source_vertex_count: mesh.positions.len() as u32,

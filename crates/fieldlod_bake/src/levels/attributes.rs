@@ -3,21 +3,26 @@
 use fieldlod_hierarchy::Vertices;
 use glam::{DVec2, Vec2, Vec3, Vec4};
 
-use crate::config::BakeConfig;
 use crate::mesh::{MAX_COORDINATE, SourceMesh};
 
-/// An attribute of weight 0 would stay behind where its vertex moves.
-const LEAST_WEIGHT: f32 = 1e-3;
+/// How much a change of the unit normal by 1 counts, as a share of the extent of the simplified group. Between .25 and
+/// .5 the triangles at equal image error differ by less than 2 %; at 1 there are 4 % more.
+pub(crate) const NORMAL_WEIGHT: f32 = 0.45;
+/// How much a texture that slides along the surface counts against an equal displacement of the surface, for a group
+/// as large as the mesh; proportionally less for a smaller group.
+const UV_WEIGHT: f32 = 0.5;
+/// How much a change of a colour by 1 counts, as for [`NORMAL_WEIGHT`].
+const COLOR_WEIGHT: f32 = 0.25;
 /// Tangents follow from normals and texture coordinates, and count little beside them.
 const TANGENT_SHARE: f32 = 0.1;
 /// Attributes that differ by less are the same.
 const SAME: f32 = 1e-5;
 
-/// Which numbers of a row are what, and how much each counts.
+/// The layout of a row of attributes, and the weight of each number.
 pub(crate) struct AttributeLayout {
     /// One weight for each number of a row.
     pub(crate) weights: Vec<f32>,
-    /// Where each attribute begins, if it is there.
+    /// Offset of each attribute that the mesh has.
     normal: Option<usize>,
     uv: Option<usize>,
     uv_1: Option<usize>,
@@ -27,7 +32,6 @@ pub(crate) struct AttributeLayout {
     color_range: [Vec4; 2],
     uv_scale: UvScale,
     uv_1_scale: UvScale,
-    protects_seams: bool,
 }
 
 /// Texture coordinates around zero, in units in which sliding the texture across the whole mesh is
@@ -41,26 +45,22 @@ struct UvScale {
 }
 
 impl AttributeLayout {
-    pub(crate) fn of(mesh: &SourceMesh, config: &BakeConfig) -> Self {
+    pub(crate) fn of(mesh: &SourceMesh, normal_weight: f32) -> Self {
         let mut weights = Vec::new();
         let mut place = |count: usize, width: usize, weight: f32| {
             let first = weights.len();
-            weights.resize(
-                first + if count > 0 { width } else { 0 },
-                weight.max(LEAST_WEIGHT),
-            );
+            weights.resize(first + if count > 0 { width } else { 0 }, weight);
             (count > 0).then_some(first)
         };
         Self {
-            normal: place(mesh.normals.len(), 3, config.normal_weight),
-            uv: place(mesh.uvs.len(), 2, config.uv_weight),
-            uv_1: place(mesh.uvs_1.len(), 2, config.uv_weight),
-            tangent: place(mesh.tangents.len(), 3, config.normal_weight * TANGENT_SHARE),
-            color: place(mesh.colors.len(), 4, config.color_weight),
+            normal: place(mesh.normals.len(), 3, normal_weight),
+            uv: place(mesh.uvs.len(), 2, UV_WEIGHT),
+            uv_1: place(mesh.uvs_1.len(), 2, UV_WEIGHT),
+            tangent: place(mesh.tangents.len(), 3, normal_weight * TANGENT_SHARE),
+            color: place(mesh.colors.len(), 4, COLOR_WEIGHT),
             color_range: range_of(&mesh.colors),
             uv_scale: UvScale::of(mesh, &mesh.uvs),
             uv_1_scale: UvScale::of(mesh, &mesh.uvs_1),
-            protects_seams: config.protect_uv_seams,
             weights,
         }
     }
@@ -76,9 +76,10 @@ impl AttributeLayout {
 
     /// The texture coordinates of a row; of the second set, if `second`.
     pub(crate) fn uv_of(&self, row: &[f32], second: bool) -> Option<Vec2> {
-        let (at, scale) = match second {
-            true => (self.uv_1?, self.uv_1_scale),
-            false => (self.uv?, self.uv_scale),
+        let (at, scale) = if second {
+            (self.uv_1?, self.uv_1_scale)
+        } else {
+            (self.uv?, self.uv_scale)
         };
         Some(scale.unscaled(Vec2::from_slice(&row[at..])))
     }
@@ -109,7 +110,7 @@ impl AttributeLayout {
     /// Whether a texture is torn between two vertices at one place, and must stay as it is.
     pub(crate) fn is_seam(&self, a: &[f32], b: &[f32]) -> bool {
         let differs = |at: Option<usize>| at.is_some_and(|at| a[at..at + 2] != b[at..at + 2]);
-        self.protects_seams && (differs(self.uv) || differs(self.uv_1))
+        differs(self.uv) || differs(self.uv_1)
     }
 
     /// Whether two rows are the same but for rounding.

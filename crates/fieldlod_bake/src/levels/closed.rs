@@ -1,4 +1,4 @@
-//! What a simplification must leave as it was: the surface closed where it is closed.
+//! Rejects simplifications that open a closed surface.
 
 use rustc_hash::FxHashMap;
 

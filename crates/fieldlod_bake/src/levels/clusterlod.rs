@@ -1,4 +1,4 @@
-//! meshoptimizer's clusterlod as it is: what levels and their building are compared with.
+//! The hierarchy of meshoptimizer's unmodified clusterlod, as a baseline.
 
 use fieldlod_hierarchy::{Hierarchy, NO_GROUP};
 use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, clod_default_config};
@@ -8,6 +8,7 @@ use crate::levels::assemble::assemble;
 use crate::levels::clusters::Cluster;
 use crate::levels::groups::Groups;
 use crate::levels::vertices::{LevelVertices, adapter};
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{MeshError, SourceMesh};
 
 /// How much clusterlod's demo weighs a change of the unit normal by 1.
@@ -15,10 +16,9 @@ const NORMAL_WEIGHT: f32 = 0.5;
 
 /// The hierarchy that clusterlod builds on its own: the baseline for levels.
 ///
-/// Clusters and groups are of the size that `config` says, and the first texture coordinates count
-/// as it says; all else is clusterlod's default. Its vertices are those of the mesh. Groups that it
-/// cannot simplify stay as they are for good, and a cut may be open beside them. Errors are what
-/// clusterlod reports; deviations are left unmeasured.
+/// `config` sets the size of clusters and groups; everything else is clusterlod's default. The vertices are
+/// those of the mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors
+/// are clusterlod's; deviations are not measured.
 ///
 /// # Errors
 /// As [`bake_mesh`](crate::bake_mesh).
@@ -28,39 +28,32 @@ pub fn clusterlod_hierarchy(
 ) -> Result<Hierarchy, MeshError> {
     config.validate()?;
     mesh.validate()?;
-    let vertices = vertices_of(mesh, config);
+    let vertices = vertices_of(mesh);
     let groups = build_groups(mesh, &vertices, config);
-    let hierarchy = assemble(mesh, vertices, &groups.0);
+    let hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok(hierarchy)
 }
 
-/// How many triangles clusterlod makes of `mesh` on its own, as for [`clusterlod_hierarchy`]: what
-/// the speed of a bake is compared with. `mesh` must be valid.
-#[doc(hidden)]
+/// Runs clusterlod alone, for speed comparisons. Returns the number of triangles of all levels. `mesh` must be
+/// valid.
+#[must_use]
 pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
     let mut triangles = 0;
-    build(mesh, &vertices_of(mesh, config), config, |_, clusters| {
+    build(mesh, &vertices_of(mesh), config, |_, clusters| {
         triangles += clusters.iter().map(|c| c.indices.len() / 3).sum::<usize>();
         0
     });
     triangles
 }
 
-/// Positions, normals and first texture coordinates, all that clusterlod's demo knows.
-fn vertices_of(mesh: &SourceMesh, config: &BakeConfig) -> LevelVertices {
-    let known = SourceMesh {
-        positions: mesh.positions.clone(),
-        normals: mesh.normals.clone(),
-        uvs: mesh.uvs.clone(),
-        indices: mesh.indices.clone(),
-        ..SourceMesh::default()
-    };
-    let config = BakeConfig {
-        normal_weight: NORMAL_WEIGHT,
-        ..config.clone()
-    };
-    LevelVertices::of(&known, &config)
+/// Positions, normals and first texture coordinates, the attributes of clusterlod's demo.
+fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
+    let mut known = mesh.clone();
+    known.tangents.clear();
+    known.uvs_1.clear();
+    known.colors.clear();
+    LevelVertices::of(&known, Surfaces::default(), NORMAL_WEIGHT)
 }
 
 /// The groups of all levels, finer before coarser; those that were not simplified are terminal.
@@ -81,7 +74,7 @@ fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig
         let error_in_local = finer.fold(own.max(0.0), f32::max);
         groups.add(clusters, error_in_local, f32::INFINITY, 0..0) as i32
     });
-    // What nothing came of stands for itself.
+    // A group that was not simplified is terminal.
     let groups_and_ends = groups.0.iter_mut().zip(is_simplified);
     for (group, _) in groups_and_ends.filter(|(_, is_simplified)| !is_simplified) {
         group.error_in_local = f32::INFINITY;

@@ -39,6 +39,11 @@ pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
     corners.sum::<usize>() / 3
 }
 
+/// The corners of some clusters.
+pub(crate) fn corners_of(clusters: &[Cluster]) -> impl Iterator<Item = &u32> {
+    clusters.iter().flat_map(|cluster| &cluster.corners)
+}
+
 /// Splits the source into clusters.
 pub(crate) fn clusters_of_source(
     indices: &[u32],
@@ -149,20 +154,4 @@ pub(crate) fn partition(
         groups[rank[group as usize] as usize].push(cluster);
     }
     groups
-}
-
-/// For each vertex that is the first at its position, whether several groups use that position: there
-/// it must stay, or the surface would tear between them.
-pub(crate) fn shared_positions(groups: &[Vec<Cluster>], vertices: &LevelVertices) -> Vec<bool> {
-    const NOBODY: u32 = u32::MAX;
-    let mut used_by = vec![NOBODY; vertices.positions.len()];
-    let mut is_shared = vec![false; vertices.positions.len()];
-    for (group, clusters) in (0..).zip(groups) {
-        for &vertex in clusters.iter().flat_map(|cluster| &cluster.corners) {
-            let first = vertices.same_position[vertex as usize] as usize;
-            is_shared[first] |= used_by[first] != NOBODY && used_by[first] != group;
-            used_by[first] = group;
-        }
-    }
-    is_shared
 }

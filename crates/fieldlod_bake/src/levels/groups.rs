@@ -7,10 +7,10 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::levels::clusters::Cluster;
 
-/// Keeps a unit's vertices within the reach of 16-bit indices: a cluster has 256 at most.
+/// 16-bit indices must reach all vertices of a unit: a cluster has at most 256.
 const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
 
-/// A group: what it consumes and how far its simplification strays.
+/// A group: its units, and the error of its simplification.
 pub(crate) struct RawGroup {
     pub(crate) level: u32,
     /// Never less than that of a finer group; infinite for a terminal group.
@@ -34,7 +34,7 @@ pub(crate) struct RawUnit {
 pub(crate) struct Groups(pub(crate) Vec<RawGroup>);
 
 impl Groups {
-    /// The groups whose simplifications some clusters are, once for each.
+    /// The groups that produced some clusters, once per cluster.
     pub(crate) fn finer_of(&self, clusters: &[Cluster]) -> impl Iterator<Item = &RawGroup> {
         let producers = clusters.iter().map(|cluster| cluster.produced_by);
         let producers = producers.filter(|&producer| producer != NO_GROUP);
@@ -76,7 +76,7 @@ impl Groups {
         self.0.len() as u32 - 1
     }
 
-    /// Adds the group that nothing coarser stands for.
+    /// Adds the terminal group.
     pub(crate) fn add_terminal(&mut self, clusters: Vec<Cluster>) {
         self.add(clusters, f32::INFINITY, f32::INFINITY, 0..0);
     }

@@ -5,12 +5,13 @@
 
 pub(crate) mod assemble;
 mod attributes;
-mod build;
+pub(crate) mod build;
 mod closed;
+#[cfg(any(test, feature = "test-support"))]
 pub(crate) mod clusterlod;
 pub(crate) mod clusters;
 mod groups;
+pub(crate) mod simplified_group;
 pub(crate) mod simplify;
+mod step;
 pub(crate) mod vertices;
-
-pub(crate) use build::build_levels;

@@ -6,21 +6,21 @@ use crate::config::BakeConfig;
 use crate::levels::vertices::{LevelVertices, Piece, adapter};
 use crate::mesh::components::{Component, components_of};
 
-/// What opens closed surfaces is the lesser evil above this only.
+/// Groups with fewer triangles are never simplified by `Sloppy`, which opens closed surfaces.
 const FEWEST_FOR_SLOPPY: usize = 512;
-/// A vertex that the simplifier leaves in place comes back with this much rounding, in scaled units.
+/// Rounding of a vertex that the simplifier leaves in place, in scaled units.
 const ROUNDING: f32 = 1e-6;
 
-/// How a group is simplified: the means, the best first.
+/// How a group is simplified, best method first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Means {
-    /// Surfaces as by `Moved`, loose elements by keeping their area.
-    Aggregate,
+pub(crate) enum Method {
+    /// As `Moved`, but loose elements such as leaves keep their area.
+    Elements,
     /// Vertices and attributes move to where the error is least. Topology and seams are kept.
     Moved,
     /// Vertices stay where they are.
     Kept,
-    /// Attributes and seams count nothing, and vertices stay.
+    /// Attributes and seams are ignored, and vertices stay.
     PositionsOnly,
     /// Vertices are merged on a grid.
     Sloppy,
@@ -43,65 +43,62 @@ pub(crate) struct Task<'a> {
     pub(crate) area_gain: f32,
     /// For each own vertex, in how many pixels it is seen from all around, if that is known.
     pub(crate) seen: Option<Vec<f32>>,
-    /// Whether vertices may move at all.
-    pub(crate) may_move: bool,
 }
 
-/// What a simplification leaves.
+/// The result of a simplification.
 pub(crate) struct Simplified {
     /// A triangle list of own vertices, never empty.
     pub(crate) corners: Vec<u32>,
     pub(crate) error_in_scaled: f32,
-    /// The least that the deviation may be stated, in scaled units: see [`Task::torn_texture`].
+    /// A lower bound of the stated deviation, in scaled units: see [`Task::torn_texture`].
     pub(crate) least_deviation_in_scaled: f32,
-    pub(crate) means: Means,
+    pub(crate) method: Method,
     /// Whether components were left out.
     pub(crate) is_pruned: bool,
     /// Positions and rows of attributes of all own vertices.
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) rows: Vec<f32>,
-    /// For each own vertex, whether it is not the one any more that it was.
+    /// For each own vertex, whether it moved or its attributes changed.
     pub(crate) is_new: Vec<bool>,
 }
 
 impl Task<'_> {
-    /// What all means that get anywhere lead to, the best first. None opens an edge.
+    /// The results of all methods that make progress, best first. None opens an edge.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
-        // Less may be possible where as much as is wanted is not.
+        // If the wanted ratio is out of reach, a smaller step may still be possible.
         let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
-        let careful = [wanted, less].map(|ratio| [(Means::Moved, ratio), (Means::Kept, ratio)]);
-        let reckless = [(Means::PositionsOnly, wanted), (Means::Sloppy, wanted)];
-        let attempts = [(Means::Aggregate, wanted)].into_iter();
+        let careful = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
+        let reckless = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
+        let attempts = [(Method::Elements, wanted)].into_iter();
         let attempts = attempts
             .chain(careful.into_iter().flatten())
             .chain(reckless);
         attempts
-            .filter(|&(means, _)| match means {
-                Means::Aggregate | Means::Moved => self.may_move,
-                Means::Kept => true,
-                Means::PositionsOnly | Means::Sloppy => self.is_whole,
+            .filter(|&(method, _)| match method {
+                Method::Elements | Method::Moved | Method::Kept => true,
+                Method::PositionsOnly | Method::Sloppy => self.is_whole,
             })
-            .filter_map(|(means, ratio)| self.attempt(means, ratio))
+            .filter_map(|(method, ratio)| self.attempt(method, ratio))
             .filter(|simplified| self.is_as_closed(simplified))
     }
 
-    /// `None` if this does not get far enough.
-    fn attempt(&self, means: Means, ratio: f32) -> Option<Simplified> {
+    /// `None` if too many triangles are left.
+    fn attempt(&self, method: Method, ratio: f32) -> Option<Simplified> {
         let triangles = self.piece.triangle_count();
-        if means == Means::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
+        if method == Method::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
             return None;
         }
         let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
-        let mut simplified = match means {
-            Means::Aggregate => self.simplify_aggregate(ratio)?,
-            _ => self.simplify_by(means, target),
+        let mut simplified = match method {
+            Method::Elements => self.simplify_aggregate(ratio)?,
+            _ => self.simplify_by(method, target),
         };
         let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
-        if simplified.corners.len() > most && means != Means::Aggregate {
+        if simplified.corners.len() > most && method != Method::Elements {
             self.prune(&mut simplified, target);
         }
-        // Something must stand for what had no area, and a single triangle stands for little.
+        // A group without area still needs one triangle; a single triangle is too little for any other group.
         if simplified.corners.is_empty() {
             simplified.corners.extend(&self.piece.corners[..3]);
         }
@@ -109,20 +106,20 @@ impl Task<'_> {
         if simplified.corners.len() > most || is_token {
             return None;
         }
-        if means == Means::Moved {
-            self.settle(&mut simplified);
+        if method == Method::Moved {
+            self.mark_new_vertices(&mut simplified);
         }
         simplified.least_deviation_in_scaled = self.torn_texture(&simplified);
         Some(simplified)
     }
 
-    /// All as it is.
-    pub(crate) fn unchanged(&self, means: Means) -> Simplified {
+    /// The piece itself, with no error.
+    pub(crate) fn unchanged(&self, method: Method) -> Simplified {
         Simplified {
             corners: self.piece.corners.clone(),
             error_in_scaled: 0.0,
             least_deviation_in_scaled: 0.0,
-            means,
+            method,
             is_pruned: false,
             positions: self.piece.positions.clone(),
             rows: self.rows(),
@@ -130,13 +127,13 @@ impl Task<'_> {
         }
     }
 
-    fn simplify_by(&self, means: Means, target: usize) -> Simplified {
-        let mut simplified = self.unchanged(means);
+    fn simplify_by(&self, method: Method, target: usize) -> Simplified {
+        let mut simplified = self.unchanged(method);
         let mut error = 0.0f32;
-        let count = match means {
-            Means::Moved => self.simplify_moving(&mut simplified, target, f32::MAX, &mut error),
+        let count = match method {
+            Method::Moved => self.simplify_moving(&mut simplified, target, f32::MAX, &mut error),
             _ => {
-                simplified.corners = self.simplify_keeping(means, target, &mut error);
+                simplified.corners = self.simplify_keeping(method, target, &mut error);
                 simplified.corners.len()
             }
         };
@@ -163,7 +160,7 @@ impl Task<'_> {
             &mut simplified.rows,
             &layout.weights,
             layout.width() * size_of::<f32>(),
-            Some(&self.locks(Means::Moved)),
+            Some(&self.locks(Method::Moved)),
             target,
             most_error,
             options(),
@@ -171,12 +168,12 @@ impl Task<'_> {
         )
     }
 
-    fn simplify_keeping(&self, means: Means, target: usize, error: &mut f32) -> Vec<u32> {
+    fn simplify_keeping(&self, method: Method, target: usize, error: &mut f32) -> Vec<u32> {
         let layout = &self.vertices.layout;
         let corners = &self.piece.corners;
         let vertices = adapter(&self.piece.positions);
-        let locks = self.locks(means);
-        if means == Means::Sloppy {
+        let locks = self.locks(method);
+        if method == Method::Sloppy {
             let left = meshopt::simplify_sloppy_with_locks(
                 corners,
                 &vertices,
@@ -188,7 +185,7 @@ impl Task<'_> {
             *error *= meshopt::simplify_scale(&vertices);
             return left;
         }
-        if means == Means::PositionsOnly || layout.width() == 0 {
+        if method == Method::PositionsOnly || layout.width() == 0 {
             let (most, options) = (f32::MAX, options());
             return meshopt::simplify_with_locks(
                 corners,
@@ -222,8 +219,8 @@ impl Task<'_> {
             .collect()
     }
 
-    fn locks(&self, means: Means) -> Vec<SimplifyVertex> {
-        let keeps_seams = matches!(means, Means::Aggregate | Means::Moved | Means::Kept);
+    fn locks(&self, method: Method) -> Vec<SimplifyVertex> {
+        let keeps_seams = matches!(method, Method::Elements | Method::Moved | Method::Kept);
         let own = self.piece.vertices.iter().zip(&self.is_locked);
         own.map(|(&vertex, &is_locked)| {
             let mut lock = SimplifyVertex::empty();
@@ -236,8 +233,8 @@ impl Task<'_> {
         .collect()
     }
 
-    /// Leaves out the smallest components that no other group touches, until few enough triangles
-    /// are left. The largest component stays.
+    /// Removes the smallest components that no other group touches, until few enough triangles are
+    /// left. The largest component stays.
     fn prune(&self, simplified: &mut Simplified, target: usize) {
         let mut components = components_of(
             &simplified.corners,
@@ -264,12 +261,12 @@ impl Task<'_> {
         simplified.corners.extend(largest.corners());
     }
 
-    /// Decides which vertices are new. What did not move but for rounding is the old vertex, and what
-    /// lies on a border of the source stays there.
-    pub(crate) fn settle(&self, simplified: &mut Simplified) {
+    /// Decides which vertices are new. A vertex that moved by no more than rounding is the old vertex, and a vertex on a
+    /// border of the source stays.
+    pub(crate) fn mark_new_vertices(&self, simplified: &mut Simplified) {
         let layout = &self.vertices.layout;
         let width = layout.width();
-        // Positions: those at one place move together or not at all.
+        // Vertices at one position move together or not at all.
         let mut has_moved = vec![false; self.piece.vertices.len()];
         for &own in &simplified.corners {
             let own = own as usize;
@@ -300,10 +297,10 @@ impl Task<'_> {
         }
     }
 
-    /// How far a texture may be off that was torn: by a triangle, so that torn triangles are drawn
-    /// where they are no larger than what is promised. 0 if none can be torn.
+    /// The longest edge if a texture may be torn, else 0: torn triangles are drawn only where they are no larger than
+    /// the promised error.
     fn torn_texture(&self, simplified: &Simplified) -> f32 {
-        let tears = matches!(simplified.means, Means::PositionsOnly | Means::Sloppy);
+        let tears = matches!(simplified.method, Method::PositionsOnly | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {
             return 0.0;
         }

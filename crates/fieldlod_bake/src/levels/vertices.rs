@@ -7,12 +7,12 @@ use glam::Vec3;
 use meshopt::{SimplifyVertex, VertexDataAdapter};
 use rustc_hash::FxHashMap;
 
-use crate::config::BakeConfig;
 use crate::levels::attributes::AttributeLayout;
 use crate::mesh::SourceMesh;
 use crate::mesh::edges::Links;
-use crate::mesh::surface::Surface;
 use crate::mesh::surfaces::Surfaces;
+
+pub(crate) use crate::levels::attributes::NORMAL_WEIGHT;
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {
@@ -32,7 +32,7 @@ pub(crate) struct LevelVertices {
     /// For each vertex, the source vertex that it came from: itself, for one of the source.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
-    /// What the mesh looks like, as far as that is known.
+    /// The surfaces of the mesh, as far as they are known.
     pub(crate) surfaces: Surfaces,
 }
 
@@ -46,13 +46,13 @@ pub(crate) struct NewVertex {
 }
 
 impl LevelVertices {
-    /// Those of the source, which must be valid.
-    pub(crate) fn of(mesh: &SourceMesh, config: &BakeConfig) -> Self {
+    /// The vertices of the source, which must be valid. A change of the unit normal by 1 counts as `normal_weight`.
+    pub(crate) fn of(mesh: &SourceMesh, surfaces: Surfaces, normal_weight: f32) -> Self {
         let local_from_scaled = power_of_two_above(&mesh.positions);
         let scaled_from_local = local_from_scaled.recip();
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(scaled).collect();
-        let layout = AttributeLayout::of(mesh, config);
+        let layout = AttributeLayout::of(mesh, normal_weight);
         let same_position = meshopt::generate_position_remap(&adapter(&positions));
         let count = positions.len();
         let mut vertices = Self {
@@ -61,7 +61,7 @@ impl LevelVertices {
             protection: vec![SimplifyVertex::empty(); count],
             origin: (0..count as u32).collect(),
             source_count: count,
-            surfaces: Surfaces::of([mesh]),
+            surfaces,
             positions,
             local_from_scaled,
             layout,
@@ -75,12 +75,7 @@ impl LevelVertices {
         Vec3::from(self.positions[vertex as usize])
     }
 
-    /// What a vertex looks like, if that is known.
-    pub(crate) fn surface(&self, vertex: u32) -> Option<&Surface> {
-        self.surfaces.of_vertex(self.origin[vertex as usize])
-    }
-
-    /// Whether it is known of some triangles what a texture leaves of them.
+    /// Whether the opacity of some triangles is known.
     pub(crate) fn knows_what_is_cut_out(&self) -> bool {
         self.layout.has_uvs() && self.surfaces.any_known()
     }
@@ -94,6 +89,25 @@ impl LevelVertices {
     pub(crate) fn row(&self, vertex: u32) -> &[f32] {
         let width = self.layout.width();
         &self.attributes[vertex as usize * width..][..width]
+    }
+
+    /// For each vertex that is the first at its position, whether several of some groups of corners use that position:
+    /// there it must stay, or the surface would tear between them.
+    pub(crate) fn shared_positions<'a>(
+        &self,
+        groups: impl Iterator<Item = impl Iterator<Item = &'a u32>>,
+    ) -> Vec<bool> {
+        const NOBODY: u32 = u32::MAX;
+        let mut used_by = vec![NOBODY; self.positions.len()];
+        let mut is_shared = vec![false; self.positions.len()];
+        for (group, corners) in (0..).zip(groups) {
+            for &vertex in corners {
+                let first = self.same_position[vertex as usize] as usize;
+                is_shared[first] |= used_by[first] != NOBODY && used_by[first] != group;
+                used_by[first] = group;
+            }
+        }
+        is_shared
     }
 
     /// Marks the vertices whose textures are torn from those of the first at their place.
@@ -119,15 +133,16 @@ impl LevelVertices {
         vertex
     }
 
-    /// All vertices in local units: those of `mesh` as they are, and after them the others; and where
-    /// these came from, if the mesh has attributes that are not among these.
+    /// All vertices in local units: those of `mesh` first, unchanged. And the source vertices that the others came from,
+    /// if the mesh has other attributes.
     pub(crate) fn in_local(self, mesh: &SourceMesh) -> (Vertices, Vec<u32>) {
-        let mut vertices = mesh.vertices();
+        let mut vertices = mesh.finite_vertices();
         for vertex in self.source_count as u32..self.positions.len() as u32 {
             let position = self.position(vertex) * self.local_from_scaled;
             vertices.positions.push(position);
             let origin = self.origin[vertex as usize] as usize;
-            self.layout.push_to(&mut vertices, self.row(vertex), origin);
+            let row = self.row(vertex);
+            self.layout.push_to(&mut vertices, row, origin);
         }
         let mut moved_from = self.origin;
         moved_from.drain(..self.source_count);
@@ -149,7 +164,7 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Of triangles that are given by their corners.
+    /// The piece with these corners, three per triangle.
     pub(crate) fn of(corners: impl Iterator<Item = u32>, all: &LevelVertices) -> Self {
         let mut piece = Self::default();
         let mut own: FxHashMap<u32, u32> = FxHashMap::default();

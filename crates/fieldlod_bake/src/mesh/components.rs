@@ -44,9 +44,10 @@ impl Component {
             self.area += area;
         }
         self.radius = 0.5 * (max - min).length();
-        self.centroid = match self.area > 0.0 {
-            true => moment / self.area,
-            false => 0.5 * (min + max),
+        self.centroid = if self.area > 0.0 {
+            moment / self.area
+        } else {
+            0.5 * (min + max)
         };
     }
 }

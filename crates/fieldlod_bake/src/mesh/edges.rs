@@ -1,4 +1,4 @@
-//! Where a surface is open: at edges that are not passed as often one way as the other.
+//! Open edges: edges that triangles do not use equally often in both directions.
 //!
 //! Around a vertex, the edges opposite to it form closed loops unless one of its own edges is open. So
 //! if every end of those edges is the start of another, all that is added for it is taken away again.

@@ -7,6 +7,7 @@ pub(crate) mod bounds;
 pub(crate) mod components;
 pub(crate) mod edges;
 mod source_mesh;
+pub(crate) mod srgb;
 pub(crate) mod surface;
 pub(crate) mod surfaces;
 pub(crate) mod triangle;

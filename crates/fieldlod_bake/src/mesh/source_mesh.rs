@@ -1,5 +1,6 @@
-//! The mesh that goes in, and what may be wrong with it.
+//! The source mesh, and reasons why it cannot be baked.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use fieldlod_hierarchy::{SourceHash, Vertices};
@@ -11,30 +12,18 @@ use crate::mesh::surface::Surface;
 /// Coordinates beyond this are refused: their squares would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;
 
-/// A triangle mesh in its local space.
+/// A triangle mesh in its local space. The attributes of its [`Vertices`] can be used as fields of the mesh.
 ///
 /// Every attribute has one value per position, or is empty. Attributes that are not finite count as
-/// zero. Simplification looks at positions, normals and the first texture coordinates; the others
-/// are carried over to the hierarchy.
+/// zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceMesh {
-    /// Positions in local units.
-    pub positions: Vec<Vec3>,
-    /// Unit normals.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates.
-    pub uvs: Vec<Vec2>,
-    /// Unit tangents, and in `w` the handedness of the bitangent (1 or -1).
-    pub tangents: Vec<Vec4>,
-    /// The second set of texture coordinates.
-    pub uvs_1: Vec<Vec2>,
-    /// Colours: linear red, green, blue and alpha.
-    pub colors: Vec<Vec4>,
-    /// Whether vertices have attributes besides these, which the hierarchy cannot hold: it then
-    /// tells of each vertex from which of the mesh's it came.
+    /// Positions and other attributes of the vertices.
+    pub vertices: Vertices,
+    /// Whether the source has attributes that [`Vertices`] cannot hold. The hierarchy then records the source vertex
+    /// of each moved vertex.
     pub has_other_attributes: bool,
-    /// What its material looks like, if that is known. White and opaque without a texture tells nothing of how the mesh
-    /// looks, but that nothing is cut out of it, so that it may have [cards](crate::BakeConfig::cards).
+    /// What its material looks like, if that is known. Plain opaque white counts as unknown.
     pub surface: Option<Arc<Surface>>,
     /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
@@ -82,6 +71,20 @@ pub enum MeshError {
 // All levels together hold about twice the source triangles, and three indices each.
 const MAX_COUNT: usize = u32::MAX as usize / 8;
 
+impl Deref for SourceMesh {
+    type Target = Vertices;
+
+    fn deref(&self) -> &Vertices {
+        &self.vertices
+    }
+}
+
+impl DerefMut for SourceMesh {
+    fn deref_mut(&mut self) -> &mut Vertices {
+        &mut self.vertices
+    }
+}
+
 impl SourceMesh {
     /// How many triangles the mesh has.
     #[must_use]
@@ -92,20 +95,12 @@ impl SourceMesh {
     /// The identity of this mesh, as a hierarchy records it.
     #[must_use]
     pub fn source_hash(&self) -> SourceHash {
-        SourceHash::of(
-            &self.indices,
-            &self.positions,
-            &self.normals,
-            &self.uvs,
-            &self.tangents,
-            &self.uvs_1,
-            &self.colors,
-        )
+        self.vertices.source_hash(&self.indices)
     }
 
     /// The vertices as a hierarchy holds them: attributes that are not finite are zero.
     #[must_use]
-    pub fn vertices(&self) -> Vertices {
+    pub fn finite_vertices(&self) -> Vertices {
         Vertices {
             positions: self.positions.clone(),
             normals: finite_or_zero(&self.normals, Vec3::is_finite),
@@ -116,21 +111,16 @@ impl SourceMesh {
         }
     }
 
-    /// The surface, if it tells what the mesh looks like: it is usable and not blank. Whether there are cards goes by
-    /// the usable one: plants coloured by their vertices have a blank one as a rule.
+    /// The surface, if it changes pictures of the mesh: it is visible, not plain white, and the mesh has the texture
+    /// coordinates that it needs.
     pub(crate) fn telling_surface(&self) -> Option<&Arc<Surface>> {
-        self.usable_surface().filter(|surface| !surface.is_blank())
-    }
-
-    /// The surface, if it is seen, and there are the texture coordinates that it needs.
-    pub(crate) fn usable_surface(&self) -> Option<&Arc<Surface>> {
         let has_uvs = |surface: &Surface| match surface.mapping() {
             Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
             Some(_) => !self.uvs.is_empty(),
             None => true,
         };
         let surface = self.surface.as_ref();
-        surface.filter(|s| s.is_visible() && has_uvs(s))
+        surface.filter(|s| s.is_visible() && has_uvs(s) && !s.is_blank())
     }
 
     /// The same triangles with three vertices of their own and a flat normal each: what a renderer
@@ -140,19 +130,14 @@ impl SourceMesh {
     /// If an index is out of range.
     #[must_use]
     pub fn without_shared_vertices(&self) -> Self {
-        let positions = at_corners(&self.positions, &self.indices);
-        let (triangles, _) = positions.as_chunks::<3>();
+        let mut vertices = self.vertices.at(&self.indices);
+        let (triangles, _) = vertices.positions.as_chunks::<3>();
         let flat = |[a, b, c]: &[Vec3; 3]| [(b - a).cross(c - a).normalize_or_zero(); 3];
+        vertices.normals = triangles.iter().flat_map(flat).collect();
         Self {
-            normals: triangles.iter().flat_map(flat).collect(),
-            uvs: at_corners(&self.uvs, &self.indices),
-            tangents: at_corners(&self.tangents, &self.indices),
-            uvs_1: at_corners(&self.uvs_1, &self.indices),
-            colors: at_corners(&self.colors, &self.indices),
-            has_other_attributes: self.has_other_attributes,
-            surface: self.surface.clone(),
-            indices: (0..positions.len() as u32).collect(),
-            positions,
+            indices: (0..vertices.positions.len() as u32).collect(),
+            vertices,
+            ..self.clone()
         }
     }
 
@@ -179,15 +164,7 @@ impl SourceMesh {
         if vertices > MAX_COUNT || count / 3 > MAX_COUNT {
             return Err(MeshError::TooLarge);
         }
-        let counts = [
-            ("normals", self.normals.len()),
-            ("uvs", self.uvs.len()),
-            ("tangents", self.tangents.len()),
-            ("second uvs", self.uvs_1.len()),
-            ("colors", self.colors.len()),
-        ];
-        let is_wrong = |&(_, count): &(&str, usize)| count != 0 && count != vertices;
-        match counts.into_iter().find(is_wrong) {
+        match self.vertices.incomplete_attribute() {
             Some((attribute, count)) => Err(MeshError::AttributeCount {
                 attribute,
                 count,
@@ -229,15 +206,4 @@ fn finite_or_zero<V: Copy + Default>(values: &[V], is_finite: impl Fn(V) -> bool
         }
     };
     values.iter().map(usable).collect()
-}
-
-/// The value at each corner in turn; nothing of an attribute that is empty.
-fn at_corners<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
-    if values.is_empty() {
-        return Vec::new();
-    }
-    indices
-        .iter()
-        .map(|&index| values[index as usize])
-        .collect()
 }

@@ -1,20 +1,20 @@
-//! The colour and the opacity of a mesh's material, as far as a bake goes by them.
+//! The colour and the opacity of a material, as a bake uses them.
 //!
 //! Textures are kept small: a mesh fills 128 pixels of the pictures that a bake takes of it.
 
-use fieldlod_hierarchy::Vertices;
-use fieldlod_hierarchy::srgb::{linear_of, srgb_of};
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
+
+use crate::mesh::srgb::{linear_of, srgb_of};
 
 /// The largest side of a texture that is kept, in texels.
 const LARGEST_SIDE: u32 = 256;
 /// A texel that is kept is the mean of no more than so many along each axis.
 const MOST_SAMPLES: u32 = 2;
 
-/// What the material of a mesh looks like: its base colour, its alpha, and how its backs are lit.
+/// The base colour and the alpha of a material.
 ///
-/// A bake goes by it where leaves and the like are to cover what they did: without, cards with texture coordinates
-/// count as half transparent.
+/// A bake of a plant uses it to keep the covered area of leaves. Without it, leaves with texture coordinates count as
+/// half transparent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     base_color: Vec4,
@@ -24,29 +24,28 @@ pub struct Surface {
     drawn_from: f32,
     /// Whether nothing is seen through it.
     is_opaque: bool,
-    is_double_sided: bool,
 }
 
-/// What the alpha of a material does.
+/// The alpha mode of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SurfaceAlpha {
-    /// Nothing.
+    /// Alpha is ignored.
     Opaque,
-    /// What has less than the cutoff is not drawn.
+    /// Pixels with an alpha below the cutoff are not drawn.
     Mask {
         /// From 0 to 1.
         cutoff: f32,
     },
-    /// What is drawn is mixed with what is behind.
+    /// Blended by alpha.
     Blend,
 }
 
-/// Where a texture lies on a mesh. It repeats.
+/// How a texture maps to a mesh. Textures repeat.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TextureMapping {
-    /// Whether it goes by the second texture coordinates.
+    /// Whether the second texture coordinates are used.
     pub uses_uvs_1: bool,
-    /// What is done to texture coordinates before.
+    /// Transform of the texture coordinates.
     pub transform: Affine2,
 }
 
@@ -79,7 +78,6 @@ impl Surface {
             texture: None,
             drawn_from: 0.0,
             is_opaque: false,
-            is_double_sided: false,
         };
         let opacity = surface.opacity_of(1.0);
         surface.drawn_from = opacity * 0.5;
@@ -112,18 +110,7 @@ impl Surface {
         self
     }
 
-    /// The surface of a material whose backs are lit as fronts turned over, as those of glTF's `doubleSided` and Bevy's
-    /// `StandardMaterial::double_sided` are. Others light backs, if they show them, by the normals of the fronts.
-    /// [Cards](crate::BakeConfig::cards) of what has normals of something else go by it.
-    #[must_use]
-    pub fn double_sided(self, is_double_sided: bool) -> Self {
-        Self {
-            is_double_sided,
-            ..self
-        }
-    }
-
-    /// All that a bake looks at, for keys of what was baked.
+    /// Everything that affects a bake, for cache keys.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let alpha = match self.alpha {
@@ -132,7 +119,6 @@ impl Surface {
             SurfaceAlpha::Blend => [2.0, 0.0],
         };
         let mut numbers = [&self.base_color.to_array()[..], &alpha].concat();
-        numbers.push(f32::from(self.is_double_sided));
         let mut texels: &[[u8; 4]] = &[];
         if let Some(Texture { mips, mapping }) = &self.texture {
             numbers.extend(mips[0].size.as_vec2().to_array());
@@ -198,11 +184,6 @@ impl Surface {
         self.is_opaque
     }
 
-    /// Whether backs are lit as fronts turned over.
-    pub(crate) fn is_double_sided(&self) -> bool {
-        self.is_double_sided
-    }
-
     /// Whether anything of it is seen.
     pub(crate) fn is_visible(&self) -> bool {
         self.drawn_from > 0.0
@@ -214,7 +195,7 @@ impl Surface {
         self.texture.is_none() && self.is_opaque && self.base_color.truncate() == Vec3::ONE
     }
 
-    /// Where its texture lies, if it has one.
+    /// The mapping of the texture, if there is one.
     #[must_use]
     pub fn mapping(&self) -> Option<TextureMapping> {
         self.texture.as_ref().map(|texture| texture.mapping)
@@ -237,20 +218,15 @@ impl Surface {
 
     /// The linear colour at texture coordinates, if that place is drawn where pixels are covered or not.
     pub(crate) fn drawn_at(&self, uv: Vec2) -> Option<Vec3> {
-        Some(self.texture_at(uv)? * self.base_color())
-    }
-
-    /// The linear colour of the texture, white without one, at texture coordinates, if that place is drawn.
-    pub(crate) fn texture_at(&self, uv: Vec2) -> Option<Vec3> {
         let Some(texture) = &self.texture else {
-            return Some(Vec3::ONE);
+            return Some(self.base_color());
         };
         let texel = decoded(texture.mips[0].texel_at(uv, &texture.mapping));
-        (texel.w >= self.drawn_from).then(|| texel.truncate())
+        (texel.w >= self.drawn_from).then(|| texel.truncate() * self.base_color())
     }
 
     /// The linear colour that textures and vertices are multiplied with.
-    pub(crate) fn base_color(&self) -> Vec3 {
+    fn base_color(&self) -> Vec3 {
         self.base_color.truncate()
     }
 
@@ -330,14 +306,6 @@ fn decoded([red, green, blue, opacity]: [u8; 4]) -> Vec4 {
     Vec3::from(color).extend(f32::from(opacity) / 255.0)
 }
 
-/// The texture coordinates that a surface goes by: none or one for each vertex.
-pub(crate) fn uvs_of<'a>(surface: Option<&Surface>, vertices: &'a Vertices) -> &'a [Vec2] {
-    match surface.and_then(Surface::mapping) {
-        Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
-        _ => &vertices.uvs,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -346,16 +314,19 @@ mod tests {
 
     /// Of 1,000 × 600 texels, the left quarter opaque and red, the rest transparent and white.
     fn quarter(alpha: SurfaceAlpha) -> Surface {
-        let texel = |x: u32, _| match x < 250 {
-            true => [255, 0, 0, 255],
-            false => [255, 255, 255, 0],
+        let texel = |x: u32, _| {
+            if x < 250 {
+                [255, 0, 0, 255]
+            } else {
+                [255, 255, 255, 0]
+            }
         };
         let size = UVec2::new(1_000, 600);
         Surface::new(Vec4::ONE, alpha).with_texture(size, TextureMapping::default(), texel)
     }
 
     #[test]
-    fn what_is_transparent_is_not_drawn_and_gives_no_colour() {
+    fn transparent_texels_are_ignored() {
         for alpha in [MASK, SurfaceAlpha::Blend] {
             let surface = quarter(alpha);
             assert_eq!(surface.drawn_at(Vec2::new(0.2, 0.5)), Some(Vec3::X));
@@ -371,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cutoff_is_applied_before_texels_are_mixed() {
+    fn alpha_cutoff_is_applied_before_filtering() {
         // Every second column has an alpha of 0.6, and the others none: a mean of 0.3.
         let texel = |x: u32, _| [255, 255, 255, if x.is_multiple_of(2) { 153 } else { 0 }];
         let plain = Surface::new(Vec4::ONE, MASK);
@@ -384,7 +355,7 @@ mod tests {
 
     /// Texels of every eighth column of a large texture.
     #[test]
-    fn regular_textures_are_as_opaque_as_they_are() {
+    fn regular_textures_keep_their_opacity() {
         for phase in 0..8 {
             let texel = |x: u32, _| [255, 255, 255, if x % 8 == phase { 255 } else { 0 }];
             let plain = Surface::new(Vec4::ONE, MASK);
@@ -397,35 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_triangle_is_as_opaque_as_its_part_of_the_texture() {
-        let surface = quarter(MASK);
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
-        let of_all = surface.opacity(corners, 0.5)(Vec2::splat(0.9));
-        assert!((of_all - 0.25).abs() < 0.01, "{of_all}");
-        // Seen close, each place by itself.
-        let close = surface.opacity(corners, 1e6);
-        assert_eq!(
-            [0.1, 0.2, 0.3].map(|u| close(Vec2::splat(u))),
-            [1.0, 1.0, 0.0]
-        );
-    }
-
-    #[test]
-    fn textures_lie_where_their_mapping_says() {
-        let mapping = TextureMapping {
-            transform: Affine2::from_translation(Vec2::new(0.5, 0.0)),
-            ..TextureMapping::default()
-        };
-        let texel = |x: u32, y: u32| [0, (x * 80) as u8, (y * 80) as u8, 255];
-        let plain = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
-        let surface = plain.with_texture(UVec2::new(2, 2), mapping, texel);
-        let at = |u, v| surface.drawn_at(Vec2::new(u, v)).unwrap() / linear_of(80);
-        assert!(at(0.1, 0.2).abs_diff_eq(Vec3::Y, 1e-4));
-        assert!(at(0.6, 0.7).abs_diff_eq(Vec3::Z, 1e-4));
-    }
-
-    #[test]
-    fn no_size_and_no_coordinates_do_harm() {
+    fn odd_sizes_and_coordinates_do_not_panic() {
         let texture = |size| {
             let plain = Surface::new(
                 Vec4::splat(f32::NAN),

@@ -1,87 +1,53 @@
-//! What the parts of a mesh look like.
+//! The surfaces of a mesh that has one or more parts.
 
 use std::sync::Arc;
 
-use fieldlod_hierarchy::Hierarchy;
-use glam::{Vec2, Vec3};
+use fieldlod_hierarchy::{Hierarchy, Vertices};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::mesh::SourceMesh;
-use crate::mesh::surface::{Surface, uvs_of};
+use crate::mesh::surface::Surface;
+
+/// The mean luminance that a mesh's own colours are exposed to.
+const EXPOSURE: f32 = 0.35;
 
 /// The surfaces of a mesh of one or more parts, in the order of their vertices.
 #[derive(Clone, Default)]
 pub(crate) struct Surfaces {
     parts: Vec<Part>,
-    /// Whether pictures may stand for all of them.
-    are_usable: bool,
 }
 
 #[derive(Clone)]
 struct Part {
-    /// Up to which of the source's vertices it reaches.
+    /// End of its range of source vertices.
     end: u32,
-    /// If that is known.
+    /// The surface, if known.
     surface: Option<Arc<Surface>>,
-    is_double_sided: bool,
 }
 
-/// What the vertices of a hierarchy look like.
+/// Surfaces and texture coordinates of the vertices of a hierarchy.
 pub(crate) struct Looks<'a> {
     pub(crate) surfaces: Vec<Option<&'a Surface>>,
-    /// The texture coordinates by which each goes.
+    /// The texture coordinates that each surface uses.
     pub(crate) uvs: Vec<Vec2>,
 }
 
 impl Surfaces {
     pub(crate) fn of<'a>(parts: impl IntoIterator<Item = &'a SourceMesh>) -> Self {
-        let (mut end, mut are_usable) = (0, true);
+        let mut end = 0;
         let parts = parts.into_iter().map(|mesh| {
             end += mesh.positions.len() as u32;
-            are_usable &= mesh.usable_surface().is_some();
             Part {
                 end,
                 surface: mesh.telling_surface().cloned(),
-                is_double_sided: mesh
-                    .surface
-                    .as_deref()
-                    .is_some_and(Surface::is_double_sided),
             }
         });
         Self {
             parts: parts.collect(),
-            are_usable,
         }
     }
 
-    /// Whether it is known of every part what a picture of it shows.
-    pub(crate) fn are_usable(&self) -> bool {
-        self.are_usable
-    }
-
-    pub(crate) fn part_count(&self) -> usize {
-        self.parts.len()
-    }
-
-    /// Which part a vertex of the source belongs to.
-    pub(crate) fn part_of(&self, vertex: u32) -> usize {
-        self.parts.partition_point(|part| part.end <= vertex)
-    }
-
-    /// The base colour of a part, white if that is not known.
-    pub(crate) fn base_color(&self, part: usize) -> Vec3 {
-        let surface = self
-            .parts
-            .get(part)
-            .and_then(|part| part.surface.as_deref());
-        surface.map_or(Vec3::ONE, Surface::base_color)
-    }
-
-    /// Whether backs of a part are lit as fronts turned over.
-    pub(crate) fn is_double_sided(&self, part: usize) -> bool {
-        self.parts[part].is_double_sided
-    }
-
-    /// What all vertices of a hierarchy look like.
+    /// Surfaces and texture coordinates of all vertices of a hierarchy.
     pub(crate) fn looks_of(&self, hierarchy: &Hierarchy) -> Looks<'_> {
         let vertices = &hierarchy.vertices;
         let all = 0..vertices.positions.len() as u32;
@@ -100,15 +66,48 @@ impl Surfaces {
         self.parts.iter().any(|part| part.surface.is_some())
     }
 
-    /// That of the part of a vertex of the source.
+    /// The surface of a vertex of the source, if known.
     pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
-        self.parts.get(self.part_of(vertex))?.surface.as_deref()
+        let part = self.parts.partition_point(|part| part.end <= vertex);
+        self.parts.get(part)?.surface.as_deref()
     }
 
-    /// By what the surface multiplies the colours of the vertices of each part in the mean, and where the part ends.
-    pub(crate) fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
+    /// The last vertex and the mean luminance of each part.
+    fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
         let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
         let parts = self.parts.iter();
         parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, tint)))
+    }
+
+    /// The factor for the colours of a source in pictures of it and its levels. Vertices without colours are white.
+    pub(crate) fn exposure(&self, source_colors: &[Vec4]) -> f32 {
+        if source_colors.is_empty() && !self.any_known() {
+            return EXPOSURE;
+        }
+        let (mut sum, mut count) = (0.0f32, 0u32);
+        for (end, tint) in self.mean_tints() {
+            for vertex in count / 3..end {
+                sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
+                count += 3;
+            }
+        }
+        if sum > 0.0 {
+            EXPOSURE * count as f32 / sum
+        } else {
+            EXPOSURE
+        }
+    }
+}
+
+/// The colour of a vertex in pictures: white without a colour, and never less than black, as colours may hold other data.
+pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
+    color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
+}
+
+/// The texture coordinates that a surface goes by: none or one for each vertex.
+fn uvs_of<'a>(surface: Option<&Surface>, vertices: &'a Vertices) -> &'a [Vec2] {
+    match surface.and_then(Surface::mapping) {
+        Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
+        _ => &vertices.uvs,
     }
 }

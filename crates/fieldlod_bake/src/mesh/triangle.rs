@@ -1,6 +1,6 @@
-//! How far a point is from a triangle.
+//! Distances of points from triangles.
 
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 
 /// A triangle as a corner and the two edges from it.
 #[derive(Clone, Copy, PartialEq)]
@@ -56,4 +56,25 @@ fn nearest_on_edge(p: Vec3A, q: Vec3A, point: Vec3A) -> Vec3A {
 /// `part / whole`, and 0 of nothing.
 fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+/// The distance of a point from a triangle in double precision: to its plane for a point above it, otherwise to the
+/// nearest edge.
+pub(crate) fn exact_distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(place - from) >= 0.0;
+    if normal != DVec3::ZERO && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
+        return (place - a).dot(normal.normalize()).abs();
+    }
+    let edges = [(a, b), (b, c), (c, a)];
+    let distances = edges.map(|(from, to)| distance_to_edge(place, from, to));
+    distances.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn distance_to_edge(place: DVec3, from: DVec3, to: DVec3) -> f64 {
+    let edge = to - from;
+    let along = (place - from).dot(edge) / edge.length_squared();
+    // Not a number for an edge without length.
+    let along = if along > 0.0 { along.min(1.0) } else { 0.0 };
+    place.distance(from + edge * along)
 }

@@ -1,4 +1,4 @@
-//! The triangle of a soup that is nearest to a point, through a bounding-volume hierarchy.
+//! Nearest-triangle queries, through a bounding-volume hierarchy.
 
 use std::fmt;
 
@@ -119,8 +119,8 @@ impl TriangleTree {
     ) -> Option<NearestTriangle> {
         let last = (self.leaves.len() as u32).checked_sub(1)?;
         let mut best = self.nearest_in(start.map_or(0, |start| start.leaf).min(last), point);
-        // What is still to be looked into, the nearest last, and how far its box is.
-        let mut pending = Stack::default();
+        // Boxes to visit, the nearest last. Few trees need more room than this.
+        let mut pending: Vec<Pending> = Vec::with_capacity(64);
         pending.push((0.0, 0));
         while best.distance_squared > enough
             && let Some((distance, inside)) = pending.pop()
@@ -137,7 +137,7 @@ impl TriangleTree {
             }
             let node = &self.nodes[inside as usize];
             let distances = node.boxes.distances_squared(point).to_array();
-            pending.push_nearest_last(distances, node.inside, best.distance_squared);
+            push_nearest_last(&mut pending, distances, node.inside, best.distance_squared);
         }
         Some(best)
     }
@@ -160,7 +160,7 @@ impl TriangleTree {
     }
 
     /// A bound of the squared distance of every place between `corners`: what is nearest to one of them,
-    /// or is stored beside that, is no further from any place than from the furthest corner, since a
+    /// or is stored beside that, is no farther from any place than from the farthest corner, since a
     /// distance from a triangle is convex.
     pub(crate) fn bound_squared(&self, found: NearestTriangle, corners: [Vec3; 3]) -> f32 {
         let triangles = &self.leaves[found.leaf as usize].triangles;
@@ -210,62 +210,23 @@ impl TriangleTree {
 /// How far a box is from the point, squared, and what is in it.
 type Pending = (f32, u32);
 
-/// A stack that allocates only where a tree is uncommonly deep.
-struct Stack {
-    few: [Pending; 64],
-    count: usize,
-    more: Vec<Pending>,
-}
-
-impl Default for Stack {
-    fn default() -> Self {
-        Self {
-            few: [(0.0, 0); 64],
-            count: 0,
-            more: Vec::new(),
-        }
-    }
-}
-
-impl Stack {
-    fn push(&mut self, pending: Pending) {
-        if let Some(place) = self.few.get_mut(self.count) {
-            *place = pending;
-            self.count += 1;
+/// Pushes those of four that are nearer than `limit`, the nearest last.
+fn push_nearest_last(
+    pending: &mut Vec<Pending>,
+    distances: [f32; 4],
+    inside: [u32; 4],
+    limit: f32,
+) {
+    let mut nearest: Option<Pending> = None;
+    let near = distances.into_iter().zip(inside);
+    for next in near.filter(|&(distance, _)| distance < limit) {
+        if nearest.is_some_and(|nearest| nearest.0 <= next.0) {
+            pending.push(next);
         } else {
-            self.more.push(pending);
+            pending.extend(nearest.replace(next));
         }
     }
-
-    fn pop(&mut self) -> Option<Pending> {
-        if let Some(pending) = self.more.pop() {
-            return Some(pending);
-        }
-        self.count = self.count.checked_sub(1)?;
-        Some(self.few[self.count])
-    }
-
-    /// Pushes those of four that are nearer than `limit`.
-    fn push_nearest_last(&mut self, distances: [f32; 4], inside: [u32; 4], limit: f32) {
-        let mut nearest = (f32::INFINITY, 0);
-        for pending in distances.into_iter().zip(inside) {
-            if pending.0 >= limit {
-                continue;
-            }
-            // The nearest of all is held back and comes last; the order of the others matters little.
-            if pending.0 < nearest.0 {
-                if nearest.0 < f32::INFINITY {
-                    self.push(nearest);
-                }
-                nearest = pending;
-            } else {
-                self.push(pending);
-            }
-        }
-        if nearest.0 < f32::INFINITY {
-            self.push(nearest);
-        }
-    }
+    pending.extend(nearest);
 }
 
 /// A tree of four boxes a node over leaves with these boxes, made of one of two.
@@ -344,7 +305,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::naive;
+    use crate::mesh::triangle::exact_distance;
 
     /// Points on a coarse lattice now and then, so that corners, edges and planes fall together.
     fn any_point() -> impl Strategy<Value = Vec3> {
@@ -363,7 +324,7 @@ mod tests {
 
         /// Against all triangles one by one, in double precision.
         #[test]
-        fn finds_what_a_plain_search_finds(
+        fn nearest_triangle_matches_plain_search(
             soup in any_soup(),
             points in prop::collection::vec(any_point(), 1..30),
         ) {
@@ -371,7 +332,7 @@ mod tests {
             let mut start = None;
             for point in points {
                 let exact = |triangle: [Vec3; 3]| {
-                    naive::distance(point.as_dvec3(), triangle.map(Vec3::as_dvec3))
+                    exact_distance(point.as_dvec3(), triangle.map(Vec3::as_dvec3))
                 };
                 let expected = soup.iter().copied().map(exact).fold(f64::INFINITY, f64::min);
                 let found = tree.near_enough(point, 0.0, start).unwrap();
@@ -390,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn needles_and_points_are_as_far_as_their_corners() {
+    fn degenerate_triangles_have_distances() {
         for corners in [
             [Vec3::ONE; 3],
             [Vec3::ZERO, Vec3::X, Vec3::X * 0.5],

@@ -14,7 +14,7 @@
 
 use glam::Vec3;
 
-use crate::levels::simplify::{Means, Simplified, Task};
+use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::adapter;
 use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
@@ -67,7 +67,7 @@ impl Task<'_> {
     /// is no aggregate.
     pub(crate) fn simplify_aggregate(&self, ratio: f32) -> Option<Simplified> {
         let (elements, surfaces) = self.elements_and_surfaces()?;
-        let mut simplified = self.unchanged(Means::Aggregate);
+        let mut simplified = self.unchanged(Method::Elements);
         let count = triangles_of(&elements);
         let wanted = self.piece.triangle_count() as f32 * ratio;
         // Surfaces first, as far as elements alone do not do.
@@ -132,7 +132,7 @@ impl Task<'_> {
         simplified.corners = corners.to_vec();
         let count = self.simplify_moving(simplified, target, tolerance, &mut error);
         simplified.corners.truncate(count);
-        self.settle(simplified);
+        self.mark_new_vertices(simplified);
         (std::mem::take(&mut simplified.corners), error)
     }
 
@@ -169,7 +169,7 @@ impl Task<'_> {
         let rows = simplified.rows.clone();
         let corners: Vec<u32> = elements.iter().flat_map(Component::corners).collect();
         let (left, _) = self.simplify_part(simplified, &corners, ratio, f32::MAX);
-        // What is left of each.
+        // The remaining triangles of each element.
         let mut element_of = vec![0; self.piece.vertices.len()];
         for (index, element) in elements.iter().enumerate() {
             element

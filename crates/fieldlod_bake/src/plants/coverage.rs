@@ -1,11 +1,10 @@
-//! How much leaves and the like have to grow, so that each level covers as much of a picture as the source.
+//! The covered area of levels of plants, and by how much leaves grow to keep it.
 //!
-//! Larger elements hide each other more, and stand out more where an aggregate ends: by how much depends
-//! on how dense it is, and on what is behind it. So it is measured on each level, and set right on the
-//! next. A level of one group is set right itself, too: then surfaces, such as the mass of a crown, swell for
-//! the elements on them that are gone, but not out of the source's box.
+//! Larger leaves hide each other more, by an amount that depends on the density of the plant. The covered area is
+//! therefore measured on pictures of each level and corrected on the next. A level of one group is corrected directly:
+//! surfaces, such as the mass of a crown, swell to replace pruned leaves, but not out of the source's box.
 //!
-//! Where it is not known what a texture leaves of cards, they count as half transparent.
+//! Leaves with texture coordinates and an unknown texture count as half transparent.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -30,13 +29,13 @@ struct Pictures {
     attempts: usize,
 }
 
-/// Where nothing is known of what textures cut out, or nothing can be cut out.
+/// For meshes with unknown or no textures.
 const OF_UNKNOWN_SURFACE: Pictures = Pictures {
     directions: 6,
     side: 160,
     attempts: 4,
 };
-/// With 6 directions a level of 100 cards differs by 3 % from what others see; sparse textures need more attempts.
+/// With 6 directions a level of 100 leaves differs by 3 % from what others see; sparse textures need more attempts.
 const OF_KNOWN_SURFACE: Pictures = Pictures {
     directions: 12,
     side: 112,
@@ -51,11 +50,13 @@ const AIM: f32 = 0.98;
 const MOST_SET_RIGHT: f32 = 2.5;
 /// A level that covers what is aimed at but for this share is left as it is.
 const NEAR: f32 = 0.003;
-/// How much of a card with an unknown texture is opaque: as a rule a leaf is cut out of it. Cards count as transparent by the
-/// rest, so that those behind others count as well.
-const OPACITY_OF_CARDS: f32 = 0.5;
+/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad. Leaves behind them count as well.
+const OPACITY_OF_LEAVES: f32 = 0.5;
 
-/// What covers how much.
+/// Elements grow and shrink by no more than this factor at once, beyond what keeps their area.
+const MOST_GAIN: f32 = 1.6;
+
+/// The area that the source covers in pictures.
 pub(crate) struct Coverage {
     of_source: f32,
     sphere: Sphere,
@@ -64,7 +65,7 @@ pub(crate) struct Coverage {
 }
 
 impl Coverage {
-    /// Of the source, whose triangles are `corners`.
+    /// Measures the source, whose triangles are `corners`.
     pub(crate) fn of(corners: &[u32], vertices: &LevelVertices) -> Self {
         let source = vertices.positions.iter().take(vertices.source_count);
         let source = source.copied().map(Vec3::from);
@@ -80,7 +81,7 @@ impl Coverage {
         coverage
     }
 
-    /// What a level should cover, relative to what it covers: at least what is aimed at, and no more than the source.
+    /// The wanted area relative to the area that a level covers.
     pub(crate) fn lacking(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
         self.wanted(self.measure(level, vertices))
     }
@@ -179,24 +180,59 @@ impl Coverage {
         let has_uvs = vertices.layout.has_uvs();
         let is_cut_out = |&own: &u32| {
             let vertex = drawn.vertices[own as usize];
-            vertices.is_border[vertex as usize] && vertices.surface(vertex).is_none()
+            vertices.is_border[vertex as usize] && surface_of(vertex, vertices).is_none()
         };
-        let opacity = |triangle: &[u32; 3]| match has_uvs && triangle.iter().all(is_cut_out) {
-            true => OPACITY_OF_CARDS,
-            false => 1.0,
+        let opacity = |triangle: &[u32; 3]| {
+            if has_uvs && triangle.iter().all(is_cut_out) {
+                OPACITY_OF_LEAVES
+            } else {
+                1.0
+            }
         };
         look(&model, &opacity)
     }
 }
 
-fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    match vertices.knows_what_is_cut_out() {
-        true => OF_KNOWN_SURFACE,
-        false => OF_UNKNOWN_SURFACE,
+/// How the covered area of a level responds to the gain of its elements.
+#[derive(Default)]
+pub(crate) struct Response {
+    /// The last gain, and the wanted area relative to the covered area with it.
+    last: Option<[f32; 2]>,
+}
+
+impl Response {
+    /// The factor by which to change a gain with which the level should cover `lacking` times as much.
+    pub(crate) fn gain(&mut self, gain: f32, lacking: f32) -> f32 {
+        let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
+            (gain / last_gain).ln() / (last_lacking / lacking).ln()
+        });
+        self.last = Some([gain, lacking]);
+        // The first guess is quadratic: elements are only a part of what is seen.
+        let power = if power.is_finite() {
+            power.clamp(0.5, 5.0)
+        } else {
+            2.0
+        };
+        lacking.powf(power).clamp(MOST_GAIN.recip(), MOST_GAIN)
     }
 }
 
-/// What is drawn, with vertices of its own.
+fn pictures_of(vertices: &LevelVertices) -> Pictures {
+    if vertices.knows_what_is_cut_out() {
+        OF_KNOWN_SURFACE
+    } else {
+        OF_UNKNOWN_SURFACE
+    }
+}
+
+/// The surface of a vertex, if known.
+fn surface_of(vertex: u32, vertices: &LevelVertices) -> Option<&Surface> {
+    vertices
+        .surfaces
+        .of_vertex(vertices.origin[vertex as usize])
+}
+
+/// Triangles to draw, with their own vertices.
 #[derive(Default)]
 pub(crate) struct Drawn {
     /// Three own vertices for each triangle.
@@ -245,12 +281,15 @@ impl Drawn {
         self.vertices.extend(&piece.vertices);
     }
 
-    /// What of the surfaces is known, and the texture coordinates that they go by.
+    /// The known surfaces, and the texture coordinates that they use.
     fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
         if !vertices.knows_what_is_cut_out() {
             return Default::default();
         }
-        let of_vertices = self.vertices.iter().map(|&vertex| vertices.surface(vertex));
+        let of_vertices = self
+            .vertices
+            .iter()
+            .map(|&vertex| surface_of(vertex, vertices));
         let surfaces: Vec<Option<&Surface>> = of_vertices.collect();
         let rows = self.rows.chunks_exact(vertices.layout.width());
         let uvs = rows.zip(&surfaces).map(|(row, surface)| {

@@ -178,7 +178,7 @@ fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]
     largest.1
 }
 
-/// What may be done to an element next.
+/// The next step for an element.
 #[derive(Clone, Copy, PartialEq)]
 struct Step {
     /// Pixels of it that change for each triangle that is saved.

@@ -5,9 +5,9 @@
 
 pub(crate) mod aggregate;
 pub(crate) mod appearance;
-mod cards;
 pub(crate) mod coverage;
 mod curve;
 pub(crate) mod elements;
 pub(crate) mod picture;
+pub(crate) mod plant;
 pub(crate) mod together;

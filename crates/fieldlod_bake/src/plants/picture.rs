@@ -1,21 +1,19 @@
-//! Small pictures of a mesh on the processor: what a level of detail looks like.
+//! Small pictures of a level of detail, rasterised on the CPU.
 //!
 //! Orthographic, with a depth buffer, from any direction. The albedo is that of the vertices' colours,
 //! or gray, and of the surface, if that is known, lit from above and from the eye. Both sides of a triangle
-//! are drawn. Of a surface that is known only what is opaque is drawn. Of one that is not, every card is
-//! drawn whole, or as opaque all over as is likely.
+//! are drawn. Of a surface that is known only what is opaque is drawn. Triangles of an unknown surface are
+//! drawn whole, or with a likely opacity.
 
-use fieldlod_hierarchy::{Card, CardPicture, Sphere};
-use glam::{UVec2, Vec2, Vec3, Vec4};
+use fieldlod_hierarchy::Sphere;
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::mesh::edges::number;
 use crate::mesh::surface::Surface;
-use crate::mesh::surfaces::Surfaces;
+use crate::mesh::surfaces::shown;
 
 /// The colour behind all surfaces, in linear light.
 const BACKGROUND: f32 = 0.2;
-/// The mean luminance that a mesh's own colours are exposed to.
-const EXPOSURE: f32 = 0.35;
 /// A normal that turns away from the eye by no more than this is a silhouette's, and stays as it is.
 const SILHOUETTE: f32 = -0.15;
 
@@ -26,7 +24,7 @@ pub(crate) struct Picture {
     pub(crate) pixels: Vec<Vec4>,
 }
 
-/// Where from a picture is taken.
+/// The direction of a view.
 #[derive(Clone, Copy)]
 pub(crate) struct Viewpoint {
     /// Towards the eye, to the right and upwards.
@@ -45,17 +43,10 @@ pub(crate) struct Model<'a> {
     /// has that of its first corner.
     pub(crate) surfaces: &'a [Option<&'a Surface>],
     pub(crate) uvs: &'a [Vec2],
-    /// What is in the picture.
+    /// The sphere that fills the picture.
     pub(crate) sphere: Sphere,
-    /// What colours are multiplied by.
+    /// Factor for colours.
     pub(crate) exposure: f32,
-}
-
-/// Cards of a material of one colour.
-pub(crate) struct ShownCards<'a> {
-    pub(crate) cards: &'a [Card],
-    pub(crate) picture: &'a CardPicture,
-    pub(crate) base_color: Vec3,
 }
 
 impl Viewpoint {
@@ -74,32 +65,6 @@ impl Viewpoint {
             up: eye.cross(right),
         }
     }
-}
-
-/// By what the colours of a source are multiplied in pictures of it and its levels. Without colours, vertices are
-/// white.
-pub(crate) fn exposure_of(source_colors: &[Vec4], surfaces: &Surfaces) -> f32 {
-    if source_colors.is_empty() && !surfaces.any_known() {
-        return EXPOSURE;
-    }
-    let (mut sum, mut count) = (0.0f32, 0u32);
-    for (end, tint) in surfaces.mean_tints() {
-        for vertex in count / 3..end {
-            sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
-            count += 3;
-        }
-    }
-    if sum > 0.0 {
-        EXPOSURE * count as f32 / sum
-    } else {
-        EXPOSURE
-    }
-}
-
-/// The colour of a vertex as it is seen: white if it has none, and no less than black, of whatever those with colours
-/// less than that tell by them.
-pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
-    color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
 }
 
 impl Model<'_> {
@@ -128,51 +93,6 @@ impl Model<'_> {
         canvas.picture
     }
 
-    /// Draws cards likewise.
-    pub(crate) fn draw_cards(
-        &self,
-        shown: &[ShownCards<'_>],
-        view: &Viewpoint,
-        side: usize,
-    ) -> Picture {
-        let mut canvas = Canvas::new(side);
-        for shown in shown {
-            for card in shown.cards {
-                self.draw_card(card, shown, view, &mut canvas);
-            }
-        }
-        canvas.picture
-    }
-
-    fn draw_card(&self, card: &Card, of: &ShownCards<'_>, view: &Viewpoint, canvas: &mut Canvas) {
-        let picture = of.picture;
-        let tint = picture.tint * of.base_color * self.exposure;
-        let (side, size) = (canvas.picture.side, picture.side_texels);
-        let [tangent, bitangent, normal] = card.axes();
-        let (corners, uvs) = (card.corners(), card.uvs(size));
-        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-            let corners = [a, b, c].map(|corner| self.place(corners[corner], view, side));
-            let Some(raster) = Raster::of(corners, side) else {
-                continue;
-            };
-            raster.each_pixel(|index, shares, near| {
-                canvas.draw(index, near, || {
-                    let uv = uvs[a] * shares.x + uvs[b] * shares.y + uvs[c] * shares.z;
-                    let texel = (uv * size as f32).as_uvec2().min(UVec2::splat(size - 1));
-                    let texel = (texel.y * size + texel.x) as usize;
-                    let color = picture.colors[texel];
-                    if color[3] < CardPicture::DRAWN_FROM {
-                        return None;
-                    }
-                    let Vec3 { x, y, z } = CardPicture::normal_of(picture.normals[texel]);
-                    let normal = (tangent * x + bitangent * y + normal * z).normalize_or_zero();
-                    let color = CardPicture::color_of(color).truncate() * tint;
-                    Some(color * lit(normal, view))
-                });
-            });
-        }
-    }
-
     /// How many pixels of a square triangles cover together, each as opaque as its surface, or as told if that is not
     /// known.
     pub(crate) fn covered(
@@ -182,7 +102,7 @@ impl Model<'_> {
         side: usize,
         opacity: impl Fn(&[u32; 3]) -> f32,
     ) -> f32 {
-        // What is seen through all of them.
+        // Transmittance of each pixel.
         let mut clear = vec![1.0f32; side * side];
         for triangle in triangles {
             let Some(raster) = self.raster(triangle, view, side) else {
@@ -222,12 +142,12 @@ impl Model<'_> {
                 if near <= nearest[index].0 {
                     return;
                 }
-                // What is half transparent hides every other pixel, by lots that triangles draw each for itself.
+                // A half transparent triangle hides every other pixel, chosen at random per triangle.
                 let opacity = match &at_uv {
                     Some(opacity) => opacity(self.uv_at(triangle, shares)),
                     None => whole,
                 };
-                if opacity >= 1.0 || lot_of(index as u32 ^ own) < opacity {
+                if opacity >= 1.0 || random_of(index as u32 ^ own) < opacity {
                     nearest[index] = (near, at as u32);
                 }
             });
@@ -282,8 +202,8 @@ impl Model<'_> {
     }
 }
 
-/// A number from 0 to below 1 that another decides.
-fn lot_of(drawn_by: u32) -> f32 {
+/// A pseudo-random number from 0 to below 1.
+fn random_of(drawn_by: u32) -> f32 {
     (number(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
 }
 
@@ -327,7 +247,7 @@ impl Canvas {
 }
 
 /// A triangle on its way into a picture.
-pub(crate) struct Raster {
+struct Raster {
     side: usize,
     columns: [usize; 2],
     rows: [usize; 2],
@@ -337,7 +257,7 @@ pub(crate) struct Raster {
 }
 
 impl Raster {
-    pub(crate) fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
+    fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
         let [a, b, c] = corners.map(Vec3::truncate);
         let per_area = (b - a).perp_dot(c - a).recip();
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -363,7 +283,7 @@ impl Raster {
     }
 
     /// Calls with each pixel inside, the shares of the corners and the nearness.
-    pub(crate) fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
+    fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
         let [a, b, c] = self.corners.map(Vec3::truncate);
         let near = Vec3::new(self.corners[0].z, self.corners[1].z, self.corners[2].z);
         for row in self.rows[0]..self.rows[1] {
@@ -440,13 +360,12 @@ fn blurred_along(
 
 #[cfg(test)]
 mod tests {
-    use fieldlod_hierarchy::srgb::linear_of;
-
     use super::*;
     use crate::fixtures;
+    use crate::mesh::srgb::linear_of;
 
     #[test]
-    fn triangles_are_seen_where_nothing_opaque_is_nearer() {
+    fn nearer_opaque_triangles_hide_others() {
         // Towards the eye lies z.
         let at = |z: f32| {
             [
@@ -490,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn pictures_show_the_surface_where_it_is_opaque() {
+    fn pictures_show_opaque_texels_only() {
         let plane = fixtures::plane(1);
         let draw = |surface: Option<&Surface>| {
             let model = Model {

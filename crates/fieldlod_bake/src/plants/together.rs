@@ -1,14 +1,11 @@
-//! Several meshes that are one object, such as the bark and the leaves of a tree: one bake over all of them,
-//! and of its levels to each mesh what is its.
+//! Bakes several meshes that are one object, such as the bark and the leaves of a tree, as one mesh.
 //!
-//! Each by itself would be as good as it promises, though leaves hide the bark and bark stands for leaves: at
-//! one quality two meshes draw 1.4 to 6.4 times the triangles of one. So levels are simplified, set right and
-//! looked at as one mesh. All meshes then have groups of the same sphere, the same errors and the same facing, and
-//! change their levels together wherever they are drawn at one place.
+//! Leaves hide the bark. Baked separately, two meshes draw 1.4 to 6.4 times the triangles of one at equal quality. All
+//! meshes of the object get the same spheres, errors and mean normals, and change their levels together.
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Cards, Group, Hierarchy, Sphere, Vertices};
+use fieldlod_hierarchy::{Group, Hierarchy, Vertices};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -22,20 +19,18 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MOST_VERTICES;
 use crate::report::BakeReport;
 
-/// No more meshes than this are taken for one plant.
+/// Most meshes of one plant.
 pub const MOST_TOGETHER: usize = 4;
 /// Each mesh is this share of the largest coordinate apart from the next, two steps of 32 bits at most there: the
 /// simplifier takes vertices at one place for the same.
 const APART: f32 = 1.0 / (1 << 22) as f32;
 
-/// Bakes meshes that are one object, in the order given: plants and other loose pieces together, anything else each by
-/// itself.
+/// Bakes meshes that are one object, in the given order: plants together, other meshes separately.
 ///
-/// Together means with one bake over all, so that they change levels together and only as a whole: each
-/// hierarchy has one unit for each level. That is done for two to [`MOST_TOGETHER`] meshes, of which a quarter of the
-/// triangles is that of six or more loose pieces such as leaves, none of them more than a fifth, that have fewer than
-/// [`BakeConfig::together_below_triangles`] triangles and no more than 65,536 vertices in all, and normals or none; and
-/// only if all of them are valid. Their reports are then of that one bake, groups in it too, but for their own coarsest
+/// Meshes that are baked together change levels together and only as a whole: each hierarchy has one unit per level. This
+/// applies to two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and
+/// at most 65,536 vertices in total. At least a quarter of the triangles must belong to six or more loose pieces such as
+/// leaves, and all meshes or none must have normals. The reports describe the common bake, except for the coarsest
 /// triangles.
 ///
 /// # Errors
@@ -92,7 +87,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
 /// The meshes in one, with neutral values for attributes that some have and others have not.
 fn as_one_mesh(meshes: &[&SourceMesh]) -> SourceMesh {
     let mut all = SourceMesh {
-        // So that the bake tells where moved vertices come from.
+        // The bake then records the origin of moved vertices.
         has_other_attributes: true,
         ..SourceMesh::default()
     };
@@ -138,13 +133,13 @@ fn bake_as_one(
     on_triangles: &dyn Fn(usize),
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
-    let baked = bake_valid_mesh(
+    let (hierarchy, report) = bake_valid_mesh(
         &as_one_mesh(meshes),
         Surfaces::of(meshes.iter().copied()),
         config,
         on_triangles,
     );
-    let mut whole = baked.hierarchy.whole_mesh_levels()?;
+    let mut whole = hierarchy.whole_mesh_levels()?;
     face_alike(&mut whole);
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
@@ -152,20 +147,16 @@ fn bake_as_one(
         .collect();
     // As good as it is by that of the meshes which is worst.
     let deviations = deviations(&parts, &whole, config);
-    let cards = baked.cards.into_iter().chain(std::iter::repeat(None));
-    let hierarchies = parts.into_iter().zip(cards);
-    let hierarchies = hierarchies.map(|(part, cards)| part.hierarchy(&whole, &deviations, cards));
-    let mut hierarchies: Vec<Hierarchy> = hierarchies.collect::<Option<_>>()?;
-    bound_cards(&mut hierarchies);
-    let with_report = |hierarchy: Hierarchy| {
+    let with_report = |part: Part<'_>| {
+        let hierarchy = part.hierarchy(&whole, &deviations)?;
         let report = BakeReport {
             coarsest_triangles: hierarchy.units.last()?.triangle_count as usize,
-            ..baked.report.clone()
+            ..report.clone()
         };
         debug_assert_eq!(hierarchy.validate(), Ok(()));
         Some((hierarchy, report))
     };
-    hierarchies.into_iter().map(with_report).collect()
+    parts.into_iter().map(with_report).collect()
 }
 
 /// Lets all levels face as the source does: meshes that leave out different ones would not go by the same else.
@@ -173,21 +164,6 @@ fn face_alike(whole: &mut Hierarchy) {
     let facing = whole.groups.first().map(|group| group.mean_normal);
     for group in &mut whole.groups {
         group.mean_normal = facing.unwrap_or_default();
-    }
-}
-
-/// Lets the sphere of all levels be around what is drawn as cards, too: all meshes have the same.
-fn bound_cards(meshes: &mut [Hierarchy]) {
-    let with_cards = meshes.iter().filter(|mesh| mesh.cards.is_some());
-    let cards = with_cards.filter_map(|mesh| mesh.whole_mesh_levels()?.cards);
-    let levels = cards.flat_map(|cards| cards.levels);
-    let corners: Vec<Vec3> = levels
-        .flat_map(|level| level.cards.into_iter().flat_map(|card| card.corners()))
-        .collect();
-    for group in meshes.iter_mut().flat_map(|mesh| &mut mesh.groups) {
-        let Sphere { center, radius } = &mut group.bounds;
-        let distances = corners.iter().map(|corner| corner.distance(*center));
-        *radius = distances.fold(*radius, f32::max);
     }
 }
 
@@ -203,7 +179,7 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
         .map(|part| {
             let levels = part.levels.iter().skip(1);
             let levels: Vec<&[[u32; 3]]> = levels.map(|(_, triangles)| &**triangles).collect();
-            deviation_in_local(part.mesh, &part.vertices.positions, &levels, config)
+            deviation_in_local(part.mesh, &part.vertices.positions, &levels)
         })
         .collect();
     for (part, of_part) in parts.iter().zip(of_parts) {
@@ -217,10 +193,10 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
     deviations
 }
 
-/// What is one mesh's of the levels of all.
+/// The levels of one mesh among those of the whole.
 struct Part<'a> {
     mesh: &'a SourceMesh,
-    /// Where the whole has its vertices, by bits, and where the mesh has them.
+    /// From positions in the whole, by bits, to positions in the mesh.
     own_positions: FxHashMap<[u32; 3], Vec3>,
     vertices: Vertices,
     moved_from: Vec<u32>,
@@ -229,7 +205,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// Of the mesh whose vertices are `range` of the whole's.
+    /// The part of the mesh whose vertices are `range` of the whole.
     fn of(mesh: &'a SourceMesh, range: Range<usize>, whole: &Hierarchy) -> Self {
         let of_whole = whole.vertices.positions[range.clone()].iter();
         let mut part = Self {
@@ -238,7 +214,7 @@ impl<'a> Part<'a> {
                 .map(bits)
                 .zip(mesh.positions.iter().copied())
                 .collect(),
-            vertices: mesh.vertices(),
+            vertices: mesh.finite_vertices(),
             moved_from: Vec::new(),
             levels: Vec::new(),
         };
@@ -249,7 +225,7 @@ impl<'a> Part<'a> {
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
             let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
-            // What vanishes altogether stays as it was last.
+            // A mesh that vanishes keeps its last level.
             if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {
                     *own_of
@@ -271,7 +247,7 @@ impl<'a> Part<'a> {
         }
         let from = &whole.vertices;
         let own = self.vertices.positions.len() as u32;
-        // What stayed at its place is exactly where the mesh has it: else there would be cracks.
+        // Vertices that did not move keep the exact position of the mesh; otherwise there would be cracks.
         let position = &from.positions[vertex as usize];
         let own_position = self.own_positions.get(&bits(position));
         self.vertices
@@ -292,18 +268,12 @@ impl<'a> Part<'a> {
         own
     }
 
-    fn hierarchy(
-        self,
-        whole: &Hierarchy,
-        deviations: &[f32],
-        cards: Option<Cards>,
-    ) -> Option<Hierarchy> {
+    fn hierarchy(self, whole: &Hierarchy, deviations: &[f32]) -> Option<Hierarchy> {
         let mut own = Hierarchy {
             source: self.mesh.source_hash(),
             source_vertex_count: self.mesh.positions.len() as u32,
             vertices: self.vertices,
             moved_from: self.moved_from,
-            cards,
             ..Hierarchy::default()
         };
         if !self.mesh.has_other_attributes {

@@ -12,8 +12,8 @@ pub use report::{Verified, VerifyError, VerifySettings};
 use crate::mesh::SourceMesh;
 use subject::Subject;
 
-/// Checks that `hierarchy` is what a bake of `mesh` should give: every invariant, the deviations
-/// by samples of its own, and random cuts.
+/// Checks a hierarchy against its source: every invariant, deviations at independent samples, and random
+/// cuts.
 ///
 /// # Errors
 /// The first thing found wrong.
@@ -22,13 +22,12 @@ pub fn verify(
     hierarchy: &Hierarchy,
     settings: &VerifySettings,
 ) -> Result<Verified, VerifyError> {
-    // What the other checks rely on.
+    // The other checks rely on these.
     mesh.validate()?;
     hierarchy.validate()?;
     if hierarchy.source != mesh.source_hash() {
         return Err(VerifyError::OtherSource);
     }
-    // What the hierarchy states, and what its cuts look like.
     let subject = Subject::new(mesh, hierarchy, settings);
     let mut verified = Verified::default();
     samples::check(&subject, &mut verified)?;

@@ -1,4 +1,4 @@
-//! What is verified.
+//! The hierarchy to verify, with its source.
 
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;

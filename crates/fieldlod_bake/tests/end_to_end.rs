@@ -4,6 +4,8 @@ mod common;
 
 use std::sync::Mutex;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, BakeProgress, SourceMesh, bake_file, bake_mesh_with_report, fixtures, import_gltf,
@@ -31,27 +33,9 @@ fn external_buffers_and_data_uris_come_in() {
     let mut file = GltfFile::of(&mesh);
     file.write("a file.bin", &file.binary);
     assert_eq!(import_one(&file.gltf("a%20file.bin")), mesh);
-    let text = base64_of(&file.binary);
+    let text = STANDARD.encode(&file.binary);
     let uri = format!("data:application/octet-stream;base64,{text}");
     assert_eq!(import_one(&file.gltf(&uri)), mesh);
-}
-
-fn base64_of(bytes: &[u8]) -> String {
-    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for chunk in bytes.chunks(3) {
-        let byte = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for k in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
-            text.push(if k <= chunk.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
-        }
-    }
-    text
 }
 
 #[test]

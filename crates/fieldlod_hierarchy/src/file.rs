@@ -20,35 +20,20 @@
 //! is C++, which whoever loads a file would have to link; they keep neither the order of vertices
 //! nor the corner at which a triangle begins; and they rely on a general compressor after them.
 
-mod attributes;
-mod border;
-mod coded;
 mod contents;
 mod decode;
 mod encode;
 mod error;
 mod layout;
-mod numbers;
-mod octahedron;
 mod paged;
-mod planes;
-mod predict;
-mod predictor;
-mod quantize;
 mod reader;
-mod records;
-mod references;
-mod rows;
-mod section_reader;
-mod section_writer;
-mod triangles;
-mod vertex_normals;
-mod vertex_order;
+mod sections;
+mod vertices;
 
 pub use contents::{BakedFile, BakedPrimitive, FileOptions};
 pub use error::{FORMAT_VERSION, FileError};
 pub use paged::{Page, PageOptions, PagedFile, PagedMesh};
-pub use quantize::Precision;
+pub use vertices::quantize::Precision;
 
 use decode::Decoder;
 use layout::Entry;

@@ -1,13 +1,13 @@
 //! From the bytes of sections to a primitive.
 
-use super::attributes;
-use super::coded::Coded;
 use super::contents::BakedPrimitive;
 use super::error::FileError;
 use super::layout::Entry;
-use super::predict::Predict;
 use super::reader::Reader;
-use super::section_reader;
+use crate::file::sections::coded::Coded;
+use crate::file::sections::section_reader;
+use crate::file::vertices::attributes;
+use crate::file::vertices::predict::Predict;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Decodes a primitive, section by section.

@@ -1,12 +1,12 @@
 //! From a primitive to the bytes of its sections.
 
-use super::attributes::{self, Attributes};
-use super::coded::Coded;
 use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
-use super::quantize::{self, Grids, Precision};
-use super::rows::Rows;
-use super::section_writer;
+use crate::file::sections::coded::Coded;
+use crate::file::sections::section_writer;
+use crate::file::vertices::attributes::{self, Attributes};
+use crate::file::vertices::quantize::{self, Grids, Precision};
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// The directory entry of a primitive, and its sections.

@@ -2,11 +2,11 @@
 
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-use super::attributes::Attributes;
 use super::contents::FileOptions;
 use super::error::{FORMAT_VERSION, FileError};
-use super::quantize::{Grids, Precision};
 use super::reader::Reader;
+use crate::file::vertices::attributes::Attributes;
+use crate::file::vertices::quantize::{Grids, Precision};
 use crate::source::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";

@@ -19,8 +19,8 @@ use super::contents::BakedFile;
 use super::decode::Decoder;
 use super::error::FileError;
 use super::layout::{self, Entry};
-use super::quantize::Precision;
 use super::reader::Reader;
+use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
 /// How a file that is read in parts is written.

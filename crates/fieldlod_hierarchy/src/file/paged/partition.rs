@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::super::contents::{BakedPrimitive, FileOptions};
-use super::super::encode::{self, Prepared};
-use super::super::layout::SectionEntry;
-use super::super::rows::Rows;
 use super::{Page, PageOptions, PagedMesh};
+use crate::file::contents::{BakedPrimitive, FileOptions};
+use crate::file::encode::{self, Prepared};
+use crate::file::layout::SectionEntry;
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Bits of a place along each axis, by which groups are put in order.

@@ -1,11 +1,11 @@
 //! How numbers are predicted from those of the vertices that came before.
 
-use super::numbers::{unzigzag, zigzag};
+use crate::file::sections::numbers::{unzigzag, zigzag};
 
 /// How a number is predicted from those of its neighbours `a`, `b` (on one edge) and `d` (beyond
 /// that edge).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Predict {
+pub(in crate::file) enum Predict {
     /// Floating-point, a + b - d: positions and texture coordinates, which vary linearly.
     FloatParallelogram,
     /// Floating-point, (a + b) / 2: colours.
@@ -24,7 +24,7 @@ pub(super) enum Predict {
 }
 
 /// What is left of `target` where those of `a`, `b` and `d` are known.
-pub(super) fn remainders_of<const N: usize>(
+pub(in crate::file) fn remainders_of<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
     target: [u32; N],
@@ -44,7 +44,7 @@ pub(super) fn remainders_of<const N: usize>(
 
 /// Undoes [`remainders_of`].
 #[inline(always)]
-pub(super) fn restored<const N: usize>(
+pub(in crate::file) fn restored<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
     remainders: [u32; N],

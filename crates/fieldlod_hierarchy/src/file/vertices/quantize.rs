@@ -19,7 +19,7 @@ pub enum Precision {
 /// Numbers from `min` upwards in 65536 equal steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Grid {
+pub(in crate::file) struct Grid {
     min: f64,
     step: f64,
 }
@@ -40,12 +40,12 @@ impl Grid {
     }
 
     /// Whether it stands for finite numbers.
-    pub(super) fn is_usable(self) -> bool {
+    pub(in crate::file) fn is_usable(self) -> bool {
         let end = self.min + self.step * f64::from(Self::LAST);
         self.step >= 0.0 && (self.min as f32).is_finite() && (end as f32).is_finite()
     }
 
-    pub(super) fn number(self, value: f32) -> u32 {
+    pub(in crate::file) fn number(self, value: f32) -> u32 {
         if self.step > 0.0 {
             let steps = (f64::from(value) - self.min) / self.step;
             (steps.round() as u32).min(Self::LAST)
@@ -54,7 +54,7 @@ impl Grid {
         }
     }
 
-    pub(super) fn value(self, number: u32) -> f32 {
+    pub(in crate::file) fn value(self, number: u32) -> f32 {
         (self.min + self.step * f64::from(number.min(Self::LAST))) as f32
     }
 }
@@ -62,16 +62,16 @@ impl Grid {
 /// The grids of all attributes that are not directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Grids {
-    pub(super) position: [Grid; 3],
-    pub(super) uv: [Grid; 2],
-    pub(super) uv_1: [Grid; 2],
-    pub(super) color: [Grid; 4],
+pub(in crate::file) struct Grids {
+    pub(in crate::file) position: [Grid; 3],
+    pub(in crate::file) uv: [Grid; 2],
+    pub(in crate::file) uv_1: [Grid; 2],
+    pub(in crate::file) color: [Grid; 4],
 }
 
 impl Grids {
     /// Grids over the extent of `vertices`.
-    pub(super) fn around(vertices: &Vertices) -> Self {
+    pub(in crate::file) fn around(vertices: &Vertices) -> Self {
         let Vertices {
             positions,
             uvs,
@@ -87,7 +87,7 @@ impl Grids {
         }
     }
 
-    pub(super) fn are_usable(&self) -> bool {
+    pub(in crate::file) fn are_usable(&self) -> bool {
         let grids: &[Grid] = bytemuck::cast_slice(std::slice::from_ref(self));
         grids.iter().all(|grid| grid.is_usable())
     }
@@ -95,7 +95,10 @@ impl Grids {
 
 /// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far
 /// positions are off at most, in local units.
-pub(super) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
+pub(in crate::file) fn with_vertices(
+    hierarchy: &Hierarchy,
+    vertices: Vertices,
+) -> (Hierarchy, f32) {
     // How far the vertices are off.
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));

@@ -1,10 +1,10 @@
 //! The numbers of every vertex, each predicted from those of the vertices that came before.
 
-use super::error::FileError;
-use super::numbers::{self, Kind};
-use super::predict::{Predict, remainders_of, restored};
-use super::reader::Reader;
-use super::rows::{Prediction, Rows};
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::numbers::{self, Kind};
+use crate::file::vertices::predict::{Predict, remainders_of, restored};
+use crate::file::vertices::rows::{Prediction, Rows};
 
 /// Columns that are coded together at most.
 const TOGETHER: usize = 4;
@@ -24,13 +24,13 @@ fn columns_together(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Pr
 }
 
 /// What is known of the vertices of a section besides their numbers.
-pub(super) struct Targets<'a> {
-    pub(super) predictors: &'a [Predict],
-    pub(super) predictions: &'a [Prediction],
+pub(in crate::file) struct Targets<'a> {
+    pub(in crate::file) predictors: &'a [Predict],
+    pub(in crate::file) predictions: &'a [Prediction],
     /// Which of the targets have numbers of their own.
-    pub(super) are_stored: &'a [bool],
+    pub(in crate::file) are_stored: &'a [bool],
     /// The normal of each as its triangles lie, from rows that have positions.
-    pub(super) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
+    pub(in crate::file) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
 }
 
 impl Targets<'_> {
@@ -44,7 +44,7 @@ impl Targets<'_> {
 
 /// Codes the targets. Those that are not stored get the numbers that the reader will take for
 /// theirs.
-pub(super) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
+pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
     let predictions = targets.predictions;
     for (first, columns) in columns_together(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
@@ -73,7 +73,7 @@ pub(super) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>)
 }
 
 /// Reads the targets into rows that have room for them. Those that are not stored are as predicted.
-pub(super) fn read(
+pub(in crate::file) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
     targets: &Targets<'_>,

@@ -1,24 +1,24 @@
 //! Reads one section, as `section_writer` describes it.
 
-use super::attributes::suggested_normals;
-use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
-use super::error::FileError;
-use super::numbers::{self, unzigzag};
-use super::planes::{self, Targets};
-use super::predict::Predict;
-use super::predictor::Predictor;
-use super::quantize::Grids;
-use super::reader::Reader;
-use super::records;
-use super::references::References;
-use super::rows::{Prediction, Rows};
-use super::triangles::SymbolReader;
-use super::vertex_order;
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
+use crate::file::sections::numbers::{self, unzigzag};
+use crate::file::sections::records;
+use crate::file::sections::references::References;
+use crate::file::sections::triangles::SymbolReader;
+use crate::file::vertices::attributes::suggested_normals;
+use crate::file::vertices::planes::{self, Targets};
+use crate::file::vertices::predict::Predict;
+use crate::file::vertices::predictor::Predictor;
+use crate::file::vertices::quantize::Grids;
+use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::vertices::vertex_order;
 use crate::hierarchy::{Group, NO_GROUP, Unit};
 
 /// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
 /// uses, and so many moved vertices name where they came from.
-pub(super) fn read(
+pub(in crate::file) fn read(
     bytes: &[u8],
     coded: &mut Coded,
     predictors: &[Predict],
@@ -80,7 +80,10 @@ struct UnitCounts {
 }
 
 /// Reads a graph without geometry onto the end of `coded`; what follows it remains in `reader`.
-pub(super) fn read_graph(reader: &mut Reader<'_>, coded: &mut Coded) -> Result<(), FileError> {
+pub(in crate::file) fn read_graph(
+    reader: &mut Reader<'_>,
+    coded: &mut Coded,
+) -> Result<(), FileError> {
     let mut section = SectionReader {
         from: coded.ends(),
         budget: Budget::of(reader.rest),
@@ -247,7 +250,7 @@ impl SectionReader<'_> {
 }
 
 /// Reads `count` indices that mostly count up.
-pub(super) fn read_indices(
+pub(in crate::file) fn read_indices(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -263,18 +266,22 @@ pub(super) fn read_indices(
 }
 
 /// How much memory a section may still claim.
-pub(super) struct Budget {
+pub(in crate::file) struct Budget {
     bytes: u64,
 }
 
 impl Budget {
-    pub(super) fn of(section: &[u8]) -> Self {
+    pub(in crate::file) fn of(section: &[u8]) -> Self {
         let bytes = (section.len() as u64).saturating_mul(MAX_PER_BYTE);
         Self { bytes }
     }
 
     /// Room for `count` elements of so many bytes.
-    pub(super) fn claim(&mut self, count: u64, element_bytes: usize) -> Result<usize, FileError> {
+    pub(in crate::file) fn claim(
+        &mut self,
+        count: u64,
+        element_bytes: usize,
+    ) -> Result<usize, FileError> {
         let what = "the number of elements";
         let claimed = count.saturating_mul(element_bytes as u64);
         let left = self.bytes.checked_sub(claimed);
@@ -282,7 +289,7 @@ impl Budget {
         Ok(count as usize)
     }
 
-    pub(super) fn claim_all(
+    pub(in crate::file) fn claim_all(
         &mut self,
         counts: impl Iterator<Item = u32>,
         element_bytes: usize,

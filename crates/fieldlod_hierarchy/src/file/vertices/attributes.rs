@@ -2,18 +2,18 @@
 
 use glam::Vec3;
 
-use super::coded::{Coded, Ends};
-use super::octahedron;
-use super::predict::Predict;
-use super::quantize::{Grid, Grids};
-use super::rows::{Prediction, Rows};
-use super::vertex_normals::vertex_normals;
+use crate::file::sections::coded::{Coded, Ends};
+use crate::file::vertices::octahedron;
+use crate::file::vertices::predict::Predict;
+use crate::file::vertices::quantize::{Grid, Grids};
+use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::vertices::vertex_normals::vertex_normals;
 use crate::hierarchy::Vertices;
 
 /// Which attributes there are besides positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Attributes {
-    pub(super) bits: u8,
+pub(in crate::file) struct Attributes {
+    pub(in crate::file) bits: u8,
 }
 
 const NORMALS: u8 = 1;
@@ -23,7 +23,7 @@ const UVS_1: u8 = 8;
 const COLORS: u8 = 16;
 
 impl Attributes {
-    pub(super) fn of(vertices: &Vertices) -> Self {
+    pub(in crate::file) fn of(vertices: &Vertices) -> Self {
         let bit = |bit: u8, is_there: bool| if is_there { bit } else { 0 };
         Self {
             bits: bit(NORMALS, !vertices.normals.is_empty())
@@ -35,7 +35,7 @@ impl Attributes {
     }
 
     /// `None` for bits that mean nothing.
-    pub(super) fn from_bits(bits: u8) -> Option<Self> {
+    pub(in crate::file) fn from_bits(bits: u8) -> Option<Self> {
         (bits < COLORS * 2).then_some(Self { bits })
     }
 
@@ -44,7 +44,7 @@ impl Attributes {
     }
 
     /// How the planes are predicted, in their order.
-    pub(super) fn predictors(self, quantized: bool) -> Vec<Predict> {
+    pub(in crate::file) fn predictors(self, quantized: bool) -> Vec<Predict> {
         let (line, mean) = if quantized {
             (Predict::IntParallelogram, Predict::IntMean)
         } else {
@@ -73,7 +73,7 @@ impl Attributes {
 }
 
 /// The numbers of `vertices`, a row for each.
-pub(super) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
+pub(in crate::file) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
     let width = Attributes::of(vertices).predictors(grids.is_some()).len();
     let mut rows = Rows::zeros(width, 0);
     let mut row = Vec::with_capacity(width);
@@ -133,7 +133,7 @@ fn push_direction(row: &mut Vec<u32>, direction: Option<Vec3>, is_quantized: boo
 }
 
 /// Undoes [`to_rows`]: the vertices at `places` of the rows.
-pub(super) fn from_rows(
+pub(in crate::file) fn from_rows(
     rows: &Rows,
     attributes: Attributes,
     grids: Option<&Grids>,
@@ -222,7 +222,7 @@ impl<'a> Taker<'a> {
 
 /// The numbers of the normals that the triangles since `from` suggest for the targets of
 /// `predictions`, whose positions are in `rows`.
-pub(super) fn suggested_normals(
+pub(in crate::file) fn suggested_normals(
     coded: &Coded,
     from: Ends,
     rows: &Rows,

@@ -6,9 +6,9 @@
 //! 1999), or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep the
 //! corner at which they begin; it costs least if that is the vertex that comes first in the unit.
 
-use super::border::Border;
-use super::error::FileError;
-use super::numbers::{unzigzag, zigzag};
+use crate::file::error::FileError;
+use crate::file::sections::border::Border;
+use crate::file::sections::numbers::{unzigzag, zigzag};
 
 const EDGES: usize = 16;
 const RECENT: usize = 16;
@@ -30,22 +30,22 @@ const WHAT: &str = "the triangles";
 
 /// The symbols of the triangles of a section.
 #[derive(Debug, Default)]
-pub(super) struct Symbols {
+pub(in crate::file) struct Symbols {
     /// For each triangle: which edge times three, plus how many corners after its first vertex in
     /// the unit it begins.
-    pub(super) edges: Vec<u32>,
+    pub(in crate::file) edges: Vec<u32>,
     /// For each vertex that is not on a shared edge: which.
-    pub(super) vertices: Vec<u32>,
+    pub(in crate::file) vertices: Vec<u32>,
     /// For those told by distance.
-    pub(super) distances: Vec<u32>,
+    pub(in crate::file) distances: Vec<u32>,
 }
 
 /// How a triangle came: its corners, turned so that the shared edge, if any, is first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
-    pub(super) corners: [u16; 3],
+pub(in crate::file) struct Step {
+    pub(in crate::file) corners: [u16; 3],
     /// The third corner of the triangle on the other side of the shared edge.
-    pub(super) opposite: Option<u16>,
+    pub(in crate::file) opposite: Option<u16>,
 }
 
 struct History {
@@ -139,7 +139,7 @@ impl History {
 
 impl Symbols {
     /// Codes the triangles of a unit of so many vertices.
-    pub(super) fn write_unit(
+    pub(in crate::file) fn write_unit(
         &mut self,
         indices: &[u16],
         vertex_count: u32,
@@ -209,15 +209,15 @@ const TURNED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1,
 
 /// Symbols on their way back to triangles.
 #[derive(Debug)]
-pub(super) struct SymbolReader<'a> {
-    pub(super) edges: std::slice::Iter<'a, u32>,
-    pub(super) vertices: std::slice::Iter<'a, u32>,
-    pub(super) distances: std::slice::Iter<'a, u32>,
+pub(in crate::file) struct SymbolReader<'a> {
+    pub(in crate::file) edges: std::slice::Iter<'a, u32>,
+    pub(in crate::file) vertices: std::slice::Iter<'a, u32>,
+    pub(in crate::file) distances: std::slice::Iter<'a, u32>,
 }
 
 impl SymbolReader<'_> {
     /// Appends the indices of the `triangle_count` triangles of a unit, all below `vertex_count`.
-    pub(super) fn read_unit(
+    pub(in crate::file) fn read_unit(
         &mut self,
         triangle_count: u32,
         vertex_count: u32,

@@ -3,11 +3,11 @@
 
 use bytemuck::Pod;
 
-use super::error::FileError;
-use super::numbers::{self, Kind};
-use super::reader::Reader;
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::numbers::{self, Kind};
 
-pub(super) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
+pub(in crate::file) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
     let fields = const { fields_of::<T>() };
     let words: &[u32] = bytemuck::cast_slice(records);
     for field in 0..fields {
@@ -16,7 +16,7 @@ pub(super) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
     }
 }
 
-pub(super) fn read<T: Pod>(
+pub(in crate::file) fn read<T: Pod>(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,

@@ -7,11 +7,11 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
 
-use super::coded::{Coded, Ends};
+use crate::file::sections::coded::{Coded, Ends};
 
 /// The normals of the vertices that `coded` holds since `from`, by the triangles since then; zero
 /// where there are none. `position` is asked for vertices by the order of coding.
-pub(super) fn vertex_normals(
+pub(in crate::file) fn vertex_normals(
     coded: &Coded,
     from: Ends,
     position: impl Fn(u32) -> Vec3,

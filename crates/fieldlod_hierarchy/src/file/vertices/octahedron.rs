@@ -14,7 +14,7 @@ const STEPS: u32 = (1 << BITS) - 2;
 const NONE: u32 = (1 << BITS) - 1;
 
 /// The numbers of the direction nearest to `vector`.
-pub(super) fn numbers(vector: Vec3) -> [u32; 2] {
+pub(in crate::file) fn numbers(vector: Vec3) -> [u32; 2] {
     let length = vector.abs().element_sum();
     if length.is_nan() || length <= 0.0 || length.is_infinite() {
         return [NONE; 2];
@@ -30,7 +30,7 @@ pub(super) fn numbers(vector: Vec3) -> [u32; 2] {
 }
 
 /// The unit vector that [`numbers`] stands for, or zero.
-pub(super) fn direction(numbers: [u32; 2]) -> Vec3 {
+pub(in crate::file) fn direction(numbers: [u32; 2]) -> Vec3 {
     if numbers == [NONE; 2] {
         return Vec3::ZERO;
     }

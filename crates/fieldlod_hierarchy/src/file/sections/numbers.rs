@@ -9,15 +9,15 @@
 
 use pco::{ChunkConfig, DeltaSpec, ModeSpec};
 
-use super::error::FileError;
-use super::reader::Reader;
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
 
 const EQUAL: u8 = 0;
 const PCO: u8 = 8;
 
 /// What is known about a sequence before it is coded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(in crate::file) enum Kind {
     /// Neighbours may be alike.
     Plain,
     /// Remainders of a prediction, or symbols: nothing more to be gained from the order.
@@ -25,7 +25,7 @@ pub(super) enum Kind {
 }
 
 /// Appends `numbers` in the shortest of the codings.
-pub(super) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+pub(in crate::file) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
     // All are equal.
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
@@ -65,7 +65,7 @@ fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
 }
 
 /// Reads `count` numbers that [`write`] wrote.
-pub(super) fn read(
+pub(in crate::file) fn read(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -76,7 +76,7 @@ pub(super) fn read(
 }
 
 /// Likewise, in place of what `numbers` held: memory that was in use before costs less.
-pub(super) fn read_into(
+pub(in crate::file) fn read_into(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -108,11 +108,11 @@ fn decompress(packed: &[u8], numbers: &mut [u32]) -> Option<()> {
 }
 
 /// Small numbers for differences of either sign.
-pub(super) fn zigzag(difference: u32) -> u32 {
+pub(in crate::file) fn zigzag(difference: u32) -> u32 {
     difference << 1 ^ ((difference as i32) >> 31) as u32
 }
 
 /// Undoes [`zigzag`].
-pub(super) fn unzigzag(number: u32) -> u32 {
+pub(in crate::file) fn unzigzag(number: u32) -> u32 {
     number >> 1 ^ (number & 1).wrapping_neg()
 }

@@ -3,10 +3,10 @@
 //! A moved vertex mostly follows the moved one before it. A vertex of the source is near its
 //! neighbours, or in line with them: in many meshes the parallelogram rule holds for indices, too.
 
-use super::error::FileError;
-use super::numbers::{self, Kind, unzigzag, zigzag};
-use super::reader::Reader;
-use super::rows::Prediction;
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::numbers::{self, Kind, unzigzag, zigzag};
+use crate::file::vertices::rows::Prediction;
 
 const WHAT: &str = "the vertex order";
 /// How sure the guesser can get that one rule is better than the other.
@@ -71,7 +71,7 @@ impl Guesser {
 
 /// Codes the indices of the targets of `predictions`, of which those below `source_count` are of the
 /// source.
-pub(super) fn write(
+pub(in crate::file) fn write(
     bytes: &mut Vec<u8>,
     indices: &[u32],
     predictions: &[Prediction],
@@ -96,7 +96,7 @@ pub(super) fn write(
 }
 
 /// Reads the indices of the targets of `predictions` into `indices`, which has room for them.
-pub(super) fn read(
+pub(in crate::file) fn read(
     reader: &mut Reader<'_>,
     indices: &mut [u32],
     predictions: &[Prediction],

@@ -1,10 +1,10 @@
 //! From triangles to predictions: a new vertex is like those of the triangles around it.
 
-use super::rows::Prediction;
-use super::triangles::Step;
+use crate::file::sections::triangles::Step;
+use crate::file::vertices::rows::Prediction;
 
 /// Finds for each new vertex those that it is predicted from.
-pub(super) struct Predictor {
+pub(in crate::file) struct Predictor {
     /// One for each new vertex, of which the first `count` were found yet, and room for one more.
     predictions: Vec<Prediction>,
     count: usize,
@@ -14,7 +14,7 @@ pub(super) struct Predictor {
 
 impl Predictor {
     /// For `count` new vertices after the `first`.
-    pub(super) fn new(first: usize, count: usize) -> Self {
+    pub(in crate::file) fn new(first: usize, count: usize) -> Self {
         let mut known = vec![true; first];
         known.resize(first + count, false);
         Self {
@@ -39,7 +39,7 @@ impl Predictor {
     }
 
     /// A triangle of the unit with these `vertices`.
-    pub(super) fn see(&mut self, step: Step, vertices: &[u32]) {
+    pub(in crate::file) fn see(&mut self, step: Step, vertices: &[u32]) {
         let [a, b, c] = step.corners;
         let vertex = |corner: u16| vertices[usize::from(corner)];
         // The parallelogram over a shared edge.
@@ -70,7 +70,7 @@ impl Predictor {
     }
 
     /// Vertices of a unit that none of its triangles use.
-    pub(super) fn finish_unit(&mut self, vertices: &[u32]) {
+    pub(in crate::file) fn finish_unit(&mut self, vertices: &[u32]) {
         for &vertex in vertices {
             if !self.is_known(vertex) {
                 self.add(Prediction::like(vertex + 1, self.latest()));
@@ -79,7 +79,7 @@ impl Predictor {
     }
 
     /// With those for the vertices that no unit uses: the last, `unused` of the new ones.
-    pub(super) fn finish(mut self, unused: usize) -> Vec<Prediction> {
+    pub(in crate::file) fn finish(mut self, unused: usize) -> Vec<Prediction> {
         let end = self.known.len();
         for vertex in end - unused..end {
             self.add(Prediction::like(vertex as u32 + 1, self.latest()));

@@ -14,23 +14,23 @@
 //! ```
 //! What follows from other fields (where ranges start, who consumes a unit) is left out.
 
-use super::attributes::suggested_normals;
-use super::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
-use super::numbers::{self, Kind, zigzag};
-use super::planes::{self, Targets};
-use super::predict::Predict;
-use super::predictor::Predictor;
-use super::quantize::Grids;
-use super::records;
-use super::references::References;
-use super::rows::{Prediction, Rows};
-use super::triangles::Symbols;
-use super::vertex_order;
+use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
+use crate::file::sections::numbers::{self, Kind, zigzag};
+use crate::file::sections::records;
+use crate::file::sections::references::References;
+use crate::file::sections::triangles::Symbols;
+use crate::file::vertices::attributes::suggested_normals;
+use crate::file::vertices::planes::{self, Targets};
+use crate::file::vertices::predict::Predict;
+use crate::file::vertices::predictor::Predictor;
+use crate::file::vertices::quantize::Grids;
+use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::vertices::vertex_order;
 use crate::hierarchy::Unit;
 
 /// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
 /// unit uses.
-pub(super) fn write(
+pub(in crate::file) fn write(
     coded: &mut Coded,
     from: Ends,
     predictors: &[Predict],
@@ -74,7 +74,7 @@ pub(super) fn write(
 }
 
 /// Writes groups, units and their links.
-pub(super) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
+pub(in crate::file) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     let groups = &coded.groups[from.groups..];
     bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
     write_indices(bytes, &coded.group_indices[from.groups..]);
@@ -84,7 +84,7 @@ pub(super) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
 }
 
 /// The memory that a reader claims for the graph.
-pub(super) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
+pub(in crate::file) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
     let to = coded.ends();
     (to.groups - from.groups) * GROUP_BYTES
         + (to.finer - from.finer) * 4
@@ -103,7 +103,7 @@ fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
 }
 
 /// Writes indices that mostly count up.
-pub(super) fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
+pub(in crate::file) fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
     let mut before = u32::MAX;
     let differences = indices.iter().map(|&index| {
         let difference = index.wrapping_sub(before).wrapping_sub(1);

@@ -1,20 +1,20 @@
 //! The vertex lists of units.
 
-use super::numbers::{unzigzag, zigzag};
+use crate::file::sections::numbers::{unzigzag, zigzag};
 
 /// Vertices of units, named in the order in which they are coded.
-pub(super) struct References {
-    pub(super) next: u32,
+pub(in crate::file) struct References {
+    pub(in crate::file) next: u32,
     before: u32,
 }
 
 impl References {
-    pub(super) fn new(vertices: usize) -> Self {
+    pub(in crate::file) fn new(vertices: usize) -> Self {
         let next = vertices as u32;
         Self { next, before: next }
     }
 
-    pub(super) fn number(&mut self, vertex: u32) -> u32 {
+    pub(in crate::file) fn number(&mut self, vertex: u32) -> u32 {
         if vertex == self.next {
             self.next += 1;
             return 0;
@@ -25,7 +25,7 @@ impl References {
     }
 
     /// `None` for a vertex that was not coded yet.
-    pub(super) fn vertex(&mut self, number: u32) -> Option<u32> {
+    pub(in crate::file) fn vertex(&mut self, number: u32) -> Option<u32> {
         if number == 0 {
             self.next = self.next.checked_add(1)?;
             return Some(self.next - 1);

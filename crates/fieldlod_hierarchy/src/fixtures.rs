@@ -9,7 +9,8 @@ pub use crate::random::Random;
 pub use pyramid::grid_pyramid;
 
 use crate::bounds::{Aabb, Sphere};
-use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Vertices};
+use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
+use crate::vertices::Vertices;
 
 /// A flat strip of four triangles in the plane z = 0 that simplifies to two.
 ///

@@ -48,9 +48,9 @@ pub mod fixtures;
 mod hierarchy;
 mod random;
 mod refinement;
-mod source;
 mod source_vertices;
 mod validate;
+mod vertices;
 mod whole_mesh;
 
 pub use bounds::{Aabb, Sphere};
@@ -58,9 +58,9 @@ pub use file::{
     BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Page, PageOptions,
     PagedFile, PagedMesh, Precision,
 };
-pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
+pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 #[doc(hidden)]
 pub use random::Random;
-pub use source::SourceHash;
 pub use validate::InvalidHierarchy;
+pub use vertices::{SourceHash, Vertices};
 pub use whole_mesh::WholeMeshCut;

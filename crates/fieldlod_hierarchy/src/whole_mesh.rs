@@ -6,7 +6,8 @@
 use glam::Vec3;
 
 use crate::bounds::{Aabb, Sphere};
-use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Vertices};
+use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
+use crate::vertices::Vertices;
 
 /// The whole mesh at one level.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use super::error::{FORMAT_VERSION, FileError};
 use super::reader::Reader;
 use crate::file::vertices::attributes::Attributes;
 use crate::file::vertices::quantize::{Grids, Precision};
-use crate::source::SourceHash;
+use crate::vertices::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";

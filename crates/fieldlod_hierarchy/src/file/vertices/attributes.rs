@@ -8,7 +8,7 @@ use crate::file::vertices::predict::Predict;
 use crate::file::vertices::quantize::{Grid, Grids};
 use crate::file::vertices::rows::{Prediction, Rows};
 use crate::file::vertices::vertex_normals::vertex_normals;
-use crate::hierarchy::Vertices;
+use crate::vertices::Vertices;
 
 /// Which attributes there are besides positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

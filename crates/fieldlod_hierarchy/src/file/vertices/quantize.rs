@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::bounds::Aabb;
-use crate::hierarchy::{Hierarchy, Vertices};
+use crate::hierarchy::Hierarchy;
+use crate::vertices::Vertices;
 
 /// How exactly a file keeps vertex attributes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

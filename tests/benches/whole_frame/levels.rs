@@ -1,4 +1,4 @@
-//! The rocks of the scene, each at the levels that somebody might have made by hand.
+//! The rocks of the scene with three levels, as an artist makes them.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -9,7 +9,7 @@ use fieldlod_tests::apps::bevy_mesh;
 
 /// Shapes of rocks.
 pub(crate) const SHAPES: u32 = 3;
-/// Share of the triangles that each level keeps, at most.
+/// Largest share of the triangles in each level.
 const KEPT: [f32; 3] = [1.0, 0.15, 0.02];
 
 /// A mesh.

@@ -61,9 +61,7 @@ pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> R
         }
     }
     if missing_pictures > 0 {
-        return Err(format!(
-            "the GPU did not return {missing_pictures} pictures"
-        ));
+        return Err(format!("{missing_pictures} pictures are missing"));
     }
     let world = renderer.app.world();
     let adapter = world.get_resource::<RenderAdapterInfo>();

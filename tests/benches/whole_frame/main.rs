@@ -14,11 +14,11 @@ mod walkthrough;
 
 use std::time::{Duration, Instant};
 
+use bevy::prelude::Mesh;
 use bevy_fieldlod::LodKind;
 use field_of_rocks::{Method, RockScene};
 use fieldlod_tests::frame_times::{FrameTimes, median};
 use image::RgbaImage;
-use levels::Level;
 
 /// Steps of the camera for timed frames.
 const STEPS: usize = 7;
@@ -94,7 +94,7 @@ impl Row {
 }
 
 /// The hand-made levels at a scale of their distances with the image error `error`, up to [`SAME`].
-fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> RockScene {
+fn ranges_of_error(levels: &[Vec<Mesh>], error: f64, full: &[RgbaImage]) -> RockScene {
     let (mut near, mut far) = (0.02f32, 8.0f32);
     for _ in 0..SEARCH_STEPS {
         let scale = (near * far).sqrt();

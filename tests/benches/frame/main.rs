@@ -60,7 +60,9 @@ fn main() {
             println!("{size} props, {light}");
             let field = |(name, method)| (name, checked_field(method, &shapes, size, has_sun));
             if size >= ALONE_FROM {
-                METHODS.map(|method| print_times(&mut [field(method)]));
+                for method in METHODS {
+                    print_times(&mut [field(method)]);
+                }
             } else {
                 print_times(&mut METHODS.map(field));
             }

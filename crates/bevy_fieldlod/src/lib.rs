@@ -27,7 +27,7 @@
 //!    tells how far that is, [`FieldLodEvent`] what became of each mesh, [`LodReady`] of each entity. A million triangles take some
 //!    seconds of one core if dependencies are optimised, and longer if not: put
 //!    `[profile.dev.package."*"]` with `opt-level = 3` into `Cargo.toml`, as for Bevy itself.
-//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] says what to
+//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] says what to
 //!    turn.
 //! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work; ship the files
 //!    that `FieldLodProcessorPlugin` makes, or those of the command `fieldlod bake statue.glb`, whose
@@ -160,12 +160,16 @@ pub mod prelude {
 
 /// Guides.
 pub mod guide {
+    #[doc = include_str!("../docs/architecture.md")]
+    pub mod architecture {}
     #[doc = include_str!("../docs/compatibility.md")]
     pub mod compatibility {}
+    #[doc = include_str!("../docs/content.md")]
+    pub mod content {}
     #[doc = include_str!("../docs/migration.md")]
     pub mod migration {}
-    #[doc = include_str!("../docs/tuning.md")]
-    pub mod tuning {}
+    #[doc = include_str!("../docs/settings.md")]
+    pub mod settings {}
 }
 
 /// Automatic levels of detail for everything under an [`AutoLod`].

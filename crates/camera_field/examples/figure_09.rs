@@ -90,7 +90,7 @@ fn draw_curl(area: &Area, camera: &Intrinsics) -> Fallible {
 /// Rays at equal steps on the image: at one distance they are closer together off the axis.
 fn draw_rays(area: &Area) -> Fallible {
     let title = "rays at equal steps on the image (orange); blue: equal distances";
-    let mut chart = plane(area, title, dvec2(0.0, 0.6), 370.0)?;
+    let mut chart = plane(area, title, dvec2(0.0, 0.6), 245.0)?;
     let widest: f64 = 1.2;
     for step in -26..=26 {
         let ray = dvec3(f64::from(step) / 26.0 * widest.tan(), 0.0, 1.0).normalize();

@@ -13,8 +13,8 @@ use std::path::Path;
 
 use camera_field::double::Intrinsics;
 use drawing::{
-    Area, Fallible, INK, OTHER, OURS, arrow, blues, curve, dot, flat, out_folder, picture, plane,
-    polar, save, shade, wide_camera,
+    Area, Fallible, INK, OTHER, OURS, arrow, blues, contains, curve, dot, flat, out_folder,
+    picture, plane, polar, save, shade, wide_camera,
 };
 use glam::{DVec2, dvec2, dvec3};
 use plotters::style::Color;
@@ -74,9 +74,10 @@ fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
 }
 
 fn draw_cut(area: &Area, camera: &Intrinsics) -> Fallible {
-    let title = "strength (shade), its level surfaces (blue) and its gradient (orange)";
+    let title =
+        "strength (shade), level surfaces (blue), gradient (orange), direction to the camera (ink)";
     let mut chart = plane(area, title, dvec2(0.0, 0.72), 330.0)?;
-    shade(&mut chart, 0.03, |at| {
+    shade(&mut chart, 0.02, |at| {
         let p = dvec3(at.x, 0.0, at.y);
         let is_in_view = p.z > 0.0 && p.x.abs() <= WIDEST.tan() * p.z;
         is_in_view.then(|| blues(0.12 + 0.09 * camera.strength(p).ln()))
@@ -92,8 +93,10 @@ fn draw_cut(area: &Area, camera: &Intrinsics) -> Fallible {
             let phi = f64::from(step) * 0.215;
             let p = polar(camera.level_radius(level, phi.cos()), phi);
             let along = flat(camera.gradient(p).normalize()) * 0.11;
-            curve(&mut chart, [flat(p), flat(p * 0.93)], INK)?;
-            arrow(&mut chart, flat(p), flat(p) + along, OTHER)?;
+            if contains(&chart, flat(p)) {
+                curve(&mut chart, [flat(p), flat(p * 0.93)], INK)?;
+                arrow(&mut chart, flat(p), flat(p) + along, OTHER)?;
+            }
         }
     }
     dot(&mut chart, DVec2::ZERO, 5, INK)

@@ -18,6 +18,7 @@ use drawing::{
     save,
 };
 use glam::{DVec2, dvec2, dvec3};
+use plotters::chart::SeriesLabelPosition;
 use plotters::style::Color;
 
 /// The pattern of one sample at an angle off the axis: the image of a round pixel on the plane across the
@@ -79,6 +80,7 @@ fn figure(folder: &Path) -> Fallible<Vec<PatternAtAngle>> {
         x,
         y,
         &series,
+        SeriesLabelPosition::LowerLeft,
     )?;
     save(&whole, &path)?;
     Ok(angles.into())

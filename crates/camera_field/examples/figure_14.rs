@@ -21,6 +21,7 @@ use drawing::{
     polar, save, wide_camera,
 };
 use glam::{DVec2, dvec2, dvec3};
+use plotters::chart::SeriesLabelPosition;
 use plotters::style::{Color, RGBColor};
 
 /// Symmetric differences to the exact kernel, relative to its area, for a disk with a radius of 0.15 of its
@@ -113,7 +114,7 @@ fn figure(folder: &Path) -> Fallible<[Vec<DifferenceAtAngle>; 3]> {
             ("degrees off the axis", 0.0..80.0),
             ("% of the area", 0.0..100.0),
         );
-        graph(area, name, x, y, &series)?;
+        graph(area, name, x, y, &series, SeriesLabelPosition::UpperLeft)?;
     }
     save(&whole, &path)?;
     Ok(numbers)

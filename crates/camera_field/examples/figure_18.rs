@@ -27,6 +27,7 @@ use drawing::{
     out_folder, picture, plane, save,
 };
 use glam::{DVec2, DVec3, dvec2, dvec3};
+use plotters::chart::SeriesLabelPosition;
 use plotters::style::Color;
 
 /// Pairs of the figure, and further pairs from other seeds: ten are few to judge by.
@@ -546,9 +547,9 @@ fn draw_counts(area: &Area, pairs: &[Pair]) -> Fallible {
     ];
     let (x, y) = (
         ("pair of cameras", 1.0..10.0),
-        ("samples merged, % of all", 0.0..60.0),
+        ("samples merged, % of all", 0.0..75.0),
     );
-    graph(area, "", x, y, &series)
+    graph(area, "", x, y, &series, SeriesLabelPosition::UpperRight)
 }
 
 #[cfg(test)]

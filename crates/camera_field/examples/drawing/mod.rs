@@ -76,13 +76,14 @@ pub(crate) struct Series<'a> {
     pub(crate) points: Vec<DVec2>,
 }
 
-/// A graph with axes, curves and their names.
+/// A graph with axes, curves and their names at `labels`.
 pub(crate) fn graph(
     area: &Area,
     title: &str,
     x: (&str, Range<f64>),
     y: (&str, Range<f64>),
     series: &[Series],
+    labels: SeriesLabelPosition,
 ) -> Fallible {
     let mut chart = ChartBuilder::on(area)
         .caption(title, FONT)
@@ -91,7 +92,8 @@ pub(crate) fn graph(
         .y_label_area_size(56)
         .build_cartesian_2d(x.1, y.1)?;
     let mut mesh = chart.configure_mesh();
-    mesh.x_desc(x.0).y_desc(y.0).label_style(FONT).draw()?;
+    mesh.x_desc(x.0).y_desc(y.0).label_style(FONT);
+    mesh.light_line_style(TRANSPARENT).draw()?;
     for &Series {
         name,
         color,
@@ -103,20 +105,27 @@ pub(crate) fn graph(
         let sample = move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2));
         drawn.label(name).legend(sample);
     }
-    let mut labels = chart.configure_series_labels();
-    labels.background_style(WHITE).label_font(FONT).draw()?;
+    let mut names = chart.configure_series_labels();
+    names.position(labels).background_style(WHITE);
+    names.label_font(FONT).draw()?;
     Ok(())
 }
 
-/// A line through points.
+/// A line through those of the points that are in the chart; others would be moved to its border.
 pub(crate) fn curve(
     chart: &mut Chart,
     points: impl IntoIterator<Item = DVec2>,
     style: impl Into<ShapeStyle>,
 ) -> Fallible {
-    let points: Vec<(f64, f64)> = points.into_iter().map(DVec2::into).collect();
+    let points = points.into_iter().filter(|&point| contains(chart, point));
+    let points: Vec<(f64, f64)> = points.map(DVec2::into).collect();
     chart.draw_series([PathElement::new(points, style)])?;
     Ok(())
+}
+
+/// Whether a point is in the chart.
+pub(crate) fn contains(chart: &Chart, point: DVec2) -> bool {
+    chart.x_range().contains(&point.x) && chart.y_range().contains(&point.y)
 }
 
 /// A filled shape.

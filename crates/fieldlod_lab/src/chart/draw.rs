@@ -83,6 +83,7 @@ fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {
         drawn.label(method.name()).legend(sample);
     }
     let mut labels = chart.configure_series_labels();
+    labels.position(SeriesLabelPosition::UpperRight);
     labels.background_style(WHITE).label_font(TEXT).draw()?;
     area.present()?;
     Ok(())

@@ -61,10 +61,14 @@ pub(crate) fn plane<'a, 'b>(
     center: DVec2,
     px_per_unit: f64,
 ) -> Fallible<Chart<'a, 'b>> {
+    const TITLE_PX: u32 = 28;
     let (width, height) = area.dim_in_pixel();
-    let half = DVec2::new(f64::from(width), f64::from(height)) * 0.5 / px_per_unit;
+    let size_px = DVec2::new(width.into(), (height - TITLE_PX).into());
+    let half = size_px * 0.5 / px_per_unit;
     let (min, max) = (center - half, center + half);
-    let chart = ChartBuilder::on(area).build_cartesian_2d(min.x..max.x, min.y..max.y)?;
+    let chart = ChartBuilder::on(area)
+        .margin_top(TITLE_PX)
+        .build_cartesian_2d(min.x..max.x, min.y..max.y)?;
     area.draw(&Text::new(title.to_owned(), (8, 6), FONT))?;
     Ok(chart)
 }

@@ -55,17 +55,17 @@ fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> 
     let cells = (size.max_element() * CELLS_PER_M) as u32;
     let mut mesh = plane(cells);
     let normal = along.cross(up).normalize();
-    for (position, uv) in mesh.positions.iter_mut().zip(&mut mesh.uvs) {
+    for vertex in 0..mesh.positions.len() {
         // The plane's rows go along x, and its front is +Y.
-        let at = Vec2::new(uv.y, uv.x);
+        let at = Vec2::new(mesh.uvs[vertex].y, mesh.uvs[vertex].x);
         let is_inside = at.min_element() > 0.0 && at.max_element() < 1.0;
         let depth = if is_inside {
             depth(at.x * size.x, at.y * size.y)
         } else {
             0.0
         };
-        *position = from + along * at.x + up * at.y - normal * depth;
-        *uv = at * size / 24.0;
+        mesh.positions[vertex] = from + along * at.x + up * at.y - normal * depth;
+        mesh.uvs[vertex] = at * size / 24.0;
     }
     // The plane's rows and columns are swapped, so its front becomes along × up.
     with_smooth_normals(mesh)

@@ -73,8 +73,10 @@ fn shell() -> SourceMesh {
     // Winding and normals of the inner sphere are flipped.
     let outer = fixtures::icosphere(5);
     let mut inner = fixtures::icosphere(5);
-    for (position, normal) in inner.positions.iter_mut().zip(&mut inner.normals) {
+    for position in &mut inner.positions {
         *position *= 0.97;
+    }
+    for normal in &mut inner.normals {
         *normal = -*normal;
     }
     for triangle in inner.indices.as_chunks_mut::<3>().0 {

@@ -122,13 +122,14 @@ fn source_mesh(hierarchy: &Hierarchy) -> SourceMesh {
     let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
     let (count, vertices) = (hierarchy.source_vertex_count as usize, &hierarchy.vertices);
-    SourceMesh {
-        positions: first(&vertices.positions, count),
-        normals: first(&vertices.normals, count),
-        uvs: first(&vertices.uvs, count),
+    let mut mesh = SourceMesh {
         indices: triangles.flatten().collect(),
         ..SourceMesh::default()
-    }
+    };
+    mesh.positions = first(&vertices.positions, count);
+    mesh.normals = first(&vertices.normals, count);
+    mesh.uvs = first(&vertices.uvs, count);
+    mesh
 }
 
 /// The first values of an attribute, or none if the mesh lacks it.

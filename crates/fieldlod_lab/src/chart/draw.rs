@@ -118,7 +118,8 @@ fn notes(report: &Report) -> [String; 2] {
 
 fn color(method: Method) -> RGBColor {
     match method {
-        Method::Clusterlod | Method::ClusterlodOnOurLevels => RGBColor(224, 122, 20),
+        Method::Clusterlod => RGBColor(224, 122, 20),
+        Method::ClusterlodOnOurLevels => RGBColor(150, 156, 165),
         Method::Godot | Method::VisibilityRange => RGBColor(34, 148, 84),
         Method::Quality | Method::Guaranteed => RGBColor(38, 98, 188),
     }

@@ -27,7 +27,7 @@
 //!    [`FieldLodEvent`] reports the result for each mesh, and [`LodReady`] for each entity. A million triangles take
 //!    some seconds of one core with optimised dependencies: put `[profile.dev.package."*"]` with `opt-level = 3` into
 //!    `Cargo.toml`, as for Bevy itself.
-//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::tuning`] explains the settings.
+//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
 //! 4. Stop baking at run time: set [`FieldLodConfig::cache_folder`] while you work. Ship the assets that
 //!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb`; the plugin finds
 //!    `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
@@ -123,12 +123,16 @@ pub mod diagnostics {
 
 /// Guides.
 pub mod guide {
+    #[doc = include_str!("../docs/architecture.md")]
+    pub mod architecture {}
     #[doc = include_str!("../docs/compatibility.md")]
     pub mod compatibility {}
+    #[doc = include_str!("../docs/content.md")]
+    pub mod content {}
     #[doc = include_str!("../docs/migration.md")]
     pub mod migration {}
-    #[doc = include_str!("../docs/tuning.md")]
-    pub mod tuning {}
+    #[doc = include_str!("../docs/settings.md")]
+    pub mod settings {}
 }
 
 /// Automatic levels of detail for every mesh under an [`AutoLod`]: [`FieldLodCorePlugin`] and the opt-in features that

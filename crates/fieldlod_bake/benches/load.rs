@@ -1,6 +1,5 @@
 //! How fast a baked file is read on one core, in megabytes of decoded arrays a second, checksums and
-//! validation included; beside it meshoptimizer's bare decoders on the same vertices and triangles.
-//! And how many bytes a file takes per source triangle, with all vertices and beside its source: of
+//! validation included. And how many bytes a file takes per source triangle, with all vertices and beside its source: of
 //! positions, normals and the first texture coordinates.
 //!
 //! `cargo bench -p fieldlod_bake --bench load`, for generated meshes; with the folder of some glTF
@@ -14,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
 use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FileOptions, Group, Hierarchy, Precision, Unit, Vertices,
+    BakedFile, BakedPrimitive, FileOptions, Group, Hierarchy, Precision, Unit,
 };
 use glam::{Vec2, Vec3};
 
@@ -26,7 +25,7 @@ const BATCH: Duration = Duration::from_millis(250);
 
 fn main() {
     println!(
-        "{:<18} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}  {:>8} {:>9} {:>9}",
+        "{:<18} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "mesh",
         "triangles",
         "attributes",
@@ -34,18 +33,14 @@ fn main() {
         "quantized",
         "beside",
         "beside",
-        "meshopt",
         "lossless",
         "quantized"
     );
-    for (name, mesh) in meshes() {
-        // Tangents, second texture coordinates and colours come on top of these.
-        let mesh = SourceMesh {
-            tangents: Vec::new(),
-            uvs_1: Vec::new(),
-            colors: Vec::new(),
-            ..mesh
-        };
+    for (name, mut mesh) in meshes() {
+        // Without these, sizes of different models can be compared.
+        mesh.tangents.clear();
+        mesh.uvs_1.clear();
+        mesh.colors.clear();
         report(&name, &mesh);
     }
 }
@@ -60,9 +55,6 @@ fn report(name: &str, mesh: &SourceMesh) {
         (true, true) => "P",
     };
     let megabytes = decoded_bytes(&hierarchy) as f64 * 1e-6;
-    let packed = Packed::of(&hierarchy);
-    let meshopt = shortest(|| assert!(!black_box(&packed).decoded().0.is_empty()));
-    let meshopt = packed.decoded_bytes() as f64 * 1e-6 / meshopt;
     let primitives = vec![BakedPrimitive::new(0, 0, "mesh", hierarchy)];
     let file = BakedFile { primitives };
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(|precision| {
@@ -78,8 +70,8 @@ fn report(name: &str, mesh: &SourceMesh) {
         (each(&bytes), each(&beside_source), megabytes / seconds)
     });
     println!(
-        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2} {:>9.2} {:>9.2}  {meshopt:>8.0} \
-         {:>9.0} {:>9.0}",
+        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.0} \
+         {:>9.0}",
         lossless.0, quantized.0, lossless.1, quantized.1, lossless.2, quantized.2
     );
 }
@@ -128,56 +120,4 @@ fn decoded_bytes(hierarchy: &Hierarchy) -> usize {
         + size_of_val::<[u32]>(&hierarchy.finer)
         + size_of_val::<[u32]>(&hierarchy.unit_vertices)
         + size_of_val::<[u16]>(&hierarchy.indices)
-}
-
-/// Vertices and triangles of a hierarchy as meshoptimizer codes them: no links, no bounds, nothing
-/// checked, and as large as they are before the general compressor that is to follow.
-struct Packed {
-    vertex_count: usize,
-    vertices: Vec<u8>,
-    index_count: usize,
-    indices: Vec<u8>,
-}
-
-impl Packed {
-    fn of(hierarchy: &Hierarchy) -> Self {
-        let rows = rows(&hierarchy.vertices);
-        let units = hierarchy.units.iter();
-        let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
-        let corners: Vec<u32> = triangles.flatten().collect();
-        let vertices = meshopt::encode_vertex_buffer(&rows).expect("rows can be coded");
-        let indices = meshopt::encode_index_buffer(&corners, rows.len());
-        let packed = Self {
-            vertex_count: rows.len(),
-            vertices,
-            index_count: corners.len(),
-            indices: indices.expect("triangles can be coded"),
-        };
-        assert!(packed.decoded().0 == rows);
-        packed
-    }
-
-    fn decoded(&self) -> (Vec<[f32; 8]>, Vec<u32>) {
-        let vertices = meshopt::decode_vertex_buffer(&self.vertices, self.vertex_count);
-        let indices = meshopt::decode_index_buffer(&self.indices, self.index_count);
-        (
-            vertices.expect("coded above"),
-            indices.expect("coded above"),
-        )
-    }
-
-    fn decoded_bytes(&self) -> usize {
-        self.vertex_count * size_of::<[f32; 8]>() + self.index_count * size_of::<u32>()
-    }
-}
-
-/// Position, normal and texture coordinates of each vertex; zeros where it has none.
-fn rows(vertices: &Vertices) -> Vec<[f32; 8]> {
-    let row = |vertex: usize| {
-        let p = vertices.positions[vertex];
-        let n = vertices.normals.get(vertex).copied().unwrap_or_default();
-        let uv = vertices.uvs.get(vertex).copied().unwrap_or_default();
-        [p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y]
-    };
-    (0..vertices.positions.len()).map(row).collect()
 }

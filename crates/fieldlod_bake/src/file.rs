@@ -1,4 +1,4 @@
-//! Whole files: one way from a glTF file to the contents of a `.fieldlod` file.
+//! Bakes whole files: from a glTF file to the contents of a `.fieldlod` file.
 
 use std::path::Path;
 
@@ -11,11 +11,11 @@ use crate::import::{
     import_gltf_bytes,
 };
 use crate::mesh::SourceMesh;
+use crate::plants::together::bake_together_with_progress;
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
-use crate::together::bake_together_with_progress;
 
-/// Primitives with so many triangles are drawn in pieces unless someone asks for something else.
+/// Primitives with at least this many triangles are drawn in units by default.
 const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
@@ -25,19 +25,18 @@ pub struct BakeOutcome {
     pub file: BakedFile,
     /// Reports of the bake of each primitive of `file`, in the same order.
     pub reports: Vec<BakeReport>,
-    /// The primitives that have no levels of detail, and why.
+    /// Primitives that were skipped, and why.
     pub skipped: Vec<Skipped>,
-    /// The images that could not be read: what has them was baked as if nothing were known of its surface.
+    /// Images that could not be read. Surfaces with them count as unknown.
     pub unread_images: Vec<UnreadImage>,
 }
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, several at a time.
 ///
-/// `progress` hears of every group, from several threads.
+/// `progress` is called for every group, from several threads.
 ///
 /// # Errors
-/// Whatever [`import_gltf`] refuses, a mesh that [`bake_mesh`](crate::bake_mesh) refuses, and a
-/// file without anything to bake.
+/// The errors of [`import_gltf`] and [`bake_mesh`](crate::bake_mesh), and a file without primitives to bake.
 pub fn bake_file(
     path: &Path,
     config: &BakeConfig,
@@ -46,7 +45,7 @@ pub fn bake_file(
     bake_import(import_gltf(path)?, config, progress)
 }
 
-/// [`bake_file`] for the bytes of a file. `beside` reads the buffers and images beside it, by their names.
+/// [`bake_file`] for the bytes of a file. `beside` reads external buffers and images by name.
 ///
 /// # Errors
 /// As [`bake_file`].
@@ -69,7 +68,7 @@ fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
-    // What is in one glTF mesh may be one plant.
+    // The primitives of one glTF mesh may be one plant.
     let meshes: Vec<&[ImportedPrimitive]> = import
         .primitives
         .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
@@ -99,12 +98,13 @@ fn bake_primitives(
         .iter()
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
-    // What is drawn in pieces, as a rule, needs them.
+    // Primitives that are drawn in units are baked separately.
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
     let config = &BakeConfig {
-        together_below_triangles: match meshes.iter().any(is_large) {
-            true => 0,
-            false => config.together_below_triangles,
+        together_below_triangles: if meshes.iter().any(is_large) {
+            0
+        } else {
+            config.together_below_triangles
         },
         ..config.clone()
     };

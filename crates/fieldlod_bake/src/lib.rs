@@ -1,10 +1,10 @@
 //! Bakes meshes and glTF files into level-of-detail hierarchies, with meshoptimizer.
 //!
-//! [`bake_mesh`] is the recipe for one mesh: check it; cluster, group and simplify it level by
-//! level, down to a dozen triangles, with vertices that move to where the error is least; measure
-//! how far each simplified surface lies from the source; bound and order what is drawn together. [`verify()`] checks a hierarchy against its source without trusting the bake.
-//! [`import_gltf`] reads the static triangle meshes of a glTF file exactly as Bevy does, and
-//! [`bake_file`] does both for every primitive of a file.
+//! [`bake_mesh`] is the recipe for one mesh. It groups and simplifies clusters level by level, down to a dozen triangles,
+//! with vertices that move to where the error is least. It measures the deviation of each simplified surface from the
+//! source, and bounds and orders the units. [`verify()`] checks a hierarchy against its source without trusting the bake.
+//! [`import_gltf`] reads the static triangle meshes of a glTF file as Bevy does, and [`bake_file`] does both for every
+//! primitive of a file.
 //!
 //! ```
 //! use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -17,21 +17,17 @@
 //! ```
 //!
 //! # From a glTF primitive to a unit in a file
-//! | Step | Where |
+//! | Step | Folder |
 //! |---|---|
 //! | a whole file, several primitives at a time | `file` |
-//! | JSON, buffers and accessors become a [`SourceMesh`], images its [`Surface`] | `import`: `document`, `buffers`, `primitive`, `accessor`, `material`, `images` |
+//! | JSON, buffers and accessors become a [`SourceMesh`], images its [`Surface`] | `import` |
 //! | the recipe for one mesh | `bake` |
-//! | scaled positions and weighted attributes of all levels, seams, borders | `vertices`, `attributes`, `edges` |
-//! | the loop: groups, level by level | `levels`, `clusters`, `groups` |
-//! | the simplification of one group, and that it stays closed | `simplify`, `closed` |
-//! | leaves, blades and gravel, which keep their area | `aggregate`, `elements`, `components` |
-//! | deviation from the source, and whether it faces as that does | `deviation`, `triangle_tree` |
-//! | units, ordered and bounded | `assemble` |
-//! | what levels of the whole mesh look like | `appearance`, `picture`, `surface`, `surfaces` |
-//! | plants as cards: planes that leaves lie on, rectangles there, pictures of them, side by side in one | `cards`: `planes`, `frame`, `texels`, `pack` |
-//! | primitives that are one plant, baked as one | `together` |
+//! | the source mesh, its surface, components, borders and nearest triangles | `mesh` |
+//! | clusters, groups and their simplification, level by level; units, ordered and bounded | `levels` |
+//! | leaves, blades and gravel, which keep their area; primitives that are one plant; pictures of levels | `plants` |
+//! | deviation from the source, and whether triangles face as the source does | `deviation` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
+//! | a check that does not trust the bake | `verify` |
 //!
 //! # Conventions
 //! Lengths are in the units of the mesh's own ("local") space; no node transform is applied.
@@ -39,16 +35,13 @@
 //! same bytes.
 //!
 //! # Simplifications
-//! The error of a group is what meshoptimizer reports: a weighted mean of squared distances mixed
-//! with attribute differences, neither a bound nor tight. Its deviation, the two-sided Hausdorff
-//! distance of the simplified surface to the source, is measured at samples: as a rule ten times as
-//! many elsewhere find no more than 5 % beyond it. Texture seams and borders keep the source's
-//! positions: only their attributes are mixed anew, and not taken from the nearest point of the source,
-//! where textures would slip more (measured in `benches/RECORD.md`). Every cut of a closed mesh is closed.
+//! The error of a group is the one that meshoptimizer reports: a weighted mean of squared distances and attribute
+//! differences, neither a bound nor tight. Its deviation, the two-sided Hausdorff distance of the simplified surface to
+//! the source, is measured at samples: ten times as many samples usually find at most 5 % more. Texture seams and borders
+//! keep the positions of the source; only their attributes are mixed. Every cut of a closed mesh is closed.
 //!
 //! # Out of scope
-//! Skinned and morphed meshes, points and lines: they are reported as [`Skipped`]. Geometry
-//! compressed with Draco: it is refused by name.
+//! Skinned and morphed meshes, points and lines are reported as [`Skipped`]. Draco compression is an error.
 //!
 //! # Fuzzing
 //! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
@@ -56,51 +49,26 @@
 //! with a stable compiler and without a sanitizer
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
-mod aggregate;
-mod appearance;
-mod assemble;
-mod attributes;
 mod bake;
-mod bounds;
-mod cards;
-mod closed;
-mod clusterlod;
-mod clusters;
-mod components;
 mod config;
-mod coverage;
-mod curve;
 mod deviation;
-mod edges;
-mod elements;
 mod file;
+#[cfg(any(test, feature = "test-support"))]
 pub mod fixtures;
-mod groups;
 mod import;
 mod levels;
 mod mesh;
+#[cfg(any(test, feature = "test-support"))]
 pub mod naive;
-mod picture;
+mod plants;
 mod progress;
 mod report;
-mod simplify;
-mod surface;
-mod surfaces;
-mod together;
-mod triangle;
-mod triangle_tree;
-mod triangles_4;
 mod verify;
-mod vertices;
 
-/// Counts changes of what the same mesh and configuration are baked to within a version: whoever keeps bakes knows by
-/// it which are out of date.
-pub const REVISION: u32 = 7;
+/// Changes whenever the same mesh and configuration give other levels. Caches of bakes use it in their keys.
+pub const REVISION: u32 = 1;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
-#[doc(hidden)]
-pub use clusterlod::bare_clusterlod;
-pub use clusterlod::clusterlod_hierarchy;
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes};
 pub use import::{
@@ -108,10 +76,13 @@ pub use import::{
     PackedViewFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
     import_gltf_bytes,
 };
+#[cfg(any(test, feature = "test-support"))]
+pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};
+pub use mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
+#[doc(hidden)]
+pub use mesh::triangle_tree::{NearestTriangle, TriangleTree};
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+pub use plants::together::{MOST_TOGETHER, bake_together};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
-pub use surface::{Surface, SurfaceAlpha, TextureMapping};
-pub use together::{MOST_TOGETHER, bake_together};
-pub use triangle_tree::{NearestTriangle, TriangleTree};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

@@ -1,10 +1,11 @@
-//! What a deviation is, measured the plain way: every sample against every triangle.
+//! Deviations measured the plain way: every sample against every triangle.
 //!
-//! The slow twin of the bake's measuring, for tests. It knows nothing of what the bake knows, only
-//! the hierarchy that came out.
+//! The slow reference for the bake's measurement, for tests. It uses only the finished hierarchy.
 
 use fieldlod_hierarchy::Hierarchy;
 use glam::DVec3;
+
+use crate::mesh::triangle::exact_distance;
 
 /// A triangle of a surface and the group whose simplification it is.
 struct Piece {
@@ -31,20 +32,20 @@ impl Deviations {
     /// a group that is not simplified.
     #[must_use]
     pub fn in_both_directions(&self, hierarchy: &Hierarchy) -> Vec<f64> {
-        let mut furthest: Vec<f64> = Vec::with_capacity(hierarchy.groups.len());
+        let mut farthest: Vec<f64> = Vec::with_capacity(hierarchy.groups.len());
         // Groups come finer before coarser.
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let finer = hierarchy.finer_groups(group).iter();
-            let below = finer.map(|&finer| furthest[finer as usize]);
+            let below = finer.map(|&finer| farthest[finer as usize]);
             let own = self.from_source[index].max(self.from_simplified[index]);
             let terminal = if group.is_terminal() {
                 f64::INFINITY
             } else {
                 0.0
             };
-            furthest.push(below.fold(own.max(terminal), f64::max));
+            farthest.push(below.fold(own.max(terminal), f64::max));
         }
-        furthest
+        farthest
     }
 }
 
@@ -67,8 +68,8 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
         for place in places_on(&source, rows) {
             let (distance, group) = nearest(&cut, place);
             if let Some(group) = group.filter(of_level) {
-                let furthest = &mut found.from_source[group as usize];
-                *furthest = furthest.max(distance);
+                let farthest = &mut found.from_source[group as usize];
+                *farthest = farthest.max(distance);
             }
         }
         // And from what the groups of this level were simplified to, to the source.
@@ -76,8 +77,8 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
             if let Some(group) = piece.produced_by.filter(of_level) {
                 let places = places_on(std::slice::from_ref(piece), rows);
                 let distances = places.map(|place| nearest(&source, place).0);
-                let furthest = &mut found.from_simplified[group as usize];
-                *furthest = distances.fold(*furthest, f64::max);
+                let farthest = &mut found.from_simplified[group as usize];
+                *farthest = distances.fold(*farthest, f64::max);
             }
         }
     }
@@ -118,30 +119,10 @@ fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
 
 /// How far the nearest of all triangles is, and whose it is.
 fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
-    let distance_to = |piece: &Piece| (distance(place, piece.corners), piece.produced_by);
+    let distance_to = |piece: &Piece| (exact_distance(place, piece.corners), piece.produced_by);
     pieces
         .iter()
         .map(distance_to)
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .unwrap_or((f64::INFINITY, None))
-}
-
-/// To the plane of the triangle for a place above it, and otherwise to the nearest edge.
-pub(crate) fn distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let normal = (b - a).cross(c - a);
-    let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(place - from) >= 0.0;
-    if normal != DVec3::ZERO && is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
-        return (place - a).dot(normal.normalize()).abs();
-    }
-    let edges = [(a, b), (b, c), (c, a)];
-    let distances = edges.map(|(from, to)| distance_to_edge(place, from, to));
-    distances.into_iter().fold(f64::INFINITY, f64::min)
-}
-
-fn distance_to_edge(place: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let edge = to - from;
-    let along = (place - from).dot(edge) / edge.length_squared();
-    // Not a number for an edge without length.
-    let along = if along > 0.0 { along.min(1.0) } else { 0.0 };
-    place.distance(from + edge * along)
 }

@@ -1,12 +1,11 @@
-//! What a bake had to do, beside the hierarchy.
+//! Report of a bake.
 
 use std::fmt;
 
-/// How a bake went: what resisted, and what was done about it.
+/// How a bake went: groups that got stuck, and the fallbacks that were used.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
-    /// Groups that could not be simplified on their own and were left to the levels of the whole
-    /// mesh.
+    /// Groups that could not be simplified and were retried with other neighbours.
     pub stuck_groups: usize,
     /// Levels of the whole mesh above the last clusters.
     pub whole_mesh_levels: usize,
@@ -14,8 +13,8 @@ pub struct BakeReport {
     pub has_aggregates: bool,
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
-    /// What was done where simplification got stuck altogether. If `coarsest_triangles` is above
-    /// [`MOST_COARSEST`](Self::MOST_COARSEST), not even this helped.
+    /// Fallbacks for groups that no regular simplification could reduce. If `coarsest_triangles` is above
+    /// [`MOST_COARSEST`](Self::MOST_COARSEST), they did not help.
     pub fallbacks: Vec<Fallback>,
 }
 
@@ -33,7 +32,7 @@ impl BakeReport {
 /// One step beyond plain simplification. Its deviation is measured as that of any group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fallback {
-    /// What was done.
+    /// The fallback.
     pub kind: FallbackKind,
     /// The group so simplified.
     pub group: u32,
@@ -43,7 +42,7 @@ pub struct Fallback {
     pub to: usize,
 }
 
-/// The means against getting stuck, the gentlest first.
+/// Fallbacks, the gentlest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FallbackKind {
     /// Small components of the surface were left out.

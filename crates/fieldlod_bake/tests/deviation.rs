@@ -1,4 +1,4 @@
-//! The deviations that a bake states, held against independent samples ten times as dense.
+//! Stated deviations against independent samples that are ten times as dense.
 
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
@@ -22,22 +22,19 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
 }
 
 #[test]
-fn denser_samples_never_exceed_the_deviation_by_more_than_5_percent() {
+fn deviations_hold_at_denser_samples() {
     let small = BakeConfig {
         cluster_triangles: 64,
         group_clusters: 8,
         ..BakeConfig::default()
     };
-    let mut failures = 0;
     for (name, mesh) in meshes() {
         for config in [BakeConfig::default(), small.clone()] {
             let hierarchy = bake_mesh(&mesh, &config).unwrap();
             let verified = verify(&mesh, &hierarchy, &VerifySettings::default());
-            println!("{name}: {verified:?}");
-            failures += usize::from(verified.is_err());
+            assert!(verified.is_ok(), "{name}: {verified:?}");
         }
     }
-    assert_eq!(failures, 0);
 }
 
 fn scaled(mut mesh: SourceMesh, factor: f32) -> SourceMesh {
@@ -80,13 +77,12 @@ fn degenerate_meshes_pass() {
     ] {
         let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
         let verified = verify(&mesh, &hierarchy, &settings);
-        println!("{name}: {verified:?}");
         assert!(verified.is_ok(), "{name}: {verified:?}");
     }
 }
 
 #[test]
-fn the_empty_mesh_is_refused_by_name() {
+fn verify_rejects_an_empty_mesh() {
     let fault = verify(
         &SourceMesh::default(),
         &Hierarchy::default(),
@@ -95,7 +91,6 @@ fn the_empty_mesh_is_refused_by_name() {
     assert_eq!(fault, Err(VerifyError::Mesh(MeshError::NoTriangles)));
 }
 
-/// A bake that states less than is true is found out.
 #[test]
 fn verify_rejects_deviations_that_are_too_small() {
     let mesh = fixtures::rock(5, 1);
@@ -182,20 +177,4 @@ fn verify_rejects_surfaces_that_are_inside_out() {
     }
     let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
     assert!(matches!(fault, VerifyError::Flipped { .. }), "{fault}");
-}
-
-/// A triangle with all its corners on a border of a group lies above the groups beside as often as
-/// not: the more border, the more it would cost to hold the group against it.
-#[test]
-fn groups_do_not_answer_for_what_lies_beside() {
-    let terrain = fixtures::height_field(400);
-    let mean_at_level_1 = |config: &BakeConfig| {
-        let hierarchy = bake_mesh(&terrain, config).unwrap();
-        let groups = hierarchy.groups.iter().filter(|group| group.level == 1);
-        let deviations: Vec<f32> = groups.map(|group| group.deviation_in_local).collect();
-        deviations.iter().sum::<f32>() / deviations.len() as f32
-    };
-    let large = mean_at_level_1(&BakeConfig::default());
-    let small = mean_at_level_1(&BakeConfig::fine_grained());
-    assert!(small <= large * 1.25, "{small} for {large}");
 }

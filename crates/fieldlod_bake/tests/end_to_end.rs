@@ -4,10 +4,11 @@ mod common;
 
 use std::sync::Mutex;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, BakeProgress, ImportedPrimitive, SourceMesh, bake_file, bake_mesh,
-    bake_mesh_with_report, fixtures, import_gltf,
+    BakeConfig, BakeProgress, SourceMesh, bake_file, bake_mesh_with_report, fixtures, import_gltf,
 };
 use fieldlod_hierarchy::BakedFile;
 use glam::{Vec2, Vec3};
@@ -32,27 +33,9 @@ fn external_buffers_and_data_uris_come_in() {
     let mut file = GltfFile::of(&mesh);
     file.write("a file.bin", &file.binary);
     assert_eq!(import_one(&file.gltf("a%20file.bin")), mesh);
-    let text = base64_of(&file.binary);
+    let text = STANDARD.encode(&file.binary);
     let uri = format!("data:application/octet-stream;base64,{text}");
     assert_eq!(import_one(&file.gltf(&uri)), mesh);
-}
-
-fn base64_of(bytes: &[u8]) -> String {
-    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for chunk in bytes.chunks(3) {
-        let byte = |k: usize| u32::from(chunk.get(k).copied().unwrap_or(0));
-        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for k in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * k) & 63) as usize];
-            text.push(if k <= chunk.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
-        }
-    }
-    text
 }
 
 #[test]
@@ -220,52 +203,4 @@ fn several_meshes_bake_in_the_order_of_the_file() {
 
     let bytes = outcome.file.to_bytes();
     assert!(BakedFile::from_bytes(&bytes).unwrap() == outcome.file);
-}
-
-/// A mesh that has to be built again is not at its end before it is.
-#[test]
-fn progress_goes_on_through_further_builds() {
-    let mesh = fixtures::rock(4, 610);
-    // Here a group is stuck and its neighbours are not.
-    let config = BakeConfig {
-        cluster_triangles: 16,
-        group_clusters: 4,
-        ..BakeConfig::default()
-    };
-    let heard: Mutex<Vec<BakeProgress>> = Mutex::default();
-    let listen = |progress| heard.lock().unwrap().push(progress);
-    bake_file(&GltfFile::of(&mesh).glb(), &config, &listen).unwrap();
-    let heard = heard.into_inner().unwrap();
-    let (last, before) = heard.split_last().unwrap();
-    assert_eq!(last.triangles_done, last.triangles_total);
-    assert!(
-        last.triangles_total > heard[0].triangles_total,
-        "built once"
-    );
-    for progress in before {
-        assert!(progress.triangles_done < progress.triangles_total);
-    }
-}
-
-/// Bakes the models of a folder that a developer names; does nothing elsewhere.
-#[test]
-fn models_of_a_named_folder_bake() {
-    let Some(folder) = std::env::var_os("FIELDLOD_MODELS") else {
-        return;
-    };
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|extension| extension == "glb") {
-            for primitive in import_gltf(&path).unwrap().primitives {
-                let ImportedPrimitive { place, mesh, .. } = primitive;
-                let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
-                hierarchy.validate().unwrap();
-                println!(
-                    "{}: {place}: {} groups",
-                    path.display(),
-                    hierarchy.groups.len()
-                );
-            }
-        }
-    }
 }

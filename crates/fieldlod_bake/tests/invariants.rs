@@ -1,4 +1,4 @@
-//! What holds of every bake, whatever the mesh and the cut.
+//! Invariants of every bake, for any mesh and cut.
 
 mod common;
 
@@ -9,7 +9,7 @@ use fieldlod_bake::{
     BakeConfig, BakeReport, FallbackKind, MeshError, SourceMesh, bake_mesh, bake_mesh_with_report,
     fixtures,
 };
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{Hierarchy, Vertices};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -97,7 +97,6 @@ fn closed_meshes_stay_closed_in_every_cut() {
             BakeConfig::max_quality(),
             many_groups(),
         ] {
-            println!("{name}");
             let weld = weld(&mesh.positions);
             let (source, _) = mesh.indices.as_chunks::<3>();
             assert!(open_edges(source, &weld).is_empty(), "{name} is not closed");
@@ -106,7 +105,6 @@ fn closed_meshes_stay_closed_in_every_cut() {
     }
 }
 
-/// Here groups are stuck while their neighbours are not; they must not pull away from them.
 #[test]
 fn stuck_groups_stay_joined_to_their_neighbours() {
     let mesh = fixtures::rock(4, 610);
@@ -124,9 +122,8 @@ fn stuck_groups_stay_joined_to_their_neighbours() {
     assert_closed(&hierarchy, 610);
 }
 
-/// Far objects cost what they show.
 #[test]
-fn the_tail_goes_down_to_a_dozen_triangles() {
+fn coarsest_level_has_about_a_dozen_triangles() {
     for (name, mesh) in [
         ("rock", fixtures::rock(6, 1)),
         ("icosphere", fixtures::icosphere(4)),
@@ -144,9 +141,8 @@ fn the_tail_goes_down_to_a_dozen_triangles() {
     }
 }
 
-/// What cannot be simplified as a surface is treated, and the report says how.
 #[test]
-fn what_gets_stuck_is_treated_and_reported() {
+fn fallbacks_simplify_what_gets_stuck() {
     for (name, mesh) in [
         ("islands", fixtures::islands(20_000)),
         ("fan", fixtures::non_manifold_fan(5_000)),
@@ -154,7 +150,6 @@ fn what_gets_stuck_is_treated_and_reported() {
     ] {
         let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
         hierarchy.validate().unwrap();
-        println!("{name}: {report:?}");
         assert!(report.coarsest_triangles <= 512, "{name}: {report:?}");
     }
 }
@@ -172,9 +167,8 @@ fn nothing_but_seams() -> SourceMesh {
     mesh
 }
 
-/// Where nothing but a torn texture leads on, it is torn where it is too small to be seen.
 #[test]
-fn a_mesh_of_nothing_but_seams_has_a_tail_that_states_its_torn_texture() {
+fn torn_textures_are_covered_by_the_stated_error() {
     let mesh = nothing_but_seams();
     assert!(mesh.triangle_count() <= BakeReport::MOST_COARSEST);
     let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
@@ -201,22 +195,18 @@ fn a_mesh_of_nothing_but_seams_has_a_tail_that_states_its_torn_texture() {
 
 #[test]
 fn open_meshes_open_only_at_their_borders() {
-    for (name, mesh) in [
-        ("plane", fixtures::plane(48)),
-        ("height field", fixtures::height_field(64)),
-    ] {
+    for mesh in [fixtures::plane(48), fixtures::height_field(64)] {
         for config in [
             BakeConfig::default(),
             BakeConfig::fine_grained(),
             many_groups(),
         ] {
-            println!("{name}");
             assert_borders_stay(&mesh, &bake(&mesh, &config), 5);
         }
     }
 }
 
-/// A piece of surface drawn twice or not at all would show in the volume.
+/// The volume would differ if a piece of surface were drawn twice or not at all.
 #[test]
 fn every_cut_covers_the_surface_once() {
     let mesh = fixtures::rock(5, 1);
@@ -242,22 +232,6 @@ fn every_cut_covers_the_surface_once() {
 fn volume(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
     let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
-}
-
-#[test]
-fn the_coarsest_cut_is_small() {
-    for mesh in [
-        fixtures::rock(6, 1),
-        fixtures::torus_knot(400, 40),
-        fixtures::height_field(200),
-    ] {
-        let hierarchy = bake(&mesh, &BakeConfig::default());
-        let triangles = cut(&hierarchy, |_| false).len();
-        assert!(
-            (1..=256).contains(&triangles),
-            "{triangles} triangles are left"
-        );
-    }
 }
 
 #[test]
@@ -311,7 +285,7 @@ fn a_bake_is_deterministic() {
 }
 
 #[test]
-fn a_bake_does_not_depend_on_the_unit_of_length() {
+fn bake_is_independent_of_the_unit_of_length() {
     let metres = fixtures::rock(4, 9);
     let mut kilometres = metres.clone();
     for position in &mut kilometres.positions {
@@ -326,14 +300,14 @@ fn a_bake_does_not_depend_on_the_unit_of_length() {
 }
 
 #[test]
-fn a_mesh_of_a_dozen_triangles_is_one_terminal_group() {
+fn tiny_mesh_is_one_terminal_group() {
     let hierarchy = bake(&fixtures::one_triangle(), &BakeConfig::default());
     assert_eq!((hierarchy.groups.len(), hierarchy.units.len()), (1, 1));
     assert!(hierarchy.groups[0].is_terminal());
 }
 
 #[test]
-fn a_bake_does_not_depend_on_the_number_of_threads() {
+fn bake_is_independent_of_the_thread_count() {
     let mesh = fixtures::rock(5, 3);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -356,13 +330,23 @@ fn degenerate_meshes_bake() {
             fixtures::flat_shaded(&fixtures::plane(40)),
         ),
     ] {
-        println!("{name}");
         let hierarchy = bake(&mesh, &many_groups());
         assert_eq!(
             hierarchy.source_triangle_count(),
             mesh.triangle_count() as u64,
             "{name}"
         );
+    }
+}
+
+fn soup(positions: Vec<Vec3>, corners: u32) -> SourceMesh {
+    SourceMesh {
+        vertices: Vertices {
+            positions,
+            ..Vertices::default()
+        },
+        indices: (0..corners).collect(),
+        ..SourceMesh::default()
     }
 }
 
@@ -394,7 +378,7 @@ proptest! {
         let (points, _) = coordinates.as_chunks::<3>();
         let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(f32::from))).collect();
         let corners = points.len() as u32 / 3 * 3;
-        let mesh = SourceMesh { positions: points, indices: (0..corners).collect(), ..SourceMesh::default() };
+        let mesh = soup(points, corners);
         bake(&mesh, &BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() });
     }
 
@@ -405,7 +389,7 @@ proptest! {
         let (points, _) = bits.as_chunks::<3>();
         let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(|b| usable(&b)))).collect();
         let corners = points.len() as u32 / 3 * 3;
-        let mesh = SourceMesh { positions: points, indices: (0..corners).collect(), ..SourceMesh::default() };
+        let mesh = soup(points, corners);
         let config = BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() };
         match bake_mesh(&mesh, &config) {
             Ok(hierarchy) => prop_assert_eq!(hierarchy.validate(), Ok(())),

@@ -65,7 +65,7 @@ proptest! {
 
     /// Where a level has but one group, it is clear which place of the source is whose.
     #[test]
-    fn whole_meshes_are_as_far_as_naive_finds(mesh in small_mesh()) {
+    fn whole_meshes_match_naive_deviations(mesh in small_mesh()) {
         let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
         let found = naive::deviations(&hierarchy, ROWS).in_both_directions(&hierarchy);
         let pairs = stated(&hierarchy).zip(found).filter(|(_, found)| found.is_finite());
@@ -79,7 +79,7 @@ proptest! {
     }
 
     #[test]
-    fn groups_are_no_further_than_stated(mesh in small_mesh()) {
+    fn groups_hold_their_stated_deviation(mesh in small_mesh()) {
         let hierarchy = bake_mesh(&mesh, &small_groups()).unwrap();
         let found = naive::deviations(&hierarchy, ROWS);
         for (stated, found) in stated(&hierarchy).zip(&found.from_simplified) {

@@ -32,7 +32,7 @@ fn rejects_an_index_out_of_range() {
 }
 
 #[test]
-fn rejects_positions_that_are_not_finite_or_too_far_out() {
+fn rejects_invalid_positions() {
     for x in [f32::NAN, f32::INFINITY, -2e18] {
         let mut mesh = fixtures::plane(2);
         mesh.positions[3].x = x;
@@ -104,20 +104,6 @@ fn rejects_settings_out_of_range() {
             "simplify_ratio",
             BakeConfig {
                 simplify_ratio: 0.9,
-                ..fine()
-            },
-        ),
-        (
-            "normal_weight",
-            BakeConfig {
-                normal_weight: f32::NAN,
-                ..fine()
-            },
-        ),
-        (
-            "uv_weight",
-            BakeConfig {
-                uv_weight: -1.0,
                 ..fine()
             },
         ),

@@ -1,4 +1,4 @@
-//! What the materials of a glTF file look like, as far as a bake goes by it.
+//! Materials of glTF files as a bake reads them.
 
 mod common;
 
@@ -55,8 +55,8 @@ fn gray_jpeg() -> Vec<u8> {
     bytes
 }
 
-/// Cards with a material of one texture, whose image is the one given.
-fn cards_with(image: Value) -> GltfFile {
+/// Leaves with a material of one texture that has the given image.
+fn leaves_with(image: Value) -> GltfFile {
     let mut file = GltfFile::of(&fixtures::cards(300, 3));
     file.json["images"] = json!([image]);
     file.json["textures"] = json!([{ "source": 0 }]);
@@ -73,8 +73,8 @@ fn cards_with(image: Value) -> GltfFile {
 }
 
 /// The same, with an image in a buffer.
-fn cards_with_bytes(bytes: &[u8]) -> GltfFile {
-    let mut file = cards_with(json!({ "mimeType": "image/png", "name": "leaf" }));
+fn leaves_with_bytes(bytes: &[u8]) -> GltfFile {
+    let mut file = leaves_with(json!({ "mimeType": "image/png", "name": "leaf" }));
     let accessor = file.add_accessor(bytes, 5121, "SCALAR", bytes.len());
     file.json["images"][0]["bufferView"] = file.json["accessors"][accessor]["bufferView"].take();
     file.list("accessors").pop();
@@ -112,14 +112,14 @@ fn unread(mut file: GltfFile) -> UnreadImage {
 }
 
 #[test]
-fn textures_are_found_wherever_they_are() {
+fn textures_are_read_from_all_places() {
     let png = leaf_png();
     let uri = format!("data:image/png;base64,{}", STANDARD.encode(&png));
-    let beside = cards_with(json!({ "uri": "green%20leaf.png" }));
+    let beside = leaves_with(json!({ "uri": "green%20leaf.png" }));
     beside.write("green leaf.png", &png);
     for mut file in [
-        cards_with_bytes(&png),
-        cards_with(json!({ "uri": uri })),
+        leaves_with_bytes(&png),
+        leaves_with(json!({ "uri": uri })),
         beside,
     ] {
         let surface = surface_of(&mut file).unwrap();
@@ -128,8 +128,8 @@ fn textures_are_found_wherever_they_are() {
 }
 
 #[test]
-fn a_file_is_baked_by_what_its_textures_leave() {
-    let mut file = cards_with_bytes(&leaf_png());
+fn textures_change_the_bake_of_a_file() {
+    let mut file = leaves_with_bytes(&leaf_png());
     let outcome = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap();
     let unknown = fixtures::cards(300, 3);
     let known = SourceMesh {
@@ -143,24 +143,15 @@ fn a_file_is_baked_by_what_its_textures_leave() {
 
 #[test]
 fn a_jpeg_is_opaque() {
-    let mut file = cards_with_bytes(&gray_jpeg());
+    let mut file = leaves_with_bytes(&gray_jpeg());
     let gray = |_, _| [128, 128, 128, 255];
     let expected = plain().with_texture(UVec2::splat(8), TextureMapping::default(), gray);
     assert!(*surface_of(&mut file).unwrap() == expected);
 }
 
 #[test]
-fn backs_are_lit_as_the_file_says() {
-    let mut file = cards_with_bytes(&leaf_png());
-    file.json["materials"][0]["doubleSided"] = json!(true);
-    let one_sided = expected(TextureMapping::default());
-    let surface = surface_of(&mut file).unwrap();
-    assert!(*surface != one_sided && *surface == one_sided.double_sided(true));
-}
-
-#[test]
-fn textures_lie_where_the_file_says() {
-    let mut file = cards_with_bytes(&leaf_png());
+fn texture_mappings_are_read() {
+    let mut file = leaves_with_bytes(&leaf_png());
     let texture = |file: &mut GltfFile, value: Value| {
         file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = value;
     };
@@ -185,8 +176,8 @@ fn textures_lie_where_the_file_says() {
 }
 
 #[test]
-fn materials_without_a_texture_are_known_and_none_is_not() {
-    let mut file = cards_with_bytes(&leaf_png());
+fn only_existing_materials_are_known() {
+    let mut file = leaves_with_bytes(&leaf_png());
     file.json["materials"] = json!([{ "name": "paint" }]);
     let paint = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
     assert!(*surface_of(&mut file).unwrap() == paint);
@@ -196,9 +187,9 @@ fn materials_without_a_texture_are_known_and_none_is_not() {
 
 /// Two share one image, by textures of their own; one has another, and one none.
 #[test]
-fn materials_that_share_an_image_each_look_as_they_would_alone() {
+fn materials_that_share_an_image_stay_separate() {
     let file_of = |image: &[u8], materials: &[usize]| {
-        let mut file = cards_with_bytes(image);
+        let mut file = leaves_with_bytes(image);
         file.write("gray.jpg", &gray_jpeg());
         file.list("images").push(json!({ "uri": "gray.jpg" }));
         file.json["textures"] = json!([{ "source": 0 }, { "source": 1 }, { "source": 0 }]);
@@ -235,7 +226,7 @@ fn materials_that_share_an_image_each_look_as_they_would_alone() {
     let alone = all.map(|material| surfaces(file_of(&png, &[material])).remove(0));
     assert!(alone.iter().all(Option::is_some) && alone[0] != alone[1]);
     assert!(surfaces(file_of(&png, &all)) == alone);
-    // An image that cannot be read is told of once, and the others are known.
+    // A broken image is reported once; the other materials are known.
     let broken = file_of(&png[..png.len() / 2], &all);
     assert_eq!(broken.unread_images.len(), 1);
     let [_, _, plain, gray, _] = alone;
@@ -243,16 +234,16 @@ fn materials_that_share_an_image_each_look_as_they_would_alone() {
 }
 
 #[test]
-fn rejects_images_that_cannot_be_read_but_bakes() {
+fn unreadable_images_are_reported_but_bake() {
     let name = |unread: &UnreadImage| unread.to_string();
-    let unread_bytes = |bytes: &[u8]| unread(cards_with_bytes(bytes));
+    let unread_bytes = |bytes: &[u8]| unread(leaves_with_bytes(bytes));
     let png = leaf_png();
     // Another format.
     let ktx = unread_bytes(b"\xabKTX 20\xbb\r\n\x1a\n");
     assert_eq!(ktx.fault, ImageFault::Format);
     assert_eq!(
         name(&ktx),
-        "image 0 (\"leaf\") is not looked at: it is neither PNG nor JPEG"
+        "image 0 (\"leaf\") is ignored: it is neither PNG nor JPEG"
     );
     assert_eq!(unread_bytes(&[]).fault, ImageFault::Format);
     // Cut off.
@@ -262,13 +253,13 @@ fn rejects_images_that_cannot_be_read_but_bakes() {
     assert!(matches!(broken, ImageFault::Broken(_)), "{broken}");
     // Not there, or somewhere else.
     for uri in ["none.png", "https://example.org/leaf.png"] {
-        let missing = unread(cards_with(json!({ "uri": uri })));
+        let missing = unread(leaves_with(json!({ "uri": uri })));
         assert!(matches!(missing.fault, ImageFault::Unavailable(_)));
         assert!(name(&missing).contains(uri), "{missing}");
     }
-    let missing = unread(cards_with(json!({ "uri": "data:image/png;base64,?" })));
+    let missing = unread(leaves_with(json!({ "uri": "data:image/png;base64,?" })));
     assert!(matches!(missing.fault, ImageFault::Unavailable(_)));
-    let missing = unread(cards_with(json!({ "name": "nowhere" })));
+    let missing = unread(leaves_with(json!({ "name": "nowhere" })));
     assert_eq!(missing.fault, ImageFault::Missing);
     // A header that promises too much, with its checksum.
     let mut large = Vec::new();
@@ -279,12 +270,12 @@ fn rejects_images_that_cannot_be_read_but_bakes() {
 }
 
 #[test]
-fn images_with_any_bytes_do_no_harm() {
+fn damaged_images_do_not_panic() {
     for image in [leaf_png(), gray_jpeg()] {
         for at in 0..image.len() {
             let mut bytes = image.clone();
             bytes[at] ^= 1 << (at % 8);
-            let _ = import(&mut cards_with_bytes(&bytes));
+            let _ = import(&mut leaves_with_bytes(&bytes));
         }
     }
 }

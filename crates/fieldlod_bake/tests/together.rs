@@ -2,15 +2,13 @@
 
 mod common;
 
-use std::sync::Arc;
-
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, MeshError, SourceMesh, Surface, SurfaceAlpha, VerifySettings, bake_file, bake_mesh,
-    bake_together, fixtures, verify,
+    BakeConfig, MeshError, SourceMesh, VerifySettings, bake_file, bake_mesh, bake_together,
+    fixtures, verify,
 };
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Group, Hierarchy, fixtures::Random};
-use glam::{Vec2, Vec3, Vec4};
+use fieldlod_hierarchy::{Hierarchy, fixtures::Random};
+use glam::{Vec2, Vec3};
 
 fn bake(meshes: &[&SourceMesh]) -> Vec<Hierarchy> {
     let baked = bake_together(meshes, &BakeConfig::default());
@@ -26,7 +24,7 @@ fn decisions(levels: &Hierarchy) -> Vec<(f32, f32)> {
 }
 
 #[test]
-fn two_meshes_of_a_tree_have_the_levels_of_one() {
+fn meshes_of_a_tree_share_their_levels() {
     let [bark, leaves] = fixtures::tree_in_parts(1500, 1);
     let one = bake_mesh(
         &fixtures::joined(&[bark.clone(), leaves.clone()]),
@@ -76,7 +74,7 @@ fn two_meshes_of_a_tree_have_the_levels_of_one() {
 }
 
 #[test]
-fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
+fn other_meshes_are_baked_separately() {
     let config = BakeConfig::default();
     let [bark, leaves] = fixtures::tree_in_parts(600, 2);
     let rock = fixtures::rock(4, 1);
@@ -84,10 +82,8 @@ fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
         together_below_triangles: bark.triangle_count() + leaves.triangle_count(),
         ..config.clone()
     };
-    let without_normals = SourceMesh {
-        normals: Vec::new(),
-        ..bark.clone()
-    };
+    let mut without_normals = bark.clone();
+    without_normals.normals.clear();
     let apart: [(&[&SourceMesh], _); 5] = [
         (&[&bark, &leaves, &rock, &rock, &rock], &config),
         (&[&rock, &fixtures::rock(3, 2)], &config),
@@ -97,19 +93,16 @@ fn what_is_no_plant_or_too_large_is_baked_each_by_itself() {
     ];
     for (meshes, config) in apart {
         for (baked, mesh) in bake_together(meshes, config).into_iter().zip(meshes) {
-            // Too long to be told of.
+            // assert_eq would print whole hierarchies.
             assert!(baked.unwrap().0 == bake_mesh(mesh, config).unwrap());
         }
     }
 }
 
 #[test]
-fn a_broken_mesh_harms_no_other() {
-    let [bark, leaves] = fixtures::tree_in_parts(600, 2);
-    let broken = SourceMesh {
-        positions: vec![Vec3::NAN; bark.positions.len()],
-        ..bark
-    };
+fn broken_mesh_leaves_others_intact() {
+    let [mut broken, leaves] = fixtures::tree_in_parts(600, 2);
+    broken.positions.fill(Vec3::NAN);
     let baked = bake_together(&[&broken, &leaves], &BakeConfig::default());
     assert!(matches!(
         baked[0],
@@ -191,13 +184,11 @@ fn closed_meshes_stay_closed_beside_open_ones() {
 }
 
 #[test]
-fn a_mesh_twice_and_a_mesh_without_area_are_survived() {
+fn duplicate_and_degenerate_meshes_bake() {
     let leaves = fixtures::cards(400, 1);
-    let nothing = SourceMesh {
-        uvs: vec![Vec2::ZERO; 300],
-        normals: vec![Vec3::Y; 300],
-        ..fixtures::coincident_points(100)
-    };
+    let mut nothing = fixtures::coincident_points(100);
+    nothing.uvs = vec![Vec2::ZERO; 300];
+    nothing.normals = vec![Vec3::Y; 300];
     assert_eq!(nothing.positions.len(), 300);
     for meshes in [[&leaves, &leaves], [&leaves, &nothing]] {
         for (part, source) in bake(&meshes).iter().zip(meshes) {
@@ -226,58 +217,4 @@ fn files_have_plants_of_small_primitives() {
             assert!(is_chain == is_together);
         }
     }
-}
-
-/// Both have cards, or none, and the levels of triangles that they have without.
-#[test]
-fn cards_of_a_tree_are_baked_together() {
-    let opaque = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
-    let opaque = Some(Arc::new(opaque));
-    let parts = fixtures::tree_in_parts(1_200, 1).map(|part| SourceMesh {
-        surface: opaque.clone(),
-        ..part
-    });
-    let config = BakeConfig {
-        cards: true,
-        ..BakeConfig::default()
-    };
-    let bake_with = |parts: &[SourceMesh; 2], config: &BakeConfig| -> Vec<Hierarchy> {
-        let baked = bake_together(&parts.each_ref(), config).into_iter();
-        baked.map(|baked| baked.unwrap().0).collect()
-    };
-    let with = bake_with(&parts, &config);
-    let without = bake_with(&parts, &BakeConfig::default());
-    for (part, plain) in with.iter().zip(&without) {
-        assert_eq!(part.validate(), Ok(()));
-        assert!(part.cards.is_some() && plain.cards.is_none());
-        assert!(part.units == plain.units && decisions(part) == decisions(plain));
-        let whole = part.whole_mesh_levels().unwrap();
-        assert_eq!(whole.validate(), Ok(()));
-        assert!(!whole.card_units().is_empty());
-        // All levels of both go by one sphere and face alike.
-        let first = with[0].groups[0];
-        let is_alike =
-            |group: &Group| (group.bounds, group.mean_normal) == (first.bounds, first.mean_normal);
-        assert!(whole.groups.iter().all(is_alike));
-    }
-    // A file gives back what was baked.
-    let primitives = with
-        .iter()
-        .enumerate()
-        .map(|(index, hierarchy)| BakedPrimitive::new(0, index as u32, "", hierarchy.clone()));
-    let file = BakedFile {
-        primitives: primitives.collect(),
-    };
-    let read = BakedFile::from_bytes(&file.to_bytes()).unwrap();
-    for (read, part) in read.primitives.iter().zip(&with) {
-        assert!(read.hierarchy.whole_mesh_levels() == part.whole_mesh_levels());
-    }
-    // What a picture of the bark shows is not known.
-    let [bark, leaves] = parts;
-    let unknown = SourceMesh {
-        surface: None,
-        ..bark
-    };
-    let baked = bake_with(&[unknown, leaves], &config);
-    assert!(baked.iter().all(|part| part.cards.is_none()));
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, FileOptions, Hierarchy, PageOptions, PagedFile, Precision};
+use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
@@ -23,31 +23,26 @@ pub(crate) struct Arguments {
     /// The file to write [default: beside the input].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Keep vertex attributes to 16 bits only: a file of half the size.
+    /// Round vertex attributes to 16 bits: halves the file.
     #[arg(long)]
     quantize: bool,
-    /// Leave out the source's vertices: a file of two thirds of the size. It can then only be used
-    /// where its source is at hand, and unchanged.
+    /// Leave out the vertices of the source: saves a third of the file. The file can then only be used
+    /// together with the unchanged glTF file.
     #[arg(long)]
     beside_source: bool,
-    /// Write a .fieldpages file, which is read in parts: for worlds that are larger than memory.
+    /// Write a .fieldpages file, which is streamed in pages: for worlds that are larger than memory.
     #[arg(long, conflicts_with = "beside_source")]
     pages: bool,
-    /// Write a folder: the scene with its nodes, materials and small meshes, a .fieldpages file of its large meshes, which
-    /// the scene names, and a .fieldlod file of the small ones.
+    /// Write a folder: the scene with its nodes, materials and small meshes, a .fieldpages file with the large
+    /// meshes, and a .fieldlod file with the levels of the small meshes.
     #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
     scene: bool,
-    /// With --scene: meshes with fewer triangles stay in the scene, with all their levels in memory.
+    /// With --scene: meshes with fewer triangles stay in the scene, and all their levels stay in memory.
     #[arg(long, default_value_t = 20_000, requires = "scene")]
     large_from: u64,
-    /// What to look after: speed, all-round use, small units, or fewest triangles for a picture.
+    /// Baking speed, all-round use, small units, or fewest triangles at equal quality.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
-    /// Add levels of cards for plants: rectangles with pictures of them, for views from far away. Only where
-    /// they halve the triangles, for loose pieces such as leaves and fronds of known materials, and not for what
-    /// --scene writes in pages.
-    #[arg(long, conflicts_with = "pages")]
-    cards: bool,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -60,23 +55,6 @@ enum Preset {
     Default,
     FineGrained,
     MaxQuality,
-}
-
-impl Arguments {
-    /// Why these cannot be asked for together.
-    pub(crate) fn conflict(&self) -> Option<&'static str> {
-        let is_unmeasured = self.cards && !self.config().measure_appearance;
-        is_unmeasured.then_some(
-            "--cards cannot be used with --preset fast: cards need pictures, which it does not draw",
-        )
-    }
-
-    fn config(&self) -> BakeConfig {
-        BakeConfig {
-            cards: self.cards,
-            ..self.preset.config()
-        }
-    }
 }
 
 impl Preset {
@@ -99,11 +77,9 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
-    /// Whether cards were asked for.
-    with_cards: bool,
-    /// Course of the bake of each of `primitives`.
+    /// How the bake of each of `primitives` went.
     bakes: Vec<PrimitiveBake>,
-    /// The same, as lines of text.
+    /// The same as lines of text.
     #[serde(skip)]
     fallbacks: String,
     skipped: Vec<SkippedReport>,
@@ -121,40 +97,31 @@ struct SkippedReport {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let input = &arguments.input;
-    let beside = || {
-        input.with_extension(match arguments.pages {
-            true => "fieldpages",
-            false => "fieldlod",
-        })
+    let extension = if arguments.pages {
+        "fieldpages"
+    } else {
+        "fieldlod"
     };
-    let output = arguments.output.clone().unwrap_or_else(beside);
+    let default_output = || input.with_extension(extension);
+    let output = arguments.output.clone().unwrap_or_else(default_output);
     let started = Instant::now();
     if arguments.scene {
         make_folder(&output)?;
     } else {
         check_writable(input, &output)?;
     }
-    let mut outcome = bake_with_progress(input, &arguments.config())?;
-    if arguments.scene {
-        // Pages have none.
-        let hierarchies = outcome.file.primitives.iter_mut().map(|p| &mut p.hierarchy);
-        let is_large =
-            |baked: &&mut Hierarchy| baked.source_triangle_count() >= arguments.large_from;
-        hierarchies
-            .filter(is_large)
-            .for_each(|baked| baked.cards = None);
-    }
-    // In the form asked for.
+    let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
     let options = FileOptions {
-        precision: match arguments.quantize {
-            true => Precision::Quantized16,
-            false => Precision::Lossless,
+        precision: if arguments.quantize {
+            Precision::Quantized16
+        } else {
+            Precision::Lossless
         },
         beside_source: arguments.beside_source,
     };
     let mut bytes = outcome.file.to_bytes_with(options);
     if options != FileOptions::default() {
-        // The report is about what is in the file.
+        // The report describes the file, which differs from the bake.
         let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
@@ -162,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         precision: options.precision,
         ..PageOptions::default()
     };
-    // What was rounded before is on the grid already.
+    // Rounding a second time changes nothing.
     if arguments.pages {
         bytes = PagedFile::to_bytes(&outcome.file, page_options);
     }
@@ -173,20 +140,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes.len() as u64
     };
     let seconds = started.elapsed().as_secs_f64();
-    let report = Report {
-        with_cards: arguments.cards,
-        ..Report::new(input, &output, &outcome, seconds, written)
-    };
+    let report = Report::new(input, &output, &outcome, seconds, written);
     print(&report, arguments.json, Report::text)
 }
 
-/// Makes a folder, unless it is there.
+/// Creates a folder unless it exists.
 fn make_folder(folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder)
-        .map_err(|error| Failure::new(folder, format!("cannot be made: {error}")))
+        .map_err(|error| Failure::new(folder, format!("could not be created: {error}")))
 }
 
-/// Writes a scene and its files into a folder. Returns how many bytes they have.
+/// Writes a scene and its files into a folder. Returns their size in bytes.
 fn write_scene(
     arguments: &Arguments,
     folder: &Path,
@@ -219,7 +183,7 @@ fn write_scene(
         let small_path = scene_path.with_extension("fieldlod");
         files.push((small_path, scene.small.to_bytes_with(beside_scene)));
     }
-    // Last, so that what it names is there.
+    // The scene comes last: the files that it names exist by then.
     files.push((scene_path, scene.glb));
     for (path, bytes) in &files {
         write_whole(path, bytes)?;
@@ -227,7 +191,7 @@ fn write_scene(
     Ok(files.iter().map(|(_, bytes)| bytes.len() as u64).sum())
 }
 
-/// Copies an image that lies beside the source, or below.
+/// Copies an image from the folder of the source, or from a folder below it.
 fn copy_image(input: &Path, folder: &Path, image: &str) -> Result<(), Failure> {
     let is_plain = |part| matches!(part, Component::Normal(_));
     let path = Path::new(image);
@@ -235,7 +199,7 @@ fn copy_image(input: &Path, folder: &Path, image: &str) -> Result<(), Failure> {
     if image.contains(['%', ':']) || !path.components().all(is_plain) {
         return Err(Failure::new(
             &from,
-            "cannot be taken along: it is elsewhere",
+            "could not be copied: it is outside the folder of the scene",
         ));
     }
     let to = folder.join(path);
@@ -255,17 +219,17 @@ fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, 
     outcome.map_err(|error| Failure::new(input, error))
 }
 
-/// Finds out before the work, not after it.
+/// Fails before the bake instead of after it.
 fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
     if output.is_dir() {
-        return Err(Failure::new(output, "cannot be written: it is a folder"));
+        return Err(Failure::new(output, "could not be written: it is a folder"));
     }
-    // Its folder must be there already.
+    // The folder of the output must exist.
     let folder = output.parent().filter(|folder| *folder != Path::new(""));
     if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(Failure::new(output, "cannot be written: no such folder"));
+        return Err(Failure::new(output, "could not be written: no such folder"));
     }
-    // And it must not be the input, under whatever name.
+    // The output must not be the input under another name.
     let same = match (fs::canonicalize(input), fs::canonicalize(output)) {
         (Ok(input), Ok(output)) => input == output,
         _ => false,
@@ -293,7 +257,6 @@ impl Report {
             bytes,
             source_triangles: primitives.iter().map(|p| p.source_triangles).sum(),
             coarsest_triangles: primitives.iter().map(|p| p.coarsest_triangles).sum(),
-            with_cards: false,
             bakes: bakes.collect(),
             fallbacks: fallbacks.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
@@ -307,7 +270,7 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        // One line for the file, then what went otherwise than it should.
+        // One line for the file, then one line per fallback, skipped primitive and warning.
         let units: usize = self.primitives.iter().map(|p| p.units).sum();
         let levels = self.primitives.iter().map(|p| p.levels.len()).max();
         let mut text = format!(
@@ -320,12 +283,6 @@ impl Report {
             bytes_text(self.bytes),
             self.seconds,
         );
-        if self.with_cards {
-            let primitives = self.primitives.iter();
-            let with_cards = primitives.filter(|p| !p.card_levels.is_empty()).count();
-            let count = self.primitives.len();
-            let _ = write!(text, "\ncards: of {with_cards} of {count} primitives");
-        }
         text.push_str(&self.fallbacks);
         for skipped in &self.skipped {
             let SkippedReport {

@@ -1,26 +1,22 @@
-//! `fieldlod inspect`: what is in a `.fieldlod` or `.fieldpages` file.
+//! `fieldlod inspect`: checks a `.fieldlod` or `.fieldpages` file and prints its contents.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use fieldlod_cli::output::{Failure, bytes_text, print, thousands, write_whole};
+use fieldlod_cli::output::{Failure, bytes_text, print, thousands};
 use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, PagedFile};
 use serde::Serialize;
 
-use crate::levels::draw_levels;
 use crate::pages::PagesReport;
-use crate::summary::{CardLevelSummary, LevelSummary, PrimitiveSummary, Spread};
+use crate::summary::{LevelSummary, PrimitiveSummary, Spread};
 
 /// Check a .fieldlod file and show its levels, or a .fieldpages file and show its pages.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .fieldlod or .fieldpages file.
     file: PathBuf,
-    /// Draw the levels of the primitive with the most triangles side by side into a PNG file.
-    #[arg(long, value_name = "OUT")]
-    png: Option<PathBuf>,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -35,30 +31,14 @@ struct Report {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // The file, with all its checks.
     let path = &arguments.file;
-    let bytes =
-        fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
+    let bytes = fs::read(path)
+        .map_err(|error| Failure::new(path, format!("could not be read: {error}")))?;
     if PagedFile::is_paged(&bytes) {
         return inspect_pages(arguments, &bytes);
     }
     let file =
         BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
-    // A picture of the largest primitive.
-    if let Some(out) = &arguments.png {
-        let hierarchies = file.primitives.iter().map(|primitive| &primitive.hierarchy);
-        let largest = hierarchies
-            .max_by_key(|hierarchy| hierarchy.source_triangle_count())
-            .ok_or_else(|| Failure::new(path, "it has no primitives"))?;
-        if largest.lacks_source_vertices() {
-            let fault =
-                "the file leaves out the vertices of its source, so that it cannot be drawn";
-            return Err(Failure::new(path, fault));
-        }
-        let picture = draw_levels(largest);
-        write_whole(out, &picture.map_err(|error| Failure::new(out, error))?)?;
-    }
-    // Numbers of all of them.
     let report = Report {
         file: path.display().to_string(),
         format_version: FORMAT_VERSION,
@@ -70,10 +50,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn inspect_pages(arguments: &Arguments, bytes: &[u8]) -> Result<(), Failure> {
     let path = &arguments.file;
-    if arguments.png.is_some() {
-        let fault = "a file in pages cannot be drawn: bake one without --pages";
-        return Err(Failure::new(path, fault));
-    }
     let report = PagesReport::of(path.display().to_string(), bytes);
     let report = report.map_err(|error| Failure::new(path, error))?;
     print(&report, arguments.json, PagesReport::text)
@@ -104,10 +80,10 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
     );
     if primitive.position_error_in_local > 0.0 {
         let error = primitive.position_error_in_local;
-        let _ = writeln!(text, "quantized: positions off by up to {error:.3e}");
+        let _ = writeln!(text, "quantized: positions differ by up to {error:.3e}");
     }
     if primitive.source_vertices_left_out {
-        text.push_str("the vertices of the source are left out: to be used beside it\n");
+        text.push_str("without the vertices of the source: needs the glTF file\n");
     }
     // One row for each level.
     let _ = writeln!(
@@ -118,23 +94,14 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
     for level in &primitive.levels {
         let _ = writeln!(text, "{}", level_text(level));
     }
-    for CardLevelSummary {
-        cards,
-        error_in_local,
-    } in &primitive.card_levels
-    {
-        let (count, error) = (thousands(*cards as u64), length_text(Some(*error_in_local)));
-        let _ = writeln!(text, "cards  {count:>14}  {error:>61}");
-    }
     let _ = writeln!(
         text,
-        "lengths in units of the mesh; area as a share of the source's; error and radius: medians"
+        "lengths in units of the mesh; area relative to the source; error and radius: medians"
     );
     text
 }
 
 fn level_text(level: &LevelSummary) -> String {
-    // Medians of all but the deviation, of which the ends are shown, too.
     let deviation = |part: fn(Spread) -> f32| length_text(level.deviation_in_local.map(part));
     let median = |spread: Option<Spread>| spread.map(|spread| spread.median);
     format!(

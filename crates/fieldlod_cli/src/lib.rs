@@ -1,4 +1,3 @@
-//! What the commands `fieldlod` and `fieldlod-lab` share: how they tell of results, progress and
-//! failures.
+//! Output shared by the commands `fieldlod` and `fieldlod-lab`: results, progress and failures.
 
 pub mod output;

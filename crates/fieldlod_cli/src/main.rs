@@ -1,4 +1,4 @@
-//! The `fieldlod` command: bakes level-of-detail hierarchies and looks into them.
+//! The `fieldlod` command: bakes, inspects and verifies level-of-detail hierarchies.
 //!
 //! Results go to standard output, as text or with `--json` as one JSON object. Progress and errors
 //! go to standard error; an error is one line that names the file and its fault. The exit code is
@@ -8,7 +8,6 @@ mod bake;
 mod fallbacks;
 mod glb;
 mod inspect;
-mod levels;
 mod pages;
 mod scene;
 mod summary;
@@ -16,8 +15,7 @@ mod verify;
 
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 use fieldlod_cli::output::{Failure, exit_code};
 
 /// Automatic, view-dependent level of detail: bake and inspect hierarchies.
@@ -46,12 +44,5 @@ impl Command {
 }
 
 fn main() -> ExitCode {
-    let command = CommandLine::parse().command;
-    if let Command::Bake(arguments) = &command
-        && let Some(conflict) = arguments.conflict()
-    {
-        let mut line = CommandLine::command();
-        line.error(ErrorKind::ArgumentConflict, conflict).exit();
-    }
-    exit_code(command.run())
+    exit_code(CommandLine::parse().command.run())
 }

@@ -28,7 +28,7 @@ impl<E: Error> From<E> for Failure {
     }
 }
 
-/// The exit code of a command: 1 for a failure, which is told in one line on standard error.
+/// The exit code of a command: 1 for a failure, which prints one line on standard error.
 #[must_use]
 pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     match result {
@@ -41,8 +41,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Prints a result as one JSON object or as text. A reader that has gone away, such as `head`, is no
-/// failure.
+/// Prints a result as one JSON object or as text. A closed pipe, such as by `head`, is no failure.
 ///
 /// # Errors
 /// A [`Failure`] of standard output.
@@ -64,7 +63,7 @@ pub fn print<T: Serialize>(
     }
 }
 
-/// A bar on standard error; nothing is drawn where that is not a terminal.
+/// A progress bar on standard error; hidden if that is not a terminal.
 #[must_use]
 pub fn progress_bar(template: &str) -> ProgressBar {
     let bar = ProgressBar::new(0);
@@ -74,7 +73,7 @@ pub fn progress_bar(template: &str) -> ProgressBar {
     bar
 }
 
-/// Writes a file that is there whole or not at all: under another name in the same folder first.
+/// Writes a file atomically: under a temporary name first, then renamed.
 ///
 /// # Errors
 /// A [`Failure`] with the file's name and the system's error.
@@ -84,7 +83,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     written.map_err(|error| {
         // Best effort: the failure to report is the one above.
         let _ = fs::remove_file(&temporary);
-        Failure::new(path, format!("cannot be written: {error}"))
+        Failure::new(path, format!("could not be written: {error}"))
     })
 }
 

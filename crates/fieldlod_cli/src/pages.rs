@@ -1,4 +1,4 @@
-//! What is in a `.fieldpages` file.
+//! The numbers that `inspect` prints about a `.fieldpages` file.
 
 use std::fmt::Write;
 
@@ -6,13 +6,13 @@ use fieldlod_cli::output::{bytes_text, thousands};
 use fieldlod_hierarchy::{FORMAT_VERSION, FileError, PagedFile, PagedMesh};
 use serde::Serialize;
 
-/// The numbers of a file whose pages were all read.
+/// A file in numbers. Every page was read and checked.
 #[derive(Debug, Serialize)]
 pub(crate) struct PagesReport {
     file: String,
     format_version: u32,
     bytes: u64,
-    /// Of the file, up to the first page.
+    /// Bytes before the first page.
     contents_bytes: u64,
     meshes: Vec<MeshReport>,
 }
@@ -61,7 +61,7 @@ impl PagesReport {
 
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
-            "{}: {} in pages, {} of them the table of contents, format {}",
+            "{}: {} in pages, table of contents {}, format {}",
             self.file,
             bytes_text(self.bytes),
             bytes_text(self.contents_bytes),
@@ -70,8 +70,8 @@ impl PagesReport {
         for mesh in &self.meshes {
             let _ = write!(
                 text,
-                "\nmesh {} ({:?}), primitive {}: {} triangles in {} pages of up to {}; on the GPU {} to begin \
-                 with, {} in all",
+                "\nmesh {} ({:?}), primitive {}: {} triangles in {} pages of up to {}; on the GPU {} at \
+                 start, {} in all",
                 mesh.mesh,
                 mesh.name,
                 mesh.primitive,

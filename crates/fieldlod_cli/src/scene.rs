@@ -1,8 +1,8 @@
 //! A scene whose large meshes are in a file of their own: a `.glb` file without their geometry.
 //!
-//! Nodes, materials, images, animations and small meshes stay as they are. A large primitive keeps its material and
-//! gets the triangles of its coarsest level, for programs that know nothing of levels, and `extras` that name the
-//! `.fieldpages` file beside the scene, its place in it and how many triangles it has there:
+//! Nodes, materials, images, animations and small meshes are kept. A large primitive keeps its material. Its triangles
+//! become those of its coarsest level, which other programs show. Its `extras` name the `.fieldpages` file beside the
+//! scene, its place in that file, and its number of triangles there:
 //! `{ "fieldlod": { "pages": "world.fieldpages", "mesh": 0, "primitive": 0, "triangles": 327680 } }`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,30 +21,32 @@ const UNSIGNED_INT: u32 = 5125;
 pub(crate) enum SceneFault {
     #[error("a scene must be a .glb file")]
     NotGlb,
-    #[error("its JSON cannot be read: {0}")]
+    #[error("could not read its JSON: {0}")]
     Json(#[from] serde_json::Error),
-    #[error("what stays of it is in other files, which a scene cannot have: pack them into it")]
+    #[error("external buffers are not supported; pack the scene as a self-contained .glb")]
     OtherBuffers,
-    #[error("what stays of it is packed, which a scene cannot be: unpack it")]
+    #[error(
+        "compressed buffer views are not supported for small meshes; decompress the scene first"
+    )]
     Packed,
-    #[error("its JSON refers to what is not there")]
+    #[error("invalid glTF: index out of range")]
     Reference,
 }
 
 /// A scene in parts.
 pub(crate) struct Scene {
-    /// All but the large meshes.
+    /// The scene without its large meshes.
     pub(crate) glb: Vec<u8>,
     /// Levels of large meshes.
     pub(crate) large: BakedFile,
-    /// Levels of those that stay in the scene.
+    /// Levels of the small meshes.
     pub(crate) small: BakedFile,
-    /// Files that images are in.
+    /// Image files that the scene names.
     pub(crate) images: Vec<String>,
 }
 
 impl Scene {
-    /// Takes meshes of so many triangles and more out of `source`, and names `pages` in their place.
+    /// Replaces meshes with at least `large_from_triangles` by a reference to `pages`.
     pub(crate) fn new(
         source: &[u8],
         baked: BakedFile,
@@ -80,11 +82,11 @@ impl Scene {
     }
 }
 
-/// Views that a scene gets, by their numbers.
+/// New buffer views by their numbers.
 #[derive(Default)]
 struct Added(BTreeMap<usize, Vec<u8>>);
 
-/// Puts the coarsest level of a primitive in its place.
+/// Replaces a primitive by its coarsest level.
 fn replace(
     json: &mut Value,
     baked: &BakedPrimitive,
@@ -127,7 +129,7 @@ fn replace(
     Ok(())
 }
 
-/// What the coarsest cut draws.
+/// The coarsest cut as a mesh.
 struct Coarsest {
     /// Names, types and values.
     attributes: Vec<(&'static str, &'static str, Vec<f32>)>,
@@ -171,7 +173,7 @@ fn f32_bytes(values: &[f32]) -> Vec<u8> {
         .collect()
 }
 
-/// Adds an accessor with a view of its own, and returns its number.
+/// Adds an accessor with its own view, and returns its number.
 fn add_accessor(
     json: &mut Value,
     added: &mut Added,
@@ -213,7 +215,7 @@ fn push(json: &mut Value, list: &str, value: Value) -> usize {
     list.len() - 1
 }
 
-/// Leaves only accessors that something refers to.
+/// Removes unused accessors.
 fn drop_unused_accessors(json: &mut Value) -> Result<(), SceneFault> {
     let mut used = BTreeSet::new();
     visit_accessors(json, &mut |accessor| used.extend(accessor.as_u64()));
@@ -234,7 +236,7 @@ fn renumber(value: &mut Value, numbers: &BTreeMap<u64, usize>) {
     }
 }
 
-/// Visits all numbers of accessors.
+/// Visits all accessor numbers.
 fn visit_accessors(json: &mut Value, visit: &mut impl FnMut(&mut Value)) {
     for primitive in each(json, "meshes").flat_map(|mesh| each(mesh, "primitives")) {
         visit_values(primitive.get_mut("attributes"), visit);
@@ -264,7 +266,7 @@ fn visit_accessors(json: &mut Value, visit: &mut impl FnMut(&mut Value)) {
     }
 }
 
-/// The values of a list, if it is there.
+/// The values of a list, or nothing.
 fn each<'a>(value: &'a mut Value, list: &str) -> impl Iterator<Item = &'a mut Value> + use<'a> {
     let list = value.get_mut(list).and_then(Value::as_array_mut);
     list.into_iter().flatten()
@@ -276,7 +278,7 @@ fn visit_values(object: Option<&mut Value>, visit: &mut impl FnMut(&mut Value)) 
     values.for_each(visit);
 }
 
-/// Leaves only views that something refers to, and returns their bytes.
+/// Removes unused views, and returns the bytes of the others.
 fn pack(json: &mut Value, binary: &[u8], added: &Added) -> Result<Vec<u8>, SceneFault> {
     let views = match json["bufferViews"].take() {
         Value::Array(views) => views,
@@ -319,7 +321,7 @@ fn bytes_of<'a>(view: &Value, json: &Value, binary: &'a [u8]) -> Result<&'a [u8]
     binary.get(start..end).ok_or(SceneFault::Reference)
 }
 
-/// Visits all numbers of views, wherever they are: extensions name them alike.
+/// Visits all view numbers. Extensions use the same key for them.
 fn visit_views(value: &mut Value, visit: &mut impl FnMut(&mut Value)) {
     match value {
         Value::Object(object) => {

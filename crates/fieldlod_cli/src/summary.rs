@@ -1,9 +1,7 @@
-//! The numbers that both commands tell about a hierarchy.
+//! The numbers that `bake` and `inspect` print about a hierarchy.
 
-use fieldlod_hierarchy::{BakedPrimitive, CardLevel, Group, Hierarchy};
+use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
 use serde::Serialize;
-
-use crate::levels::units_of_cut;
 
 /// One primitive, in numbers.
 #[derive(Debug, Serialize)]
@@ -25,15 +23,6 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) groups: usize,
     pub(crate) units: usize,
     pub(crate) levels: Vec<LevelSummary>,
-    /// Levels of cards, finest first.
-    pub(crate) card_levels: Vec<CardLevelSummary>,
-}
-
-/// The whole mesh as cards.
-#[derive(Debug, Serialize)]
-pub(crate) struct CardLevelSummary {
-    pub(crate) cards: usize,
-    pub(crate) error_in_local: f32,
 }
 
 /// The groups of one level, and what they consume.
@@ -45,13 +34,13 @@ pub(crate) struct LevelSummary {
     pub(crate) terminal_groups: usize,
     pub(crate) units: usize,
     pub(crate) triangles: u64,
-    /// Errors that the simplifier reports of the groups that are not terminal.
+    /// Simplification errors of the groups that are not terminal.
     pub(crate) error_in_local: Option<Spread>,
-    /// Deviations of the same groups from the source; absent if they were not measured.
+    /// Deviations of these groups from the source; `None` if not measured.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
-    /// Area of the mesh drawn at this level, as a share of the source's; absent if the file leaves
-    /// out the source's vertices.
+    /// Area of the mesh at this level relative to the source; `None` if the file leaves out the
+    /// vertices of the source.
     pub(crate) area_share: Option<f64>,
 }
 
@@ -80,7 +69,6 @@ impl PrimitiveSummary {
         let terminal = hierarchy.groups.iter().filter(|group| group.is_terminal());
         let levels = 0..hierarchy.level_count();
         let vertices = hierarchy.vertices.positions.len();
-        let card_levels = hierarchy.cards.iter().flat_map(|cards| &cards.levels);
         Self {
             mesh: primitive.mesh_index,
             primitive: primitive.primitive_index,
@@ -96,7 +84,6 @@ impl PrimitiveSummary {
             levels: levels
                 .map(|level| LevelSummary::of(hierarchy, level))
                 .collect(),
-            card_levels: card_levels.map(CardLevelSummary::of).collect(),
         }
     }
 
@@ -113,20 +100,10 @@ impl PrimitiveSummary {
     }
 }
 
-impl CardLevelSummary {
-    fn of(level: &CardLevel) -> Self {
-        Self {
-            cards: level.cards.len(),
-            error_in_local: level.error_in_local,
-        }
-    }
-}
-
 impl LevelSummary {
     fn of(hierarchy: &Hierarchy, level: u32) -> Self {
         let all = hierarchy.groups.iter();
         let groups: Vec<&Group> = all.filter(|group| group.level == level).collect();
-        // Errors are those of groups that are simplified; deviations may be unmeasured.
         let simplified = || groups.iter().filter(|group| !group.is_terminal());
         let deviations = simplified().map(|group| group.deviation_in_local);
         Self {
@@ -146,12 +123,12 @@ impl LevelSummary {
     }
 }
 
-/// The area of the cut that is drawn at `level`, as a share of the source's.
+/// The area of the cut at `level` relative to the source.
 fn area_share(hierarchy: &Hierarchy, level: u32) -> f64 {
-    // Both are sums over units of cuts.
     let area_of = |level| -> f64 {
-        let units = units_of_cut(hierarchy, level);
-        units.map(|unit| hierarchy.area_of_unit(unit)).sum()
+        let units = hierarchy.units_at_level(level).into_iter();
+        let areas = units.map(|unit| hierarchy.area_of_unit(&hierarchy.units[unit]));
+        areas.sum()
     };
     let source = area_of(0);
     if source > 0.0 {

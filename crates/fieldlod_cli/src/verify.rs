@@ -1,4 +1,4 @@
-//! `fieldlod verify`: holds a `.fieldlod` file against the glTF file that it was baked from.
+//! `fieldlod verify`: checks a `.fieldlod` file against the glTF file that it was baked from.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,8 +12,8 @@ use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use serde::Serialize;
 
-/// Check a .fieldlod file against its source: invariants, deviations measured anew by denser
-/// samples, and 200 random cuts for holes, overlaps and flipped triangles.
+/// Check a .fieldlod file against its source: invariants, deviations at denser samples, and holes,
+/// overlaps and flipped triangles in 200 random cuts.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked.
@@ -38,10 +38,10 @@ struct PrimitiveReport {
     mesh: u32,
     primitive: u32,
     name: String,
-    /// The check that failed; absent if none did.
+    /// The check that failed, if any.
     fault: Option<String>,
     samples: u64,
-    /// Largest distances, as shares of the deviations stated.
+    /// Largest distances relative to the stated deviations.
     source_to_simplified: f32,
     simplified_to_source: f32,
     cuts: u32,
@@ -49,19 +49,16 @@ struct PrimitiveReport {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // The file and its source.
     let (source, path) = (&arguments.source, &arguments.file);
-    let bytes =
-        fs::read(path).map_err(|error| Failure::new(path, format!("cannot be read: {error}")))?;
+    let bytes = fs::read(path)
+        .map_err(|error| Failure::new(path, format!("could not be read: {error}")))?;
     let file =
         BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
     let import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
-    // Each primitive of the source against that of the file.
     let imported = import.primitives.iter();
     let mut primitives: Vec<PrimitiveReport> = imported
         .map(|primitive| PrimitiveReport::of(primitive, &file))
         .collect();
-    // What the file has beyond the source.
     let extra = file.primitives.iter().filter(|baked| {
         let place = (baked.mesh_index, baked.primitive_index);
         let mut imported = import.primitives.iter();
@@ -69,9 +66,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     primitives.extend(extra.map(|baked| {
         let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
-        PrimitiveReport::failed(mesh, primitive, &baked.name, "the source does not have it")
+        PrimitiveReport::failed(mesh, primitive, &baked.name, "it is not in the source")
     }));
-    // The report, and one failure for all that failed.
     let report = Report {
         source: source.display().to_string(),
         file: path.display().to_string(),
@@ -84,16 +80,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .iter()
         .filter(|p| p.fault.is_some())
         .count();
-    match failed {
-        0 => Ok(()),
-        _ => {
-            let all = report.primitives.len();
-            Err(Failure::new(
-                path,
-                format!("{failed} of {all} primitives failed"),
-            ))
-        }
+    if failed == 0 {
+        return Ok(());
     }
+    let all = report.primitives.len();
+    let fault = format!("{failed} of {all} primitives failed");
+    Err(Failure::new(path, fault))
 }
 
 /// Verifies a hierarchy, which may lack the vertices of its source.
@@ -102,11 +94,13 @@ fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, Ve
     if !baked.lacks_source_vertices() {
         return verify(source, baked, &settings);
     }
-    // Of another mesh the vertices would not fit.
+    // The vertices of another mesh would not fit.
     if baked.source != source.source_hash() {
         return Err(VerifyError::OtherSource);
     }
-    let whole = baked.clone().with_source_vertices(&source.vertices())?;
+    let whole = baked
+        .clone()
+        .with_source_vertices(&source.finite_vertices())?;
     verify(source, &whole, &settings)
 }
 
@@ -115,7 +109,7 @@ impl PrimitiveReport {
         let name = &imported.place.name;
         let (mesh, primitive) = (imported.place.mesh_index, imported.place.primitive_index);
         let Some(baked) = file.find(mesh, primitive) else {
-            return Self::failed(mesh, primitive, name, "the file does not have it");
+            return Self::failed(mesh, primitive, name, "it is not in the file");
         };
         match verify_against(&imported.mesh, &baked.hierarchy) {
             Ok(verified) => Self::passed(mesh, primitive, name, &verified),
@@ -149,7 +143,6 @@ impl PrimitiveReport {
         let Self {
             mesh, primitive, ..
         } = self;
-        // One line for each primitive.
         let place = format!("mesh {mesh} ({:?}), primitive {primitive}", self.name);
         match &self.fault {
             Some(fault) => format!("{place}: FAILED: {fault}"),

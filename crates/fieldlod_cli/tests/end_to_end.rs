@@ -1,10 +1,11 @@
-//! The program as its users run it.
+//! The program on the command line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldlod_bake::{SourceMesh, fixtures};
+use fieldlod_bake::SourceMesh;
+use fieldlod_hierarchy::Vertices;
 use glam::Vec3;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -29,23 +30,15 @@ fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
     let path = folder.join("grid.glb");
     let positions: Vec<Vec3> = (0..side * side).map(corner).collect();
     let grid = SourceMesh {
-        normals: vec![Vec3::Y; positions.len()],
-        positions,
+        vertices: Vertices {
+            normals: vec![Vec3::Y; positions.len()],
+            positions,
+            ..Vertices::default()
+        },
         indices: triangles.collect(),
         ..SourceMesh::default()
     };
     write_glb(&path, &grid);
-    path
-}
-
-/// A palm of a white material as a GLB.
-fn palm_glb(folder: &Path) -> PathBuf {
-    let path = folder.join("palm.glb");
-    write_glb(&path, &fixtures::palm(12, 1));
-    change(&path, |json| {
-        json["materials"] = json!([{}]);
-        json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    });
     path
 }
 
@@ -85,7 +78,7 @@ fn write_glb(path: &Path, mesh: &SourceMesh) {
     fs::write(path, glb(&json, &[positions, normals, indices].concat())).unwrap();
 }
 
-/// Changes what a file says of its binary part.
+/// Changes the JSON of a file.
 fn change(path: &Path, change: impl FnOnce(&mut Value)) {
     let bytes = fs::read(path).unwrap();
     let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
@@ -144,7 +137,7 @@ fn bakes_and_inspects() {
 }
 
 #[test]
-fn names_images_that_it_cannot_read() {
+fn unreadable_images_are_named() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 16);
     change(&input, |json| {
@@ -160,67 +153,10 @@ fn names_images_that_it_cannot_read() {
     assert!(bake.status.success(), "{bake:?}");
     let said = String::from_utf8(bake.stdout).unwrap();
     let warning = format!(
-        "warning: {}: image 0 (\"leaves.ktx2\") is not looked at: it is neither PNG nor JPEG",
+        "warning: {}: image 0 (\"leaves.ktx2\") is ignored: it is neither PNG nor JPEG",
         input.display()
     );
     assert!(said.contains(&warning), "{said}");
-}
-
-#[test]
-fn cards_are_baked_and_told_of() {
-    let folder = TempDir::new().unwrap();
-    let (plant, grid) = (palm_glb(folder.path()), grid_glb(folder.path(), 16));
-    let said = |arguments: &[&str]| {
-        let output = fieldlod(arguments);
-        assert!(output.status.success(), "{output:?}");
-        String::from_utf8(output.stdout).unwrap()
-    };
-    for (input, count) in [(&plant, 1), (&grid, 0)] {
-        let text = said(&["bake", text(input), "--cards"]);
-        assert!(
-            text.contains(&format!("cards: of {count} of 1 primitives")),
-            "{text}"
-        );
-    }
-    let baked = plant.with_extension("fieldlod");
-    let report: Value = serde_json::from_str(&said(&["inspect", text(&baked), "--json"])).unwrap();
-    let levels = &report["primitives"][0]["card_levels"];
-    let counts = levels.as_array().unwrap().iter();
-    let counts: Vec<u64> = counts.map(|l| l["cards"].as_u64().unwrap()).collect();
-    assert!(
-        counts.len() > 1 && counts.is_sorted_by(|a, b| a > b),
-        "{counts:?}"
-    );
-    assert!(levels[0]["error_in_local"].as_f64().unwrap() > 0.0);
-    let shown = said(&["inspect", text(&baked)]);
-    println!("{shown}");
-    assert_eq!(
-        shown.matches("\ncards ").count(),
-        levels.as_array().unwrap().len()
-    );
-    // Without them, and where they are written in pages.
-    let without = said(&["bake", text(&plant)]);
-    assert!(!without.contains("cards"), "{without}");
-    let scene = folder.path().join("scene");
-    let pages = ["--scene", "-o", text(&scene), "--large-from", "1"];
-    let text = said(&[&["bake", text(&plant), "--cards"][..], &pages].concat());
-    assert!(text.contains("cards: of 0 of 1 primitives"), "{text}");
-}
-
-#[test]
-fn cards_are_refused_where_there_can_be_none() {
-    let folder = TempDir::new().unwrap();
-    let input = palm_glb(folder.path());
-    for (other, why) in [
-        (&["--preset", "fast"][..], "cards need pictures"),
-        (&["--pages"], "'--pages'"),
-    ] {
-        let refused = fieldlod(&[&["bake", text(&input), "--cards"], other].concat());
-        assert_eq!(refused.status.code(), Some(2), "{refused:?}");
-        let said = String::from_utf8(refused.stderr).unwrap();
-        assert!(said.contains("--cards") && said.contains(why), "{said}");
-    }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
@@ -326,11 +262,11 @@ fn rejects_bad_input_files_in_one_line() {
         assert!(!path.with_extension("fieldlod").exists());
     }
     let missing = folder.path().join("missing.glb");
-    assert_fails(&["bake", text(&missing)], &missing, "cannot be read: ");
+    assert_fails(&["bake", text(&missing)], &missing, "could not be read: ");
     assert_fails(
         &["bake", text(folder.path())],
         folder.path(),
-        "cannot be read: ",
+        "could not be read: ",
     );
 }
 
@@ -342,7 +278,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
     assert!(fieldlod(&["bake", text(&input)]).status.success());
     let whole = fs::read(&path).unwrap();
     let mut stale = whole.clone();
-    stale[8] = 1;
+    stale[8] = 2;
     let mut corrupt = whole.clone();
     corrupt[100] ^= 1;
     let cut = &whole[..whole.len() / 2];
@@ -350,9 +286,9 @@ fn rejects_bad_fieldlod_files_in_one_line() {
         (&b""[..], "not a .fieldlod file"),
         (
             &stale,
-            "format version 1, but this program reads version 7: bake again",
+            "format version 2, but this program reads version 1: bake again",
         ),
-        (&corrupt, "corrupt: the checksum does not fit"),
+        (&corrupt, "corrupt: wrong checksum"),
         (cut, "truncated: the file ends after"),
     ] {
         fs::write(&path, bytes).unwrap();
@@ -361,7 +297,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
     assert_fails(
         &["inspect", text(folder.path())],
         folder.path(),
-        "cannot be read: ",
+        "could not be read: ",
     );
 }
 
@@ -381,24 +317,6 @@ fn rejects_outputs_that_cannot_be_written() {
 }
 
 #[test]
-fn inspect_draws_the_levels() {
-    let folder = TempDir::new().unwrap();
-    let input = grid_glb(folder.path(), 64);
-    let output = input.with_extension("fieldlod");
-    let picture = folder.path().join("levels.png");
-    assert!(fieldlod(&["bake", text(&input)]).status.success());
-    let inspect = fieldlod(&["inspect", text(&output), "--png", text(&picture)]);
-    assert!(inspect.status.success(), "{inspect:?}");
-    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
-    let report = fieldlod(&["inspect", text(&output), "--json"]);
-    let report: Value = serde_json::from_slice(&report.stdout).unwrap();
-    let level = &report["primitives"][0]["levels"][0];
-    for spread in ["error_in_local", "deviation_in_local", "radius_in_local"] {
-        assert!(level[spread]["median"].is_number(), "{spread}");
-    }
-}
-
-#[test]
 fn quantized_files_are_smaller_and_deterministic() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);
@@ -413,13 +331,12 @@ fn quantized_files_are_smaller_and_deterministic() {
     let inspect = fieldlod(&["inspect", text(&output)]);
     let said = String::from_utf8(inspect.stdout).unwrap();
     assert!(
-        said.contains("quantized: positions off by up to "),
+        said.contains("quantized: positions differ by up to "),
         "{said}"
     );
     assert!(bake(&[]) == lossless && bake(&["--quantize"]) == quantized);
 }
 
-/// Such a file tells what it lacks, and is verified with the vertices of its source.
 #[test]
 fn files_in_pages_are_inspected() {
     let folder = TempDir::new().unwrap();
@@ -436,7 +353,7 @@ fn files_in_pages_are_inspected() {
         assert!(report["meshes"][0]["pages"].as_u64().unwrap() > 2);
         assert!(report["contents_bytes"].as_u64().unwrap() * 4 < bytes);
     }
-    // A page that is broken or missing, and a picture, which there is none of.
+    // A truncated page and a corrupt page.
     let mut bytes = fs::read(&output).unwrap();
     let last = bytes.len() - 1;
     fs::write(&output, &bytes[..last]).unwrap();
@@ -444,15 +361,12 @@ fn files_in_pages_are_inspected() {
     bytes[last] ^= 1;
     fs::write(&output, &bytes).unwrap();
     assert_fails(&["inspect", text(&output)], &output, "checksum");
-    let picture = folder.path().join("grid.png");
-    let draw = ["inspect", text(&output), "--png", text(&picture)];
-    assert_fails(&draw, &output, "cannot be drawn");
     let verify = ["verify", text(&input), text(&output)];
     assert_fails(&verify, &output, "not a .fieldlod file");
 }
 
 #[test]
-fn files_beside_their_source_are_inspected_and_verified() {
+fn files_without_source_vertices_are_verified() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);
     let output = input.with_extension("fieldlod");
@@ -462,15 +376,12 @@ fn files_beside_their_source_are_inspected_and_verified() {
         let inspect = fieldlod(&["inspect", text(&output)]);
         let shown = String::from_utf8(inspect.stdout).unwrap();
         assert!(
-            shown.contains("vertices of the source are left out"),
+            shown.contains("without the vertices of the source"),
             "{shown}"
         );
         let verify = fieldlod(&["verify", text(&input), text(&output)]);
         assert!(verify.status.success(), "{verify:?}");
     }
-    let picture = folder.path().join("levels.png");
-    let arguments = ["inspect", text(&output), "--png", text(&picture)];
-    assert_fails(&arguments, &output, "the file leaves out the vertices");
     // The grid of another size.
     let other = grid_glb(folder.path(), 32);
     let verify = fieldlod(&["verify", text(&other), text(&output)]);
@@ -481,7 +392,7 @@ fn files_beside_their_source_are_inspected_and_verified() {
 
 /// Whenever it is stopped, the file is the old one or the new one.
 #[test]
-fn a_stopped_bake_leaves_no_half_file() {
+fn stopped_bake_leaves_no_partial_file() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 200);
     let output = input.with_extension("fieldlod");

@@ -113,7 +113,7 @@ fn parts(glb: &[u8]) -> (Value, &[u8]) {
 }
 
 #[test]
-fn a_scene_keeps_all_but_its_large_meshes() {
+fn scene_keeps_everything_except_large_meshes() {
     let folder = TempDir::new().unwrap();
     let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
     let (json, binary) = scene();
@@ -169,7 +169,7 @@ fn a_scene_keeps_all_but_its_large_meshes() {
 }
 
 #[test]
-fn what_cannot_be_a_scene_is_named() {
+fn scene_errors_name_the_file() {
     let folder = TempDir::new().unwrap();
     let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
     let (mut json, binary) = scene();
@@ -177,7 +177,7 @@ fn what_cannot_be_a_scene_is_named() {
     fs::write(&input, glb(&json, &binary)).unwrap();
     let baked = bake(&input, &output);
     let said = String::from_utf8(baked.stderr).unwrap();
-    assert!(said.contains("stone.png: cannot be taken along"), "{said}");
+    assert!(said.contains("stone.png: could not be copied"), "{said}");
     // The folder of the source is not a place for it.
     let (json, binary) = scene();
     fs::write(&input, glb(&json, &binary)).unwrap();
@@ -186,10 +186,10 @@ fn what_cannot_be_a_scene_is_named() {
     assert!(said.contains("would overwrite"), "{said}");
 }
 
-/// As on a disk that runs full: of no file more than 32 kB can be written.
+/// Simulates a full disk: no file can grow beyond 32 kB.
 #[cfg(unix)]
 #[test]
-fn a_full_disk_leaves_no_half_file_and_no_scene_without_its_files() {
+fn full_disk_leaves_no_partial_files() {
     let folder = TempDir::new().unwrap();
     let input = folder.path().join("world.glb");
     let (mut json, binary) = scene();
@@ -222,7 +222,7 @@ fn a_full_disk_leaves_no_half_file_and_no_scene_without_its_files() {
         assert_eq!(baked.status.code(), Some(1), "{baked:?}");
         let said = String::from_utf8(baked.stderr).unwrap();
         let expected = format!(
-            "error: {}: cannot be written: File too large",
+            "error: {}: could not be written: File too large",
             failed.display()
         );
         assert!(said.starts_with(&expected), "{said}");

@@ -86,7 +86,7 @@ mod tests {
 
     /// Just inside, on the edge that rounding decides, and just outside.
     #[test]
-    fn all_at_once_are_inside_exactly_if_each_is() {
+    fn contains_all_matches_single_tests() {
         let sphere = Sphere {
             center: Vec3::new(3.0, -2.0, 0.5),
             radius: 0.7,

@@ -35,7 +35,7 @@ impl Hierarchy {
     /// Adds a group that consumes all units added since the last one. `finer` are the groups that
     /// produced those units, each once.
     ///
-    /// What `group` says of its level and its ranges does not matter: that is filled in.
+    /// The level and the ranges of `group` are ignored and filled in.
     pub fn push_group(&mut self, group: Group, finer: impl IntoIterator<Item = u32>) {
         let first_finer = self.finer.len();
         self.finer.extend(finer);

@@ -3,57 +3,37 @@
 //! ```text
 //! magic "FLDLOD\r\n" | version u32 | primitive count u32 | directory bytes u64 | XXH3 of it u64
 //! directory: per primitive  place, name, source hash, attributes, precision, counts,
-//!            and length u64 and XXH3 u64 of its cards and of each section
-//! cards:     of every primitive, of no bytes where there are none
+//!            and length u64 and XXH3 u64 of each section
 //! sections:  the first of every primitive, the second of every primitive, …
 //! ```
 //! Little-endian throughout. The magic's line end catches transfers that rewrite line ends. The
-//! first section of a primitive holds the groups that nothing coarser replaces, each further one
-//! the groups of the next finer level. The groups of any number of first sections are all that
-//! some cut refines, so that a reader may stop there and has a whole, coarser hierarchy
-//! ([`BakedFile::from_bytes_coarse`]). Cards are coarser than all of them, and come first.
+//! first section of a primitive holds the terminal groups, each further one the groups of the next finer
+//! level.
 //!
 //! A vertex is stored once, in the first section that uses it, as the difference to what its
 //! neighbours suggest (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh
 //! Compression, 1998), its normal as the difference to that of its triangles; a triangle by the edge
 //! that it shares with one before it. What remains is entropy-coded by the pco library. A file may
 //! leave out the attributes of the source's vertices, but not which of them its triangles use.
-//! Cards are exact at any precision, their picture as two PNGs, of colours and of normals.
 //!
 //! Deviation: meshoptimizer's vertex and index codecs are not used. Their only kept implementation
 //! is C++, which whoever loads a file would have to link; they keep neither the order of vertices
 //! nor the corner at which a triangle begins; and they rely on a general compressor after them.
 
-mod attributes;
-mod border;
-mod cards;
-mod coded;
 mod contents;
 mod decode;
 mod encode;
 mod error;
 mod layout;
-mod numbers;
-mod octahedron;
 mod paged;
-mod planes;
-mod predict;
-mod predictor;
-mod quantize;
 mod reader;
-mod records;
-mod references;
-mod rows;
-mod section_reader;
-mod section_writer;
-mod triangles;
-mod vertex_normals;
-mod vertex_order;
+mod sections;
+mod vertices;
 
 pub use contents::{BakedFile, BakedPrimitive, FileOptions};
 pub use error::{FORMAT_VERSION, FileError};
 pub use paged::{Page, PageOptions, PagedFile, PagedMesh};
-pub use quantize::Precision;
+pub use vertices::quantize::Precision;
 
 use decode::Decoder;
 use layout::Entry;
@@ -78,13 +58,12 @@ impl BakedFile {
     /// If a hierarchy is not valid.
     #[must_use]
     pub fn to_bytes_with(&self, options: FileOptions) -> Vec<u8> {
-        // The cards and sections of each primitive, and what the directory says of them.
         let primitives = self.primitives.iter();
         let (entries, parts): (Vec<Entry>, Vec<Vec<Vec<u8>>>) = primitives
             .map(|primitive| encode::encode(primitive, options))
             .unzip();
         let mut bytes = layout::write(&entries);
-        // The cards of every primitive, the first section of every primitive, and so on.
+        // The first section of every primitive, the second of every primitive, and so on.
         let most = parts.iter().map(Vec::len).max().unwrap_or(0);
         for number in 0..most {
             for part in parts.iter().filter_map(|parts| parts.get(number)) {
@@ -101,7 +80,7 @@ impl BakedFile {
     /// [`FileError::SourceVerticesLeftOut`] for a file that was written
     /// [`beside_source`](FileOptions::beside_source).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
-        let file = read(bytes, None)?;
+        let file = read(bytes)?;
         let mut primitives = file.primitives.iter();
         match primitives.position(|primitive| primitive.hierarchy.lacks_source_vertices()) {
             Some(primitive) => Err(FileError::SourceVerticesLeftOut { primitive }),
@@ -116,47 +95,22 @@ impl BakedFile {
     /// # Errors
     /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
     pub fn from_bytes_beside_source(bytes: &[u8]) -> Result<Self, FileError> {
-        read(bytes, None)
-    }
-
-    /// Reads only the coarsest `sections` sections of each primitive, which may be all that
-    /// `bytes` hold: so many levels, and at every level whatever is as coarse as it gets there.
-    /// The finest that was read then counts as source geometry, vertices are only those in use,
-    /// in an order of their own, and levels are counted from the finest read. Cards are read in any
-    /// case; but of a hierarchy of whole meshes, whose last units they are, only those in a section that
-    /// was read.
-    ///
-    /// # Errors
-    /// As [`BakedFile::from_bytes`]: what was left out is missing at every level.
-    pub fn from_bytes_coarse(bytes: &[u8], sections: usize) -> Result<Self, FileError> {
-        read(bytes, Some(sections.max(1)))
+        read(bytes)
     }
 }
 
-/// Reads all sections, or the first `most` of each primitive.
-fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
-    // What the directory announces.
-    let (entries, parts) = layout::read(bytes)?;
-    let left_out = entries.iter().position(|entry| entry.options.beside_source);
-    match (most, left_out) {
-        (None, _) => check_length(&entries, parts.len() as u64)?,
-        (_, Some(primitive)) => return Err(FileError::SourceVerticesLeftOut { primitive }),
-        (_, None) => {}
-    }
+fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
+    let (entries, sections) = layout::read(bytes)?;
+    check_length(&entries, sections.len() as u64)?;
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
-    let rounds = most.unwrap_or(usize::MAX).min(longest.unwrap_or(0));
     let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
-    let mut reader = Reader { rest: parts };
-    for decoder in &mut decoders {
-        decoder.read_cards(&mut reader)?;
-    }
+    let mut reader = Reader { rest: sections };
     // The first section of every primitive, the second of every primitive, and so on.
-    for _ in 0..rounds {
+    for _ in 0..longest.unwrap_or(0) {
         for decoder in &mut decoders {
             decoder.read_section(&mut reader)?;
         }
     }
-    // The hierarchies of all that was read.
     let numbered = decoders.into_iter().enumerate();
     let primitives = numbered.map(|(index, decoder)| decoder.finish(index));
     Ok(BakedFile {
@@ -164,11 +118,10 @@ fn read(bytes: &[u8], most: Option<usize>) -> Result<BakedFile, FileError> {
     })
 }
 
-/// Checks that the cards and sections that the directory announces are all that there is.
+/// Checks that the file has exactly the sections that the directory announces.
 fn check_length(entries: &[Entry], available: u64) -> Result<(), FileError> {
     let sections = entries.iter().flat_map(|entry| &entry.sections);
-    let parts = entries.iter().map(|entry| &entry.cards).chain(sections);
-    let needed = parts.fold(0, |sum: u64, part| sum.saturating_add(part.length));
+    let needed = sections.fold(0, |sum: u64, part| sum.saturating_add(part.length));
     if available < needed {
         return Err(FileError::Truncated {
             what: "the file",

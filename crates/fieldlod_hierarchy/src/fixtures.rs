@@ -1,17 +1,16 @@
-//! Hierarchies made without a baker, and repeatable numbers, for doc examples, tests and benches.
+//! Hierarchies made without a baker, and repeatable numbers, for doc examples, tests and benches. Enabled by the
+//! feature `test-support`.
 
-mod cards;
 mod pyramid;
-mod random;
 
 use glam::Vec3;
 
-pub use cards::leafy_cards;
+pub use crate::random::Random;
 pub use pyramid::grid_pyramid;
-pub use random::Random;
 
 use crate::bounds::{Aabb, Sphere};
-use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Vertices};
+use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
+use crate::vertices::Vertices;
 
 /// A flat strip of four triangles in the plane z = 0 that simplifies to two.
 ///

@@ -3,11 +3,10 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3, Vec4};
+use glam::Vec3;
 
 use crate::bounds::{Aabb, Sphere};
-use crate::cards::Cards;
-use crate::source::SourceHash;
+use crate::vertices::{SourceHash, Vertices};
 
 /// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
 pub const NO_GROUP: u32 = u32::MAX;
@@ -15,7 +14,7 @@ pub const NO_GROUP: u32 = u32::MAX;
 /// One mesh at all its levels of detail.
 ///
 /// # The cut rule
-/// Let a *criterion* say of every group whether it is *refined* (its simplification is too coarse
+/// Let a *criterion* decide for every group whether it is *refined* (its simplification is too coarse
 /// for the view). A group without a simplification ([`Group::is_terminal`]) is always refined, and
 /// a group is refined whenever one of its [finer groups](Hierarchy::finer_groups) is. Then a unit
 /// is drawn if and only if
@@ -48,42 +47,6 @@ pub struct Hierarchy {
     /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
     /// list of vertices.
     pub indices: Vec<u16>,
-    /// What is drawn in place of the whole mesh from far away, where that looks better than triangles.
-    pub cards: Option<Cards>,
-}
-
-/// Vertex attributes. Local space.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Vertices {
-    /// Positions in local units.
-    pub positions: Vec<Vec3>,
-    /// Unit normals, one per position, or empty.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates, one per position, or empty.
-    pub uvs: Vec<Vec2>,
-    /// Unit tangents, and in `w` the handedness of the bitangent (1 or -1), one per position, or
-    /// empty.
-    pub tangents: Vec<Vec4>,
-    /// The second set of texture coordinates, one per position, or empty.
-    pub uvs_1: Vec<Vec2>,
-    /// Colours, linear red, green, blue and alpha, one per position, or empty.
-    pub colors: Vec<Vec4>,
-}
-
-impl Vertices {
-    /// The hash of a mesh of these vertices and no others, with the triangle list `indices`.
-    #[must_use]
-    pub fn source_hash(&self, indices: &[u32]) -> SourceHash {
-        SourceHash::of(
-            indices,
-            &self.positions,
-            &self.normals,
-            &self.uvs,
-            &self.tangents,
-            &self.uvs_1,
-            &self.colors,
-        )
-    }
 }
 
 /// Triangles that are simplified together: one decision of a cut.
@@ -121,8 +84,8 @@ pub struct Group {
     pub unit_count: u32,
 }
 
-/// What is drawn or not drawn as a whole: triangles that share the group that produced them and the
-/// group that consumes them.
+/// The smallest drawable piece: triangles that share the group that produced them and the group that
+/// consumes them.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Unit {
@@ -182,7 +145,7 @@ impl Unit {
 }
 
 impl Hierarchy {
-    /// The source vertex that `vertex` is or came from; `None` of a moved one of which it is not told.
+    /// The source vertex that `vertex` is or came from; `None` for a moved vertex if [`Hierarchy::moved_from`] is empty.
     #[must_use]
     pub fn origin_of(&self, vertex: u32) -> Option<u32> {
         match vertex.checked_sub(self.source_vertex_count) {

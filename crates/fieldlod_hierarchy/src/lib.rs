@@ -7,8 +7,7 @@
 //! with one command is a [`Unit`]: all triangles that the same group produced and the same group
 //! consumes, so that a cut draws either all of them or none.
 //!
-//! This crate knows neither how hierarchies are made (`fieldlod_bake`) nor how a cut is chosen
-//! (`fieldlod_select`) nor who draws it (`bevy_fieldlod`).
+//! `fieldlod_bake` makes hierarchies, `fieldlod_select` chooses cuts, and `bevy_fieldlod` draws them.
 //!
 //! ```
 //! use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
@@ -27,19 +26,14 @@
 //! seen from outside. Level 0 is the finest. "Finer" and "coarser" name the links of the graph.
 //!
 //! # Simplifications
-//! A vertex has the six attributes of [`Vertices`] and no others. What a source mesh has beyond them
-//! is not simplified: a vertex of a coarser level names the source vertex that it came from
-//! ([`Hierarchy::moved_from`]), and whoever draws takes the rest from there.
+//! A vertex has the six attributes of [`Vertices`]. Other attributes of a source mesh are not simplified: each moved
+//! vertex names the source vertex that it came from ([`Hierarchy::moved_from`]), which has them.
 //!
-//! Groups carry no cone around their normals: in the default bake of eight models (10,000 to 270,000
-//! triangles) such cones have half angles of 150° and more as a rule, of terrain 20° to 90°, so that
-//! they hardly ever tell that a group faces away.
+//! Groups have no normal cones: in default bakes of eight models, such cones have half angles of 150° and more, so they
+//! hardly ever prove that a group faces away.
 //!
-//! The deviation of a group, the two-sided Hausdorff distance of its simplified surface to the
-//! source, is one length, without a part for each direction: of a dragon, a cloth, a helmet, a palm
-//! tree and a golf ball the part across the mean normal alone is 0.7 to 1 of the whole (median of the
-//! groups of a level), so that no direction of view could count on less. On terrain it is 0.2: seen
-//! from straight above, and from there only, less would do.
+//! The deviation of a group, the two-sided Hausdorff distance of its simplified surface to the source, is one length for
+//! all directions: on most models the part across the mean normal alone is 0.7 to 1 of the whole.
 //!
 //! # Fuzzing
 //! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
@@ -48,24 +42,25 @@
 
 mod bounds;
 mod build;
-mod cards;
 mod file;
+#[cfg(any(test, feature = "test-support"))]
 pub mod fixtures;
 mod hierarchy;
+mod random;
 mod refinement;
-mod source;
 mod source_vertices;
-pub mod srgb;
 mod validate;
+mod vertices;
 mod whole_mesh;
 
 pub use bounds::{Aabb, Sphere};
-pub use cards::{Card, CardLevel, CardPicture, Cards};
 pub use file::{
     BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Page, PageOptions,
     PagedFile, PagedMesh, Precision,
 };
-pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit, Vertices};
-pub use source::SourceHash;
+pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+#[doc(hidden)]
+pub use random::Random;
 pub use validate::InvalidHierarchy;
+pub use vertices::{SourceHash, Vertices};
 pub use whole_mesh::WholeMeshCut;

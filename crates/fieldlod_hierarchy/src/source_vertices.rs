@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use crate::hierarchy::{Hierarchy, Vertices};
+use crate::hierarchy::Hierarchy;
 use crate::validate::InvalidHierarchy;
+use crate::vertices::Vertices;
 
 impl Hierarchy {
     /// Whether the source's vertices are missing: it was read from a file that leaves them out.

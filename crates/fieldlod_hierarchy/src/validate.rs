@@ -2,12 +2,10 @@
 //! selection's tests call them all through [`Hierarchy::validate`].
 
 mod bounds;
-mod cards;
 mod links;
 mod measures;
 mod ranges;
 
-use glam::Vec3;
 use thiserror::Error;
 
 use crate::hierarchy::Hierarchy;
@@ -34,21 +32,19 @@ pub enum InvalidHierarchy {
     #[error("{count} origins for {moved} moved vertices")]
     MovedFromCount { count: usize, moved: usize },
     /// It was read from a file that leaves the source's vertices out.
-    #[error("it lacks the vertices of its source")]
+    #[error("it is without the vertices of its source")]
     LacksSourceVertices,
     /// The source's vertices are others than those that are missing.
     #[error("the source has {vertices} vertices, but should have {expected}")]
     OtherSource { vertices: usize, expected: usize },
     /// The vertices of the source and the moved ones have the same attributes.
-    #[error(
-        "the vertices of the source have {attribute} and the moved ones have none, or vice versa"
-    )]
+    #[error("only the source vertices or only the moved vertices have {attribute}")]
     OtherAttributes { attribute: &'static str },
     /// A position is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
     /// Sub-ranges must follow each other without gap or overlap and end with the array.
-    #[error("the {what} of {owner} {index} do not start where those before end, or end outside")]
+    #[error("the {what} of {owner} {index} do not follow the previous ones, or end out of range")]
     BrokenRange {
         what: &'static str,
         owner: &'static str,
@@ -63,7 +59,7 @@ pub enum InvalidHierarchy {
         target: usize,
     },
     /// A finer group must come before the coarser ones.
-    #[error("group {group} counts group {finer} as finer, which does not come before it")]
+    #[error("group {group} has the finer group {finer}, which does not come before it")]
     FinerNotBefore { group: usize, finer: usize },
     /// The finer groups are exactly the producers of the units consumed.
     #[error("the finer groups of group {group} are not the producers of its units")]
@@ -75,7 +71,7 @@ pub enum InvalidHierarchy {
     #[error("unit {unit} has no triangle")]
     EmptyUnit { unit: usize },
     /// A unit in the range of one group that names another as consumer.
-    #[error("unit {unit} lies in the range of group {group} but names group {named}")]
+    #[error("unit {unit} is in the range of group {group} but names group {named}")]
     WrongConsumer {
         unit: usize,
         group: usize,
@@ -88,7 +84,7 @@ pub enum InvalidHierarchy {
     #[error("group {group} is not terminal but produces no unit")]
     ProducesNothing { group: usize },
     /// Levels count simplifications.
-    #[error("group {group} stands at level {level}, but its finer groups put it at {expected}")]
+    #[error("group {group} has level {level}, but its finer groups imply {expected}")]
     BadLevel {
         group: usize,
         level: u32,
@@ -119,39 +115,6 @@ pub enum InvalidHierarchy {
     /// The mean of unit vectors is no longer than 1.
     #[error("group {group} has a mean normal that is NaN or longer than 1")]
     BadMeanNormal { group: usize },
-    /// Errors of cards are lengths and never shrink from finer to coarser.
-    #[error(
-        "level {level} of cards has error {error}, which is negative, not finite or below a finer level's"
-    )]
-    BadCardError { level: usize, error: f32 },
-    /// There are cards, and fewer from level to level.
-    #[error("level {level} of cards has {count} cards: none, or no fewer than a finer level")]
-    BadCardCount { level: usize, count: usize },
-    /// The corners and edges of a card are finite.
-    #[error("card {card} of level {level} has a corner or an edge that is not finite")]
-    CardNotFinite { level: usize, card: usize },
-    /// Edges have lengths, by which their directions are known.
-    #[error("card {card} of level {level} has an edge of no length")]
-    CardWithoutEdge { level: usize, card: usize },
-    /// A card is a rectangle.
-    #[error("card {card} of level {level} has edges that are not at right angles")]
-    CardNotRectangular { level: usize, card: usize },
-    /// A card shows some texels of the picture.
-    #[error("card {card} of level {level} shows no texel, or some outside of the picture")]
-    CardOutsidePicture { level: usize, card: usize },
-    /// The side of a picture is a power of two, and not too large.
-    #[error("the picture of cards has {side_texels} texels a side, which no picture may have")]
-    BadPictureSide { side_texels: u32 },
-    /// A picture has a colour and a normal for each texel.
-    #[error("the picture of cards has {count} {what} for {texels} texels")]
-    PictureTexelCount {
-        what: &'static str,
-        count: usize,
-        texels: usize,
-    },
-    /// A tint is a colour.
-    #[error("the picture of cards has the tint {tint}, which is negative or not finite")]
-    BadPictureTint { tint: Vec3 },
 }
 
 use InvalidHierarchy as E;
@@ -181,11 +144,7 @@ impl Hierarchy {
         self.check_group_references()?;
         self.check_vertex_references()?;
         self.check_links()?;
-        self.check_errors()?;
-        match &self.cards {
-            Some(cards) => cards.check(),
-            None => Ok(()),
-        }
+        self.check_errors()
     }
 
     /// Checks groups, units and their links, where there is no geometry.
@@ -199,15 +158,7 @@ impl Hierarchy {
 
     fn check_vertices(&self) -> Result<(), E> {
         let vertices = self.vertices.positions.len();
-        let counts = [
-            ("normals", self.vertices.normals.len()),
-            ("uvs", self.vertices.uvs.len()),
-            ("tangents", self.vertices.tangents.len()),
-            ("second uvs", self.vertices.uvs_1.len()),
-            ("colors", self.vertices.colors.len()),
-        ];
-        let is_wrong = |&(_, count): &(&str, usize)| count != 0 && count != vertices;
-        if let Some((attribute, count)) = counts.into_iter().find(is_wrong) {
+        if let Some((attribute, count)) = self.vertices.incomplete_attribute() {
             return Err(E::AttributeCount {
                 attribute,
                 count,

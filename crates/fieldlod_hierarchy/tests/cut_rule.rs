@@ -17,7 +17,7 @@ fn is_refined(hierarchy: &Hierarchy, marked: &[bool], group: usize) -> bool {
 
 proptest! {
     #[test]
-    fn the_units_drawn_are_those_of_the_rule(seed: u64, percent in 0usize..=100) {
+    fn drawn_units_follow_the_cut_rule(seed: u64, percent in 0usize..=100) {
         let hierarchy = fixtures::grid_pyramid(3);
         let mut random = Random::new(seed);
         let groups = 0..hierarchy.groups.len();
@@ -37,7 +37,7 @@ proptest! {
 }
 
 #[test]
-fn hierarchies_put_together_by_methods_are_valid_and_know_their_source() {
+fn hierarchies_built_by_methods_are_valid() {
     for hierarchy in [fixtures::two_level_strip(), fixtures::grid_pyramid(2)] {
         hierarchy.validate().unwrap();
         let source: Vec<usize> = hierarchy.source_units().collect();

@@ -2,14 +2,9 @@
 
 mod common;
 
-use std::collections::HashSet;
-use std::sync::Arc;
-
-use common::{Directory, strip_file, whole_hills_with_cards, with_cards};
+use common::strip_file;
 use fieldlod_hierarchy::fixtures::{self, Random};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, CardPicture, FileOptions, Hierarchy, Precision, Vertices,
-};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, Precision, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
@@ -20,16 +15,14 @@ fn file_of(hierarchy: Hierarchy) -> BakedFile {
 }
 
 #[test]
-fn what_was_written_is_read() {
+fn files_round_trip() {
     for file in [
         strip_file(),
         BakedFile::default(),
         file_of(Hierarchy::default()),
         file_of(fixtures::grid_pyramid(0)),
         file_of(fixtures::grid_pyramid(3)),
-        file_of(with_cards(fixtures::grid_pyramid(1), 64)),
-        file_of(whole_hills_with_cards(2)),
-        file_of(with_cards(Hierarchy::default(), 4)),
+        file_of(fixtures::grid_pyramid(2).whole_mesh_levels().unwrap()),
     ] {
         assert!(BakedFile::from_bytes(&file.to_bytes()) == Ok(file));
     }
@@ -39,7 +32,7 @@ fn what_was_written_is_read() {
 
 /// Attributes that are missing, numbers without a meaning, vertices without a use.
 #[test]
-fn odd_vertices_are_kept_bit_for_bit() {
+fn odd_vertices_round_trip_bit_for_bit() {
     let mut hierarchy = fixtures::two_level_strip();
     hierarchy.source_vertex_count += 1;
     hierarchy.vertices.normals.clear();
@@ -111,7 +104,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn any_numbers_come_back_bit_for_bit(seed: u64, turned in 0usize..3) {
+    fn any_numbers_round_trip_bit_for_bit(seed: u64, turned in 0usize..3) {
         let mut hierarchy = scrambled(seed);
         // Triangles keep the corner at which they begin.
         for triangle in hierarchy.indices.as_chunks_mut::<3>().0.iter_mut().step_by(2) {
@@ -133,37 +126,6 @@ proptest! {
             prop_assert_eq!(&read.groups, &expected.groups);
             prop_assert_eq!(&read.units, &expected.units);
         }
-    }
-}
-
-/// The first sections alone, and no byte after them, are a whole and coarser hierarchy.
-#[test]
-fn a_reader_may_stop_after_any_level() {
-    let hierarchy = fixtures::grid_pyramid(4);
-    for precision in [Precision::Lossless, Precision::Quantized16] {
-        let bytes = file_of(hierarchy.clone()).to_bytes_with(precision.into());
-        let sections = Directory::of(&bytes).sections;
-        assert_eq!(sections.len(), 5);
-        for (number, section) in sections.iter().enumerate() {
-            let start = &bytes[..section.bytes.end];
-            let read = BakedFile::from_bytes_coarse(start, number + 1).unwrap();
-            let read = &read.primitives[0].hierarchy;
-            read.validate().unwrap();
-            assert_eq!(read.level_count(), number as u32 + 1);
-            // Each tile of 512 triangles becomes four.
-            assert_eq!(read.source_triangle_count(), 512 << (2 * number));
-            // Nothing but what is in use, and whatever is coarser than the finest counts as its.
-            let used: HashSet<u32> = read.unit_vertices.iter().copied().collect();
-            assert_eq!(read.vertices.positions.len(), used.len());
-            let is_whole = number == 4;
-            assert_eq!(read.source_vertex_count as usize == used.len(), !is_whole);
-            assert_eq!(read.moved_from.is_empty(), !is_whole);
-            assert_eq!(read.source, hierarchy.source);
-            let cut = BakedFile::from_bytes_coarse(&start[..start.len() - 1], number + 1);
-            assert!(cut.is_err());
-        }
-        let all = BakedFile::from_bytes_coarse(&bytes, usize::MAX);
-        assert!(all == BakedFile::from_bytes(&bytes));
     }
 }
 
@@ -203,7 +165,7 @@ fn quantized_attributes_stay_near() {
 }
 
 #[test]
-fn directions_come_back_on_the_axes_and_never_as_nan() {
+fn quantized_directions_are_exact_on_axes() {
     let mut hierarchy = fixtures::two_level_strip();
     hierarchy.vertices.normals = vec![
         Vec3::X,
@@ -228,7 +190,7 @@ fn directions_come_back_on_the_axes_and_never_as_nan() {
 
 /// Hills of 131,072 triangles: position, normal and texture coordinates of all levels.
 #[test]
-fn a_file_is_small() {
+fn files_are_small() {
     let mut hierarchy = fixtures::grid_pyramid(4);
     hierarchy.vertices.tangents.clear();
     hierarchy.vertices.uvs_1.clear();
@@ -240,117 +202,4 @@ fn a_file_is_small() {
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(bytes_each);
     println!("{lossless:.2} bytes a triangle lossless, {quantized:.2} quantized");
     assert!(lossless <= 20.0 && quantized <= 10.0);
-}
-
-#[test]
-fn cards_are_exact_at_any_precision() {
-    let hierarchies = [
-        with_cards(fixtures::grid_pyramid(1), 32),
-        whole_hills_with_cards(1),
-    ];
-    for (hierarchy, precision) in hierarchies.iter().flat_map(|hierarchy| {
-        [Precision::Lossless, Precision::Quantized16].map(|precision| (hierarchy, precision))
-    }) {
-        let source = hierarchy.source_vertices();
-        for beside_source in [false, true] {
-            let options = FileOptions {
-                precision,
-                beside_source,
-            };
-            let bytes = file_of(hierarchy.clone()).to_bytes_with(options);
-            let mut file = BakedFile::from_bytes_beside_source(&bytes).unwrap();
-            let read = file.primitives.remove(0).hierarchy;
-            let read = read.with_source_vertices(&source).unwrap();
-            assert!(read.cards.is_some() && read.cards == hierarchy.cards);
-        }
-    }
-}
-
-/// What was read of whole meshes is what they are made of again: nothing more is to be added.
-#[test]
-fn whole_meshes_end_with_their_cards() {
-    let whole = whole_hills_with_cards(2);
-    let levels = whole.cards.clone().unwrap().levels;
-    let last = &whole.units[whole.units.len() - levels.len()..];
-    for (unit, level) in last.iter().zip(&levels) {
-        assert_eq!(unit.triangle_count as usize, 2 * level.cards.len());
-    }
-    let bytes = file_of(whole.clone()).to_bytes_with(Precision::Quantized16.into());
-    let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
-    let read = read.hierarchy;
-    assert_eq!(read.units.len(), whole.units.len());
-    assert!(read.whole_mesh_levels() == Some(read));
-}
-
-/// Cards are the coarsest: all of them, unless units that were not read are the finest of them.
-#[test]
-fn coarse_levels_are_read_with_their_cards() {
-    let file = file_of(with_cards(fixtures::grid_pyramid(2), 16));
-    let cards = file.primitives[0].hierarchy.cards.clone();
-    let bytes = file.to_bytes();
-    for place in &Directory::of(&bytes).sections {
-        let read = BakedFile::from_bytes_coarse(&bytes[..place.bytes.end], 1).unwrap();
-        let read = &read.primitives[0].hierarchy;
-        assert!(read.cards == cards && read.card_units().is_empty());
-    }
-    let whole = whole_hills_with_cards(2);
-    let all = whole.cards.clone().unwrap();
-    let bytes = file_of(whole.clone()).to_bytes();
-    for sections in 1..=whole.units.len() {
-        let read = BakedFile::from_bytes_coarse(&bytes, sections).unwrap();
-        let read = &read.primitives[0].hierarchy;
-        assert_eq!(read.units.len(), sections);
-        let cards = read.cards.clone().unwrap();
-        let left_out = all.levels.len().saturating_sub(sections);
-        assert_eq!(cards.levels, all.levels[left_out..]);
-        assert_eq!(cards.picture, all.picture);
-        // Though there be nothing else.
-        let first = sections - cards.levels.len();
-        assert_eq!(read.card_units(), first..sections);
-        assert!(read.whole_mesh_levels().as_ref() == Some(read));
-    }
-}
-
-/// A mesh that looks like its coarsest cards, and has finer ones.
-#[test]
-fn a_mesh_with_fewer_units_than_levels_of_cards_keeps_them() {
-    let strip = file_of(fixtures::two_level_strip()).to_bytes();
-    let coarse = BakedFile::from_bytes_coarse(&strip, 1).unwrap();
-    let mut hierarchy = with_cards(coarse.primitives[0].hierarchy.clone(), 8);
-    hierarchy.cards.as_mut().unwrap().levels[1]
-        .cards
-        .truncate(1);
-    assert!(hierarchy.card_units().is_empty());
-    let file = file_of(hierarchy);
-    assert!(BakedFile::from_bytes(&file.to_bytes()) == Ok(file));
-}
-
-/// A picture of 256 x 256 texels of flat leaves, of which a third is covered.
-#[test]
-fn pictures_of_cards_are_small() {
-    let bytes_with =
-        |hierarchy: Hierarchy| file_of(hierarchy).to_bytes_with(Precision::Quantized16.into());
-    let strip = fixtures::two_level_strip();
-    let bytes = bytes_with(with_cards(strip.clone(), 256)).len() - bytes_with(strip).len();
-    println!("{bytes} bytes of cards");
-    assert!(bytes <= 64 << 10);
-}
-
-/// Of one colour, so that the bytes that grant its memory are most of all.
-#[test]
-fn the_largest_picture_is_read() {
-    let mut hierarchy = with_cards(fixtures::two_level_strip(), 4);
-    let side_texels = CardPicture::MOST_SIDE_TEXELS;
-    let texels = side_texels.pow(2) as usize;
-    if let Some(cards) = &mut hierarchy.cards {
-        cards.picture = Arc::new(CardPicture {
-            side_texels,
-            colors: vec![[1, 2, 3, 4]; texels],
-            normals: vec![[5, 6, 7]; texels],
-            turns_over: false,
-            tint: Vec3::ONE,
-        });
-    }
-    let file = file_of(hierarchy);
-    assert!(BakedFile::from_bytes(&file.to_bytes()) == Ok(file));
 }

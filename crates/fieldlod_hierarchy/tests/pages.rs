@@ -1,15 +1,11 @@
 //! What a `.fieldpages` file keeps, and what is said of broken ones.
 
-mod common;
-
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use common::whole_hills_with_cards;
 use fieldlod_hierarchy::fixtures::{self, Random};
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FileError, Hierarchy, PageOptions, PagedFile, PagedMesh, Precision,
-    Unit,
 };
 use glam::Vec3;
 use proptest::prelude::*;
@@ -103,7 +99,7 @@ fn the_first_page_draws_the_coarsest_cut() {
 
 /// A vertex that two pages have is at the same place in both: nothing cracks.
 #[test]
-fn rounded_pages_meet() {
+fn quantized_pages_have_no_cracks() {
     let hierarchy = fixtures::grid_pyramid(3);
     let places: HashMap<_, _> = (0..)
         .zip(&hierarchy.vertices.positions)
@@ -153,59 +149,8 @@ fn the_same_contents_give_the_same_bytes() {
     assert_eq!(bytes(), bytes());
 }
 
-/// Meshes that are read in parts have none.
 #[test]
-fn cards_are_left_out_and_refused() {
-    let strip = fixtures::two_level_strip();
-    let with_cards = Hierarchy {
-        cards: Some(fixtures::leafy_cards(8)),
-        ..strip.clone()
-    };
-    let [bytes, without] = [with_cards, strip].map(|hierarchy| {
-        let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy)];
-        PagedFile::to_bytes(&BakedFile { primitives }, PageOptions::default())
-    });
-    assert_eq!(bytes, without);
-    // The length of what there is of them, before the checksum of nothing.
-    let mut bytes = bytes;
-    let end = PagedFile::contents_end(&bytes).unwrap() as usize;
-    let nothing = [[0; 8], xxh3_64(&[]).to_le_bytes()].concat();
-    let place = bytes.windows(16).position(|window| *window == nothing);
-    bytes[place.unwrap()] = 1;
-    seal(&mut bytes, end);
-    let fault = PagedFile::from_contents(&bytes).unwrap_err();
-    let what = "the table of contents";
-    assert_eq!(fault, FileError::Corrupt { what });
-}
-
-/// Of whole meshes, the levels that are cards are left out, too: without their picture they would be blank.
-#[test]
-fn units_that_are_cards_are_left_out() {
-    let whole = whole_hills_with_cards(2);
-    let kept = whole.card_units().start;
-    assert!(kept > 1 && kept < whole.units.len());
-    let only_cards = BakedFile::from_bytes_coarse(&file_of(whole.clone()).to_bytes(), 1).unwrap();
-    let bytes = PagedFile::to_bytes(&file_of(whole.clone()), PageOptions::default());
-    let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
-    let counts = |units: &[Unit]| units.iter().map(|unit| unit.triangle_count).collect();
-    let found: Vec<u32> = counts(&mesh.graph.units);
-    assert_eq!(found, counts(&whole.units[..kept]) as Vec<u32>);
-    let coarsest = read_page(mesh, 0, &bytes).unwrap();
-    assert_eq!(triangles(&coarsest, 0), triangles(&whole, kept - 1));
-    // Nothing is left of what is nothing else.
-    let bytes = PagedFile::to_bytes(&only_cards, PageOptions::default());
-    let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
-    assert!(mesh.graph.units.is_empty());
-}
-
-fn file_of(hierarchy: Hierarchy) -> BakedFile {
-    BakedFile {
-        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
-    }
-}
-
-#[test]
-fn says_what_is_wrong() {
+fn rejects_broken_tables() {
     let bytes = PagedFile::to_bytes(&file(), PageOptions::default());
     let read = |bytes: &[u8]| PagedFile::from_contents(bytes).map(|_| ());
     assert_eq!(read(b"FLDLOD\r\n"), Err(FileError::NotFieldlod));

@@ -31,13 +31,13 @@ fn assert_corrupt(fault: &FileError, what: &'static str) {
 }
 
 #[test]
-fn rejects_a_coding_that_there_is_not() {
+fn rejects_an_unknown_coding() {
     let fault = fault_with(0, GROUP_INDEX, &[0, 2], &[9, 2]);
     assert_corrupt(&fault, "the groups");
 }
 
 #[test]
-fn rejects_packed_numbers_that_do_not_unpack() {
+fn rejects_corrupt_packed_numbers() {
     let fault = fault_with(0, GROUP_INDEX, &[0, 2], &[8, 2]);
     assert_corrupt(&fault, "the groups");
 }
@@ -49,7 +49,7 @@ fn rejects_two_groups_at_one_place() {
 }
 
 #[test]
-fn rejects_vertices_that_were_not_coded_yet() {
+fn rejects_vertices_before_they_are_coded() {
     let fault = fault_with(0, VERTEX_LIST, &[0, 0], &[0, 1]);
     assert_corrupt(&fault, "the vertex lists");
 }
@@ -75,7 +75,7 @@ fn rejects_edges_of_no_triangle() {
 
 /// The first corner can be neither one that was used a moment ago nor one along a border.
 #[test]
-fn rejects_corners_that_were_not_used_before() {
+fn rejects_unused_corners() {
     let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 3, 19, 19, 0]);
     assert_corrupt(&fault, "the triangles");
     let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 1, 19, 19, 0]);
@@ -83,13 +83,13 @@ fn rejects_corners_that_were_not_used_before() {
 }
 
 #[test]
-fn rejects_corners_told_in_no_known_way() {
+fn rejects_unknown_corner_codes() {
     let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 0, 19, 20, 0]);
     assert_corrupt(&fault, "the triangles");
 }
 
 #[test]
-fn rejects_more_corners_told_by_distance_than_distances() {
+fn rejects_missing_corner_distances() {
     let fault = fault_with(0, CORNERS, &[1, 0, 19, 19, 0], &[1, 19, 19, 19, 0]);
     assert_corrupt(&fault, "the triangles");
 }

@@ -17,7 +17,7 @@ pub struct StreamPageId {
     pub page: u32,
 }
 
-/// Where a page is.
+/// The state of a page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum PageState {
     #[default]
@@ -100,7 +100,7 @@ impl MeshPages {
         self.page_of.get(group as usize).copied()
     }
 
-    /// What lacks a page lacks the coarser pages too: hands its priority on to those.
+    /// Raises the priority of the coarser pages that a page depends on.
     pub(crate) fn hand_on_priority(&mut self, page: u32) {
         let priority = self.pages[page as usize].priority;
         let coarser = std::mem::take(&mut self.pages[page as usize].coarser);

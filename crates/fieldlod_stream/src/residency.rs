@@ -1,4 +1,4 @@
-//! What is loaded and what is evicted.
+//! Decides which pages are loaded and evicted.
 
 use std::cmp::Reverse;
 use std::time::Duration;
@@ -8,13 +8,12 @@ use fieldlod_hierarchy::PagedMesh;
 use crate::mesh_pages::{MeshPages, PageEntry, PageState, StreamMeshId, StreamPageId};
 use crate::settings::StreamSettings;
 
-/// What errors count for less, frame by frame, while more is wanted than fits, and for more while much of
-/// the budget is free.
+/// Factors of the coarsening per frame, while more is wanted than fits and while much of the budget is free.
 const COARSER: f32 = 1.05;
 const FINER: f32 = 1.0 / 1.02;
-/// Share of the budget below which it counts as free. Between that and the whole budget nothing changes.
+/// Share of the budget below which it counts as free. Between this and the whole budget nothing changes.
 const DEAD_BAND_FROM: f64 = 0.8;
-/// The least that errors count for.
+/// Largest coarsening.
 const MOST_COARSENING: f32 = 1000.0;
 /// Frames for which errors do not count for more again after they had to count for less: twice as many each
 /// time that this was too early, up to the most. Pages come in steps, which may be larger than the dead band.
@@ -46,7 +45,7 @@ pub struct Residency {
     statistics: Statistics,
 }
 
-/// What a frame asks for.
+/// The loads and evictions of a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Orders {
     /// Pages to free, that which was not in use for longest first. They are not at hand any more.
@@ -79,7 +78,7 @@ pub struct Statistics {
 }
 
 impl Residency {
-    /// With nothing in it.
+    /// Creates a residency without meshes.
     #[must_use]
     pub fn new(settings: StreamSettings) -> Self {
         Self {
@@ -98,12 +97,12 @@ impl Residency {
         }
     }
 
-    /// Changes the budgets; the next frames keep to them.
+    /// Changes the budgets from the next frame on.
     pub fn set_settings(&mut self, settings: StreamSettings) {
         self.settings = settings;
     }
 
-    /// Adds a mesh of which nothing is resident yet.
+    /// Adds a mesh without resident pages.
     pub fn add_mesh(&mut self, mesh: &PagedMesh) -> StreamMeshId {
         let pages = MeshPages::new(mesh);
         self.first_page_bytes += pages.pages.first().map_or(0, |page| page.gpu_bytes);
@@ -111,8 +110,7 @@ impl Residency {
         StreamMeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Removes a mesh: its pages are freed by whoever holds them, and those that are being loaded are not
-    /// waited for.
+    /// Removes a mesh. The caller frees its pages; pages that are still loading are ignored.
     pub fn remove_mesh(&mut self, mesh: StreamMeshId) {
         let removed = self.meshes.get_mut(mesh.0 as usize).and_then(Option::take);
         let Some(removed) = removed else {
@@ -133,20 +131,19 @@ impl Residency {
         }
     }
 
-    /// By how much errors should count for less in this frame: thresholds in pixels are to be multiplied by
-    /// it. 1 as long as all that is wanted fits.
+    /// Factor for thresholds in pixels in this frame. 1 while everything that is wanted fits the budget.
     #[must_use]
     pub fn coarsening(&self) -> f32 {
         self.coarsening
     }
 
-    /// Whether the first pages alone exceed the budget: then nothing finer is ever loaded.
+    /// Whether the first pages alone exceed the budget. Nothing finer is loaded then.
     #[must_use]
     pub fn is_budget_too_small(&self) -> bool {
         self.first_page_bytes > self.settings.gpu_bytes
     }
 
-    /// How memory is used.
+    /// Memory statistics.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
         self.statistics
@@ -177,8 +174,8 @@ impl Residency {
         self.meshes.get(mesh.0 as usize)?.as_ref()
     }
 
-    /// Tells that a view refines a group in this frame, or would: then what is drawn in its place errs by
-    /// `missing_px`.
+    /// Reports that a view refines a group in this frame, or would refine it if it were resident. In the second case the
+    /// geometry that is drawn instead has an error of `missing_px`.
     pub fn demand(&mut self, mesh: StreamMeshId, group: u32, missing_px: Option<f32>) {
         let Some(pages) = self
             .meshes
@@ -210,8 +207,7 @@ impl Residency {
         }
     }
 
-    /// Ends a frame: says what to load and what to evict, by what was asked for since the last one. The next
-    /// frame begins; it is so much later.
+    /// Ends a frame and returns its loads and evictions. The next frame begins `elapsed` later.
     pub fn update(&mut self, elapsed: Duration) -> Orders {
         self.statistics.wanted_bytes = self.wanted_bytes + self.first_page_bytes;
         self.statistics.missing_pages = self.wanted.len() as u32;
@@ -230,7 +226,7 @@ impl Residency {
         orders
     }
 
-    /// Lets errors count for less where more is wanted than fits, and for more where much is free.
+    /// Raises thresholds if more is wanted than fits, and lowers them if much of the budget is free.
     fn adapt(&mut self) {
         let budget = self.settings.gpu_bytes;
         let wanted = self.statistics.wanted_bytes;
@@ -263,7 +259,7 @@ impl Residency {
         }
     }
 
-    /// Loads what is wanted, the most urgent first, as far as there is room.
+    /// Loads wanted pages, the most urgent first, while there is room.
     fn load_wanted(&mut self, orders: &mut Orders) {
         let mut wanted = std::mem::take(&mut self.wanted);
         // Finer pages have greater numbers.
@@ -289,7 +285,7 @@ impl Residency {
         self.wanted = wanted;
     }
 
-    /// Whether a page is absent, not to be left alone, and can be read beside those that are.
+    /// Whether a page is absent, due for a retry if it failed, and within the limit of concurrent loads.
     fn may_load(&self, page: StreamPageId) -> bool {
         let Some(entry) = self.page(page) else {
             return false;
@@ -315,7 +311,7 @@ impl Residency {
         orders.load.push(page);
     }
 
-    /// Evicts what was not used for longest, until `bytes` more fit. Whether they do.
+    /// Evicts the least recently used pages until `bytes` more fit. Returns whether they fit.
     fn make_room(&mut self, bytes: u64, orders: &mut Orders) -> bool {
         let budget = self.settings.gpu_bytes;
         let held =
@@ -332,7 +328,7 @@ impl Residency {
         true
     }
 
-    /// The pages that are not in use, that which was not for longest last.
+    /// The pages that are not in use, least recently used last.
     fn find_idle(&self) -> Vec<StreamPageId> {
         let meshes = 0..self.meshes.len() as u32;
         let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
@@ -351,7 +347,7 @@ impl Residency {
         pages.filter(|(_, page)| page.state == PageState::Resident && page.used_at < self.frame)
     }
 
-    /// Evicts what was not in use for as long as pages are kept, of some meshes in each frame.
+    /// Evicts pages that were unused for longer than the setting, for some meshes in each frame.
     fn evict_unused(&mut self, orders: &mut Orders) {
         let keep = self.settings.keep_unused;
         let is_unused = |page: &PageEntry| self.time - page.used_at_time > keep;
@@ -376,8 +372,7 @@ impl Residency {
         orders.evict.push(page);
     }
 
-    /// Tells that a page that was to be loaded is resident. Whether it is still wanted: not if its mesh was
-    /// removed meanwhile.
+    /// Reports that a page is loaded. Returns `false` if its mesh was removed meanwhile.
     pub fn set_loaded(&mut self, page: StreamPageId) -> bool {
         let Some(entry) = self.end_loading(page) else {
             return false;
@@ -391,7 +386,7 @@ impl Residency {
         true
     }
 
-    /// Tells that a page could not be loaded. It is tried again after a while: longer each time.
+    /// Reports that a page could not be loaded. It is retried later, with growing delays.
     pub fn set_failed(&mut self, page: StreamPageId) {
         let frame = self.frame;
         let Some(entry) = self.end_loading(page) else {
@@ -406,7 +401,7 @@ impl Residency {
         self.statistics.failed += 1;
     }
 
-    /// The page, if it was being loaded, with its bytes counted as that no more.
+    /// Ends the load of a page and returns it, if it was loading.
     fn end_loading(&mut self, page: StreamPageId) -> Option<&mut PageEntry> {
         let mesh = self.meshes.get_mut(page.mesh.0 as usize)?.as_mut()?;
         let entry = mesh.pages.get_mut(page.page as usize)?;

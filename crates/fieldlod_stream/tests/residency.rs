@@ -50,7 +50,7 @@ fn wanted_bytes() -> u64 {
 }
 
 #[test]
-fn after_a_while_the_picture_is_that_of_all_pages() {
+fn streamed_cut_converges_to_the_full_cut() {
     let disk = Disk {
         bytes_a_second: 2e6,
         latency_seconds: 0.05,
@@ -83,7 +83,7 @@ fn after_a_while_the_picture_is_that_of_all_pages() {
 
 /// With half and a tenth of what a view wants: coarser, whole, within the budget, and at rest.
 #[test]
-fn a_small_budget_settles() {
+fn small_budget_settles() {
     for share in [2, 10] {
         let gpu_bytes = (wanted_bytes() / share).max(least_bytes());
         let mut world = World::new(&ROCKS, budget(gpu_bytes), Disk::IDEAL);
@@ -127,7 +127,7 @@ fn assert_no_thrashing(world: &World) {
 }
 
 #[test]
-fn first_pages_come_first_and_stay_whatever_the_budget() {
+fn first_pages_are_loaded_first_and_stay() {
     let mut world = World::new(&ROCKS, budget(least_bytes() / 2), Disk::IDEAL);
     assert!(world.residency.is_budget_too_small());
     for frame in 0..200u16 {
@@ -143,7 +143,7 @@ fn first_pages_come_first_and_stay_whatever_the_budget() {
 
 /// A page that cannot be read is asked for again, more and more rarely; all else is drawn.
 #[test]
-fn a_broken_page_holds_up_nothing_else() {
+fn broken_page_does_not_block_others() {
     let mut world = World::new(&ROCKS, budget(bytes_of(&ROCKS)), Disk::IDEAL);
     world.frame(EYE, TARGET);
     let wanted: Vec<StreamPageId> = world.log.iter().map(|(_, page, _)| *page).collect();
@@ -182,7 +182,7 @@ fn a_broken_page_holds_up_nothing_else() {
 }
 
 #[test]
-fn a_mesh_may_go_while_its_pages_come() {
+fn meshes_can_be_removed_while_loading() {
     let mut residency = Residency::new(budget(u64::MAX));
     let [stays, goes] = [0, 1].map(|rock| residency.add_mesh(&ROCKS[rock]));
     let orders = residency.update(Duration::ZERO);
@@ -214,7 +214,7 @@ fn a_mesh_may_go_while_its_pages_come() {
 
 /// A smaller budget is kept to as soon as what is in use allows.
 #[test]
-fn a_budget_may_shrink() {
+fn budget_can_shrink() {
     let mut world = World::new(&ROCKS, budget(bytes_of(&ROCKS)), Disk::IDEAL);
     for _ in 0..5 {
         world.frame(EYE, TARGET);
@@ -230,7 +230,7 @@ fn a_budget_may_shrink() {
 
 /// There and back, with room for all: what is behind leaves after a while, and not before.
 #[test]
-fn what_is_not_in_use_for_long_leaves_though_there_is_room() {
+fn unused_pages_are_evicted_after_a_while() {
     let keep_unused = Duration::from_secs(3);
     let settings = StreamSettings {
         keep_unused,
@@ -276,7 +276,7 @@ proptest! {
 
     /// Wherever one jumps, with whatever memory and disk: within the budgets, and never a hole.
     #[test]
-    fn budgets_are_kept_and_cuts_are_whole(
+    fn budgets_hold_and_cuts_have_no_holes(
         jumps in prop::collection::vec((place(), place(), 1usize..40), 1..6),
         share in 0.0f64..1.0,
         loading_bytes in prop_oneof![Just(0u64), 1_000u64..1_000_000],

@@ -1,19 +1,19 @@
-//! The graphics adapter that will draw.
+//! The graphics adapter.
 
 use bevy::render::RenderPlugin;
 use bevy::render::settings::{PowerPreference, WgpuSettings};
 use bevy::tasks::block_on;
 
-/// What to say where there is no adapter.
-pub(crate) const NOT_FOUND: &str = "no Vulkan adapter found, so this run only selects; on Debian and Ubuntu the package \
-     mesa-vulkan-drivers provides a software one";
+/// The message if there is no adapter.
+pub(crate) const NOT_FOUND: &str = "could not find a Vulkan adapter; selecting levels without rendering (on Debian and \
+     Ubuntu, the package mesa-vulkan-drivers provides a software adapter)";
 
-/// What draws the scene.
+/// The kind of adapter that renders the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Adapter {
-    /// Nothing.
+    /// There is no adapter.
     None,
-    /// The processor, by a software adapter like Mesa's llvmpipe.
+    /// A software adapter, like Mesa's llvmpipe.
     Software,
     /// A GPU.
     Gpu,
@@ -25,23 +25,7 @@ pub(crate) fn has_display() -> bool {
     !cfg!(target_os = "linux") || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(is_set)
 }
 
-/// Starts the program anew with a folder for the sockets of Wayland displays, if none is named:
-/// Mesa's libraries look there even where there is no display, and would print that it is missing.
-pub(crate) fn provide_runtime_folder() {
-    #[cfg(target_os = "linux")]
-    if std::env::var_os("XDG_RUNTIME_DIR").is_none()
-        && let Ok(program) = std::env::current_exe()
-    {
-        use std::os::unix::process::CommandExt;
-        let mut anew = std::process::Command::new(program);
-        anew.args(std::env::args_os().skip(1));
-        anew.env("XDG_RUNTIME_DIR", std::env::temp_dir());
-        // It comes back only if it fails, and then this process goes on.
-        let _fault = anew.exec();
-    }
-}
-
-/// Asks for an adapter as Bevy will, which panics without one.
+/// Requests an adapter as Bevy does. Bevy itself panics if there is none.
 pub(crate) fn find() -> Adapter {
     let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     let instance = wgpu::Instance::new(descriptor);
@@ -56,7 +40,7 @@ pub(crate) fn find() -> Adapter {
     }
 }
 
-/// Bevy's renderer, or one that draws nothing.
+/// Bevy's renderer. Without `draws` it has no device.
 pub(crate) fn render_plugin(draws: bool) -> RenderPlugin {
     let default = WgpuSettings::default();
     let settings = WgpuSettings {

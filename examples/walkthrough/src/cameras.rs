@@ -1,10 +1,8 @@
-//! The camera, and its twin for the split screen.
+//! The camera, and a second one for the split screen.
 
 use bevy::camera::{RenderTarget, ShadowLodOrigin, Viewport};
-use bevy::core_pipeline::prepass::DepthPrepass;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
-use bevy::render::occlusion_culling::OcclusionCulling;
 use bevy_fieldlod::prelude::*;
 
 use crate::quality::Quality;
@@ -22,27 +20,21 @@ pub(crate) struct FullDetailCamera;
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
     pub(crate) error_px: f32,
-    /// How much errors count of what only casts shadows.
-    pub(crate) shadow_bias: f32,
-    /// Margin around the image that is drawn as finely, as a share of its size.
-    pub(crate) offscreen_margin: f32,
-    /// Whether errors count by how much of a thing nothing hides.
+    /// Whether hidden and half hidden objects are drawn with fewer triangles.
     pub(crate) visible_flux: bool,
-    /// Whether the GPU leaves out what is wholly hidden.
-    pub(crate) occlusion_culling: bool,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
-    /// Whether everything is drawn as Bevy draws it without the plugin.
+    /// Whether everything is drawn at full detail, without the plugin.
     pub(crate) plain: bool,
-    /// Whether the moon and the lamps shine, not the sun.
+    /// Whether moon and lamps shine instead of the sun.
     pub(crate) night: bool,
 }
 
-/// Where the cameras draw to.
+/// The target of the cameras.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct CameraTarget(pub(crate) RenderTarget);
 
-/// Adds both cameras. Move the main one: the other follows.
+/// Adds both cameras. The second one follows the main one.
 pub(crate) fn plugin(app: &mut App) {
     app.add_systems(PreStartup, spawn).add_systems(
         PostUpdate,
@@ -50,7 +42,7 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// A place below the ground with a view further down: where a camera waits without drawing.
+/// A pose below the ground that looks down. A camera waits there and sees nothing.
 pub(crate) fn seeing_nothing() -> Transform {
     Transform::from_xyz(0.0, -500.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::X)
 }
@@ -62,13 +54,8 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
     }
 }
 
-fn spawn(
-    mut commands: Commands,
-    target: Res<CameraTarget>,
-    quality: Res<Quality>,
-    options: Res<ViewOptions>,
-) {
-    // The camera of pictures is off until it is placed: meanwhile baking gets the processor.
+fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
+    // A camera that renders pictures is off until it is placed, so that baking gets all cores.
     let is_active = matches!(target.0, RenderTarget::Window(_));
     let lod = FieldLodSettings::default();
     let full_detail = FieldLodSettings {
@@ -76,10 +63,7 @@ fn spawn(
         ..lod
     };
     let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);
-    let mut main = commands.spawn((camera(0, is_active, &target, &quality), main));
-    if options.occlusion_culling {
-        main.insert((DepthPrepass, OcclusionCulling));
-    }
+    commands.spawn((camera(0, is_active, &target, &quality), main));
     let twin = (FullDetailCamera, full_detail);
     commands.spawn((camera(1, false, &target, &quality), twin));
 }
@@ -111,13 +95,13 @@ fn follow(
 ) {
     let (mut place, mut projection) = twin.into_inner();
     place.set_if_neq(*main.0);
-    // The aspect ratio stays the twin's own.
+    // The aspect ratio of the second camera is its own.
     if let Projection::Perspective(main) = main.1 {
         zoom(&mut projection, main.fov);
     }
 }
 
-/// Brings viewports and thresholds in line with [`ViewOptions`] and with the size of the target.
+/// Applies [`ViewOptions`] to viewports and thresholds.
 fn apply_options(
     mut commands: Commands,
     options: Res<ViewOptions>,
@@ -127,8 +111,6 @@ fn apply_options(
     let (entity, mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
-    settings.shadow_bias = options.shadow_bias;
-    settings.offscreen_margin = options.offscreen_margin;
     if options.visible_flux {
         commands.entity(entity).insert(FieldLodVisibleFlux);
     } else {

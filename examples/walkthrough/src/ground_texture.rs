@@ -76,22 +76,3 @@ fn halve(texels: &[Vec3], side: usize) -> Vec<Vec3> {
 fn to_srgb(linear: Vec3) -> [u8; 4] {
     Srgba::from(LinearRgba::rgb(linear.x, linear.y, linear.z)).to_u8_array()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_mipmap_keeps_the_mean() {
-        let texels: Vec<_> = (0..16).map(|i| Vec3::splat(i as f32)).collect();
-        let half = halve(&texels, 4);
-        assert_eq!(half[0], Vec3::splat((0.0 + 1.0 + 4.0 + 5.0) / 4.0));
-        assert_eq!(halve(&half, 2), vec![Vec3::splat(7.5)]);
-    }
-
-    #[test]
-    fn srgb_ends_at_black_and_white() {
-        assert_eq!(to_srgb(Vec3::ZERO), [0, 0, 0, 255]);
-        assert_eq!(to_srgb(Vec3::ONE), [255; 4]);
-    }
-}

@@ -5,9 +5,8 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
 use crate::cameras::{FullDetailCamera, MainCamera, ViewOptions};
-use crate::flight::Walk;
 use crate::quality::Quality;
-use crate::report::in_short;
+use crate::report::short_count;
 
 const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P path\n\
                     L levels   F freeze   +/- pixel error   V split   N night   Esc quit";
@@ -16,7 +15,7 @@ const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P
 #[derive(Component)]
 struct Panel;
 
-/// The name of one half of the split screen.
+/// The label of one half of the split screen.
 #[derive(Component)]
 struct Label {
     view: Entity,
@@ -36,33 +35,36 @@ pub(crate) fn panel_plugin(app: &mut App) {
         .add_systems(Update, update_panel);
 }
 
-fn text_style(size_px: f32) -> (TextFont, TextColor, TextShadow) {
-    let font = TextFont {
-        font_size: FontSize::Px(size_px),
-        ..default()
-    };
-    let shadow = TextShadow {
-        offset: Vec2::splat(1.5),
-        ..default()
-    };
-    (font, TextColor(Color::WHITE), shadow)
+/// An empty text on the screen of a camera.
+fn text(view: Entity, size_px: f32, node: Node) -> impl Bundle {
+    (
+        UiTargetCamera(view),
+        Text::default(),
+        TextFont {
+            font_size: FontSize::Px(size_px),
+            ..default()
+        },
+        TextColor(Color::WHITE),
+        TextShadow {
+            offset: Vec2::splat(1.5),
+            ..default()
+        },
+        Node {
+            position_type: PositionType::Absolute,
+            ..node
+        },
+    )
 }
 
 fn spawn_panel(mut commands: Commands, main: Single<Entity, With<MainCamera>>) {
-    commands.spawn((
-        Panel,
-        UiTargetCamera(*main),
-        Text::default(),
-        text_style(15.0),
-        Node {
-            position_type: PositionType::Absolute,
-            top: px(10),
-            left: px(10),
-            padding: UiRect::all(px(8)),
-            ..default()
-        },
-        BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.45)),
-    ));
+    let node = Node {
+        top: px(10),
+        left: px(10),
+        padding: UiRect::all(px(8)),
+        ..default()
+    };
+    let dark = BackgroundColor(Color::srgba(0.0, 0.0, 0.0, 0.45));
+    commands.spawn((Panel, text(*main, 15.0, node), dark));
 }
 
 fn spawn_labels(
@@ -71,18 +73,12 @@ fn spawn_labels(
     twin: Single<Entity, With<FullDetailCamera>>,
 ) {
     for (view, title) in [(*main, "levels of detail"), (*twin, "full detail")] {
-        commands.spawn((
-            Label { view, title },
-            UiTargetCamera(view),
-            Text::default(),
-            text_style(20.0),
-            Node {
-                position_type: PositionType::Absolute,
-                bottom: px(12),
-                left: px(16),
-                ..default()
-            },
-        ));
+        let node = Node {
+            bottom: px(12),
+            left: px(16),
+            ..default()
+        };
+        commands.spawn((Label { view, title }, text(view, 20.0, node)));
     }
 }
 
@@ -97,83 +93,41 @@ fn update_labels(
         } else {
             Visibility::Hidden
         });
-        let drawn = views
-            .get(label.view)
-            .map_or(0, |stats| stats.triangles_drawn);
-        let line = format!("{}: {} triangles", label.title, in_short(drawn));
-        text.set_if_neq(Text(line));
+        let stats = views.get(label.view).copied().unwrap_or_default();
+        let drawn = short_count(stats.triangles_drawn);
+        text.set_if_neq(Text(format!("{}: {drawn} triangles", label.title)));
     }
 }
 
 fn update_panel(
     options: Res<ViewOptions>,
-    walk: Res<Walk>,
-    debug: Res<FieldLodDebug>,
     quality: Res<Quality>,
     progress: Res<FieldLodProgress>,
     diagnostics: Res<DiagnosticsStore>,
-    main: Single<(&FieldLodViewStats, &Projection), With<MainCamera>>,
+    stats: Single<&FieldLodViewStats, With<MainCamera>>,
     mut panel: Single<&mut Text, With<Panel>>,
 ) {
-    let frame_ms = diagnostics
-        .get(&FrameTimeDiagnosticsPlugin::FRAME_TIME)
-        .and_then(Diagnostic::smoothed)
-        .unwrap_or(0.0);
-    let (stats, projection) = *main;
-    let fov_in_deg = match projection {
-        Projection::Perspective(perspective) => perspective.fov.to_degrees(),
-        _ => 0.0,
-    };
+    let frame_time = diagnostics.get(&FrameTimeDiagnosticsPlugin::FRAME_TIME);
+    let frame_ms = frame_time.and_then(Diagnostic::smoothed).unwrap_or(0.0);
     let share = stats.triangles_drawn as f64 / stats.triangles_full.max(1) as f64;
-    let lines = [
-        format!("frame        {frame_ms:.1} ms"),
-        format!(
-            "triangles    {} of {} ({:.1} %)",
-            in_short(stats.triangles_drawn),
-            in_short(stats.triangles_full),
-            share * 100.0
-        ),
-        format!("units        {}", stats.units_drawn),
-        format!(
-            "selection    {:.2} ms",
-            stats.selection_time.as_secs_f64() * 1e3
-        ),
-        format!("pixel error  {:.2}", options.error_px),
-        format!("view angle   {fov_in_deg:.0} degrees"),
-        format!("meshes       {}", progress_line(&progress)),
-        quality_line(&quality),
-        modes(&walk, &debug),
-        HELP.to_owned(),
-    ];
-    let lines: Vec<_> = lines.into_iter().filter(|line| !line.is_empty()).collect();
-    panel.set_if_neq(Text(lines.join("\n")));
-}
-
-fn progress_line(progress: &FieldLodProgress) -> String {
-    let counts = [
-        (progress.ready, "ready"),
-        (progress.waiting, "in the making"),
-        (progress.plain, "plain"),
-    ];
-    let parts = counts.into_iter().filter(|(count, _)| *count > 0);
-    let parts = parts.map(|(count, what)| format!("{count} {what}"));
-    parts.collect::<Vec<_>>().join(", ")
-}
-
-/// The line on reduced quality; empty at full quality.
-fn quality_line(quality: &Quality) -> String {
-    match quality.is_reduced {
-        true => format!("quality      {}", quality.description()),
-        false => String::new(),
-    }
-}
-
-fn modes(walk: &Walk, debug: &FieldLodDebug) -> String {
-    let modes = [
-        (!walk.on_path, "free flight"),
-        (debug.color_levels, "level colours"),
-        (debug.freeze, "cut frozen"),
-    ];
-    let on = modes.into_iter().filter(|(on, _)| *on);
-    on.map(|(_, name)| name).collect::<Vec<_>>().join(", ")
+    let numbers = format!(
+        "frame        {frame_ms:.1} ms\n\
+         triangles    {} of {} ({:.1} %)\n\
+         units        {}\n\
+         selection    {:.2} ms\n\
+         pixel error  {:.2}\n\
+         meshes       {} ready, {} waiting\n\
+         quality      {}\n\
+         {HELP}",
+        short_count(stats.triangles_drawn),
+        short_count(stats.triangles_full),
+        share * 100.0,
+        stats.units_drawn,
+        stats.selection_time.as_secs_f64() * 1e3,
+        options.error_px,
+        progress.ready,
+        progress.waiting,
+        quality.description(),
+    );
+    panel.set_if_neq(Text(numbers));
 }

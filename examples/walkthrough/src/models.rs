@@ -1,48 +1,29 @@
-//! Models named on the command line, and the scene as a model.
+//! Models named on the command line.
 
 use std::path::{Path, PathBuf};
 
-use bevy::asset::{AssetLoadError, LoadState};
+use bevy::asset::LoadState;
 use bevy::camera::primitives::MeshAabb;
-use bevy::gltf::GltfExtras;
 use bevy::math::bounding::{Aabb3d, BoundingVolume};
 use bevy::mesh::Indices;
 use bevy::prelude::*;
 use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::prelude::*;
 
-use crate::args::Args;
 use crate::layout::{self, PLINTH_IN_M};
-use crate::scene;
+use crate::report::SceneNumbers;
 
-/// The models, and how far they have come.
-#[derive(Resource, Clone, Debug, Default)]
+/// The models and the state of their loading.
+#[derive(Resource, Clone, Debug)]
 pub(crate) struct Models {
-    files: Vec<PathBuf>,
-    /// The folder of the scene, unless that is generated.
-    world: Option<PathBuf>,
-    /// Models that are neither in the scene nor failed.
-    pub(crate) awaited: usize,
-    /// Mesh entities of the models in the scene.
-    pub(crate) instances: u64,
-    /// Triangles of the models in the scene.
-    pub(crate) source_triangles: u64,
+    pub(crate) files: Vec<PathBuf>,
+    /// Models that are still loading.
+    pub(crate) loading: usize,
 }
 
-impl Models {
-    pub(crate) fn new(args: &Args) -> Self {
-        Self {
-            files: args.models.clone(),
-            world: args.world.clone(),
-            awaited: args.models.len() + usize::from(args.world.is_some()),
-            ..Self::default()
-        }
-    }
-}
-
-/// A model whose file has not been read yet.
+/// A model whose file is still loading.
 #[derive(Component)]
-struct Awaited {
+struct Loading {
     path: PathBuf,
     file: Handle<Gltf>,
 }
@@ -54,54 +35,40 @@ pub(crate) fn plugin(app: &mut App) {
 }
 
 fn load(mut commands: Commands, models: Res<Models>, assets: Res<AssetServer>) {
-    let awaited = |path: &Path| {
-        // Bevy looks for relative paths in its assets folder; users mean the current directory.
+    for (path, spot) in models.files.iter().zip(layout::model_spots()) {
+        // Bevy resolves relative paths in its assets folder. Users mean the current directory.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
-        Awaited {
+        let model = Loading {
             path: path.into(),
             file: assets.load(absolute),
-        }
-    };
-    if let Some(folder) = &models.world {
-        let scene = (awaited(&scene_in(folder)), Transform::default());
-        let mut scene = commands.spawn((scene, Visibility::default()));
-        scene.observe(count).observe(scene::dress);
-    }
-    for (path, spot) in models.files.iter().zip(layout::model_spots()) {
-        let model = (awaited(path), spot, Visibility::default());
-        commands.spawn(model).observe(count).observe(fit_to_spot);
+        };
+        commands
+            .spawn((model, spot, Visibility::default()))
+            .observe(count)
+            .observe(fit_to_spot);
     }
 }
 
-/// The file of a scene that was written into a folder.
-fn scene_in(folder: &Path) -> PathBuf {
-    let entries = std::fs::read_dir(folder).into_iter().flatten();
-    let mut paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let scene = paths.find(|path| path.extension().is_some_and(|ext| ext == "glb"));
-    // Bevy says what is wrong with it.
-    scene.unwrap_or_else(|| folder.join("world.glb"))
-}
-
-/// Spawns the default scene of each file that has been read.
+/// Spawns the default scene of each loaded file.
 fn spawn_loaded(
     mut commands: Commands,
     mut models: ResMut<Models>,
     files: Res<Assets<Gltf>>,
-    awaited: Query<(Entity, &Awaited)>,
+    loading: Query<(Entity, &Loading)>,
 ) {
-    for (model, awaited) in &awaited {
-        let Some(file) = files.get(&awaited.file) else {
+    for (model, loading) in &loading {
+        let Some(file) = files.get(&loading.file) else {
             continue;
         };
         let mut model = commands.entity(model);
-        model.remove::<Awaited>();
+        model.remove::<Loading>();
         match file.default_scene.as_ref().or(file.scenes.first()) {
             Some(scene) => {
                 model.insert((WorldAssetRoot(scene.clone()), AutoLod::default()));
             }
             None => {
-                models.awaited -= 1;
-                report(&awaited.path, "it has no scene");
+                models.loading -= 1;
+                report(&loading.path, "the file has no scene");
             }
         }
     }
@@ -111,58 +78,46 @@ fn report_failed(
     mut commands: Commands,
     mut models: ResMut<Models>,
     assets: Res<AssetServer>,
-    awaited: Query<(Entity, &Awaited)>,
+    loading: Query<(Entity, &Loading)>,
 ) {
-    for (model, awaited) in &awaited {
-        if let LoadState::Failed(fault) = assets.load_state(&awaited.file) {
-            models.awaited -= 1;
-            report(&awaited.path, &cause(&fault));
+    for (model, loading) in &loading {
+        if let LoadState::Failed(error) = assets.load_state(&loading.file) {
+            models.loading -= 1;
+            report(&loading.path, &error.to_string());
             commands.entity(model).despawn();
         }
     }
 }
 
-/// What went wrong, without Bevy's repetition of the file's name.
-fn cause(fault: &AssetLoadError) -> String {
-    match fault {
-        AssetLoadError::AssetLoaderError(fault) => fault.error().to_string(),
-        other => other.to_string(),
-    }
+/// Prints the first line of an error. Further lines are a backtrace.
+fn report(path: &Path, error: &str) {
+    let cause = error.lines().next().unwrap_or("unknown error");
+    eprintln!(
+        "walkthrough: could not load the model {}: {cause}",
+        path.display()
+    );
 }
 
-/// Prints the first line of a fault: further ones would be a backtrace.
-fn report(path: &Path, fault: &str) {
-    let first_line = fault.lines().next().unwrap_or("unknown fault");
-    eprintln!("walkthrough: {}: {first_line}", path.display());
-}
-
-/// Counts what a model has.
+/// Counts the meshes and triangles of a model.
 fn count(
     ready: On<WorldInstanceReady>,
     mut models: ResMut<Models>,
+    mut numbers: ResMut<SceneNumbers>,
     children: Query<&Children>,
-    things: Query<(&Mesh3d, Option<&GltfExtras>)>,
+    mesh_of: Query<&Mesh3d>,
     meshes: Res<Assets<Mesh>>,
 ) {
-    models.awaited = models.awaited.saturating_sub(1);
-    for (mesh, extras) in things.iter_many(children.iter_descendants(ready.entity)) {
-        let triangles = extras.and_then(triangles_elsewhere).or_else(|| {
-            let mesh = meshes.get(mesh)?;
-            let corners = mesh.indices().map_or(mesh.count_vertices(), Indices::len);
-            Some(corners as u64 / 3)
+    models.loading = models.loading.saturating_sub(1);
+    for mesh in mesh_of.iter_many(children.iter_descendants(ready.entity)) {
+        let corners = meshes.get(mesh).map_or(0, |mesh| {
+            mesh.indices().map_or(mesh.count_vertices(), Indices::len)
         });
-        models.instances += 1;
-        models.source_triangles += triangles.unwrap_or(0);
+        numbers.instances += 1;
+        numbers.source_triangles += corners as u64 / 3;
     }
 }
 
-/// Triangles of a mesh that is in a file beside its scene.
-fn triangles_elsewhere(extras: &GltfExtras) -> Option<u64> {
-    let extras: serde_json::Value = serde_json::from_str(&extras.value).ok()?;
-    extras["fieldlod"]["triangles"].as_u64()
-}
-
-/// Scales a model to its spot once its meshes are known, and puts a plinth below it.
+/// Scales a loaded model to its spot and puts a plinth below it.
 fn fit_to_spot(
     ready: On<WorldInstanceReady>,
     mut commands: Commands,
@@ -178,7 +133,7 @@ fn fit_to_spot(
         return;
     };
 
-    // The bounds of all meshes, as seen from the model's root.
+    // The bounds of all meshes in the space of the model's root.
     let model_from_world = spot.affine().inverse();
     let mut bounds: Option<Aabb3d> = None;
     for entity in children.iter_descendants(model) {

@@ -76,39 +76,3 @@ pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gradient_noise_is_bounded_continuous_and_not_flat() {
-        let (mut least, mut most) = (f32::MAX, f32::MIN);
-        let mut last = gradient(Vec3::ZERO, 1);
-        for i in 1..20_000 {
-            let value = gradient(Vec3::new(0.01, 0.003, -0.007) * i as f32, 1);
-            assert!((value - last).abs() < 0.1);
-            (least, most, last) = (least.min(value), most.max(value), value);
-        }
-        assert!((-1.6..-0.3).contains(&least) && (0.3..1.6).contains(&most));
-    }
-
-    #[test]
-    fn no_point_of_space_is_far_from_a_cell_and_none_is_jumped_over() {
-        let mut last = cells(Vec3::ZERO, 1);
-        for i in 1..20_000 {
-            let step = Vec3::new(0.01, 0.003, -0.007);
-            let distance = cells(step * i as f32, 1);
-            assert!((0.0..1.5).contains(&distance));
-            assert!((distance - last).abs() <= step.length() + 1e-3);
-            last = distance;
-        }
-    }
-
-    #[test]
-    fn random_numbers_fill_the_unit_interval() {
-        let mean = (0..1000).map(|i| random(i, 3)).sum::<f32>() / 1000.0;
-        assert!((mean - 0.5).abs() < 0.05, "{mean}");
-        assert!((0..1000).all(|i| (0.0..=1.0).contains(&random(i, 3))));
-    }
-}

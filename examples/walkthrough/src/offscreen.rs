@@ -1,4 +1,4 @@
-//! The path without a window: pictures of it, or without an adapter just its numbers.
+//! The path without a window: pictures and numbers, or without an adapter only numbers.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -6,18 +6,12 @@ use std::time::{Duration, Instant};
 
 use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
-use bevy::diagnostic::{Diagnostic, DiagnosticsStore};
 use bevy::prelude::*;
-use bevy::render::diagnostic::RenderDiagnosticsPlugin;
-use bevy::render::mesh::allocator::MeshAllocator;
-use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{PipelineCache, PollType, TextureFormat};
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::render::{RenderApp, RenderPlugin};
-use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
@@ -25,102 +19,74 @@ use bevy_fieldlod::prelude::*;
 use crate::args::Args;
 use crate::cameras::{self, CameraTarget, MainCamera};
 use crate::models::Models;
-use crate::path::{CameraPath, DURATION_IN_S, Pose};
-use crate::pictures::PictureWriter;
+use crate::path::{CameraPath, Pose};
 use crate::quality::Quality;
-use crate::report::{self, FrameNumbers, SceneNumbers, Times};
-use crate::scene::{self, SceneSize};
-use crate::{adapter, hud};
+use crate::report::{self, FrameNumbers, SceneNumbers};
+use crate::{adapter, hud, scene};
 
-/// Most updates to wait for a picture that the GPU has been asked for.
+/// Updates after which a requested picture counts as lost.
 const CAPTURE_UPDATES: u32 = 100;
 
-/// What comes of a way along the path, besides the summary.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Output<'a> {
-    /// Nothing is drawn.
-    Numbers,
-    /// Frames are drawn for their times.
-    Times,
-    /// Pictures in this directory.
-    Pictures(&'a Path),
-}
-
-/// Goes along the path, then prints the summary.
-pub(crate) fn run(args: &Args, quality: &Quality, output: Output) -> Result<(), String> {
-    let begun = Instant::now();
+/// Follows the path and prints the summary. Renders pictures into `directory`, if there is one.
+pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> Result<(), String> {
+    let start = Instant::now();
     let frames = args.frames(quality.frames)?;
-    let size_in_px = quality.size_in_px.into();
-    let mut writer = match output {
-        Output::Pictures(directory) => {
-            let writer = PictureWriter::new(directory, &frames, size_in_px, args)?;
-            Some(writer)
-        }
-        Output::Numbers | Output::Times => None,
-    };
-    let mut renderer = Renderer::new(args, quality, output);
-    let bake_time = renderer.wait_for_levels()?;
+    // An unwritable directory fails before the bakes, not after them.
+    directory.map_or(Ok(()), check_writable)?;
+    let mut renderer = Renderer::new(args, quality, directory.is_some());
+    let bake_s = renderer.wait_for_levels();
 
-    // Every frame, and pictures as they come.
     let path = CameraPath::new();
     renderer.warm_up(path.pose(frames.first().map_or(0.0, |(_, round)| *round)));
-    let first_picture_time = begun.elapsed();
-    renderer.sharpen();
-    let times = Times {
-        bake: bake_time,
-        first_picture: first_picture_time,
-        sharp: begun.elapsed(),
-    };
+    let first_picture_s = start.elapsed().as_secs_f32();
     let mut numbers = Vec::new();
-    let round_time = Duration::from_secs_f32(DURATION_IN_S);
-    let stretch = args.stretch.end - args.stretch.start;
-    renderer.time_between_frames = round_time.mul_f32(stretch) / quality.frames;
+    let mut missing_pictures = 0;
     for &(number, round) in &frames {
-        renderer.go_to(path.pose(round));
-        if writer.is_some() {
-            renderer.ask_for_picture(number);
+        renderer.place_camera(path.pose(round));
+        if directory.is_some() {
+            renderer.request_picture(number);
+            missing_pictures += 1;
         }
         numbers.push(renderer.render());
-        if let Some(writer) = &mut writer {
-            renderer.write_pictures(writer)?;
+        if let Some(directory) = directory {
+            missing_pictures -= renderer.write_pictures(directory)?;
             eprintln!("walkthrough: frame {} of {}", numbers.len(), frames.len());
         }
     }
-
-    // The last pictures, and what shows all of them.
-    if let Some(mut writer) = writer {
-        for _ in 0..CAPTURE_UPDATES {
-            if writer.is_complete() {
-                break;
-            }
+    // Pictures arrive some updates after their frame.
+    for _ in 0..CAPTURE_UPDATES {
+        if let Some(directory) = directory.filter(|_| missing_pictures > 0) {
             renderer.update();
-            renderer.write_pictures(&mut writer)?;
+            missing_pictures -= renderer.write_pictures(directory)?;
         }
-        writer.finish()?;
     }
-    report::print(quality, &renderer.scene_numbers(times), &numbers);
+    if missing_pictures > 0 {
+        return Err(format!("{missing_pictures} pictures are missing"));
+    }
+    let world = renderer.app.world();
+    let adapter = world.get_resource::<RenderAdapterInfo>();
+    let scene = SceneNumbers {
+        adapter: adapter.map(|adapter| adapter.name.clone()),
+        bake_s,
+        first_picture_s,
+        ..world.resource::<SceneNumbers>().clone()
+    };
+    report::print(quality, &scene, &numbers);
     Ok(())
 }
 
-/// The app, driven update by update, each of which ends when the GPU is done.
+/// The app. Each update waits for the GPU.
 struct Renderer {
     app: App,
     target: Handle<Image>,
-    draws: bool,
-    /// What passes on the app's clocks between frames of the path of a world in parts.
-    time_between_frames: Duration,
     pictures: Receiver<(u32, Image)>,
     picture_sender: Sender<(u32, Image)>,
 }
 
 impl Renderer {
-    fn new(args: &Args, quality: &Quality, output: Output) -> Self {
-        let draws = output != Output::Numbers;
+    fn new(args: &Args, quality: &Quality, draws: bool) -> Self {
         let mut app = App::new();
         app.add_plugins(plugins(draws));
-        if output == Output::Times {
-            app.add_plugins(RenderDiagnosticsPlugin);
-        }
         let UVec2 { x, y } = quality.size_in_px;
         let target = Image::new_target_texture(x, y, TextureFormat::Rgba8UnormSrgb, None);
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
@@ -129,7 +95,7 @@ impl Renderer {
         scene::add_to(&mut app, args, quality);
         app.add_plugins(hud::labels_plugin);
 
-        // What a runner does before the first update.
+        // A runner does the same before the first update.
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
@@ -139,15 +105,13 @@ impl Renderer {
         Self {
             app,
             target,
-            draws,
-            time_between_frames: Duration::ZERO,
             pictures,
             picture_sender,
         }
     }
 
-    /// Runs one update as [`App::update`] does, until the GPU has drawn it; returns what of it the main world took, what
-    /// the render world, and what the GPU from then on.
+    /// Runs one update as [`App::update`] does and waits for the GPU. Returns the times of the main world, of the render
+    /// world with the extraction, and of the wait.
     fn update(&mut self) -> [Duration; 3] {
         let apps = self.app.sub_apps_mut();
         let start = Instant::now();
@@ -161,30 +125,28 @@ impl Renderer {
         let render = start.elapsed() - main;
         if let Some(device) = self.app.world().get_resource::<RenderDevice>() {
             let done = device.poll(PollType::wait_indefinitely());
-            done.expect("the graphics device answers");
+            done.expect("the graphics device is not lost");
         }
         [main, render, start.elapsed() - main - render]
     }
 
-    /// Runs updates until every mesh has its levels of detail; returns how long that took. Nothing is
-    /// drawn meanwhile: baking gets the processor.
-    fn wait_for_levels(&mut self) -> Result<Duration, String> {
+    /// Runs updates until every mesh has its levels of detail. Returns the time that took. Nothing is drawn until then,
+    /// so that baking gets all cores.
+    fn wait_for_levels(&mut self) -> f32 {
         let start = Instant::now();
         let mut last_line = Instant::now();
         loop {
             self.update();
+            let world = self.app.world();
             let FieldLodProgress {
                 waiting,
                 ready,
                 plain,
                 ..
-            } = *self.app.world().resource();
-            let models_awaited = self.app.world().resource::<Models>().awaited;
-            if waiting + models_awaited as u32 == 0 && ready + plain > 0 {
+            } = *world.resource();
+            let loading = world.resource::<Models>().loading;
+            if loading == 0 && waiting == 0 && ready + plain > 0 {
                 break;
-            }
-            if models_awaited == 0 && self.scene_size().0 == 0 {
-                return Err("there is nothing to walk through".into());
             }
             if last_line.elapsed() > Duration::from_secs(2) {
                 last_line = Instant::now();
@@ -192,10 +154,9 @@ impl Renderer {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
-        let bake_time = start.elapsed();
-        let seconds = bake_time.as_secs_f32();
-        eprintln!("walkthrough: levels of detail ready after {seconds:.1} s");
-        Ok(bake_time)
+        let bake_s = start.elapsed().as_secs_f32();
+        eprintln!("walkthrough: levels of detail ready after {bake_s:.1} s");
+        bake_s
     }
 
     fn place_camera(&mut self, pose: Pose) {
@@ -213,20 +174,9 @@ impl Renderer {
     fn warm_up(&mut self, pose: Pose) {
         self.place_camera(pose);
         self.update();
-        while self.compiles_pipelines() || self.waits_for_cards() {
+        while self.compiles_pipelines() {
             self.update();
         }
-    }
-
-    /// Whether plants are drawn with triangles until the pipelines of cards are there; see the guide's "Plants far away
-    /// as cards".
-    fn waits_for_cards(&mut self) -> bool {
-        let world = self.app.world_mut();
-        let mut names = world.query::<&Name>();
-        self.draws
-            && names
-                .iter(world)
-                .any(|name| name.as_str() == "pipelines of cards")
     }
 
     fn compiles_pipelines(&self) -> bool {
@@ -235,137 +185,61 @@ impl Renderer {
         cache.is_some_and(|cache| cache.waiting_pipelines().next().is_some())
     }
 
-    /// Runs updates until a world that is read in parts is as fine as is wanted from here.
-    fn sharpen(&mut self) {
-        let memory = |app: &App| *app.world().resource::<FieldLodMemory>();
-        let is_in_parts = memory(&self.app).wanted_bytes > 0;
-        if !(is_in_parts && self.draws) {
-            return;
-        }
-        let set_clock = |app: &mut App, step| {
-            app.insert_resource(TimeUpdateStrategy::ManualDuration(step));
-        };
-        set_clock(&mut self.app, self.time_between_frames);
-        self.update();
-        // However long that takes.
-        set_clock(&mut self.app, Duration::ZERO);
-        while memory(&self.app).missing_pages > 0 {
-            self.update();
-        }
-        self.update();
-    }
-
-    /// Places the camera, and waits for what is read in parts.
-    fn go_to(&mut self, pose: Pose) {
-        self.place_camera(pose);
-        self.sharpen();
-    }
-
-    /// Renders one frame of the path; a picture that was asked for arrives during a later update.
+    /// Renders one frame of the path. A requested picture arrives during a later update.
     fn render(&mut self) -> FrameNumbers {
-        let start = Instant::now();
         let [main_time, render_time, wait_time] = self.update();
-        let frame_time = start.elapsed();
-
         let world = self.app.world_mut();
         let mut views = world.query_filtered::<&FieldLodViewStats, With<MainCamera>>();
-        let stats = views.single(world).copied().unwrap_or_default();
         FrameNumbers {
-            triangles_drawn: stats.triangles_drawn,
-            triangles_full: stats.triangles_full,
-            units_drawn: u64::from(stats.units_drawn),
-            selection_time: stats.selection_time,
-            frame_time,
+            stats: views.single(world).copied().unwrap_or_default(),
             main_time,
             render_time,
             wait_time,
-            passes_ms: self.passes_ms(),
-            mesh_bytes: self.mesh_bytes(),
-            buffer_bytes: self.buffer_bytes(),
-            memory: *self.app.world().resource(),
         }
     }
 
-    /// What the passes of the last frame whose times have come back took by the GPU's clock, together, but those of
-    /// shadows, which Bevy does not time. `None` where it has no clock or nobody asked.
-    fn passes_ms(&self) -> Option<f64> {
-        let store = self.app.world().get_resource::<DiagnosticsStore>()?;
-        // Passes alone, not what they are made of.
-        let is_pass = |diagnostic: &&Diagnostic| {
-            let path = diagnostic.path().as_str();
-            path.ends_with("/elapsed_gpu") && path.matches('/').count() == 2
-        };
-        let passes = store.iter().filter(is_pass);
-        passes.filter_map(Diagnostic::value).reduce(|a, b| a + b)
-    }
-
-    fn ask_for_picture(&mut self, number: u32) {
+    fn request_picture(&mut self, number: u32) {
         let sender = self.picture_sender.clone();
         let send = move |captured: On<ScreenshotCaptured>| {
-            // Nobody listens any more once the run has failed.
+            // The receiver is gone if the run has failed.
             sender.send((number, captured.image.clone())).ok();
         };
         let screenshot = Screenshot::image(self.target.clone());
         self.app.world_mut().spawn(screenshot).observe(send);
     }
 
-    /// Writes the pictures that have come back.
-    fn write_pictures(&self, writer: &mut PictureWriter) -> Result<(), String> {
-        let mut pictures = self.pictures.try_iter();
-        pictures.try_for_each(|(number, picture)| writer.add(number, picture))
-    }
-
-    /// What all meshes take on the GPU.
-    fn mesh_bytes(&self) -> u64 {
-        let render_world = self.app.get_sub_app(RenderApp).map(SubApp::world);
-        let meshes =
-            render_world.and_then(|world| world.get_resource::<RenderAssets<RenderMesh>>());
-        let bytes = |mesh: &RenderMesh| {
-            let indices = match mesh.buffer_info {
-                RenderMeshBufferInfo::Indexed {
-                    count,
-                    index_format,
-                } => u64::from(count) * index_format.byte_size() as u64,
-                RenderMeshBufferInfo::NonIndexed => 0,
+    /// Writes the pictures that have arrived. Returns their count.
+    fn write_pictures(&self, directory: &Path) -> Result<usize, String> {
+        let mut count = 0;
+        for (number, picture) in self.pictures.try_iter() {
+            let file = directory.join(format!("frame_{number:03}.png"));
+            let could_not = |error: &dyn std::fmt::Display| {
+                format!("could not write the picture {}: {error}", file.display())
             };
-            u64::from(mesh.vertex_count) * mesh.layout.0.layout().array_stride + indices
-        };
-        let meshes = meshes.into_iter().flat_map(RenderAssets::iter);
-        meshes.map(|(_, mesh)| bytes(mesh)).sum()
-    }
-
-    /// What Bevy holds for meshes on the GPU: buffers grow by half, and go once they are empty.
-    fn buffer_bytes(&self) -> u64 {
-        let render_world = self.app.get_sub_app(RenderApp).map(SubApp::world);
-        let allocator = render_world.and_then(|world| world.get_resource::<MeshAllocator>());
-        allocator.map_or(0, |allocator| allocator.slabs_size())
-    }
-
-    /// Instances and their triangles.
-    fn scene_size(&self) -> (u64, u64) {
-        let world = self.app.world();
-        let (own, models) = (world.resource::<SceneSize>(), world.resource::<Models>());
-        (
-            own.instances + models.instances,
-            own.source_triangles + models.source_triangles,
-        )
-    }
-
-    fn scene_numbers(&self, times: Times) -> SceneNumbers {
-        let world = self.app.world();
-        let adapter = world.get_resource::<RenderAdapterInfo>();
-        let (instances, source_triangles) = self.scene_size();
-        SceneNumbers {
-            adapter: adapter.map(|adapter| adapter.name.clone()),
-            instances,
-            source_triangles,
-            generation_time: world.resource::<SceneSize>().generation_time,
-            times,
+            let picture = picture.try_into_dynamic();
+            let picture = picture.map_err(|error| could_not(&error))?.to_rgb8();
+            picture.save(&file).map_err(|error| could_not(&error))?;
+            count += 1;
         }
+        Ok(count)
     }
 }
 
-/// Bevy's plugins without a window; if nothing `draws`, without a renderer.
+/// Creates the directory and a file in it.
+fn check_writable(directory: &Path) -> Result<(), String> {
+    let could_not = |error| {
+        format!(
+            "could not write pictures to {}: {error}",
+            directory.display()
+        )
+    };
+    std::fs::create_dir_all(directory).map_err(could_not)?;
+    let probe = directory.join(".walkthrough-probe");
+    std::fs::write(&probe, []).map_err(could_not)?;
+    std::fs::remove_file(&probe).map_err(could_not)
+}
+
+/// Bevy's plugins without a window. Without `draws` they have no renderer.
 fn plugins(draws: bool) -> impl PluginGroup {
     scene::default_plugins(draws)
         .set(WindowPlugin {
@@ -374,11 +248,11 @@ fn plugins(draws: bool) -> impl PluginGroup {
             ..default()
         })
         .set(RenderPlugin {
-            // A frame shows all its meshes only if their pipelines are compiled in it.
+            // Otherwise meshes are missing until their pipelines are compiled.
             synchronous_pipeline_compilation: true,
             ..adapter::render_plugin(draws)
         })
         .disable::<WinitPlugin>()
-        // An update then renders the very frame that it has prepared.
+        // Otherwise an update renders the frame of the update before.
         .disable::<PipelinedRenderingPlugin>()
 }

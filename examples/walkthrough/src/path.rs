@@ -41,7 +41,7 @@ const WIDE_IN_DEG: f32 = 78.0;
 /// Vertical field of view of the telescope: 14 degrees across at 16 to 9.
 const NARROW_IN_DEG: f32 = 8.0;
 
-/// What the telescope finds: the round temple in the far hills.
+/// The target of the telescope: the round temple in the far hills.
 const FAR_SIGHT: Vec3 = Vec3::new(TOMB.x, TOMB_HEIGHT_IN_M + 4.0, TOMB.y);
 /// Distance between the eye and the point that it looks at through the telescope.
 const FOCUS_IN_M: f32 = 20.0;
@@ -69,7 +69,7 @@ const KNOTS: [Knot; 18] = [
     knot([-8.0, 4.4, 90.0], [0.0, 3.8, 56.0], EASY_IN_DEG),
 ];
 
-/// Where the camera is, what it looks at, in world space, and how wide it looks.
+/// Position, target and field of view of the camera, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     pub(crate) eye: Vec3,
@@ -127,7 +127,7 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     let above_ground = catmull_rom(a.eye, b.eye, c.eye, d.eye, t);
     let ground = terrain::broad_height(Vec2::new(above_ground.x, above_ground.z));
     let eye = above_ground + Vec3::Y * ground;
-    // The target is a knot's own, or what the telescope looks at.
+    // The target is that of the knot or that of the telescope.
     let easy_target = catmull_rom(a.target, b.target, c.target, d.target, t);
     let far_target = eye + (FAR_SIGHT - eye).normalize() * FOCUS_IN_M;
     let [from, to] = [b, c].map(|knot| f32::from(u8::from(knot.is_telescope())));
@@ -139,7 +139,7 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     }
 }
 
-/// The field of view in radians between two knots: things grow and shrink at an even rate, without a jerk.
+/// The field of view in radians between two knots. Objects grow and shrink at an even rate.
 fn zoom(from_in_rad: f32, to_in_rad: f32, t: f32) -> f32 {
     let [from, to] = [from_in_rad, to_in_rad].map(|fov| (fov / 2.0).tan().ln());
     2.0 * f32::lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()
@@ -156,16 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_path_is_closed() {
-        let path = CameraPath::new();
-        let (start, end) = (path.pose(0.0), path.pose(0.999_999));
-        assert!(start.eye.distance(end.eye) < 0.01);
-        assert!(start.target.distance(end.target) < 0.01);
-        assert_eq!(path.pose(1.25), path.pose(0.25));
-    }
-
-    #[test]
-    fn the_path_is_continuous_and_walked_at_an_even_speed() {
+    fn path_is_continuous_at_an_even_speed() {
         let path = CameraPath::new();
         let step = path.length_in_m[SAMPLES] / 4096.0;
         for i in 0..4096 {
@@ -179,22 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_path_looks_through_a_telescope_and_through_a_wide_lens() {
-        let path = CameraPath::new();
-        let share = |is: fn(f32) -> bool| {
-            let looks = (0..1000).map(|i| path.pose(i as f32 / 1000.0).fov_in_rad.to_degrees());
-            looks.filter(|fov| is(*fov)).count()
-        };
-        assert!(share(|fov| fov < 12.0) > 30);
-        // Across, at 16 to 9.
-        let across = |fov: f32| 2.0 * ((fov.to_radians() / 2.0).tan() * 16.0 / 9.0).atan();
-        let widest = across(WIDE_IN_DEG).to_degrees();
-        assert!((100.0..=111.0).contains(&widest), "{widest}");
-        assert!(share(|fov| fov > 0.99 * WIDE_IN_DEG) > 30);
-    }
-
-    #[test]
-    fn the_path_stays_above_the_ground_and_looks_ahead() {
+    fn path_stays_above_ground_and_looks_ahead() {
         let path = CameraPath::new();
         for i in 0..1000 {
             let pose = path.pose(i as f32 / 1000.0);

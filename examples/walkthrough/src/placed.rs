@@ -1,4 +1,4 @@
-//! One thing of the scene: a shape and where it stands.
+//! An object of the scene: a shape and its transform.
 
 use std::f32::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Sky, light and air, by day and by night.
+//! Sky, light and fog, by day and at night.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -13,10 +13,10 @@ use crate::cameras::ViewOptions;
 use crate::noise::{fbm, random, smoothstep};
 use crate::quality::Quality;
 
-/// Direction to the sun: over the left shoulder of one who walks up the avenue.
+/// Direction to the sun: behind the camera and to the left on the way up the avenue.
 const TO_SUN: Vec3 = Vec3::new(-0.66, 0.46, 0.42);
 const SUN_IN_LUX: f32 = 9_500.0;
-/// Direction to the moon: ahead and to the right of one who walks up the avenue.
+/// Direction to the moon: ahead and to the right on the way up the avenue.
 const TO_MOON: Vec3 = Vec3::new(0.50, 0.52, -0.62);
 /// Illuminance of moonlight as films show it: a real moon gives a fraction of a lux.
 const MOON_IN_LUX: f32 = 1_500.0;
@@ -35,7 +35,7 @@ const MOONSHINE: Vec3 = Vec3::new(0.10, 0.12, 0.16);
 
 const RADIUS_IN_M: f32 = 900.0;
 
-/// The time of day at which an entity is there.
+/// The time of day at which an entity is shown.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeOfDay {
     Day,
@@ -44,9 +44,10 @@ pub(crate) enum TimeOfDay {
 
 impl TimeOfDay {
     fn of(options: &ViewOptions) -> Self {
-        match options.night {
-            true => Self::Night,
-            false => Self::Day,
+        if options.night {
+            Self::Night
+        } else {
+            Self::Day
         }
     }
 
@@ -101,43 +102,39 @@ struct Skylights([EnvironmentMapLight; 2]);
 pub(crate) fn plugin(app: &mut App) {
     app.insert_resource(GlobalAmbientLight::NONE)
         .add_systems(Startup, (spawn_lights, spawn_skies))
-        .add_systems(Update, show_what_belongs)
         .add_systems(
-            PostUpdate,
-            color_the_air.run_if(resource_changed::<ViewOptions>),
+            Update,
+            (show_time_of_day, update_air).run_if(resource_changed::<ViewOptions>),
         );
 }
 
-/// Shows the entities that belong to the time of day, and hides the others.
-fn show_what_belongs(
+/// Shows the entities of the time of day and hides the others.
+fn show_time_of_day(
     options: Res<ViewOptions>,
-    mut things: Query<(Ref<TimeOfDay>, &mut Visibility), Without<DirectionalLight>>,
-    mut lights: Query<(Ref<TimeOfDay>, &mut DirectionalLight)>,
+    mut objects: Query<(&TimeOfDay, &mut Visibility), Without<DirectionalLight>>,
+    mut lights: Query<(&TimeOfDay, &mut DirectionalLight)>,
 ) {
     let now = TimeOfDay::of(&options);
-    for (time, mut visibility) in &mut things {
-        if options.is_changed() || time.is_added() {
-            visibility.set_if_neq(match *time == now {
-                true => Visibility::Inherited,
-                false => Visibility::Hidden,
-            });
-        }
+    for (time, mut visibility) in &mut objects {
+        visibility.set_if_neq(if *time == now {
+            Visibility::Inherited
+        } else {
+            Visibility::Hidden
+        });
     }
     // Bevy 0.19.1 draws no shadows of a sun that was hidden and is shown again.
     for (time, mut light) in &mut lights {
-        if options.is_changed() || time.is_added() {
-            light.shadow_maps_enabled = *time == now;
-            light.illuminance = if *time == now {
-                time.light_in_lux()
-            } else {
-                0.0
-            };
-        }
+        light.shadow_maps_enabled = *time == now;
+        light.illuminance = if *time == now {
+            time.light_in_lux()
+        } else {
+            0.0
+        };
     }
 }
 
-/// Gives the cameras the air and the light of the sky at the time of day.
-fn color_the_air(
+/// Updates fog and sky light of the cameras.
+fn update_air(
     mut commands: Commands,
     options: Res<ViewOptions>,
     skylights: Res<Skylights>,

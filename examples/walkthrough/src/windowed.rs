@@ -31,11 +31,11 @@ pub(crate) fn run(args: &Args, quality: &Quality) -> Result<(), String> {
         .add_systems(Update, switch);
     match app.run() {
         AppExit::Success => Ok(()),
-        AppExit::Error(code) => Err(format!("the window ended with code {code}")),
+        AppExit::Error(code) => Err(format!("the window closed with exit code {code}")),
     }
 }
 
-/// The keys that change what is seen.
+/// Handles the keys that change the view.
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
     mut options: ResMut<ViewOptions>,

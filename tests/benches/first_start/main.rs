@@ -1,9 +1,8 @@
-//! A first start with many bakes: how long until each material is on screen.
+//! The first start: time until each material is on the screen while meshes are baked.
 //!
-//! `cargo bench -p fieldlod_tests --bench first_start`. Eight materials, each with a pipeline of its own, are
-//! drawn on small quads, while thirty rocks of 81,920 triangles are baked: by this plugin, by tasks of the pool
-//! on which Bevy compiles pipelines, as a plugin would that has no threads of its own, and not at all. Each
-//! way has a process of its own, without the cache of compiled shaders that drivers keep.
+//! `cargo bench -p fieldlod_tests --bench first_start`. Eight materials, each with its own pipeline, are drawn while thirty
+//! rocks of 81,920 triangles are baked: by the plugin, by tasks of the pool on which Bevy compiles pipelines, and not at
+//! all. Each case is a process of its own, without the shader cache of drivers.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -17,7 +16,7 @@ use fieldlod_tests::apps::{bevy_mesh, windowless};
 use fieldlod_tests::stage::{Pending, Stage};
 use image::RgbaImage;
 
-/// How the rocks are baked.
+/// The ways to bake the rocks.
 const WAYS: [&str; 3] = ["plugin", "bevy's pool", "no bakes"];
 const ROCKS: u32 = 30;
 const SUBDIVISIONS: u32 = 6;
@@ -31,7 +30,7 @@ fn main() {
     if let Some(way) = way {
         return measure(&way);
     }
-    println!("seconds until each of {MATERIALS} materials is on screen, and until all is baked");
+    println!("seconds until each of {MATERIALS} materials is on the screen");
     for way in WAYS {
         let program = std::env::current_exe().expect("a program knows its path");
         let mut child = Command::new(program);
@@ -43,7 +42,7 @@ fn main() {
     }
 }
 
-/// Starts an app and prints when each material came.
+/// Runs an app and prints the time of each material.
 fn measure(way: &str) {
     let plugins = windowless().disable::<PipelinedRenderingPlugin>();
     let Some(mut stage) = Stage::unfinished_with(plugins) else {
@@ -55,7 +54,7 @@ fn measure(way: &str) {
     let eye = stage.add_eye(pose, Color::BLACK, FieldLodSettings::default());
     let start = Instant::now();
     let bakes = start_bakes(&mut stage, way);
-    // Pictures of every frame, each of which arrives some frames later.
+    // Pictures of all frames. Each arrives some frames later.
     let mut pending: Vec<Pending> = Vec::new();
     let mut shown = [None; MATERIALS];
     let mut baked_after = None;
@@ -65,7 +64,7 @@ fn measure(way: &str) {
         stage.app.update();
         pending.retain(|one| match one.take() {
             Some(picture) => {
-                note_shown(&picture, start.elapsed(), &mut shown);
+                record_shown(&picture, start.elapsed(), &mut shown);
                 false
             }
             None => true,
@@ -81,7 +80,7 @@ fn measure(way: &str) {
     println!("{way:<12} {}; baked after {baked:.1}", seconds.join(" "));
 }
 
-/// Quads with a material each: of all ways to blend, lit and unlit.
+/// Spawns quads with different alpha modes, lit and unlit.
 fn spawn_quads(stage: &mut Stage) {
     let quad = stage.add(Mesh::from(Rectangle::new(0.5, 0.5)));
     let modes = [
@@ -107,10 +106,10 @@ fn place_of(index: usize) -> Vec3 {
     Vec3::new(cell[0] * 0.7 - 1.05, cell[1] * 0.7 - 0.35, 0.0)
 }
 
-/// Notes the materials that a picture shows first.
-fn note_shown(picture: &RgbaImage, now: Duration, shown: &mut [Option<Duration>]) {
+/// Records the time of materials that were not visible before.
+fn record_shown(picture: &RgbaImage, now: Duration, shown: &mut [Option<Duration>]) {
     let size = picture.width() as f32;
-    // The default field of view is 45° high, and the eye 4 away.
+    // The default field of view is 45° high. The camera is 4 away.
     let px_per_unit = size * 0.5 / (4.0 * 0.414_213_57);
     for (index, shown) in shown.iter_mut().enumerate() {
         let at = place_of(index) * px_per_unit;
@@ -122,7 +121,7 @@ fn note_shown(picture: &RgbaImage, now: Duration, shown: &mut [Option<Duration>]
     }
 }
 
-/// Starts baking rocks, which stand behind the eye.
+/// Starts to bake rocks behind the camera.
 fn start_bakes(stage: &mut Stage, way: &str) -> Vec<bevy::tasks::Task<()>> {
     let mut tasks = Vec::new();
     for seed in 0..ROCKS {

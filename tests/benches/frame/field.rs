@@ -1,69 +1,45 @@
-//! The same scene drawn by each method.
+//! A field of props, drawn by one of the methods.
 
-use std::any::TypeId;
 use std::collections::HashMap;
 
-use bevy::camera::visibility::{NoCpuCulling, RenderLayers, VisibilityRange, VisibleEntities};
+use bevy::camera::visibility::{NoCpuCulling, VisibilityRange};
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::SourceMesh;
-#[cfg(not(feature = "no_device"))]
-use fieldlod_tests::apps::rendererless as plugins;
 use fieldlod_tests::apps::{bevy_mesh, finish, run_until_ready, spawn_camera};
 use fieldlod_tests::frame_times::FrameTimes;
 
-#[cfg(feature = "no_device")]
 use crate::no_device::plugins;
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {
-    /// As Bevy does it.
+    /// At full detail.
     Full,
-    /// The same, culled on the GPU alone.
+    /// At full detail, culled on the GPU alone.
     FullNoCpuCulling,
-    /// Three levels by hand: one entity each, by distance.
+    /// Three hand-made levels: one entity each, with a range of distances.
     Ranges,
     /// By the plugin.
     AutoLod(LodKind),
-    /// By the plugin, with `FieldLodConfig::gpu_culling` off.
+    /// By the plugin without `FieldLodConfig::gpu_culling`.
     AutoLodCpuCulling,
 }
 
-/// Whether a view sees the props.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Props {
-    /// There are none.
-    None,
-    /// The camera and the sun see them.
-    Seen,
-    /// They are hidden.
-    Hidden,
-    /// They are on a layer that nothing sees.
-    OnOtherLayer,
-}
-
-/// A square of instances around a camera, which may walk.
+/// A square of instances around a camera.
 pub(crate) struct Field {
     app: App,
     camera: Entity,
     step: u32,
 }
 
-/// Instances are this many of their radii apart.
+/// Distance of instances, in radii.
 const SPACING: f32 = 5.0;
 
 impl Field {
-    /// `count` instances of the first of `rocks`, whose coarser levels by hand the others are.
-    pub(crate) fn new(
-        method: Method,
-        rocks: &[SourceMesh],
-        count: u32,
-        props: Props,
-        sun: bool,
-    ) -> Self {
-        let count = if props == Props::None { 0 } else { count };
+    /// `count` instances of the first of `rocks`. The others are its hand-made levels.
+    pub(crate) fn new(method: Method, rocks: &[SourceMesh], count: u32, has_sun: bool) -> Self {
         let mut app = App::new();
         app.add_plugins((plugins(), FieldLodPlugin));
         finish(&mut app);
@@ -72,18 +48,13 @@ impl Field {
             world.resource_mut::<FieldLodConfig>().gpu_culling = false;
         }
         spawn_rocks(world, method, rocks, count);
-        if sun {
+        if has_sun {
             spawn_sun(world);
         }
         let pose = Transform::from_xyz(20.0, 1.7, 0.0).looking_to(Vec3::Z, Vec3::Y);
         let camera = spawn_camera(world, UVec2::new(1920, 1080), pose);
         let has_plugin = matches!(method, Method::AutoLod(_) | Method::AutoLodCpuCulling);
         run_until_ready(&mut app, if has_plugin { count } else { 0 });
-        hide_rocks(app.world_mut(), props);
-        // What has come and gone settles.
-        for _ in 0..5 {
-            app.update();
-        }
         Self {
             app,
             camera,
@@ -91,43 +62,29 @@ impl Field {
         }
     }
 
-    /// A frame in which nothing moves.
+    /// A frame without motion.
     pub(crate) fn still(&mut self) -> FrameTimes {
         FrameTimes::of_update(&mut self.app)
     }
 
-    /// A frame of a brisk walk: 1.8 m/s at 60 Hz, on a wide circle.
+    /// A frame of a walk at 1.8 m/s and 60 Hz, on a wide circle.
     pub(crate) fn walk(&mut self) -> FrameTimes {
         self.step += 1;
         let angle = self.step as f32 * 0.03 / 20.0;
         let eye = Vec3::new(20.0 * angle.cos(), 1.7, 20.0 * angle.sin());
         let ahead = Vec3::new(-angle.sin(), -0.05, angle.cos());
         let pose = Transform::from_translation(eye).looking_to(ahead, Vec3::Y);
-        *self
-            .app
-            .world_mut()
-            .get_mut::<Transform>(self.camera)
-            .unwrap() = pose;
+        self.app.world_mut().entity_mut(self.camera).insert(pose);
         FrameTimes::of_update(&mut self.app)
     }
 
-    /// Goes back to where the walk begins.
+    /// Returns to the start of the walk.
     pub(crate) fn rewind(&mut self) {
         self.step = 0;
         self.walk();
     }
 
-    /// What the camera draws, each with its mesh.
-    pub(crate) fn visible(&self) -> Vec<(Entity, AssetId<Mesh>)> {
-        let world = self.app.world();
-        let visible = world.get::<VisibleEntities>(self.camera).unwrap();
-        let visible = visible.get(TypeId::of::<Mesh3d>()).iter();
-        visible
-            .map(|&entity| (entity, world.get::<Mesh3d>(entity).unwrap().id()))
-            .collect()
-    }
-
-    /// The mesh that each entity has, in the camera's view or not.
+    /// The current mesh of each entity.
     pub(crate) fn levels(&mut self) -> HashMap<Entity, AssetId<Mesh>> {
         let world = self.app.world_mut();
         let mut meshes = world.query::<(Entity, &Mesh3d)>();
@@ -136,11 +93,8 @@ impl Field {
     }
 
     pub(crate) fn stats(&self) -> FieldLodViewStats {
-        *self
-            .app
-            .world()
-            .get::<FieldLodViewStats>(self.camera)
-            .unwrap()
+        let stats = self.app.world().get::<FieldLodViewStats>(self.camera);
+        stats.copied().unwrap_or_default()
     }
 }
 
@@ -155,41 +109,17 @@ fn spawn_rocks(world: &mut World, method: Method, rocks: &[SourceMesh], count: u
     for pose in poses(count) {
         let one = |mesh: &Handle<Mesh>| (Mesh3d(mesh.clone()), material.clone(), pose);
         match method {
-            Method::Full => {
-                world.spawn(one(&levels[0]));
-            }
-            Method::FullNoCpuCulling => {
-                world.spawn((one(&levels[0]), NoCpuCulling));
-            }
-            Method::AutoLodCpuCulling => {
-                world.spawn((one(&levels[0]), AutoLod::default()));
-            }
-            Method::AutoLod(kind) => {
-                world.spawn((one(&levels[0]), AutoLod::of_kind(kind)));
-            }
+            Method::Full => world.spawn(one(&levels[0])),
+            Method::FullNoCpuCulling => world.spawn((one(&levels[0]), NoCpuCulling)),
+            Method::AutoLodCpuCulling => world.spawn((one(&levels[0]), AutoLod::default())),
+            Method::AutoLod(kind) => world.spawn((one(&levels[0]), AutoLod::of_kind(kind))),
             Method::Ranges => {
-                for (level, range) in levels.iter().zip(ranges()) {
-                    world.spawn((one(level), range));
-                }
+                let levels = levels.iter().zip(ranges());
+                let levels: Vec<_> = levels.map(|(mesh, range)| (one(mesh), range)).collect();
+                world.spawn_batch(levels);
+                continue;
             }
-        }
-    }
-}
-
-fn hide_rocks(world: &mut World, props: Props) {
-    let mut rocks = world.query_filtered::<Entity, With<Mesh3d>>();
-    let rocks: Vec<Entity> = rocks.iter(world).collect();
-    for rock in rocks {
-        let mut rock = world.entity_mut(rock);
-        match props {
-            Props::None | Props::Seen => {}
-            Props::Hidden => {
-                rock.insert(Visibility::Hidden);
-            }
-            Props::OnOtherLayer => {
-                rock.insert(RenderLayers::layer(1));
-            }
-        }
+        };
     }
 }
 
@@ -213,7 +143,7 @@ fn poses(count: u32) -> impl Iterator<Item = Transform> {
     })
 }
 
-/// The distances at which a game would change the levels of a rock of radius one.
+/// Typical distances of hand-made levels of a rock of radius one.
 fn ranges() -> [VisibilityRange; 3] {
     [
         VisibilityRange::abrupt(0.0, 30.0),

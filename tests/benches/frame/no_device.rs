@@ -1,4 +1,4 @@
-//! A renderer whose device does nothing, so that the render world can be timed at any size of the scene.
+//! A renderer on a device that does nothing, to time the render world with any number of props.
 
 use std::sync::Arc;
 
@@ -30,9 +30,9 @@ fn resources() -> RenderResources {
     instance.backend_options.noop.enable = true;
     let instance = wgpu::Instance::new(instance);
     let adapter = block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
-        .expect("there always is such an adapter");
+        .expect("wgpu has its noop backend: use `--features no_device`");
     let (device, queue) = block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        // What Bevy culls on the GPU with.
+        // Bevy needs these to cull on the GPU.
         required_features: wgpu::Features::INDIRECT_FIRST_INSTANCE
             | wgpu::Features::IMMEDIATES
             | wgpu::Features::MULTI_DRAW_INDIRECT_COUNT,
@@ -46,7 +46,7 @@ fn resources() -> RenderResources {
         },
         ..default()
     }))
-    .expect("it always gives such a device");
+    .expect("the noop adapter always has a device");
     RenderResources(
         RenderDevice::from(device),
         RenderQueue(Arc::new(WgpuWrapper::new(queue))),

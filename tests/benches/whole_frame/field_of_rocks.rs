@@ -1,15 +1,15 @@
-//! Rocks in a field under a low sun, drawn in different methods.
+//! Rocks in a field under a low sun, drawn by one of the methods.
 
 use std::any::TypeId;
 use std::collections::HashMap;
+use std::time::{Duration, Instant};
 
 use bevy::camera::visibility::{VisibilityRange, VisibleEntities};
 use bevy::color::palettes::css;
-use bevy::diagnostic::{Diagnostic, DiagnosticsStore};
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy::mesh::Indices;
 use bevy::prelude::*;
 use bevy::render::RenderApp;
-use bevy::render::diagnostic::RenderDiagnosticsPlugin;
 use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::render_resource::PollType;
 use bevy::render::renderer::{RenderAdapterInfo, RenderDevice};
@@ -18,21 +18,21 @@ use fieldlod_tests::frame_times::FrameTimes;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
-use crate::levels::{Level, SHAPES};
+use crate::levels::SHAPES;
 
 const ROCKS: u32 = 45;
 const SIZE_PX: UVec2 = UVec2::new(960, 540);
-/// Beyond these distances, in metres and before scaling, the coarser levels are drawn.
+/// Distances of the coarser levels before scaling, in metres.
 const SWITCH_AT_M: [f32; 2] = [10.0, 40.0];
 
 /// How the rocks are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Method {
-    /// As they are.
+    /// At full detail.
     Full,
-    /// By the plugin at one pixel.
+    /// By the plugin at one pixel of error.
     AutoLod(LodKind),
-    /// At three levels that distances choose, multiplied by `scale`.
+    /// Three hand-made levels, with distances multiplied by `scale`.
     Ranges { scale: f32 },
 }
 
@@ -41,25 +41,23 @@ pub(crate) struct RockScene {
     stage: Stage,
     eye: Eye,
     method: Method,
-    triangles_of: HashMap<AssetId<Mesh>, u32>,
+    triangles_of: HashMap<AssetId<Mesh>, u64>,
 }
 
 impl RockScene {
     /// `None` without an adapter.
-    pub(crate) fn new(levels: &[Vec<Level>], method: Method) -> Option<Self> {
-        let mut stage = Stage::unfinished()?;
-        stage.app.add_plugins(RenderDiagnosticsPlugin);
-        stage.finish();
+    pub(crate) fn new(levels: &[Vec<Mesh>], method: Method) -> Option<Self> {
+        let mut stage = Stage::new()?;
         let mut triangles_of = HashMap::new();
-        let mut handles = |level: &Level| {
-            let handle = stage.add(level.mesh.clone());
-            triangles_of.insert(handle.id(), level.triangles);
+        let mut handles = |level: &Mesh| {
+            let corners = level.indices().map_or(0, Indices::len);
+            let handle = stage.add(level.clone());
+            triangles_of.insert(handle.id(), corners as u64 / 3);
             handle
         };
-        let wanted = if matches!(method, Method::Ranges { .. }) {
-            3
-        } else {
-            1
+        let wanted = match method {
+            Method::Ranges { .. } => 3,
+            Method::Full | Method::AutoLod(_) => 1,
         };
         let meshes: Vec<Vec<Handle<Mesh>>> = levels
             .iter()
@@ -88,30 +86,17 @@ impl RockScene {
         camera.insert(pose(step));
     }
 
-    /// One frame, until the GPU is done with it.
-    pub(crate) fn draw(&mut self) -> FrameTimes {
-        let times = FrameTimes::of_update(&mut self.stage.app);
+    /// One frame. Returns its time with the wait for the GPU, and its parts on the CPU.
+    pub(crate) fn draw(&mut self) -> (Duration, FrameTimes) {
+        let start = Instant::now();
+        let parts = FrameTimes::of_update(&mut self.stage.app);
         let device = self.stage.app.world().resource::<RenderDevice>();
-        device
-            .poll(PollType::wait_indefinitely())
-            .expect("the graphics device answers");
-        times
+        let done = device.poll(PollType::wait_indefinitely());
+        done.expect("the graphics device is not lost");
+        (start.elapsed(), parts)
     }
 
-    /// What the GPU took for a frame, in milliseconds: the mean of those since the start or the last 120, all passes
-    /// together. `None` where it has no clock.
-    pub(crate) fn gpu_ms(&self) -> Option<f64> {
-        let store = self.stage.app.world().resource::<DiagnosticsStore>();
-        // Passes alone, not what they are made of.
-        let is_pass = |diagnostic: &&Diagnostic| {
-            let path = diagnostic.path().as_str();
-            path.ends_with("/elapsed_gpu") && path.matches('/').count() == 2
-        };
-        let passes = store.iter().filter(is_pass);
-        passes.filter_map(Diagnostic::average).reduce(|a, b| a + b)
-    }
-
-    /// What is seen at these steps.
+    /// The pictures at these steps.
     pub(crate) fn pictures(&mut self, steps: &[usize]) -> Vec<RgbaImage> {
         let picture = |&step: &usize| {
             self.go_to(step);
@@ -135,7 +120,6 @@ impl RockScene {
         let meshes = seen.filter_map(|&entity| world.get::<Mesh3d>(entity));
         meshes
             .filter_map(|mesh| self.triangles_of.get(&mesh.id()))
-            .map(|&triangles| u64::from(triangles))
             .sum()
     }
 
@@ -148,29 +132,25 @@ impl RockScene {
             .count()
     }
 
-    /// What the renderer set aside for vertices and indices.
+    /// Bytes of the renderer's buffers for vertices and indices.
     pub(crate) fn mesh_bytes(&self) -> u64 {
         let app = self.stage.app.sub_app(RenderApp);
         app.world().resource::<MeshAllocator>().slabs_size()
     }
 
     pub(crate) fn adapter(&self) -> String {
-        self.stage
-            .app
-            .world()
-            .resource::<RenderAdapterInfo>()
-            .name
-            .clone()
+        let adapter = self.stage.app.world().resource::<RenderAdapterInfo>();
+        adapter.name.clone()
     }
 }
 
-/// Among the rocks, a step forward each.
+/// The pose among the rocks. Each step goes forward.
 fn pose(step: usize) -> Transform {
     let eye = Vec3::new(0.0, 2.2, 8.0 - 0.4 * step as f32);
     Transform::from_translation(eye).looking_to(Vec3::new(0.1, -0.08, -1.0), Vec3::Y)
 }
 
-/// Ever further away and further to the sides, the golden angle apart.
+/// The place of a rock: higher numbers are farther away.
 fn place_of(index: u32) -> Transform {
     let away = 3.0 + 90.0 * (index as f32 / ROCKS as f32).powi(2);
     let aside = ((index as f32 * 0.618).fract() - 0.5) * away * 1.2;

@@ -1,4 +1,4 @@
-//! The rocks of the scene, each at the levels that somebody might have made by hand.
+//! The rocks of the scene with three levels, as an artist makes them.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -9,24 +9,17 @@ use fieldlod_tests::apps::bevy_mesh;
 
 /// Shapes of rocks.
 pub(crate) const SHAPES: u32 = 3;
-/// Share of the triangles that each level keeps, at most.
-const KEPT: [f32; 3] = [1.0, 0.15, 0.02];
-
-/// A mesh.
-#[derive(Clone)]
-pub(crate) struct Level {
-    pub(crate) mesh: Mesh,
-    pub(crate) triangles: u32,
-}
+/// Largest share of the triangles in each coarser level.
+const KEPT: [f32; 2] = [0.15, 0.02];
 
 /// The levels of each rock, finest first.
-pub(crate) fn by_rock() -> Vec<Vec<Level>> {
+pub(crate) fn by_rock() -> Vec<Vec<Mesh>> {
     (0..SHAPES)
         .map(|seed| levels_of(&fieldlod_tests::rock(6, seed)))
         .collect()
 }
 
-fn levels_of(source: &SourceMesh) -> Vec<Level> {
+fn levels_of(source: &SourceMesh) -> Vec<Mesh> {
     let baked = bake_mesh(source, &BakeConfig::default()).expect("a rock can be baked");
     let whole = baked
         .whole_mesh_levels()
@@ -39,31 +32,23 @@ fn levels_of(source: &SourceMesh) -> Vec<Level> {
             .expect("a rock has coarse levels");
         mesh_of(&whole, index)
     };
-    let coarser = KEPT[1..].iter().map(|&kept| level(kept));
-    let source = Level {
-        mesh: bevy_mesh(source),
-        triangles: all as u32,
-    };
-    std::iter::once(source).chain(coarser).collect()
+    let coarser = KEPT.iter().map(|&kept| level(kept));
+    std::iter::once(bevy_mesh(source)).chain(coarser).collect()
 }
 
 /// The whole-mesh level that a unit draws.
-fn mesh_of(whole: &Hierarchy, unit: usize) -> Level {
+fn mesh_of(whole: &Hierarchy, unit: usize) -> Mesh {
     let unit = &whole.units[unit];
     let vertices = whole.vertices_of(unit).iter();
     let places = vertices
         .clone()
         .map(|&v| whole.vertices.positions[v as usize].to_array());
     let normals = vertices.map(|&v| whole.vertices.normals[v as usize].to_array());
-    let mesh = Mesh::new(
+    Mesh::new(
         PrimitiveTopology::TriangleList,
         RenderAssetUsages::default(),
     )
     .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, places.collect::<Vec<_>>())
     .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals.collect::<Vec<_>>())
-    .with_inserted_indices(Indices::U16(whole.indices_of(unit).to_vec()));
-    Level {
-        mesh,
-        triangles: unit.triangle_count,
-    }
+    .with_inserted_indices(Indices::U16(whole.indices_of(unit).to_vec()))
 }

@@ -1,48 +1,44 @@
-//! Whole frames, on whatever adapter there is: full detail, this plugin at one pixel, and three levels
-//! behind Bevy's `VisibilityRange`, at distances that give the same image error.
+//! Whole frames on the adapter at hand: full detail, the plugin at one pixel, and three hand-made levels with
+//! `VisibilityRange` at distances that give the same image error.
 //!
-//! `cargo bench -p fieldlod_tests --bench whole_frame`. The methods draw in turn, so that all share what
-//! else the machine does; "ms" are whole updates until the GPU is done, then the main world, the render world with
-//! the extraction, and the GPU's own clock where it has one, for all but shadows, which Bevy does not time.
-//! `-- --walkthrough` draws half a second of the walkthrough on the same adapter afterwards, by each method; a path to
-//! the program may follow, if it was built before.
+//! `cargo bench -p fieldlod_tests --bench whole_frame` draws a field of rocks. The methods draw in turn. "ms" is a whole
+//! update with the wait for the GPU; "main" and "render" are its parts on the CPU. `-- --walkthrough` also draws the
+//! walkthrough by each method.
 //!
-//! Bevy's meshlets are not among the methods: their feature links another version of meshoptimizer under the same C
-//! symbols, and has to compile Bevy anew. `benches/meshlets` is a program of its own for them.
+//! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under the
+//! same C symbols.
 
 mod field_of_rocks;
 mod levels;
 mod walkthrough;
 
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use bevy::prelude::Mesh;
 use bevy_fieldlod::LodKind;
 use field_of_rocks::{Method, RockScene};
 use fieldlod_tests::frame_times::{FrameTimes, median};
 use image::RgbaImage;
-use levels::Level;
 
-/// Steps of the camera along which frames are timed.
+/// Steps of the camera for timed frames.
 const STEPS: usize = 7;
-/// Rounds of those steps, at most, and when no other begins.
+/// Rounds over those steps, unless [`LAST_ROUND`] has passed.
 const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
-/// Steps at which pictures are compared.
+/// Steps of the camera for compared pictures.
 const COMPARED: [usize; 3] = [0, 3, 6];
-/// Halvings of the interval in which the scale of the distances is searched, at most.
+/// Halvings of the interval of the scale of distances.
 const SEARCH_STEPS: usize = 16;
-/// Image errors that differ by no more than this share are the same. Each rock that changes its level
-/// is a step of the error, so that not every error is to be had.
+/// Relative difference of equal image errors. Each rock that changes its level is a step of the error, so that not
+/// every error can be reached.
 const SAME: f64 = 0.02;
 
-fn main() -> ExitCode {
+fn main() -> Result<(), String> {
     compare_methods();
-    let mut args = std::env::args().skip_while(|arg| arg != "--walkthrough");
-    match args.next() {
-        Some(_) => walkthrough::compare(args.find(|arg| !arg.starts_with('-')).as_deref()),
-        None => ExitCode::SUCCESS,
+    if std::env::args().any(|arg| arg == "--walkthrough") {
+        walkthrough::compare()?;
     }
+    Ok(())
 }
 
 fn compare_methods() {
@@ -50,59 +46,60 @@ fn compare_methods() {
     let Some(mut full) = RockScene::new(&levels, Method::Full) else {
         return;
     };
+    println!("{}", full.adapter());
     let pictures = full.pictures(&COMPARED);
+    let lod = |kind| RockScene::new(&levels, Method::AutoLod(kind)).expect("there is an adapter");
     let mut rows = vec![
-        measured("full detail", full, &pictures),
-        measured(
-            "plugin, 1 px",
-            scene(&levels, Method::AutoLod(LodKind::Auto)),
-            &pictures,
-        ),
-        measured(
+        Row::new("full detail", full, &pictures),
+        Row::new("plugin, 1 px", lod(LodKind::Auto), &pictures),
+        Row::new(
             "plugin, 1 px, whole meshes",
-            scene(&levels, Method::AutoLod(LodKind::WholeMesh)),
+            lod(LodKind::WholeMesh),
             &pictures,
         ),
     ];
-    let range = ranges_of_error(&levels, rows[1].error, &pictures);
-    rows.push(measured("VisibilityRange, 3 levels", range, &pictures));
+    let ranges = ranges_of_error(&levels, rows[1].error, &pictures);
+    rows.push(Row::new("VisibilityRange, 3 levels", ranges, &pictures));
     time(&mut rows);
     print(&rows);
 }
 
-fn scene(levels: &[Vec<Level>], method: Method) -> RockScene {
-    RockScene::new(levels, method).expect("the first one had an adapter")
-}
-
-/// The scene drawn by one method, and what was measured.
+/// The scene drawn by one method, and its measurements.
 struct Row {
     name: &'static str,
     scene: RockScene,
     /// Root mean square of the difference from full detail, of 255.
     error: f64,
     triangles: u64,
-    times: Vec<Duration>,
-    parts: Vec<FrameTimes>,
+    /// Each frame with the wait for the GPU, and its parts.
+    times: Vec<(Duration, FrameTimes)>,
 }
 
-fn measured(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Row {
-    let error = rmse(&scene.pictures(&COMPARED), full);
-    Row {
-        name,
-        error,
-        triangles: scene.triangles_drawn(),
-        scene,
-        times: Vec::new(),
-        parts: Vec::new(),
+impl Row {
+    fn new(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Self {
+        let error = rmse(&scene.pictures(&COMPARED), full);
+        Self {
+            name,
+            error,
+            triangles: scene.triangles_drawn(),
+            scene,
+            times: Vec::new(),
+        }
+    }
+
+    /// The median of a time, in milliseconds.
+    fn median_ms(&self, time: fn(&(Duration, FrameTimes)) -> Duration) -> f64 {
+        median(self.times.iter().map(time)).as_secs_f64() * 1e3
     }
 }
 
-/// The levels at a scale of their distances at which the image error is `error`, but for [`SAME`].
-fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> RockScene {
+/// The hand-made levels at a scale of their distances with the image error `error`, up to [`SAME`].
+fn ranges_of_error(levels: &[Vec<Mesh>], error: f64, full: &[RgbaImage]) -> RockScene {
     let (mut near, mut far) = (0.02f32, 8.0f32);
     for _ in 0..SEARCH_STEPS {
         let scale = (near * far).sqrt();
-        let mut scene = scene(levels, Method::Ranges { scale });
+        let scene = RockScene::new(levels, Method::Ranges { scale });
+        let mut scene = scene.expect("there is an adapter");
         let found = rmse(&scene.pictures(&COMPARED), full);
         eprintln!("distances times {scale:.3}: image error {found:.3} for {error:.3}");
         if (found - error).abs() <= SAME * error {
@@ -118,18 +115,15 @@ fn ranges_of_error(levels: &[Vec<Level>], error: f64, full: &[RgbaImage]) -> Roc
 }
 
 fn time(rows: &mut [Row]) {
-    let begin = Instant::now();
+    let start = Instant::now();
     for _ in 0..ROUNDS {
         for step in 0..STEPS {
             for row in &mut *rows {
                 row.scene.go_to(step);
-                let start = Instant::now();
-                let parts = row.scene.draw();
-                row.times.push(start.elapsed());
-                row.parts.push(parts);
+                row.times.push(row.scene.draw());
             }
         }
-        if begin.elapsed() > LAST_ROUND {
+        if start.elapsed() > LAST_ROUND {
             break;
         }
     }
@@ -140,8 +134,7 @@ fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
     for (picture, full) in pictures.iter().zip(full) {
         for (a, b) in picture.pixels().zip(full.pixels()) {
             for channel in 0..3 {
-                let off = f64::from(a.0[channel]) - f64::from(b.0[channel]);
-                sum += off * off;
+                sum += (f64::from(a.0[channel]) - f64::from(b.0[channel])).powi(2);
                 count += 1.0;
             }
         }
@@ -150,28 +143,23 @@ fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
 }
 
 fn print(rows: &[Row]) {
-    println!("{}", rows[0].scene.adapter());
     println!(
-        "{:<28} {:>10} {:>10} {:>8} {:>9} {:>8} {:>7} {:>8} {:>8} {:>8}",
-        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "ratio", "main", "render", "GPU"
+        "{:<28} {:>9} {:>10} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8}",
+        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "of full", "main", "render"
     );
-    let ms = |times: &mut dyn Iterator<Item = Duration>| median(times).as_secs_f64() * 1e3;
-    let frame_ms = |row: &Row| ms(&mut row.times.iter().copied());
-    let of_full = frame_ms(&rows[0]);
+    let of_full = rows[0].median_ms(|(whole, _)| *whole);
     for row in rows {
-        let gpu_ms = row.scene.gpu_ms();
+        let ms = row.median_ms(|(whole, _)| *whole);
         println!(
-            "{:<28} {:>10.3} {:>10} {:>8} {:>9.1} {:>8.2} {:>7.3} {:>8.2} {:>8.2} {:>8}",
+            "{:<28} {:>9.3} {:>10} {:>8} {:>8.1} {ms:>8.2} {:>7.3} {:>8.2} {:>8.2}",
             row.name,
             row.error,
             row.triangles,
             row.scene.mesh_entities(),
             row.scene.mesh_bytes() as f64 / 1e6,
-            frame_ms(row),
-            frame_ms(row) / of_full,
-            ms(&mut row.parts.iter().map(|parts| parts.main)),
-            ms(&mut row.parts.iter().map(|parts| parts.extract + parts.render)),
-            gpu_ms.map_or("-".into(), |ms| format!("{ms:.2}")),
+            ms / of_full,
+            row.median_ms(|(_, parts)| parts.main),
+            row.median_ms(|(_, parts)| parts.extract + parts.render),
         );
     }
 }

@@ -1,9 +1,10 @@
-//! A walk of the plugin through 100 different rocks of 327,680 triangles that are read in parts: memory, what is missing
-//! and by how many pixels, bytes read and time of the main thread.
+//! A walk through rocks that are read in parts: memory, missing detail, bytes read and time of the main thread.
 //!
-//! `FIELDLOD_WORLD=folder cargo bench -p fieldlod_tests --bench world` bakes the rocks into the folder, unless they are
-//! there, and walks. Frames are 60 a second by the clock, files are those of the system, without a renderer. `-- 10` does
-//! with ten rocks. Figures are in `crates/fieldlod_stream/benches/RECORD.md`.
+//! `FIELDLOD_WORLD=folder cargo bench -p fieldlod_tests --bench world` bakes 100 different rocks of 327,680 triangles into
+//! the folder, unless they are there, and walks at 60 frames per second without a renderer. `-- 10` uses ten rocks.
+
+#[path = "../process.rs"]
+mod process;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -17,10 +18,10 @@ use fieldlod_tests::apps::{finish, rendererless, run_until_ready, spawn_camera};
 const MIB: f64 = (1 << 20) as f64;
 const FRAME: Duration = Duration::from_nanos(16_666_667);
 const SECONDS: u32 = 12;
-/// Between rocks of a radius of about one, in metres.
+/// Distance of the rocks, in metres. Their radius is about one.
 const SPACING: f32 = 4.0;
 
-/// Names, metres a second, and seconds between jumps.
+/// Names, metres per second, and seconds between jumps.
 const PACES: [(&str, f32, f32); 3] = [
     ("walking", 1.5, f32::INFINITY),
     ("driving", 15.0, f32::INFINITY),
@@ -34,12 +35,9 @@ fn main() {
     let count = count.unwrap_or(100);
     let bytes = bake_rocks(&folder, count);
     println!("{count} rocks, {:.0} MB of files", bytes as f64 * 1e-6);
-    if std::env::args().any(|arg| arg == "bake") {
-        return;
-    }
     println!(
-        "pace, GPU MiB | at start: s to first, s to sharp | peak GPU MiB, loading MiB, process MiB | frames with pages \
-         missing, over 2 px, mean px, most px | MB/s read, of pages, x threshold | main thread ms: median, 95 %, most"
+        "pace, GPU MiB | seconds to first picture, to full detail | peak GPU MiB, process MiB | share of frames with missing \
+         pages, mean px, max px | MB/s read | main thread ms: median, 95 %, max"
     );
     for gpu_mib in [1024, 256, 26] {
         for pace in PACES {
@@ -48,7 +46,7 @@ fn main() {
     }
 }
 
-/// Writes those that are not there; bytes of all files.
+/// Bakes and writes missing files. Returns the bytes of all files.
 fn bake_rocks(folder: &Path, count: u32) -> u64 {
     std::fs::create_dir_all(folder).unwrap();
     let files = (0..count).map(|seed| {
@@ -70,12 +68,8 @@ fn file_name(seed: u32) -> String {
     format!("rock-{seed}.fieldpages")
 }
 
-/// What this process has in memory, as Linux counts it.
 fn resident_mib() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB"));
-    kilobytes.map_or(f64::NAN, |number| number.trim().parse().unwrap_or(f64::NAN)) / 1024.0
+    process::number("status", "VmRSS:") as f64 / 1024.0
 }
 
 fn app_in(folder: &Path, count: u32, gpu_mib: u64) -> (App, Entity) {
@@ -106,7 +100,7 @@ fn app_in(folder: &Path, count: u32, gpu_mib: u64) -> (App, Entity) {
     (app, camera)
 }
 
-/// Along a loop through the rocks; after a jump, from elsewhere on it.
+/// The pose on a loop through the rocks. A jump goes to another part of it.
 fn pose((_, speed, jump_every): (&str, f32, f32), seconds: f32) -> Transform {
     let jumps = (seconds / jump_every).floor();
     let at = |seconds: f32| {
@@ -140,8 +134,7 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
         app.update();
     }
     let sharp = begun.elapsed();
-    let read_before = bytes_read();
-    let pages_before = memory(&app).loaded_file_bytes;
+    let read_before = process::number("io", "rchar:");
     let mut process_mib = 0.0f64;
     let frames = (0..SECONDS * 60).map(|frame| {
         let start = Instant::now();
@@ -160,42 +153,24 @@ fn walk(folder: &Path, count: u32, gpu_mib: u64, pace: (&str, f32, f32)) {
         }
     });
     let frames: Vec<Frame> = frames.collect();
-    let read = (bytes_read() - read_before) as f64 / f64::from(SECONDS);
-    let of_pages = (memory(&app).loaded_file_bytes - pages_before) as f64 / f64::from(SECONDS);
-    let share = |is: fn(&Frame) -> bool| {
-        frames.iter().filter(|frame| is(frame)).count() as f64 / frames.len() as f64
-    };
-    let most = |of: fn(&Frame) -> f64| frames.iter().map(of).fold(0.0, f64::max);
+    let read = (process::number("io", "rchar:") - read_before) as f64 / f64::from(SECONDS);
+    let mean = |of: fn(&Frame) -> f64| frames.iter().map(of).sum::<f64>() / frames.len() as f64;
+    let max = |of: fn(&Frame) -> f64| frames.iter().map(of).fold(0.0, f64::max);
     let mut times: Vec<f64> = frames.iter().map(|frame| frame.milliseconds).collect();
     times.sort_by(f64::total_cmp);
     println!(
-        "{:>11} {gpu_mib:>4} | {:.2} {:.2} | {:.1} {:.1} {:.0} | {:.3} {:.3} {:.2} {:.1} | {:.2} {:.2} {:.2} | {:.1} {:.1} {:.1}",
+        "{:>11} {gpu_mib:>4} | {:.2} {:.2} | {:.1} {:.0} | {:.3} {:.2} {:.1} | {:.2} | {:.1} {:.1} {:.1}",
         pace.0,
         first.as_secs_f64(),
         sharp.as_secs_f64(),
-        most(|frame| (frame.memory.resident_bytes + frame.memory.coming_bytes) as f64) / MIB,
-        most(|frame| frame.memory.loading_bytes as f64) / MIB,
+        max(|frame| (frame.memory.resident_bytes + frame.memory.coming_bytes) as f64) / MIB,
         process_mib - before_mib,
-        share(|frame| frame.memory.missing_pages > 0),
-        share(|frame| frame.missing_px > 2.0),
-        frames
-            .iter()
-            .map(|frame| f64::from(frame.missing_px))
-            .sum::<f64>()
-            / frames.len() as f64,
-        most(|frame| f64::from(frame.missing_px)),
+        mean(|frame| f64::from(u8::from(frame.memory.missing_pages > 0))),
+        mean(|frame| f64::from(frame.missing_px)),
+        max(|frame| f64::from(frame.missing_px)),
         read * 1e-6,
-        of_pages * 1e-6,
-        most(|frame| f64::from(frame.memory.coarsening)),
         times[times.len() / 2],
         times[times.len() * 95 / 100],
         times[times.len() - 1],
     );
-}
-
-/// Bytes that this process has read so far, from disks or what the system keeps of them.
-fn bytes_read() -> u64 {
-    let counts = std::fs::read_to_string("/proc/self/io").unwrap_or_default();
-    let line = counts.lines().find_map(|line| line.strip_prefix("rchar:"));
-    line.and_then(|line| line.trim().parse().ok()).unwrap_or(0)
 }

@@ -1,17 +1,17 @@
-//! Closer looks at the triangles that may hold a place further than all samples so far.
+//! Denser samples on triangles that may hold a place farther than all samples so far.
 
 use glam::Vec3;
 
-use crate::triangle_tree::{NearestTriangle, TriangleTree};
+use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// What is added for places between the samples.
+/// Margin for places between the samples.
 pub(super) const SAMPLING_MARGIN: f32 = 1.05;
 /// The same for aggregates: elements that have grown are large beside the distances between places. Of 204
 /// bakes of game assets one lay a tenth farther from its source than it said with the other margin.
 pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
-/// Parts that lie within this times the furthest, squared, are within the margin.
+/// Parts that lie within this times the farthest, squared, are within the margin.
 pub(super) const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
-/// Parts that rise no higher than this share of the furthest, squared, are not looked at more closely
+/// Parts that rise no higher than this share of the farthest, squared, are not looked at more closely
 const LOW: f32 = 0.7;
 /// if their middle stands as near as the next share beside what is nearest: it is not above a gap.
 const BESIDE: f32 = 0.06;
@@ -25,12 +25,12 @@ pub(super) struct Target {
     pub(super) reach_in_scaled: f32,
 }
 
-/// A triangle that may hold a place further than all.
-pub(super) struct Suspect {
+/// A triangle that may hold the farthest place.
+pub(super) struct Candidate {
     pub(super) corners: [Vec3; 3],
     /// How far such a place may be, squared: a bound for triangles of the source, a guess for others.
     pub(super) priority: f32,
-    /// What is nearest to one of its places.
+    /// The nearest triangle to one of its places.
     pub(super) start: Option<NearestTriangle>,
 }
 
@@ -48,19 +48,19 @@ impl Target {
 /// most so many; for `splits` see [`look_at_part`].
 pub(super) fn look_closely(
     target: &Target,
-    mut suspects: Vec<Suspect>,
+    mut candidates: Vec<Candidate>,
     most: usize,
     splits: [u32; 2],
-    furthest: &mut f32,
+    farthest: &mut f32,
 ) {
-    let order = |a: &Suspect, b: &Suspect| b.priority.total_cmp(&a.priority);
-    if suspects.len() > most {
-        suspects.select_nth_unstable_by(most, order);
-        suspects.truncate(most);
+    let order = |a: &Candidate, b: &Candidate| b.priority.total_cmp(&a.priority);
+    if candidates.len() > most {
+        candidates.select_nth_unstable_by(most, order);
+        candidates.truncate(most);
     }
-    suspects.sort_by(order);
-    for suspect in &suspects {
-        look_at_part(target, suspect.corners, suspect.start, splits, furthest);
+    candidates.sort_by(order);
+    for candidate in &candidates {
+        look_at_part(target, candidate.corners, candidate.start, splits, farthest);
     }
 }
 
@@ -71,18 +71,18 @@ fn look_at_part(
     corners: [Vec3; 3],
     start: Option<NearestTriangle>,
     [splits, free]: [u32; 2],
-    furthest: &mut f32,
+    farthest: &mut f32,
 ) {
     let [a, b, c] = corners;
     let middle = (a + b + c) / 3.0;
     let surface = &target.surface;
-    let Some(near) = surface.near_enough(middle, *furthest * BESIDE, start) else {
+    let Some(near) = surface.near_enough(middle, *farthest * BESIDE, start) else {
         return;
     };
-    if near.distance_squared > *furthest {
+    if near.distance_squared > *farthest {
         let beyond = target.beyond_reach(middle);
         if beyond <= 0.0 {
-            *furthest = near.distance_squared;
+            *farthest = near.distance_squared;
         } else if corners
             .iter()
             .all(|c| c.distance_squared(middle) < beyond * beyond)
@@ -90,20 +90,20 @@ fn look_at_part(
             return;
         }
     }
-    if splits == 0 || surface.bound_squared(near, corners) <= *furthest * WITHIN {
+    if splits == 0 || surface.bound_squared(near, corners) <= *farthest * WITHIN {
         return;
     }
     // What is nearest to the middle may be far from a corner, so that some quarters are always looked
     // at.
     let is_low = || {
         let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
-        beside <= *furthest * BESIDE && surface.height_squared(near, corners) <= *furthest * LOW
+        beside <= *farthest * BESIDE && surface.height_squared(near, corners) <= *farthest * LOW
     };
     if splits <= free && is_low() {
         return;
     }
     let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
     for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        look_at_part(target, part, Some(near), [splits - 1, free], furthest);
+        look_at_part(target, part, Some(near), [splits - 1, free], farthest);
     }
 }

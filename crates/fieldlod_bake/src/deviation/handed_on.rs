@@ -1,7 +1,7 @@
-//! Which places wait for the next level.
+//! Selects the places from which the next level is measured.
 
 use super::seen::Seen;
-use crate::clusters::Place;
+use crate::levels::clusters::Place;
 
 /// For each cluster, at most so many of the places nearest to each of its triangles.
 pub(super) fn handed_on(seen: &[Seen], clusters: &[Vec<u32>], most: usize) -> Vec<Vec<Place>> {
@@ -24,7 +24,7 @@ pub(super) fn handed_on(seen: &[Seen], clusters: &[Vec<u32>], most: usize) -> Ve
     places.collect()
 }
 
-/// Of the places of a triangle the furthest, and as many of the others, evenly: where all is flat, a
+/// Of the places of a triangle the farthest, and as many of the others, evenly: where all is flat, a
 /// later level may stray anywhere.
 fn pick<'a>(
     seen: &[Seen],
@@ -32,21 +32,21 @@ fn pick<'a>(
     most: usize,
 ) -> impl Iterator<Item = u32> + use<'a> {
     let is_too_many = of_one.len() > most;
-    let furthest = if is_too_many {
+    let farthest = if is_too_many {
         most.div_ceil(2)
     } else {
         of_one.len()
     };
     if is_too_many {
         let distance = |at: u32| seen[at as usize].nearest.distance_squared;
-        of_one.select_nth_unstable_by(furthest, |&a, &b| {
+        of_one.select_nth_unstable_by(farthest, |&a, &b| {
             let further = distance(b).total_cmp(&distance(a));
             further.then(a.cmp(&b))
         });
     }
-    let (first, others) = of_one.split_at_mut(furthest);
+    let (first, others) = of_one.split_at_mut(farthest);
     others.sort_unstable();
-    let wanted = most.saturating_sub(furthest).min(others.len());
+    let wanted = most.saturating_sub(farthest).min(others.len());
     let evenly = (0..wanted).map(move |k| others[k * others.len() / wanted]);
     first.iter().copied().chain(evenly)
 }

@@ -1,7 +1,7 @@
-//! What was looked at.
+//! Measured places.
 
-use crate::clusters::Place;
-use crate::triangle_tree::NearestTriangle;
+use crate::levels::clusters::Place;
+use crate::mesh::triangle_tree::NearestTriangle;
 
 /// A place, and what of the simplified surface is nearest to it.
 #[derive(Clone, Copy)]

@@ -58,7 +58,7 @@ pub enum SkipReason {
 )]
 pub enum ImportError {
     /// No such file, a folder, no permission.
-    #[error("cannot be read: {0}")]
+    #[error("could not be read: {0}")]
     Read(#[source] std::io::Error),
     /// Nothing in it.
     #[error("the file is empty")]
@@ -122,13 +122,13 @@ pub enum ImportError {
 )]
 pub enum BufferFault {
     /// The file beside the glTF is missing or unreadable.
-    #[error("{uri:?} cannot be read: {error}")]
+    #[error("{uri:?} could not be read: {error}")]
     Read { uri: String, error: std::io::Error },
     /// A link to somewhere else.
     #[error("{uri:?} is not a file beside the glTF")]
     Elsewhere { uri: String },
     /// Bytes inside the JSON, but garbled.
-    #[error("its data URI cannot be decoded: {0}")]
+    #[error("its data URI could not be decoded: {0}")]
     DataUri(String),
     /// It should be the binary chunk, but there is none.
     #[error("the GLB has no binary chunk")]
@@ -157,7 +157,7 @@ pub enum AccessorFault {
         element: usize,
     },
     /// More elements than can be counted.
-    #[error("accessor {accessor} has {count} elements, too many")]
+    #[error("accessor {accessor} has too many elements: {count}")]
     TooMany { accessor: usize, count: usize },
     /// Indices that are not unsigned scalars.
     #[error("accessor {accessor} does not hold indices")]

@@ -3,7 +3,7 @@
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
 
-/// What a vertex attribute stands for.
+/// Meaning of a vertex attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Attribute {
     Position,
@@ -16,9 +16,9 @@ pub(super) enum Attribute {
 /// Which formats are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Formats {
-    /// Those of plain glTF, as far as Bevy keeps them, so that both see the same mesh.
+    /// The formats of plain glTF that Bevy keeps, so that both see the same mesh.
     AsBevy,
-    /// Those of `KHR_mesh_quantization` too.
+    /// The formats of `KHR_mesh_quantization` as well.
     Quantized,
 }
 

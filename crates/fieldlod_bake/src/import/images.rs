@@ -19,7 +19,7 @@ const MOST_SIDE: u32 = 8_192;
 /// What a decoder may take beside that, in bytes.
 const MOST_BYTES: usize = 1 << 28;
 
-/// An image of a file that cannot be read. What it leaves of a surface is not known.
+/// An image of a file that cannot be read. Surfaces with it count as unknown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnreadImage {
     /// Index of the image in the file, if there is one.
@@ -39,7 +39,7 @@ impl fmt::Display for UnreadImage {
         if !self.name.is_empty() {
             write!(f, " ({:?})", self.name)?;
         }
-        write!(f, " is not looked at: {}", self.fault)
+        write!(f, " is ignored: {}", self.fault)
     }
 }
 
@@ -47,20 +47,20 @@ impl fmt::Display for UnreadImage {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFault {
-    /// Only an extension tells where it is.
-    #[error("only an extension names it")]
+    /// Only an unsupported extension says where the image is.
+    #[error("its source is in an unsupported extension")]
     Missing,
-    /// Its bytes cannot be had.
+    /// Its bytes could not be read.
     #[error("{0}")]
     Unavailable(String),
     /// Such as KTX2 and WebP.
     #[error("it is neither PNG nor JPEG")]
     Format,
     /// Its sides, in texels.
-    #[error("{0} × {1} texels are too many")]
+    #[error("it is too large: {0} × {1} texels")]
     TooLarge(u32, u32),
-    /// What the decoder says.
-    #[error("it cannot be decoded: {0}")]
+    /// The error of the decoder.
+    #[error("it could not be decoded: {0}")]
     Broken(String),
 }
 
@@ -147,9 +147,10 @@ fn broken(fault: impl fmt::Display) -> ImageFault {
 }
 
 fn checked_size(width: u32, height: u32) -> Result<UVec2, ImageFault> {
-    match width.max(height) <= MOST_SIDE {
-        true => Ok(UVec2::new(width, height)),
-        false => Err(ImageFault::TooLarge(width, height)),
+    if width.max(height) <= MOST_SIDE {
+        Ok(UVec2::new(width, height))
+    } else {
+        Err(ImageFault::TooLarge(width, height))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the material of a primitive looks like.
+//! Materials of primitives as surfaces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::ReadBeside;
 use super::buffers::Buffers;
 use super::images::{self, UnreadImage};
-use crate::surface::{Surface, SurfaceAlpha, TextureMapping};
+use crate::mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
 
 /// The cutoff of a mask that has none of its own.
 const CUTOFF: f32 = 0.5;
@@ -32,7 +32,7 @@ pub(super) struct Materials<'a> {
 
 impl Materials<'_> {
     /// The surfaces of those materials that are `used`, by the index of each, and the images that cannot be read.
-    /// What is not among the surfaces is not known.
+    /// Materials without an entry are unknown.
     pub(super) fn surfaces(
         &self,
         used: &BTreeSet<usize>,
@@ -69,8 +69,7 @@ impl Materials<'_> {
     fn look(&self, index: usize) -> Option<(Surface, Option<(usize, TextureMapping)>)> {
         let material = self.document.materials().nth(index)?;
         let pbr = material.pbr_metallic_roughness();
-        let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material))
-            .double_sided(material.double_sided());
+        let plain = Surface::new(Vec4::from(pbr.base_color_factor()), alpha_of(&material));
         let Some(texture) = pbr.base_color_texture() else {
             return Some((plain, None));
         };

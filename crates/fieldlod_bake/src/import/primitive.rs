@@ -1,5 +1,6 @@
 //! One primitive: its attributes and its triangles.
 
+use fieldlod_hierarchy::Vertices;
 use glam::{Vec2, Vec3, Vec4};
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic};
@@ -72,14 +73,16 @@ impl Reader<'_> {
             None => (0..positions.len() as u32).collect(),
         };
         Ok(SourceMesh {
-            positions: positions.into_iter().map(Vec3::from_array).collect(),
-            normals: normals.into_iter().map(Vec3::from_array).collect(),
-            uvs: uvs.into_iter().map(Vec2::from_array).collect(),
-            uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
-            colors: colors.into_iter().map(Vec4::from_array).collect(),
             has_other_attributes: has_other_attributes(self.primitive)
                 || (tangents.is_empty() && gets_tangents(self.primitive)),
-            tangents: tangents.into_iter().map(Vec4::from_array).collect(),
+            vertices: Vertices {
+                positions: positions.into_iter().map(Vec3::from_array).collect(),
+                normals: normals.into_iter().map(Vec3::from_array).collect(),
+                uvs: uvs.into_iter().map(Vec2::from_array).collect(),
+                tangents: tangents.into_iter().map(Vec4::from_array).collect(),
+                uvs_1: uvs_1.into_iter().map(Vec2::from_array).collect(),
+                colors: colors.into_iter().map(Vec4::from_array).collect(),
+            },
             surface: None,
             indices: triangle_list(self.primitive.mode(), corners),
         })

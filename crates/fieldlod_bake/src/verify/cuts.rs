@@ -2,13 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use fieldlod_hierarchy::fixtures::Random;
+use fieldlod_hierarchy::Random;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
-use crate::triangle_tree::TriangleTree;
+use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
@@ -112,9 +112,10 @@ impl<'a> Source<'a> {
         let open = open_edges(&corners, &self.weld);
         let is_new = |(a, b): &(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
         let new: Vec<(u32, u32)> = open.into_iter().filter(is_new).collect();
-        let edges = match new.is_empty() {
-            true => 0,
-            false => self.count_cracks(&new, &drawn),
+        let edges = if new.is_empty() {
+            0
+        } else {
+            self.count_cracks(&new, &drawn)
         };
         if edges > 0 {
             return Err(VerifyError::Hole {

@@ -33,7 +33,7 @@ impl Default for VerifySettings {
     }
 }
 
-/// What [`verify`](crate::verify()) found of a hierarchy that passes.
+/// Results of [`verify`](crate::verify()) for a hierarchy that passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Verified {
     /// Points at which distances were measured.
@@ -49,7 +49,7 @@ pub struct Verified {
     pub flipped_area: f32,
 }
 
-/// What is wrong with a hierarchy.
+/// Why a hierarchy fails.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -69,24 +69,28 @@ pub enum VerifyError {
     /// The finest cut should be the source.
     #[error("the finest cut has {found} triangles that are not those of the source")]
     FinestCut { found: usize },
-    /// A point of the source is further from a cut than the cut states.
+    /// A point of the source is farther from a cut than the cut states.
     #[error(
         "at level {level} a point of the source lies {share:.3} times as far from the cut as the \
          deviation stated"
     )]
     SourceTooFar { level: u32, share: f32 },
-    /// A point of a simplified surface is further from the source than its group states.
-    #[error("group {group}'s surface lies {share:.3} times as far from the source as it states")]
+    /// A point of a simplified surface is farther from the source than its group states.
+    #[error("the surface of group {group} lies {share:.3} times as far from the source as stated")]
     SimplifiedTooFar { group: usize, share: f32 },
     /// A cut has an open edge that the source does not have.
-    #[error("cut {cut} of {triangles} triangles has {edges} open edges that the source has not")]
+    #[error(
+        "cut {cut} of {triangles} triangles has {edges} open edges that are closed in the source"
+    )]
     Hole {
         cut: u32,
         triangles: usize,
         edges: usize,
     },
     /// Triangles of a cut face the wrong way.
-    #[error("{share:.4} of the area of cut {cut} ({triangles} triangles) faces against the source")]
+    #[error(
+        "{share:.4} of the area of cut {cut} ({triangles} triangles) faces away from the source"
+    )]
     Flipped {
         cut: u32,
         triangles: usize,

@@ -1,13 +1,13 @@
 //! Deviations by independent random samples.
 
-use fieldlod_hierarchy::fixtures::Random;
+use fieldlod_hierarchy::Random;
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
-use crate::naive;
-use crate::triangle_tree::{NearestTriangle, TriangleTree};
+use crate::mesh::triangle::exact_distance;
+use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
@@ -123,7 +123,7 @@ fn check_source_to_cut(
     Ok(())
 }
 
-/// Looks for the point that is furthest from a cut, as a share of what the cut states there.
+/// Looks for the point that is farthest from a cut, as a share of what the cut states there.
 struct WorstSearch<'a> {
     subject: &'a Subject<'a>,
     tree: &'a TriangleTree,
@@ -181,7 +181,7 @@ impl<'a> WorstSearch<'a> {
         let shares = self.drawn.iter().map(|triangle| {
             // In double precision: the rounding of a needle is larger than that of a point.
             let corners = self.subject.corners(triangle.corners);
-            let distance = naive::distance(point, corners.map(Vec3::as_dvec3));
+            let distance = exact_distance(point, corners.map(Vec3::as_dvec3));
             share_of_stated(
                 distance as f32,
                 self.subject.deviation_in_scaled(triangle.produced_by),

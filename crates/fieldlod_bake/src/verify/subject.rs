@@ -1,11 +1,11 @@
-//! What is verified.
+//! The hierarchy to verify, with its source.
 
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
 use super::report::VerifySettings;
+use crate::levels::vertices::power_of_two_above;
 use crate::mesh::SourceMesh;
-use crate::vertices::power_of_two_above;
 
 /// A hierarchy, the mesh it should come from, and how much is to be checked.
 pub(super) struct Subject<'a> {

@@ -24,7 +24,6 @@ fn read(bytes: &[u8]) {
         let again = BakedFile::from_bytes(&file.to_bytes());
         assert_eq!(again.unwrap().primitives.len(), file.primitives.len());
     }
-    let _ = BakedFile::from_bytes_coarse(bytes, 1);
     if let Ok(file) = BakedFile::from_bytes_beside_source(bytes) {
         for primitive in file.primitives {
             let source = zeros_like(&primitive.hierarchy);

@@ -1,6 +1,6 @@
-//! What a file holds.
+//! The contents of a file.
 
-use super::quantize::Precision;
+use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
 /// How a file is written.

@@ -1,15 +1,13 @@
 //! From the bytes of sections to a primitive.
 
-use super::attributes;
-use super::cards;
-use super::coded::Coded;
 use super::contents::BakedPrimitive;
 use super::error::FileError;
 use super::layout::Entry;
-use super::predict::Predict;
 use super::reader::Reader;
-use super::section_reader;
-use crate::cards::Cards;
+use crate::file::sections::coded::Coded;
+use crate::file::sections::section_reader;
+use crate::file::vertices::attributes;
+use crate::file::vertices::predict::Predict;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Decodes a primitive, section by section.
@@ -17,7 +15,6 @@ pub(super) struct Decoder {
     entry: Entry,
     predictors: Vec<Predict>,
     coded: Coded,
-    cards: Option<Cards>,
     sections_read: usize,
 }
 
@@ -33,24 +30,15 @@ impl Decoder {
             entry,
             predictors,
             coded,
-            cards: None,
             sections_read: 0,
         }
     }
 
-    /// Of a page, whose entry says what is in it.
+    /// The decoder of a page.
     pub(super) fn of_page(entry: Entry) -> Self {
         let mut decoder = Self::new(entry);
         decoder.coded.is_page = true;
         decoder
-    }
-
-    /// Takes the cards off the front of `reader`.
-    pub(super) fn read_cards(&mut self, reader: &mut Reader<'_>) -> Result<(), FileError> {
-        let bytes = reader.take("the cards", self.entry.cards.length)?;
-        self.entry.cards.check(bytes)?;
-        self.cards = cards::read(bytes)?;
-        Ok(())
     }
 
     /// Takes the next section off the front of `reader`, if the primitive has one more.
@@ -62,9 +50,10 @@ impl Decoder {
         section.check(bytes)?;
         self.sections_read += 1;
         // They come with the last section.
-        let (unused_vertices, origins) = match self.is_whole() {
-            true => (self.entry.unused_vertices, self.entry.origin_count),
-            false => (0, 0),
+        let (unused_vertices, origins) = if self.is_whole() {
+            (self.entry.unused_vertices, self.entry.origin_count)
+        } else {
+            (0, 0)
         };
         section_reader::read(
             bytes,
@@ -80,14 +69,9 @@ impl Decoder {
         self.sections_read == self.entry.sections.len()
     }
 
-    /// The hierarchy of the sections read, validated. `primitive` is its number in the file.
+    /// The hierarchy of all sections, validated. `primitive` is its number in the file.
     pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
         let mut hierarchy = self.hierarchy()?;
-        let is_whole = self.is_whole();
-        hierarchy.cards = self.cards;
-        if !is_whole {
-            hierarchy.remove_cards_left_out();
-        }
         let valid = match self.entry.options.beside_source {
             false => hierarchy.validate(),
             true => {
@@ -106,21 +90,11 @@ impl Decoder {
     }
 
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
-        // In which order vertices come, and where the rows are that hold them.
         let (entry, coded) = (&self.entry, &self.coded);
         let vertex_count = coded.vertex_indices.len();
-        let in_order: Vec<u32>;
-        let mut source_vertex_count = vertex_count as u32;
-        let (rows_of_vertices, source_vertices) = if self.is_whole() {
-            source_vertex_count = entry.source_vertex_count;
-            check_count(entry.group_count, coded.groups.len(), "the groups")?;
-            check_count(entry.vertex_count, vertex_count, "the vertex order")?;
-            (inverse(&coded.vertex_indices)?, &coded.vertex_indices)
-        } else {
-            // Vertices stay in the order of coding.
-            in_order = (0..vertex_count as u32).collect();
-            ((1..=vertex_count as u32).collect(), &in_order)
-        };
+        check_count(entry.group_count, coded.groups.len(), "the groups")?;
+        check_count(entry.vertex_count, vertex_count, "the vertex order")?;
+        let rows_of_vertices = inverse(&coded.vertex_indices)?;
         let vertices = attributes::from_rows(
             &coded.rows,
             entry.attributes,
@@ -136,11 +110,10 @@ impl Decoder {
             coded,
             starts: Starts::of(coded),
             indices: indices.collect(),
-            source_vertices,
             hierarchy: Hierarchy {
                 source: entry.source,
                 vertices,
-                source_vertex_count,
+                source_vertex_count: entry.source_vertex_count,
                 moved_from: coded.moved_from.clone(),
                 ..Hierarchy::default()
             },
@@ -154,9 +127,10 @@ impl Decoder {
 }
 
 fn check_count(expected: u32, found: usize, what: &'static str) -> Result<(), FileError> {
-    match expected as usize == found {
-        true => Ok(()),
-        false => Err(FileError::Corrupt { what }),
+    if expected as usize == found {
+        Ok(())
+    } else {
+        Err(FileError::Corrupt { what })
     }
 }
 
@@ -223,8 +197,6 @@ struct Builder<'a> {
     starts: Starts,
     /// The groups that were read, by where they stand in the whole hierarchy.
     indices: Vec<u32>,
-    /// Numbers of the vertices by the order of coding.
-    source_vertices: &'a [u32],
     hierarchy: Hierarchy,
 }
 
@@ -247,7 +219,6 @@ impl Builder<'_> {
             self.add_unit(unit);
         }
         let links = &self.coded.finer[first_finer..][..group.finer_count as usize];
-        // What was not read is left out: its units are the source geometry of what was.
         let read = links
             .iter()
             .filter_map(|&finer| position(&self.indices, finer));
@@ -264,13 +235,13 @@ impl Builder<'_> {
             unit.aabb,
             vertices
                 .iter()
-                .map(|&code| self.source_vertices[code as usize]),
+                .map(|&code| coded.vertex_indices[code as usize]),
             indices.iter().copied(),
         );
     }
 }
 
-/// Where a group index stands among those that were read.
+/// The position of a group among those that were read.
 fn position(indices: &[u32], index: u32) -> Option<u32> {
     let place = indices.binary_search(&index).ok()?;
     Some(place as u32)

@@ -1,16 +1,15 @@
 //! From a primitive to the bytes of its sections.
 
-use super::attributes::{self, Attributes};
-use super::cards;
-use super::coded::Coded;
 use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
-use super::quantize::{self, Grids, Precision};
-use super::rows::Rows;
-use super::section_writer;
+use crate::file::sections::coded::Coded;
+use crate::file::sections::section_writer;
+use crate::file::vertices::attributes::{self, Attributes};
+use crate::file::vertices::quantize::{self, Grids, Precision};
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
-/// What the directory says about a primitive, and its cards and sections.
+/// The directory entry of a primitive, and its sections.
 ///
 /// # Panics
 /// If the hierarchy is not valid.
@@ -21,10 +20,7 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
     let mut entry = prepared.entry(primitive, of_sections.collect());
     entry.unused_vertices = unused_vertices as u32;
-    let cards = cards::write(primitive.hierarchy.cards.as_ref());
-    entry.cards = SectionEntry::of(&cards);
-    let parts = std::iter::once(cards).chain(sections);
-    (entry, parts.collect())
+    (entry, sections)
 }
 
 /// A hierarchy as it will be read, and the numbers of its vertices.
@@ -79,7 +75,7 @@ impl Prepared<'_> {
             .map_or(self.source, |(hierarchy, _)| hierarchy)
     }
 
-    /// What the directory says, with all vertices in use and no cards.
+    /// The directory entry, if every vertex is in use.
     pub(super) fn entry(&self, primitive: &BakedPrimitive, sections: Vec<SectionEntry>) -> Entry {
         let hierarchy = self.hierarchy();
         let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
@@ -97,7 +93,6 @@ impl Prepared<'_> {
             source_vertex_count: hierarchy.source_vertex_count,
             origin_count: hierarchy.moved_from.len() as u32,
             unused_vertices: 0,
-            cards: SectionEntry::of(&[]),
             sections,
         }
     }
@@ -148,9 +143,10 @@ fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
     let level_count = hierarchy.level_count();
     let mut groups_of_sections = vec![Vec::new(); level_count.max(1) as usize];
     for (index, group) in hierarchy.groups.iter().enumerate() {
-        let section = match group.is_terminal() {
-            true => 0,
-            false => level_count - 1 - group.level,
+        let section = if group.is_terminal() {
+            0
+        } else {
+            level_count - 1 - group.level
         };
         groups_of_sections[section as usize].push(index as u32);
     }

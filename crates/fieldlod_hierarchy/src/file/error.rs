@@ -1,11 +1,11 @@
-//! Which version is read, and why bytes may not be.
+//! The format version, and errors of reading.
 
 use thiserror::Error;
 
 use crate::validate::InvalidHierarchy;
 
 /// The version that this crate writes, and the only one that it reads.
-pub const FORMAT_VERSION: u32 = 7;
+pub const FORMAT_VERSION: u32 = 1;
 
 /// Why bytes are not a usable `.fieldlod` file.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -32,16 +32,16 @@ pub enum FileError {
     #[error("{extra} bytes follow the end of the data")]
     TrailingBytes { extra: u64 },
     /// The checksum does not fit the bytes.
-    #[error("corrupt: the checksum does not fit the data")]
+    #[error("corrupt: wrong checksum")]
     Checksum,
     /// The name of a primitive is not UTF-8.
     #[error("corrupt: the name of primitive {primitive} is not UTF-8")]
     Name { primitive: usize },
-    /// Something cannot have been written like this, although the checksum fits.
-    #[error("corrupt: {what} cannot be decoded")]
+    /// Data that no writer produces, although the checksum fits.
+    #[error("corrupt: could not decode {what}")]
     Corrupt { what: &'static str },
-    /// The file is one that lies beside its source, and whoever reads it asked for all vertices.
-    #[error("primitive {primitive}: the file leaves out the vertices, which are in its source")]
+    /// The file is without the vertices of its source, but the reader needs all vertices.
+    #[error("primitive {primitive}: the file is without the vertices of its source")]
     SourceVerticesLeftOut { primitive: usize },
     /// An invariant is broken, although the checksum fits.
     #[error("primitive {primitive}: {fault}")]

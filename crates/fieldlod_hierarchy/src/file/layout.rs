@@ -1,18 +1,18 @@
-//! Header and directory: what is in a file, and where its sections are.
+//! Header and directory of a file.
 
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-use super::attributes::Attributes;
 use super::contents::FileOptions;
 use super::error::{FORMAT_VERSION, FileError};
-use super::quantize::{Grids, Precision};
 use super::reader::Reader;
-use crate::source::SourceHash;
+use crate::file::vertices::attributes::Attributes;
+use crate::file::vertices::quantize::{Grids, Precision};
+use crate::vertices::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";
 
-/// What the directory says about a primitive.
+/// The directory entry of a primitive.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) mesh_index: u32,
@@ -30,11 +30,10 @@ pub(super) struct Entry {
     pub(super) origin_count: u32,
     /// Vertices that no unit uses: they are in the last section.
     pub(super) unused_vertices: u32,
-    pub(super) cards: SectionEntry,
     pub(super) sections: Vec<SectionEntry>,
 }
 
-/// How long a section is, or what is stored of cards, and what its bytes are.
+/// Length and checksum of a section.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SectionEntry {
     pub(super) length: u64,
@@ -73,13 +72,13 @@ impl Entry {
     }
 
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
-        // Which primitive it is, and of which mesh.
+        // Identity.
         bytes.extend_from_slice(&self.mesh_index.to_le_bytes());
         bytes.extend_from_slice(&self.primitive_index.to_le_bytes());
         bytes.extend_from_slice(&(self.name.len() as u32).to_le_bytes());
         bytes.extend_from_slice(self.name.as_bytes());
         bytes.extend_from_slice(&self.source.0.to_le_bytes());
-        // What its vertices have, and how exactly.
+        // Attributes and precision.
         bytes.push(self.attributes.bits);
         bytes.push(u8::from(self.options.precision == Precision::Quantized16));
         bytes.push(u8::from(self.options.beside_source));
@@ -87,7 +86,7 @@ impl Entry {
             bytes.extend_from_slice(bytemuck::bytes_of(grids));
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
         }
-        // How much of it there is, and where.
+        // Counts and sections.
         let counts = [
             self.group_count,
             self.vertex_count,
@@ -96,7 +95,6 @@ impl Entry {
             self.unused_vertices,
         ];
         bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
-        self.cards.write(bytes);
         bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
         for section in &self.sections {
             section.write(bytes);
@@ -104,14 +102,14 @@ impl Entry {
     }
 
     pub(super) fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
-        // Which primitive it is, and of which mesh.
+        // Identity.
         let mesh_index = reader.value(WHAT)?;
         let primitive_index = reader.value(WHAT)?;
         let length: u32 = reader.value("a name")?;
         let name = reader.take("a name", u64::from(length))?.to_vec();
         let name = String::from_utf8(name).map_err(|_| FileError::Name { primitive })?;
         let source = SourceHash(reader.value(WHAT)?);
-        // What its vertices have, and how exactly.
+        // Attributes and precision.
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
         let is_quantized = read_flag(reader)?;
         let beside_source = read_flag(reader)?;
@@ -122,7 +120,7 @@ impl Entry {
             grids = reader.value(WHAT)?;
             position_error_in_local = reader.value(WHAT)?;
         }
-        // How much of it there is, and where.
+        // Counts and sections.
         let entry = Self {
             mesh_index,
             primitive_index,
@@ -140,7 +138,6 @@ impl Entry {
             source_vertex_count: reader.value(WHAT)?,
             origin_count: reader.value(WHAT)?,
             unused_vertices: reader.value(WHAT)?,
-            cards: SectionEntry::of_fields(reader.value(WHAT)?),
             sections: read_sections(reader)?,
         };
         if entry.grids.are_usable() && position_error_in_local >= 0.0 {
@@ -186,10 +183,10 @@ pub(super) fn seal(magic: [u8; 8], count: u32, directory: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What precedes a directory.
+/// Bytes before the directory.
 pub(super) const HEADER_BYTES: usize = 32;
 
-/// What a header says of the directory behind it.
+/// The header of a directory.
 pub(super) struct Header {
     pub(super) count: u32,
     pub(super) length: u64,
@@ -217,9 +214,10 @@ impl Header {
     /// Takes the directory, if it is what was sealed.
     pub(super) fn directory<'a>(&self, reader: &mut Reader<'a>) -> Result<&'a [u8], FileError> {
         let directory = reader.take(WHAT, self.length)?;
-        match xxh3_64_with_seed(directory, u64::from(self.count)) == self.checksum {
-            true => Ok(directory),
-            false => Err(FileError::Checksum),
+        if xxh3_64_with_seed(directory, u64::from(self.count)) == self.checksum {
+            Ok(directory)
+        } else {
+            Err(FileError::Checksum)
         }
     }
 }

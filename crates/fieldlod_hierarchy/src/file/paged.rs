@@ -1,4 +1,4 @@
-//! The `.fieldpages` file: hierarchies that are read in parts.
+//! The `.fieldpages` file: hierarchies that are streamed in pages.
 //!
 //! ```text
 //! magic "FLDPAG\r\n" | version u32 | mesh count u32 | contents bytes u64 | XXH3 of them u64
@@ -8,8 +8,7 @@
 //! ```
 //! The first page of a mesh holds what its coarsest cut draws, each further one some neighbouring
 //! groups of one level, coarse levels first. A page is coded as a section of a
-//! [`.fieldlod` file](super) is, with all its vertices: it needs no other page to be read. Cards are left out,
-//! and so are units that are cards.
+//! [`.fieldlod` file](super) is, with all its vertices: it needs no other page to be read.
 
 mod partition;
 mod table;
@@ -20,8 +19,8 @@ use super::contents::BakedFile;
 use super::decode::Decoder;
 use super::error::FileError;
 use super::layout::{self, Entry};
-use super::quantize::Precision;
 use super::reader::Reader;
+use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
 /// How a file that is read in parts is written.
@@ -62,7 +61,7 @@ pub struct PagedMesh {
     /// Groups, units and their links: a hierarchy without vertices and triangles. Units tell how many
     /// triangles and vertices they have, and no boxes.
     pub graph: Hierarchy,
-    /// What is read at once.
+    /// The pages.
     pub pages: Vec<Page>,
     /// All groups, page by page.
     groups: Vec<u32>,
@@ -76,7 +75,7 @@ pub struct PagedMesh {
 pub struct Page {
     /// The bytes of the file to read.
     pub bytes: Range<u64>,
-    /// What the meshes of its units take on the GPU, in bytes.
+    /// Bytes of the meshes of its units on the GPU.
     pub mesh_bytes: u32,
     /// Its groups in `PagedMesh::groups`.
     groups: Range<u32>,
@@ -93,7 +92,7 @@ impl PagedFile {
         bytes.starts_with(&table::MAGIC)
     }
 
-    /// The bytes of a file of the hierarchies in `file`, without their cards: the same for the same contents.
+    /// The bytes of a file of the hierarchies in `file`: the same for the same contents.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
@@ -223,11 +222,12 @@ impl PagedMesh {
         let announced = announced.map(|unit| &self.graph.units[unit as usize]);
         let counts = announced.map(|unit| [unit.vertex_count, unit.triangle_count]);
         let found = read.units.iter();
-        match counts.eq(found.map(|unit| [unit.vertex_count, unit.triangle_count])) {
-            true => Ok(()),
-            false => Err(FileError::Corrupt {
+        if counts.eq(found.map(|unit| [unit.vertex_count, unit.triangle_count])) {
+            Ok(())
+        } else {
+            Err(FileError::Corrupt {
                 what: "the units of a page",
-            }),
+            })
         }
     }
 }

@@ -43,16 +43,18 @@ impl Hierarchy {
 }
 
 fn check_contains(owner: &'static str, index: usize, contains: bool) -> Result<(), E> {
-    match contains {
-        true => Ok(()),
-        false => Err(E::TrianglesOutsideBounds { owner, index }),
+    if contains {
+        Ok(())
+    } else {
+        Err(E::TrianglesOutsideBounds { owner, index })
     }
 }
 
 fn check_sphere(owner: &'static str, index: usize, sphere: &Sphere) -> Result<(), E> {
     let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
-    match is_finite && sphere.radius >= 0.0 {
-        true => Ok(()),
-        false => Err(E::BadBounds { owner, index }),
+    if is_finite && sphere.radius >= 0.0 {
+        Ok(())
+    } else {
+        Err(E::BadBounds { owner, index })
     }
 }

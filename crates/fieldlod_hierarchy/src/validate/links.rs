@@ -1,4 +1,4 @@
-//! What consumes what, and at which level.
+//! Links between groups and units, and their levels.
 
 use super::InvalidHierarchy as E;
 use crate::hierarchy::{Hierarchy, Unit};
@@ -42,9 +42,10 @@ impl Hierarchy {
         let mut actual: Vec<u32> = units.iter().filter_map(Unit::producer).collect();
         actual.sort_unstable();
         actual.dedup();
-        match stated == actual {
-            true => Ok(()),
-            false => Err(E::FinerMismatch { group }),
+        if stated == actual {
+            Ok(())
+        } else {
+            Err(E::FinerMismatch { group })
         }
     }
 
@@ -54,13 +55,14 @@ impl Hierarchy {
         // Finer groups come before and were checked, so that this cannot overflow.
         let above = finer.map(|&finer| self.groups[finer as usize].level + 1);
         let expected = above.max().unwrap_or(0);
-        match level == expected {
-            true => Ok(()),
-            false => Err(E::BadLevel {
+        if level == expected {
+            Ok(())
+        } else {
+            Err(E::BadLevel {
                 group,
                 level,
                 expected,
-            }),
+            })
         }
     }
 

@@ -1,4 +1,4 @@
-//! What was measured of groups.
+//! Errors, deviations and mean normals of groups.
 
 use super::InvalidHierarchy as E;
 use crate::hierarchy::{Group, Hierarchy};

@@ -4,37 +4,21 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
 
-/// Two primitives, of which the second has cards.
+/// Two primitives.
 pub(crate) fn strip_file() -> BakedFile {
     let strip = fixtures::two_level_strip();
-    let hierarchies = [strip.clone(), with_cards(strip, 8)];
-    let primitives = (0..).zip(hierarchies);
-    let primitives = primitives.map(|(index, h)| BakedPrimitive::new(3, index, "strip", h));
+    let primitive = |index| BakedPrimitive::new(3, index, "strip", strip.clone());
     BakedFile {
-        primitives: primitives.collect(),
+        primitives: (0..2).map(primitive).collect(),
     }
 }
 
-pub(crate) fn with_cards(hierarchy: Hierarchy, side_texels: u32) -> Hierarchy {
-    Hierarchy {
-        cards: Some(fixtures::leafy_cards(side_texels)),
-        ..hierarchy
-    }
-}
-
-/// Whole levels of hills, and below them two of cards.
-pub(crate) fn whole_hills_with_cards(levels: u32) -> Hierarchy {
-    let hills = with_cards(fixtures::grid_pyramid(levels), 16);
-    let whole = hills.whole_mesh_levels();
-    whole.expect("a level of them has few vertices")
-}
-
-/// Where a section, or what there is of cards, and its entry in the directory are.
+/// Where a section and its entry in the directory are.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     pub(crate) entry: usize,
@@ -45,8 +29,6 @@ pub(crate) struct Place {
 #[derive(Debug)]
 pub(crate) struct Directory {
     pub(crate) end: usize,
-    /// By primitive, of no bytes where there are none.
-    pub(crate) cards: Vec<Place>,
     /// In the order of the file.
     pub(crate) sections: Vec<Place>,
 }
@@ -69,28 +51,22 @@ impl Directory {
             };
             entries.push(entry);
         }
-        let mut parts = Vec::new();
+        let mut sections = Vec::new();
         let mut start = end;
         for round in 0..entries.iter().map(Vec::len).max().unwrap_or(0) {
             for &entry in entries.iter().filter_map(|entry| entry.get(round)) {
                 let length = number(bytes, entry, 8).unwrap_or(0);
                 let end = start.saturating_add(length).min(bytes.len());
                 let bytes = start..end;
-                parts.push(Place { entry, bytes });
+                sections.push(Place { entry, bytes });
                 start = end;
             }
         }
-        let sections = parts.split_off(entries.len());
-        let cards = parts;
-        Self {
-            end,
-            cards,
-            sections,
-        }
+        Self { end, sections }
     }
 }
 
-/// The places of a primitive's entries: of its cards and its sections.
+/// The places of the section entries of a primitive.
 fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>> {
     let name = number(bytes, *place + 8, 4)?;
     let precision = (*place + 12).checked_add(name)?.checked_add(9)?;
@@ -100,18 +76,16 @@ fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>>
         0
     };
     let counts = precision + 2 + grids;
-    let cards = counts + 20;
-    let count = number(bytes, cards + 16, 4)?;
-    let first = cards + 20;
+    let count = number(bytes, counts + 20, 4)?;
+    let first = counts + 24;
     *place = first.checked_add(count.checked_mul(16)?)?;
-    let sections = (0..count).map(|k| first + k * 16);
-    (*place <= end).then(|| std::iter::once(cards).chain(sections).collect())
+    (*place <= end).then(|| (0..count).map(|k| first + k * 16).collect())
 }
 
 /// Makes all checksums fit bytes that a test has changed.
 pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let directory = Directory::of(&bytes);
-    for part in directory.cards.iter().chain(&directory.sections) {
+    for part in &directory.sections {
         let checksum = xxh3_64(&bytes[part.bytes.clone()]);
         bytes[part.entry + 8..part.entry + 16].copy_from_slice(&checksum.to_le_bytes());
     }

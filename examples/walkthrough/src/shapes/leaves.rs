@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use super::Shape;
 use crate::noise::random;
 
-/// How leaves stand and look.
+/// Size and direction of leaves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foliage {
     pub(super) length_in_m: f32,
@@ -74,27 +74,5 @@ impl Foliage {
         let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         let corners = sides.as_flattened().iter();
         shape.indices.extend(corners.map(|corner| first + corner));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn leaves_are_closed_and_outside_out() {
-        let mut shape = Shape {
-            positions: vec![Vec3::ZERO],
-            normals: vec![Vec3::Y],
-            colors: vec![Vec3::ONE],
-            ..Shape::default()
-        };
-        let foliage = Foliage::new(0.3, 0.15, 0.3);
-        for _ in 0..9 {
-            foliage.sprout(&mut shape, usize::MAX, |p| p == Vec3::ZERO);
-        }
-        assert_eq!(shape.triangle_count(), 9 * 4);
-        assert_eq!(shape.unmatched_edges(), 0);
-        assert!(shape.signed_volume() > 0.0);
     }
 }

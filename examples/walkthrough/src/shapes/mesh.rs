@@ -1,4 +1,4 @@
-//! A triangle mesh as the generators make it.
+//! A generated triangle mesh.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -41,24 +41,15 @@ impl Shape {
         self.indices.len() as u64 / 3
     }
 
-    /// Vertex colours relative to their mean, and that mean.
-    pub(crate) fn relative_colors(&self) -> (Vec<Vec3>, Vec3) {
+    /// The mesh, with vertex colours relative to their mean, and that mean.
+    pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
         let count = self.colors.len().max(1) as f32;
         let mean = match self.colors.iter().sum::<Vec3>() / count {
             Vec3::ZERO => Vec3::ONE,
             mean => mean,
         };
-        (
-            self.colors.iter().map(|color| *color / mean).collect(),
-            mean,
-        )
-    }
-
-    /// The mesh, with vertex colours relative to their mean, and that mean.
-    pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
-        let (colors, mean) = self.relative_colors();
-        let opaque = |color: &Vec3| color.extend(1.0).to_array();
-        let colors: Vec<_> = colors.iter().map(opaque).collect();
+        let relative = |color: &Vec3| (*color / mean).extend(1.0).to_array();
+        let colors: Vec<_> = self.colors.iter().map(relative).collect();
         let triangles = PrimitiveTopology::TriangleList;
         let mut mesh = Mesh::new(triangles, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.positions)
@@ -93,42 +84,9 @@ pub(super) fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
 
 #[cfg(test)]
 impl Shape {
-    pub(crate) fn assert_valid(&self) {
-        let count = self.positions.len();
-        assert!(self.positions.iter().all(|p| p.is_finite()));
-        assert_eq!(self.normals.len(), count);
-        assert!(self.normals.iter().all(|n| n.is_normalized()));
-        assert!(self.colors.is_empty() || self.colors.len() == count);
-        assert!(self.uvs.is_empty() || self.uvs.len() == count);
-        assert_eq!(self.indices.len() % 3, 0);
-        assert!(self.indices.iter().all(|&index| (index as usize) < count));
-    }
-
-    /// Directed edges whose opposite does not occur equally often; 0 for a closed surface.
-    pub(crate) fn unmatched_edges(&self) -> usize {
-        let mut balance = std::collections::HashMap::<(u32, u32), i32>::new();
-        let (triangles, _) = self.indices.as_chunks::<3>();
-        for &[a, b, c] in triangles {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                *balance.entry((from.min(to), from.max(to))).or_default() +=
-                    if from < to { 1 } else { -1 };
-            }
-        }
-        balance.values().filter(|balance| **balance != 0).count()
-    }
-
-    /// Radius around the Y axis: what the camera must keep clear of.
+    /// Radius around the Y axis.
     pub(crate) fn radius(&self) -> f32 {
         let flat = self.positions.iter().map(|p| p.xz().length());
         flat.fold(0.0, f32::max)
-    }
-
-    pub(crate) fn signed_volume(&self) -> f32 {
-        let (triangles, _) = self.indices.as_chunks::<3>();
-        let six_volumes = triangles.iter().map(|triangle| {
-            let [a, b, c] = triangle.map(|index| self.positions[index as usize].as_dvec3());
-            a.dot(b.cross(c))
-        });
-        (six_volumes.sum::<f64>() / 6.0) as f32
     }
 }

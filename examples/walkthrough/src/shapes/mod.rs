@@ -1,4 +1,4 @@
-//! The generated shapes of the scene: pure functions from nothing to triangles.
+//! The generated shapes of the scene. Every call gives the same triangles.
 
 mod column;
 pub(crate) mod lamp;
@@ -11,11 +11,12 @@ pub(crate) mod terrain;
 mod tree;
 mod undergrowth;
 
+use bevy::prelude::Component;
+
 pub(crate) use mesh::Shape;
-pub(crate) use rock::fine_rock;
 
 /// Every distinct shape of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum ShapeId {
     /// The ground.
     Terrain,
@@ -48,7 +49,7 @@ pub(crate) enum ShapeId {
 }
 
 impl ShapeId {
-    /// All of them, the costly ones first.
+    /// All shapes, the slowest to generate first.
     pub(crate) const ALL: [Self; 18] = [
         Self::Terrain,
         Self::SeatedFigure,
@@ -70,18 +71,7 @@ impl ShapeId {
         Self::Stone,
     ];
 
-    /// What nodes of this shape are called.
-    pub(crate) fn name(self) -> String {
-        format!("{self:?}")
-    }
-
-    /// The shape of nodes of that name.
-    pub(crate) fn of_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|id| id.name() == name)
-    }
-
-    /// Makes the shape, the ground of so many squares along a side. Takes some 100 ms; always gives
-    /// the same triangles.
+    /// Generates the shape. Takes about 100 ms. The ground has `ground_squares` along each side.
     pub(crate) fn generate(self, ground_squares: u32) -> Shape {
         match self {
             Self::Terrain => terrain::terrain(ground_squares),
@@ -125,24 +115,6 @@ pub(crate) fn generated() -> &'static std::collections::HashMap<ShapeId, Shape> 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn all_shapes_are_valid_and_all_but_the_terrain_are_closed() {
-        for (&id, shape) in generated() {
-            shape.assert_valid();
-            let triangles = shape.triangle_count();
-            let expected = match id {
-                ShapeId::Bush | ShapeId::Tuft | ShapeId::Stone => 1_000..6_000,
-                ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress => 15_000..60_000,
-                _ => 40_000..1_500_000,
-            };
-            assert!(expected.contains(&triangles), "{id:?}: {triangles}");
-            if id != ShapeId::Terrain {
-                assert_eq!(shape.unmatched_edges(), 0, "{id:?}");
-                assert!(shape.signed_volume() > 0.0, "{id:?} is inside out");
-            }
-        }
-    }
 
     #[test]
     fn shapes_are_deterministic() {

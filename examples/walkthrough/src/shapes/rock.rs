@@ -1,7 +1,5 @@
 //! Boulders: spheres cut by planes and worn by noise.
 
-use std::collections::HashMap;
-
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::prelude::*;
 
@@ -17,14 +15,9 @@ const GRANITE: Vec3 = Vec3::new(0.23, 0.21, 0.18);
 const GRANITE_DARK: Vec3 = Vec3::new(0.10, 0.09, 0.08);
 const LICHEN: Vec3 = Vec3::new(0.16, 0.19, 0.06);
 
-/// A boulder of about 1 m radius around the origin; each `variant` another one.
+/// A boulder of about 1 m radius around the origin; each `variant` differs.
 pub(crate) fn rock(variant: u32) -> Shape {
     worn(icosphere(BOULDER_EDGE_PARTS), variant)
-}
-
-/// One of any number of boulders of about 1 m radius, four times as fine: 327 680 triangles.
-pub(crate) fn fine_rock(number: u32) -> Shape {
-    worn(split(icosphere(BOULDER_EDGE_PARTS)), 4 + number)
 }
 
 /// A small stone, modelled at the size of a boulder.
@@ -59,7 +52,7 @@ fn radius(direction: Vec3, cuts: &[(Vec3, f32)], seed: u32) -> f32 {
         let along = normal.dot(direction + warp);
         if along > 0.05 { distance / along } else { 2.0 }
     };
-    // The nearest plane cuts off what is beyond it; noise wears down the rest.
+    // The nearest plane cuts the sphere; noise wears the rest.
     let cut = cuts.iter().map(to_plane).fold(1.15, f32::min);
     let worn = 0.10 * fbm(direction * 2.2, 3, seed) + 0.07 * ridges(direction * 4.5, 4, seed + 7);
     let grain = 0.006 * fbm(direction * 34.0, 2, seed + 13);
@@ -73,8 +66,7 @@ fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
     stone.lerp(LICHEN, 0.7 * smoothstep(0.25, 0.8, upward))
 }
 
-/// A unit sphere whose triangles come from an icosahedron, each edge of it cut into so many: 20 · n²
-/// triangles with welded vertices.
+/// A unit sphere from an icosahedron with `edge_parts` parts of each edge: 20 · n² triangles with welded vertices.
 pub(super) fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
     let sphere = Sphere::new(1.0).mesh().ico(edge_parts - 1);
     let sphere = sphere.expect("spheres this coarse have few enough vertices");
@@ -86,42 +78,4 @@ pub(super) fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
         positions.map(|&position| Vec3::from(position)).collect(),
         indices.into_iter().flatten().map(|i| i as u32).collect(),
     )
-}
-
-/// A unit sphere of four triangles for each that it had.
-fn split((mut positions, indices): (Vec<Vec3>, Vec<u32>)) -> (Vec<Vec3>, Vec<u32>) {
-    let mut middles = HashMap::new();
-    let (corners, _) = indices.as_chunks();
-    let split = corners.iter().flat_map(|&[a, b, c]| {
-        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|edge| {
-            let [from, to] = edge;
-            *middles
-                .entry((from.min(to), from.max(to)))
-                .or_insert_with(|| {
-                    let [from, to] = edge.map(|end| positions[end as usize]);
-                    positions.push((from + to).normalize());
-                    positions.len() as u32 - 1
-                })
-        });
-        [a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
-    });
-    let indices = split.collect();
-    (positions, indices)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_icosphere_has_its_triangles_and_euler_characteristic() {
-        let (positions, indices) = icosphere(8);
-        let triangles = indices.len() / 3;
-        assert_eq!(triangles, 20 * 64);
-        assert_eq!(positions.len() + triangles, triangles * 3 / 2 + 2);
-        let (positions, indices) = split((positions, indices));
-        let triangles = indices.len() / 3;
-        assert_eq!(triangles, 4 * 20 * 64);
-        assert_eq!(positions.len() + triangles, triangles * 3 / 2 + 2);
-    }
 }

@@ -73,7 +73,7 @@ fn head(q: Vec3) -> f32 {
     let crown = limb(q, at(0.0, 2.75, -0.33), at(0.0, 2.98, -0.36), 0.16, 0.09);
     let pleats = 0.006 * (q.y * 90.0).sin();
 
-    // Blended sharply where one thing lies on another.
+    // Sharp blends where one part lies on another.
     let face = smooth_union(smooth_union(skull, brow, 0.04), nose.min(mouth), 0.03);
     let headdress = smooth_union(smooth_union(cloth, lappet, 0.09) + pleats, crown, 0.05);
     let head = smooth_union(face.min(ear), headdress, 0.02);
@@ -84,9 +84,12 @@ fn head(q: Vec3) -> f32 {
 pub(crate) fn knot() -> Shape {
     let (min, max) = (Vec3::new(-1.45, -0.32, -1.45), Vec3::new(1.45, 3.7, 1.45));
     let stone = polygonise(min, max, 0.021, knot_on_pedestal);
-    weathered(stone, 0.008, 4.0, |p| match p.y > 1.02 {
-        true => (VERDIGRIS, BASALT),
-        false => (SANDSTONE, SANDSTONE_DARK),
+    weathered(stone, 0.008, 4.0, |p| {
+        if p.y > 1.02 {
+            (VERDIGRIS, BASALT)
+        } else {
+            (SANDSTONE, SANDSTONE_DARK)
+        }
     })
 }
 
@@ -133,7 +136,7 @@ fn arch(p: Vec3) -> f32 {
     let cornice = rounded_box(p, at(0.0, 6.2, 0.0), at(3.95, 0.22, 1.15), 0.06);
     let attic = rounded_box(p, at(0.0, 6.9, 0.0), at(3.3, 0.55, 0.8), 0.06);
 
-    // What is the same on both sides, and in front and behind.
+    // The parts that are symmetric in X and Z.
     let q = Vec3::new(p.x.abs(), p.y, p.z.abs());
     let base = rounded_box(q, at(2.9, 0.1, 0.0), at(0.95, 0.55, 1.12), 0.05);
     let impost = rounded_box(q, at(2.9, SPRING_HEIGHT, 0.0), at(0.86, 0.16, 1.0), 0.05);
@@ -142,9 +145,10 @@ fn arch(p: Vec3) -> f32 {
     // The opening, and a rim around it above the imposts.
     let from_axis = Vec2::new(p.x, (p.y - SPRING_HEIGHT).max(0.0)).length();
     let opening = from_axis - OPENING_RADIUS;
-    let rim = match p.y > SPRING_HEIGHT {
-        true => ((from_axis - 2.4).abs() - 0.2).max(q.z - 0.97),
-        false => f32::MAX,
+    let rim = if p.y > SPRING_HEIGHT {
+        ((from_axis - 2.4).abs() - 0.2).max(q.z - 0.97)
+    } else {
+        f32::MAX
     };
 
     let trimmed = wall.min(cornice).min(attic).min(rim).max(-opening);

@@ -1,4 +1,4 @@
-//! The ground: a height field with a level avenue through hills, and the picture painted on it.
+//! The ground: a height field with a level avenue through hills, and the texture painted on it.
 
 use bevy::prelude::*;
 
@@ -23,8 +23,8 @@ pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
 /// Height of the round temple's terrace.
 pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
-/// The ground as one open mesh of so many squares along a side, the finest in the middle, of two
-/// triangles each; with texture coordinates from 0 to 1.
+/// The ground as one open mesh with `squares` along each side, smaller in the middle. Texture coordinates go from 0
+/// to 1.
 pub(crate) fn terrain(squares: u32) -> Shape {
     let vertices = (0..=squares).flat_map(|z| (0..=squares).map(move |x| (x, z)));
     let uvs: Vec<_> = vertices
@@ -47,8 +47,8 @@ pub(crate) fn terrain(squares: u32) -> Shape {
     shape
 }
 
-/// How much finer than on average the ground and its picture are in the middle, across and along
-/// the avenue: there one walks on it.
+/// Size of the squares and texels in the middle, relative to the mean, across and along the avenue: the camera is
+/// close to the ground there.
 const MIDDLE_SHARE: Vec2 = Vec2::new(0.16, 0.36);
 
 /// The point of the ground plane that a texture coordinate shows.
@@ -65,7 +65,7 @@ pub(crate) fn height(p: Vec2) -> f32 {
     broad_height(p) + f32::lerp(0.25, 1.0, wild) * bumps
 }
 
-/// Height of the ground without its bumps, in metres: what the camera follows.
+/// Height of the ground without its bumps, in metres. The camera follows it.
 pub(crate) fn broad_height(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 0.0, p.y);
     // Hills rise away from the avenue, and a rim of them around the scene.
@@ -88,7 +88,7 @@ fn levelled(p: Vec2) -> f32 {
     avenue.max(1.0 - smoothstep(10.0, 18.0, terraces))
 }
 
-/// How densely trees stand around a point of the ground plane, from 0 to 1.
+/// Density of trees around a point of the ground plane, from 0 to 1.
 pub(crate) fn woodland(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 3.0, p.y);
     // Groves grow by noise, thicker in the hills and around the round temple, not near the avenue.
@@ -185,29 +185,4 @@ fn paving(p: Vec2, tufts: f32) -> Vec3 {
     let joint = 1.0 - smoothstep(0.02, 0.11, to_edge.min_element() + worn);
     let tint = 1.0 + 0.3 * gradient(Vec3::new(cell.x, 0.37, cell.y) * 0.77, 331);
     (PAVING * tint * (1.0 + 0.08 * tufts)).lerp(JOINT, 0.8 * joint)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_picture_of_the_ground_lies_where_it_is_painted() {
-        let ground = terrain(100);
-        assert_eq!(ground.uvs.len(), ground.positions.len());
-        for (uv, p) in ground.uvs.iter().zip(&ground.positions).step_by(97) {
-            assert!(point_at(*uv).distance(Vec2::new(p.x, p.z)) < 1e-3, "{p}");
-        }
-    }
-
-    #[test]
-    fn the_ground_ends_at_its_sides_and_never_folds() {
-        let half = SIDE_IN_M / 2.0;
-        assert_eq!(point_at(Vec2::ZERO), Vec2::splat(-half));
-        assert_eq!(point_at(Vec2::ONE), Vec2::splat(half));
-        for i in 0..1000 {
-            let [from, to] = [i, i + 1].map(|i| point_at(Vec2::splat(i as f32 / 1000.0)));
-            assert!(to.cmpgt(from).all(), "{from}");
-        }
-    }
 }

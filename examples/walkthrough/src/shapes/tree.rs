@@ -24,18 +24,18 @@ struct Clump {
     radii: Vec3,
 }
 
-/// What a species looks like.
+/// The look of a species.
 #[derive(Clone, Copy, Debug)]
 struct Species {
     /// Distance between neighbouring tufts, along each axis.
     tuft_in_m: Vec3,
-    /// How far tufts stand out.
+    /// Depth of the tufts.
     depth_in_m: f32,
     /// Linear RGB of the leaves in the gaps and at the tips, and of the bark.
     gap: Vec3,
     tip: Vec3,
     bark: Vec3,
-    /// What the leaves look like, and how many there are.
+    /// The look of the leaves and their number.
     foliage: Foliage,
     leaves: usize,
     /// Side of the voxels in which the surface is sampled.
@@ -84,7 +84,7 @@ const CYPRESS: Species = Species {
     voxel_in_m: 0.078,
 };
 
-/// A broad oak, about 7 m tall and as wide; each `variant` another one.
+/// A broad oak, about 7 m tall and as wide; each `variant` differs.
 pub(crate) fn oak(variant: u32) -> Shape {
     let seed = 700 + 40 * variant;
     let fork = Vec3::new(0.15, 1.9, -0.1);
@@ -108,7 +108,7 @@ pub(crate) fn oak(variant: u32) -> Shape {
     tree.grow()
 }
 
-/// An umbrella pine, about 9 m tall: a bare stem and a flat crown; each `variant` another one.
+/// An umbrella pine, about 9 m tall: a bare stem and a flat crown; each `variant` differs.
 pub(crate) fn pine(variant: u32) -> Shape {
     let seed = 900 + 40 * variant;
     let fork = Vec3::new(0.35 - 0.5 * variant as f32, 4.9, 0.2);

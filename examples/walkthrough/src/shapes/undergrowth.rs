@@ -1,4 +1,4 @@
-//! What grows and lies between the trees: bushes, tufts of grass, stones.
+//! Bushes and tufts of grass.
 
 use std::f32::consts::TAU;
 
@@ -52,7 +52,7 @@ pub(crate) fn tuft() -> Shape {
 /// Corners of a blade: its rings from the foot up, then its tip.
 fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     let draw = move |k: u32| random(blade * 6 + k, 1211);
-    // Where it stands, to which side it bends, how long it is and how far it leans.
+    // Its foot, the side to which it bends, its length and its lean.
     let turn = |angle: f32| Vec3::new(angle.cos(), 0.0, angle.sin());
     let out = turn(TAU * draw(0));
     let side = Vec3::Y.cross(out);

@@ -1,9 +1,8 @@
-//! Whole frames of a field of rocks by Bevy's meshlets, beside full detail, on whatever adapter there is.
+//! Whole frames of a field of rocks with Bevy's meshlets and at full detail, on the adapter at hand.
 //!
-//! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, the number of rocks. It is a program
-//! of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols: one program cannot
-//! hold both. The rocks are of the size and kind of the bench `whole_frame`, which has this project's times; "full
-//! detail" stands in both. It ends with 2 where the adapter cannot run meshlets, and says what it lacks.
+//! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a program
+//! of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols. The rocks have
+//! the size and kind of the bench `whole_frame`. The exit code is 2 if the adapter cannot run meshlets.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -29,14 +28,14 @@ use bevy::window::ExitCondition;
 /// Shapes of rocks, and 81,920 triangles in each.
 const SHAPES: usize = 3;
 const SUBDIVISIONS: u32 = 63;
-/// Steps of the camera along which frames are timed, and rounds of those.
+/// Steps of the camera for timed frames, and rounds over them.
 const STEPS: u8 = 7;
 const ROUNDS: usize = 20;
-/// Frames until everything is uploaded, and how long each may take to be so.
+/// Frames until everything is uploaded, and the pause after each.
 const WARM_UP: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
 const CLUSTER_BUFFER_SLOTS: u32 = 1 << 22;
-/// What an adapter that cannot run meshlets ends with.
+/// The exit code if the adapter cannot run meshlets.
 const CANNOT_RUN: u8 = 2;
 
 #[derive(Clone, Copy, PartialEq)]
@@ -47,8 +46,8 @@ enum Method {
 
 fn main() -> ExitCode {
     let rocks = std::env::args().nth(1).and_then(|arg| arg.parse().ok());
-    if let Err(fault) = check_adapter() {
-        eprintln!("meshlets: {fault}");
+    if let Err(error) = check_adapter() {
+        eprintln!("meshlets: {error}");
         return ExitCode::from(CANNOT_RUN);
     }
     let mut scenes =
@@ -69,7 +68,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Whether there is an adapter, asked for as Bevy will, that can run meshlets; else why not.
+/// Checks that the adapter can run meshlets. It is requested as Bevy does.
 fn check_adapter() -> Result<(), String> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
@@ -77,19 +76,16 @@ fn check_adapter() -> Result<(), String> {
         power_preference: wgpu::PowerPreference::HighPerformance,
         ..wgpu::RequestAdapterOptions::default()
     }));
-    let adapter = adapter.map_err(|fault| format!("no adapter: {fault}"))?;
+    let adapter = adapter.map_err(|error| format!("could not find an adapter: {error}"))?;
     let missing = MeshletPlugin::required_wgpu_features() - adapter.features();
-    match missing.is_empty() {
-        true => Ok(()),
-        false => {
-            let missing: Vec<&str> = missing.iter_names().map(|(name, _)| name).collect();
-            let name = adapter.get_info().name;
-            Err(format!(
-                "{name} cannot run meshlets, it lacks {}",
-                missing.join(", ")
-            ))
-        }
+    if missing.is_empty() {
+        return Ok(());
     }
+    let missing: Vec<&str> = missing.iter_names().map(|(name, _)| name).collect();
+    let (name, missing) = (adapter.get_info().name, missing.join(", "));
+    Err(format!(
+        "{name} cannot run meshlets: missing features {missing}"
+    ))
 }
 
 /// The rocks in an app of their own.
@@ -113,7 +109,7 @@ impl Scene {
         scene
     }
 
-    /// Draws a frame; how long all of it, the main and the render world took.
+    /// Draws a frame. Returns the times of all of it, of the main world and of the render world.
     fn frame(&mut self, step: u8) -> [Duration; 3] {
         let at = pose(step);
         self.app.world_mut().entity_mut(self.camera).insert(at);
@@ -128,7 +124,7 @@ impl Scene {
         apps.main.world_mut().clear_trackers();
         let render = start.elapsed() - main;
         let device = self.app.world().resource::<RenderDevice>();
-        // A lost device shows in the next frame.
+        // A lost device fails in the next frame.
         let _ = device.poll(PollType::wait_indefinitely());
         [start.elapsed(), main, render]
     }
@@ -238,7 +234,7 @@ fn place_camera(world: &mut World) -> Entity {
     world.spawn((camera, plain)).id()
 }
 
-/// Few near, many far.
+/// The place of a rock: higher numbers are farther away.
 fn place_of(index: u32, rocks: u32) -> Transform {
     let spread = (rocks as f32 / 45.0).sqrt();
     let away = 3.0 + 90.0 * spread * (index as f32 / rocks as f32).powi(2);

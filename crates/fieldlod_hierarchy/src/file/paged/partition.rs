@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::super::contents::{BakedPrimitive, FileOptions};
-use super::super::encode::{self, Prepared};
-use super::super::layout::SectionEntry;
-use super::super::rows::Rows;
 use super::{Page, PageOptions, PagedMesh};
+use crate::file::contents::{BakedPrimitive, FileOptions};
+use crate::file::encode::{self, Prepared};
+use crate::file::layout::SectionEntry;
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Bits of a place along each axis, by which groups are put in order.
@@ -21,9 +21,7 @@ pub(super) fn encode(
     options: PageOptions,
 ) -> (PagedMesh, Vec<Vec<u8>>) {
     let file_options = FileOptions::from(options.precision);
-    let without_cards = primitive.hierarchy.without_card_units();
-    let whole = without_cards.as_ref().unwrap_or(&primitive.hierarchy);
-    let prepared = encode::prepare(whole, file_options);
+    let prepared = encode::prepare(&primitive.hierarchy, file_options);
     let hierarchy = prepared.hierarchy();
     let vertex_bytes = prepared.rows.width as u64 * 4;
     // Which groups are in which page.
@@ -101,7 +99,7 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
     pages
 }
 
-/// What the mesh of a unit takes on the GPU, in bytes.
+/// Bytes of the mesh of a unit on the GPU.
 fn mesh_bytes(unit: &Unit, vertex_bytes: u64) -> u64 {
     u64::from(unit.vertex_count) * vertex_bytes + u64::from(unit.triangle_count) * 6
 }

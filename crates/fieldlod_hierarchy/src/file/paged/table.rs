@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
-use super::super::coded::{Coded, MAX_PER_BYTE};
-use super::super::error::FileError;
-use super::super::layout::{self, Entry, Header};
-use super::super::numbers::{self, Kind};
-use super::super::reader::Reader;
-use super::super::{section_reader, section_writer};
 use super::{Page, PagedMesh};
+use crate::file::error::FileError;
+use crate::file::layout::{self, Entry, Header};
+use crate::file::reader::Reader;
+use crate::file::sections::coded::{Coded, MAX_PER_BYTE};
+use crate::file::sections::numbers::{self, Kind};
+use crate::file::sections::section_reader;
+use crate::file::sections::section_writer;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 pub(super) const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
@@ -100,9 +101,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
 fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, FileError> {
     if entry.options.beside_source {
         return Err(FileError::SourceVerticesLeftOut { primitive: number });
-    }
-    if entry.cards.length != 0 {
-        return Err(FileError::Corrupt { what: WHAT });
     }
     let mut reader = Reader { rest: bytes };
     let graph = read_graph(&mut reader, &entry, number)?;

@@ -1,0 +1,391 @@
+//! How far each simplified surface lies from the source surface: the two-sided Hausdorff distance,
+//! measured at samples.
+//!
+//! Source to simplified: clusters carry places on the source, at the finest level all vertices. A group measures the
+//! places of its clusters against its simplified triangles. Each triangle passes on its farthest few places, which are
+//! likely to be the farthest from the next level too, and some others.
+//!
+//! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
+//! source.
+//!
+//! In both directions, triangles that may hold a farther place are sampled more densely. A place on a source triangle
+//! counts only if it is no farther from the consumed surface than the deviation of the finer groups: other places
+//! belong to another group.
+
+mod closer_look;
+mod handed_on;
+mod seen;
+
+use fieldlod_hierarchy::NO_GROUP;
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+use self::closer_look::{
+    AGGREGATE_MARGIN, Candidate, SAMPLING_MARGIN, Target, WITHIN, look_closely,
+};
+use self::handed_on::handed_on;
+use self::seen::Seen;
+use crate::levels::clusters::{Cluster, Place};
+use crate::levels::simplify::{Method, Simplified};
+use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
+use crate::mesh::SourceMesh;
+use crate::mesh::surfaces::Surfaces;
+use crate::mesh::triangle_tree::TriangleTree;
+
+/// Distances below this, times the size of the mesh, are rounding.
+const ROUNDING: f32 = 4e-7;
+/// Places nearer than this share of the farthest, squared, need not be known better, and triangles
+/// without a sample further than that are not looked at more closely.
+const FAR: f32 = 0.1;
+/// How many triangles of a group are looked at more closely in each direction at most, as a share.
+const LOOKED_AT: f32 = 0.3;
+/// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
+/// that: it costs little.
+const FEW: usize = 1 << 15;
+const FEW_LEFT: usize = 1 << 10;
+/// So are meshes with more corners than this for each triangle: a closed surface has half of one, and
+/// many small components have more, of which a few places tell little.
+const LOOSE: f32 = 0.7;
+/// At least so many places of the whole source go on to each level, or this share of its triangles.
+const FEWEST_PLACES: usize = 1 << 16;
+const PLACES_PER_TRIANGLE: f32 = 0.1;
+/// How often these are cut in quarters at most.
+const SPLITS: u32 = 5;
+/// The same for triangles of a large source, until they are certainly within the margin.
+const SOURCE_SPLITS: u32 = 3;
+/// The source surface, against which simplified surfaces are measured.
+pub(crate) struct SourceSurface {
+    target: Target,
+    positions: Vec<Vec3>,
+    source_triangles: usize,
+    /// Whether all of the source is looked at closely.
+    is_close: bool,
+}
+
+/// How much is done to find the farthest place.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// How many places of each simplified triangle go on to the next level.
+    places_per_triangle: usize,
+    /// Triangles are looked at more closely if a sample of them is this share of the farthest away,
+    /// squared.
+    far: f32,
+    /// How many at most, as a share of all.
+    looked_at: f32,
+    /// How often these are cut in quarters at most; the last times only as far as they rise high.
+    source_splits: [u32; 2],
+    simplified_splits: [u32; 2],
+}
+
+/// The measured deviation of a group.
+pub(crate) struct Measured {
+    pub(crate) deviation_in_scaled: f32,
+    /// For each of its clusters, the places from which the next level is measured.
+    pub(crate) places: Vec<Vec<Place>>,
+}
+
+/// How far each level of a mesh as a whole lies from it, in local units: levels as triangles of `positions`, of
+/// which the mesh's own come first. No level is nearer than a finer one.
+pub(crate) fn deviation_in_local(
+    mesh: &SourceMesh,
+    positions: &[Vec3],
+    levels: &[&[[u32; 3]]],
+) -> Vec<f32> {
+    let source_count = mesh.positions.len();
+    let vertices = LevelVertices::of(mesh, Surfaces::default(), NORMAL_WEIGHT);
+    let source = SourceSurface::of(mesh, &vertices);
+    let consumed = [Cluster {
+        produced_by: NO_GROUP,
+        corners: mesh.indices.clone(),
+        places: Vec::new(),
+    }];
+    let scaled_from_local = vertices.local_from_scaled.recip();
+    let scaled = positions
+        .iter()
+        .map(|p| (*p * scaled_from_local).to_array());
+    let mut simplified = Simplified {
+        corners: Vec::new(),
+        error_in_scaled: 0.0,
+        least_deviation_in_scaled: 0.0,
+        method: Method::Elements,
+        is_pruned: false,
+        positions: scaled.collect(),
+        rows: Vec::new(),
+        is_new: (0..positions.len()).map(|v| v >= source_count).collect(),
+    };
+    let mut finer_in_scaled = 0.0;
+    let level = |triangles: &&[[u32; 3]]| {
+        simplified.corners = triangles.as_flattened().to_vec();
+        let clusters = [simplified.corners.clone()];
+        let count = triangles.len();
+        let measured = source.measure(
+            &consumed,
+            &vertices,
+            count,
+            &simplified,
+            &clusters,
+            finer_in_scaled,
+        );
+        finer_in_scaled = measured.deviation_in_scaled;
+        (finer_in_scaled * vertices.local_from_scaled).min(f32::MAX)
+    };
+    levels.iter().map(level).collect()
+}
+
+impl SourceSurface {
+    pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
+        let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
+        let firsts = vertices.same_position.iter().zip(0..);
+        let places = firsts.filter(|&(&first, vertex)| first == vertex).count() as f32;
+        Self {
+            target: Target {
+                surface: TriangleTree::new(corners),
+                consumed: None,
+                reach_in_scaled: 0.0,
+            },
+            positions,
+            source_triangles: triangles.len(),
+            is_close: triangles.len() <= FEW || places > LOOSE * triangles.len() as f32,
+        }
+    }
+
+    /// Measures the simplification of `part` into `clusters`, at a level with so many triangles in all.
+    /// The finer groups deviate by `finer_in_scaled`, and it at least as much.
+    pub(crate) fn measure(
+        &self,
+        part: &[Cluster],
+        vertices: &LevelVertices,
+        triangles_of_level: usize,
+        simplified: &Simplified,
+        clusters: &[Vec<u32>],
+        finer_in_scaled: f32,
+    ) -> Measured {
+        let least_in_scaled = finer_in_scaled.max(simplified.least_deviation_in_scaled);
+        let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
+        let triangles = clusters
+            .iter()
+            .flat_map(|corners| corners.as_chunks::<3>().0);
+        let triangles: Vec<[u32; 3]> = triangles.copied().collect();
+        let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
+        let surface = TriangleTree::new(corners.iter().copied());
+        // The deviations of finer groups include the margin.
+        let farthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
+        let mut farthest = farthest * farthest;
+        let effort = self.effort(triangles_of_level);
+        let target = Target {
+            consumed: self.consumed_surface(part, vertices),
+            reach_in_scaled: finer_in_scaled + ROUNDING,
+            surface,
+        };
+        let seen = self.measure_source(part, &target, effort, &mut farthest);
+        let mut of_triangles = vec![0.0f32; triangles.len()];
+        for seen in &seen {
+            let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
+            *of_triangle = of_triangle.max(seen.nearest.distance_squared);
+        }
+        self.measure_simplified(
+            &triangles,
+            &corners,
+            simplified,
+            &of_triangles,
+            effort,
+            &mut farthest,
+        );
+        let margin = match simplified.method {
+            Method::Elements => AGGREGATE_MARGIN,
+            _ => SAMPLING_MARGIN,
+        };
+        Measured {
+            deviation_in_scaled: (farthest.sqrt() * margin).max(least_in_scaled),
+            places: handed_on(&seen, clusters, effort.places_per_triangle),
+        }
+    }
+
+    /// The share of a simplified surface's area that faces away from the source: no source triangle
+    /// within `reach` of a triangle's middle faces as it does.
+    pub(crate) fn turned_share(&self, simplified: &Simplified, reach: f32) -> f32 {
+        let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+        let (mut turned, mut whole) = (0.0, 0.0);
+        let (triangles, _) = simplified.corners.as_chunks::<3>();
+        for triangle in triangles {
+            let corners = triangle.map(|own| Vec3::from(simplified.positions[own as usize]));
+            let own = area_vector(corners);
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let faces_alike = |corners| area_vector(corners).dot(own) >= 0.0;
+            whole += own.length();
+            if self
+                .target
+                .surface
+                .none_within(middle, reach + ROUNDING, faces_alike)
+            {
+                turned += own.length();
+            }
+        }
+        if whole > 0.0 { turned / whole } else { 0.0 }
+    }
+
+    fn effort(&self, triangles_of_level: usize) -> Effort {
+        let share = self.source_triangles as f32 * PLACES_PER_TRIANGLE;
+        let places = FEWEST_PLACES.max(share as usize);
+        let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
+        let closely = [
+            SPLITS,
+            if self.is_close {
+                SPLITS - 3
+            } else {
+                SPLITS - 2
+            },
+        ];
+        Effort {
+            places_per_triangle: if self.is_close {
+                usize::MAX
+            } else {
+                (2 * places / triangles_of_level).max(1)
+            },
+            far: if is_close { 0.0 } else { FAR },
+            looked_at: if is_close { 1.0 } else { LOOKED_AT },
+            source_splits: if is_close {
+                closely
+            } else {
+                [SOURCE_SPLITS, 0]
+            },
+            simplified_splits: if is_close {
+                closely
+            } else {
+                [SPLITS, SPLITS - 1]
+            },
+        }
+    }
+
+    /// Measures from the source, raising the largest squared distance so far.
+    fn measure_source(
+        &self,
+        part: &[Cluster],
+        target: &Target,
+        effort: Effort,
+        farthest: &mut f32,
+    ) -> Vec<Seen> {
+        let mut seen: Vec<Seen> = Vec::new();
+        let surface = &target.surface;
+        let mut start = None;
+        let mut look = |place: Place, seen: &mut Vec<Seen>| {
+            start = surface.near_enough(place.point, *farthest * effort.far, start);
+            if let Some(nearest) = start {
+                *farthest = farthest.max(nearest.distance_squared);
+                seen.push(Seen { place, nearest });
+            }
+        };
+        let mut candidates: Vec<Candidate> = Vec::new();
+        for cluster in part {
+            for &place in &cluster.places {
+                look(place, &mut seen);
+            }
+            if cluster.produced_by != NO_GROUP {
+                continue;
+            }
+            // The source itself: its vertices, and triangles that reach beyond them.
+            let mut at: FxHashMap<u32, usize> = FxHashMap::default();
+            let (triangles, _) = cluster.corners.as_chunks::<3>();
+            for &triangle in triangles {
+                let of_corners = triangle.map(|vertex| {
+                    let next = seen.len();
+                    let at = *at.entry(vertex).or_insert(next);
+                    if at == next {
+                        let point = self.positions[vertex as usize];
+                        look(Place { point, triangle }, &mut seen);
+                    }
+                    seen[at]
+                });
+                if self.is_close {
+                    let [a, b, c] = of_corners.map(|seen| seen.place.point);
+                    let point = (a + b + c) / 3.0;
+                    look(Place { point, triangle }, &mut seen);
+                }
+                candidates.push(self.candidate(surface, triangle, &of_corners));
+            }
+        }
+        let of_one = |seen: &Seen| self.candidate(surface, seen.place.triangle, &[*seen]);
+        let produced = seen.iter().filter(|_| target.consumed.is_some());
+        candidates.extend(produced.map(of_one));
+        let most = (candidates.len() as f32 * effort.looked_at).ceil() as usize;
+        candidates.retain(|candidate| candidate.priority > *farthest * WITHIN);
+        look_closely(target, candidates, most, effort.source_splits, farthest);
+        seen
+    }
+
+    /// The surface that a group consumes, where triangles of the source are looked at without knowing
+    /// which group stands for every part of them.
+    fn consumed_surface(&self, part: &[Cluster], vertices: &LevelVertices) -> Option<TriangleTree> {
+        let is_source = part.iter().all(|cluster| cluster.produced_by == NO_GROUP);
+        if is_source {
+            return None;
+        }
+        let corners = part
+            .iter()
+            .flat_map(|cluster| cluster.corners.as_chunks::<3>().0);
+        let positions = corners.map(|corners| corners.map(|vertex| vertices.position(vertex)));
+        Some(TriangleTree::new(positions))
+    }
+
+    /// A triangle of the source, of which some places were seen.
+    fn candidate(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Candidate {
+        let corners = triangle.map(|vertex| self.positions[vertex as usize]);
+        let bounds = seen
+            .iter()
+            .map(|seen| surface.bound_squared(seen.nearest, corners));
+        Candidate {
+            corners,
+            priority: bounds.fold(f32::INFINITY, f32::min),
+            start: seen.first().map(|seen| seen.nearest),
+        }
+    }
+
+    /// Measures from the simplified surface, raising the largest squared distance so far.
+    fn measure_simplified(
+        &self,
+        triangles: &[[u32; 3]],
+        corners: &[[Vec3; 3]],
+        simplified: &Simplified,
+        of_triangles: &[f32],
+        effort: Effort,
+        farthest: &mut f32,
+    ) {
+        let mut distances = vec![f32::NAN; simplified.is_new.len()];
+        let mut candidates = Vec::with_capacity(triangles.len());
+        let mut start = None;
+        for (index, (triangle, &corners)) in triangles.iter().zip(corners).enumerate() {
+            // Where the source is far above, the triangle is as far below.
+            let mut priority = of_triangles[index];
+            let mut look = |point: Vec3| {
+                start = self
+                    .target
+                    .surface
+                    .near_enough(point, *farthest * FAR, start);
+                let squared = start.map_or(0.0, |near| near.distance_squared);
+                *farthest = farthest.max(squared);
+                squared
+            };
+            for (own, point) in triangle.iter().map(|&own| own as usize).zip(corners) {
+                if simplified.is_new[own] {
+                    if distances[own].is_nan() {
+                        distances[own] = look(point);
+                    }
+                    priority = priority.max(distances[own]);
+                }
+            }
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            priority = priority.max(look(middle));
+            candidates.push(Candidate {
+                corners,
+                priority,
+                start,
+            });
+        }
+        let most = (candidates.len() as f32 * effort.looked_at).ceil() as usize;
+        candidates.retain(|candidate| candidate.priority >= *farthest * effort.far);
+        let splits = effort.simplified_splits;
+        look_closely(&self.target, candidates, most, splits, farthest);
+    }
+}

@@ -1,0 +1,133 @@
+//! Reads the static triangle meshes of a glTF 2.0 file.
+//!
+//! Positions and triangles come out as Bevy's own loader makes them, bit for bit and in the same
+//! order, so that a hierarchy baked from a file fits the mesh that Bevy draws:
+//!
+//! - a triangle list without normals gets three vertices and a flat normal for each triangle;
+//! - a primitive without indices gets the indices 0, 1, 2, …;
+//! - attributes in formats that Bevy drops are dropped.
+//!
+//! Quantized positions (`KHR_mesh_quantization`) are no mesh to Bevy 0.19, so that there is nothing
+//! to agree with: they become floating-point numbers as the extension says, still in the mesh's own
+//! quantized units, which the node's transform undoes; and so do the attributes beside them. Buffer
+//! views packed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, which Bevy 0.19 does not
+//! read either, are unpacked. Draco-compressed geometry is refused by name.
+//!
+//! Base colours and alpha of materials become the [`Surface`](crate::Surface) of a mesh, with textures in PNG or JPEG.
+//!
+//! Strips and fans are unrolled to lists, wound as the glTF specification says. Nothing in a file
+//! is trusted: every range is checked before it is read, and no file makes this panic.
+
+mod accessor;
+mod buffers;
+mod document;
+mod error;
+mod format;
+mod images;
+mod material;
+mod meshopt_views;
+mod primitive;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+pub use error::{AccessorFault, BufferFault, ImportError, PrimitivePlace, SkipReason};
+pub use images::{ImageFault, UnreadImage};
+pub use meshopt_views::PackedViewFault;
+
+use crate::mesh::SourceMesh;
+use buffers::Buffers;
+use document::MeshIndices;
+use material::Materials;
+
+/// Reads a file beside a glTF file, by its name there. Names may lead anywhere.
+pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync + 'a;
+
+/// The contents of a file that matter to a bake.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Import {
+    /// The primitives that can have levels of detail, in the order of the file.
+    pub primitives: Vec<ImportedPrimitive>,
+    /// The primitives that cannot, and why.
+    pub skipped: Vec<Skipped>,
+    /// The images that cannot be read: what has them has no surface.
+    pub unread_images: Vec<UnreadImage>,
+}
+
+/// One primitive of a glTF mesh, in its local space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportedPrimitive {
+    /// Which primitive of the file it is.
+    pub place: PrimitivePlace,
+    /// Its triangles and vertices. They are not yet checked: see [`SourceMesh::validate`].
+    pub mesh: SourceMesh,
+}
+
+/// A primitive that is drawn, but without levels of detail.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skipped {
+    /// Which primitive of the file it is.
+    pub place: PrimitivePlace,
+    /// Why it has no levels of detail.
+    pub reason: SkipReason,
+}
+
+/// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Of images base colours
+/// alone are looked at; none that is missing or broken is an error.
+///
+/// # Errors
+/// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
+pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
+    let bytes = std::fs::read(path).map_err(ImportError::Read)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    import_gltf_bytes(&bytes, &|name| std::fs::read(folder.join(name)))
+}
+
+/// [`import_gltf`] for the bytes of a file. `beside` reads the buffers and images beside it, by their names.
+///
+/// # Errors
+/// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
+pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import, ImportError> {
+    // The document, and the bytes that it refers to.
+    let (document, blob) = document::read(bytes)?;
+    let buffers = Buffers::load(&document, blob, beside)?;
+    let skinned = MeshIndices::on_skinned_nodes(&document);
+    // Every primitive of every mesh, unless there is a reason against it.
+    let mut import = Import::default();
+    let mut materials = Vec::new();
+    for mesh in document.meshes() {
+        for primitive in mesh.primitives() {
+            let place = PrimitivePlace {
+                mesh_index: mesh.index() as u32,
+                primitive_index: primitive.index() as u32,
+                name: mesh.name().unwrap_or_default().to_owned(),
+            };
+            if let Some(reason) = primitive::skip_reason(&primitive, skinned.contains(mesh.index()))
+            {
+                import.skipped.push(Skipped { place, reason });
+                continue;
+            }
+            let mesh = primitive::read(&primitive, &buffers, &place)?;
+            if mesh.indices.is_empty() {
+                let reason = SkipReason::NoTriangles;
+                import.skipped.push(Skipped { place, reason });
+                continue;
+            }
+            import.primitives.push(ImportedPrimitive { place, mesh });
+            materials.push(primitive.material().index());
+        }
+    }
+    // What they look like. A primitive without a material may be given any.
+    let used: BTreeSet<usize> = materials.iter().copied().flatten().collect();
+    let of_file = Materials {
+        document: &document,
+        buffers: &buffers,
+        beside,
+    };
+    let (surfaces, unread_images) = of_file.surfaces(&used);
+    for (primitive, material) in import.primitives.iter_mut().zip(materials) {
+        primitive.mesh.surface = material.and_then(|material| surfaces.get(&material).cloned());
+    }
+    import.unread_images = unread_images;
+    Ok(import)
+}

@@ -1,0 +1,145 @@
+//! From what the simplifier emits to what a hierarchy holds.
+
+use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
+use glam::Vec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::levels::groups::{RawGroup, RawUnit};
+use crate::mesh::SourceMesh;
+use crate::mesh::bounds::{NormalSum, tight_sphere};
+
+/// A group with its units ordered and bounded.
+struct FinishedGroup {
+    bounds: Sphere,
+    mean_normal: Vec3,
+    units: Vec<FinishedUnit>,
+}
+
+struct FinishedUnit {
+    produced_by: u32,
+    aabb: Aabb,
+    /// Vertices in the order of their first use.
+    vertices: Vec<u32>,
+    /// Into `vertices`, three a triangle.
+    indices: Vec<u16>,
+}
+
+/// Orders the triangles and vertices of a group for drawing, and bounds them.
+fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
+    let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
+    let units: Vec<FinishedUnit> = finished.collect();
+    // Around what the group consumes, and what it made of that.
+    let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
+    let vertices = vertices.chain(group.made.clone());
+    let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
+    FinishedGroup {
+        bounds: tight_sphere(&points),
+        mean_normal: mean_normal(positions, group),
+        units,
+    }
+}
+
+fn mean_normal(positions: &[Vec3], group: &RawGroup) -> Vec3 {
+    let mut sum = NormalSum::default();
+    for cluster in group.units.iter().flat_map(|unit| &unit.clusters) {
+        let (triangles, _) = cluster.as_chunks::<3>();
+        for triangle in triangles {
+            sum.add(triangle.map(|v| positions[v as usize]));
+        }
+    }
+    sum.mean()
+}
+
+fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
+    let mut list = VertexList::default();
+    let mut indices = Vec::new();
+    for cluster in &unit.clusters {
+        // In order of their first use, as are the unit's.
+        let (own, corners) = meshopt::clod_local_indices(cluster);
+        let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
+        let slots: Vec<u16> = own_slots.collect();
+        indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
+    }
+    // Triangles begin at their first vertex, which files tell in less.
+    for triangle in indices.as_chunks_mut::<3>().0 {
+        let first = (0..3).min_by_key(|&corner| triangle[corner]);
+        triangle.rotate_left(first.unwrap_or(0));
+    }
+    // A tight box around them all, for culling.
+    let vertices = list.vertices;
+    let points = vertices.iter().map(|&v| positions[v as usize]);
+    FinishedUnit {
+        produced_by: unit.produced_by,
+        aabb: Aabb::around(points).unwrap_or_default(),
+        vertices,
+        indices,
+    }
+}
+
+/// The vertices of a unit, in the order of their first use: memory is then read in one direction.
+#[derive(Default)]
+struct VertexList {
+    vertices: Vec<u32>,
+    slots: FxHashMap<u32, u16>,
+}
+
+impl VertexList {
+    /// Units have far fewer vertices than 16 bits count.
+    fn slot_of(&mut self, vertex: u32) -> u16 {
+        let next = self.vertices.len() as u16;
+        let slot = *self.slots.entry(vertex).or_insert(next);
+        if slot == next {
+            self.vertices.push(vertex);
+        }
+        slot
+    }
+}
+
+/// Orders the triangles and vertices of all groups for drawing, bounds them, and lays them out in
+/// the arrays of a hierarchy of `mesh`.
+pub(crate) fn assemble(
+    mesh: &SourceMesh,
+    (vertices, moved_from): (Vertices, Vec<u32>),
+    groups: &[RawGroup],
+) -> Hierarchy {
+    let mut hierarchy = Hierarchy {
+        source: mesh.source_hash(),
+        source_vertex_count: mesh.positions.len() as u32,
+        vertices,
+        moved_from,
+        ..Hierarchy::default()
+    };
+    let positions = &hierarchy.vertices.positions;
+    let in_parallel = groups
+        .par_iter()
+        .map(|group| finish_group(positions, group));
+    let finished: Vec<FinishedGroup> = in_parallel.collect();
+    for (group, finished) in groups.iter().zip(&finished) {
+        push_group(&mut hierarchy, group, finished);
+    }
+    hierarchy
+}
+
+fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {
+    for unit in &finished.units {
+        hierarchy.push_unit(
+            unit.produced_by,
+            unit.aabb,
+            unit.vertices.iter().copied(),
+            unit.indices.iter().copied(),
+        );
+    }
+    // The groups that produced the units: units of the same producer follow each other.
+    let mut producers: Vec<u32> = finished.units.iter().map(|unit| unit.produced_by).collect();
+    producers.dedup();
+    let group = Group {
+        bounds: finished.bounds,
+        error_in_local: raw.error_in_local,
+        deviation_in_local: raw.deviation_in_local,
+        mean_normal: finished.mean_normal,
+        ..Group::default()
+    };
+    let finer = producers.into_iter().filter(|&group| group != NO_GROUP);
+    hierarchy.push_group(group, finer);
+}

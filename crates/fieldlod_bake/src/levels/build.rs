@@ -1,0 +1,102 @@
+//! The levels: clusters are gathered in groups, each group is simplified, and the result is split into clusters
+//! again, until a dozen triangles are left.
+
+use crate::config::BakeConfig;
+use crate::deviation::SourceSurface;
+use crate::levels::clusters::{clusters_of_source, corners_of, partition, triangle_count};
+use crate::levels::groups::Groups;
+use crate::levels::simplified_group::{SimplifiedGroup, emit};
+use crate::levels::step::LevelStep;
+use crate::levels::vertices::LevelVertices;
+use crate::mesh::SourceMesh;
+use crate::plants::plant::Plant;
+use crate::report::BakeReport;
+
+/// Simplification ends at this number of triangles.
+const FEWEST_TRIANGLES: usize = 12;
+/// Groups grow by this factor if a level makes little progress.
+const GROWTH: usize = 4;
+/// A level that keeps more than this share of the triangles makes hardly any progress.
+const HARDLY: f32 = 0.98;
+
+/// Clusters and simplifies `mesh` level by level, and measures the deviation of each simplification from it.
+/// Finer groups come before coarser ones; the last group is terminal and holds the remaining triangles.
+///
+/// `on_triangles` gets the number of triangles that each group consumed. The mesh must be valid: meshoptimizer
+/// checks nothing.
+pub(crate) fn build_levels(
+    mesh: &SourceMesh,
+    vertices: &mut LevelVertices,
+    config: &BakeConfig,
+    on_triangles: &dyn Fn(usize),
+) -> (Groups, BakeReport) {
+    let (mut clusters, source) = rayon::join(
+        || clusters_of_source(&mesh.indices, vertices, config),
+        || SourceSurface::of(mesh, vertices),
+    );
+    let mut groups = Groups::default();
+    let mut report = BakeReport::default();
+    let mut plant = Plant::of(mesh);
+    let mut group_clusters = config.group_clusters;
+    while triangle_count(&clusters) > FEWEST_TRIANGLES {
+        let before = triangle_count(&clusters);
+        // Partition: neighbouring clusters are simplified together.
+        let parts = partition(clusters, vertices, group_clusters);
+        let is_whole = parts.len() == 1;
+        let mut step = LevelStep {
+            vertices,
+            config,
+            source: &source,
+            groups: &groups,
+            parts: &parts,
+            // Lock: positions that two groups share must stay.
+            is_shared: vertices.shared_positions(parts.iter().map(|part| corners_of(part))),
+            plant: plant.begin_level(&parts, vertices, config),
+        };
+        // Simplify.
+        let mut simplified = step.simplify();
+        // Plants: leaves keep their covered area.
+        let has_elements = simplified
+            .iter()
+            .flatten()
+            .any(SimplifiedGroup::has_elements);
+        if has_elements && plant.can_be_corrected(&parts, vertices) {
+            simplified = plant.corrected(&parts, simplified, vertices, |area_gain| {
+                step.plant.area_gain = area_gain;
+                step.simplify()
+            });
+        }
+        // Emit, in the order of the groups: the result does not depend on the number of threads.
+        clusters = emit(
+            parts,
+            simplified,
+            &mut groups,
+            vertices,
+            &mut report,
+            on_triangles,
+        );
+        report.whole_mesh_levels += usize::from(is_whole);
+        plant.end_level(has_elements, &clusters, vertices);
+        // Stuck: the next level tries larger groups.
+        let left = triangle_count(&clusters);
+        if left as f32 > before as f32 * config.stuck_ratio {
+            if is_whole {
+                break;
+            }
+            group_clusters = larger_groups(group_clusters, left, before);
+        }
+    }
+    report.has_aggregates = plant.has_elements();
+    report.coarsest_triangles = triangle_count(&clusters);
+    groups.add_terminal(clusters);
+    (groups, report)
+}
+
+/// The size of groups after a level that is stuck. If progress stalls, all clusters become one group.
+fn larger_groups(group_clusters: usize, left: usize, before: usize) -> usize {
+    if left as f32 <= before as f32 * HARDLY {
+        group_clusters * GROWTH
+    } else {
+        usize::MAX
+    }
+}

@@ -1,0 +1,49 @@
+//! Rejects simplifications that open a closed surface.
+
+use rustc_hash::FxHashMap;
+
+use crate::levels::simplify::{Simplified, Task};
+use crate::mesh::edges::Links;
+
+impl Task<'_> {
+    /// Whether edges are open only where they were before, or on a border of the source.
+    pub(crate) fn is_as_closed(&self, simplified: &Simplified) -> bool {
+        let task = self;
+        let welded = |&own: &u32| task.same_position[own as usize];
+        let is_border = |own: u32| {
+            let vertex = task.piece.vertices[own as usize];
+            task.vertices.is_border[vertex as usize]
+        };
+        let mut links = Links::of(task.piece.vertices.len());
+        links.add(task.piece.corners.iter().map(welded));
+        links.remove(simplified.corners.iter().map(welded));
+        let firsts = task.same_position.iter().copied();
+        let mut changed = firsts.filter(|&own| links.is_open(own));
+        changed.all(is_border) && self.keeps_shared_borders(simplified, is_border)
+    }
+
+    /// Whether the edges between vertices that other groups use, too, and that lie on a border of the
+    /// source, are open as they were: those may be edges of other groups.
+    fn keeps_shared_borders(
+        &self,
+        simplified: &Simplified,
+        is_border: impl Fn(u32) -> bool,
+    ) -> bool {
+        let task = self;
+        let is_shared = |own: u32| task.is_locked[own as usize] && is_border(own);
+        let mut balance: FxHashMap<(u32, u32), i32> = FxHashMap::default();
+        for (list, sign) in [(&task.piece.corners, 1), (&simplified.corners, -1)] {
+            let (triangles, _) = list.as_chunks::<3>();
+            for triangle in triangles {
+                let [a, b, c] = triangle.map(|own| task.same_position[own as usize]);
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    if from != to && is_shared(from) && is_shared(to) {
+                        let sign = if from < to { sign } else { -sign };
+                        *balance.entry((from.min(to), from.max(to))).or_default() += sign;
+                    }
+                }
+            }
+        }
+        balance.values().all(|&balance| balance == 0)
+    }
+}

@@ -1,0 +1,118 @@
+//! The hierarchy of meshoptimizer's unmodified clusterlod, as a baseline.
+
+use fieldlod_hierarchy::{Hierarchy, NO_GROUP};
+use meshopt::{ClodCluster, ClodConfig, ClodGroup, ClodMesh, clod_default_config};
+
+use crate::config::BakeConfig;
+use crate::levels::assemble::assemble;
+use crate::levels::clusters::Cluster;
+use crate::levels::groups::Groups;
+use crate::levels::vertices::{LevelVertices, adapter};
+use crate::mesh::surfaces::Surfaces;
+use crate::mesh::{MeshError, SourceMesh};
+
+/// How much clusterlod's demo weighs a change of the unit normal by 1.
+const NORMAL_WEIGHT: f32 = 0.5;
+
+/// The hierarchy that clusterlod builds on its own: the baseline for levels.
+///
+/// `config` sets the size of clusters and groups; everything else is clusterlod's default. The vertices are
+/// those of the mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors
+/// are clusterlod's; deviations are not measured.
+///
+/// # Errors
+/// As [`bake_mesh`](crate::bake_mesh).
+pub fn clusterlod_hierarchy(
+    mesh: &SourceMesh,
+    config: &BakeConfig,
+) -> Result<Hierarchy, MeshError> {
+    config.validate()?;
+    mesh.validate()?;
+    let vertices = vertices_of(mesh);
+    let groups = build_groups(mesh, &vertices, config);
+    let hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
+    debug_assert_eq!(hierarchy.validate(), Ok(()));
+    Ok(hierarchy)
+}
+
+/// Runs clusterlod alone, for speed comparisons. Returns the number of triangles of all levels. `mesh` must be
+/// valid.
+#[must_use]
+pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
+    let mut triangles = 0;
+    build(mesh, &vertices_of(mesh), config, |_, clusters| {
+        triangles += clusters.iter().map(|c| c.indices.len() / 3).sum::<usize>();
+        0
+    });
+    triangles
+}
+
+/// Positions, normals and first texture coordinates, the attributes of clusterlod's demo.
+fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
+    let mut known = mesh.clone();
+    known.tangents.clear();
+    known.uvs_1.clear();
+    known.colors.clear();
+    LevelVertices::of(&known, Surfaces::default(), NORMAL_WEIGHT)
+}
+
+/// The groups of all levels, finer before coarser; those that were not simplified are terminal.
+fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig) -> Groups {
+    let mut groups = Groups::default();
+    let mut is_simplified: Vec<bool> = Vec::new();
+    build(mesh, vertices, config, |group, clusters| {
+        let clusters: Vec<Cluster> = clusters.iter().map(cluster).collect();
+        for producer in clusters.iter().map(|cluster| cluster.produced_by) {
+            if producer != NO_GROUP {
+                is_simplified[producer as usize] = true;
+            }
+        }
+        is_simplified.push(false);
+        // No less than the errors of the finer groups, or a cut could draw two levels of one place.
+        let own = (group.simplified.error * vertices.local_from_scaled).min(f32::MAX);
+        let finer = groups.finer_of(&clusters).map(|finer| finer.error_in_local);
+        let error_in_local = finer.fold(own.max(0.0), f32::max);
+        groups.add(clusters, error_in_local, f32::INFINITY, 0..0) as i32
+    });
+    // A group that was not simplified is terminal.
+    let groups_and_ends = groups.0.iter_mut().zip(is_simplified);
+    for (group, _) in groups_and_ends.filter(|(_, is_simplified)| !is_simplified) {
+        group.error_in_local = f32::INFINITY;
+    }
+    groups
+}
+
+fn cluster(cluster: &ClodCluster<'_>) -> Cluster {
+    Cluster {
+        produced_by: u32::try_from(cluster.refined).unwrap_or(NO_GROUP),
+        corners: cluster.indices.to_vec(),
+        places: Vec::new(),
+    }
+}
+
+fn build(
+    mesh: &SourceMesh,
+    vertices: &LevelVertices,
+    config: &BakeConfig,
+    output: impl FnMut(ClodGroup, &[ClodCluster<'_>]) -> i32,
+) {
+    let count = vertices.positions.len() as u32;
+    let rows: Vec<f32> = (0..count)
+        .flat_map(|vertex| vertices.row(vertex))
+        .copied()
+        .collect();
+    let clod = ClodMesh {
+        indices: &mesh.indices,
+        vertices: &adapter(&vertices.positions),
+        vertex_attributes: &rows,
+        vertex_attributes_stride: vertices.layout.width() * size_of::<f32>(),
+        vertex_lock: Some(&vertices.protection),
+        attribute_weights: &vertices.layout.weights,
+        attribute_protect_mask: 0,
+    };
+    let config = ClodConfig {
+        partition_size: config.group_clusters,
+        ..clod_default_config(config.cluster_triangles)
+    };
+    meshopt::clod_build(config, &clod, output);
+}

@@ -1,0 +1,157 @@
+//! Clusters: how the surface is split into them, and how they are gathered in groups.
+
+use fieldlod_hierarchy::NO_GROUP;
+use glam::Vec3;
+use meshopt::clod_default_config;
+use rayon::prelude::*;
+
+use crate::config::BakeConfig;
+use crate::levels::vertices::{LevelVertices, Piece, adapter};
+
+/// Triangles that are split into clusters at once; a larger mesh is cut in halves first. A part is
+/// no larger for more threads, or clusters would depend on how many there are.
+const TRIANGLES_AT_ONCE: usize = 1 << 16;
+
+/// How much full clusters count against small boxes; clusterlod's, too, where it splits by place.
+const FILL_WEIGHT: f32 = 0.5;
+
+/// A place on the source.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    /// In scaled units.
+    pub(crate) point: Vec3,
+    /// The corners of the source triangle that it lies on.
+    pub(crate) triangle: [u32; 3],
+}
+
+/// A patch of triangles that waits for a group to consume it.
+pub(crate) struct Cluster {
+    /// The group whose simplification it is, or [`NO_GROUP`] for source geometry.
+    pub(crate) produced_by: u32,
+    /// A triangle list.
+    pub(crate) corners: Vec<u32>,
+    /// Places of the source from which the next simplification is measured.
+    pub(crate) places: Vec<Place>,
+}
+
+pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
+    let corners = clusters.iter().map(|cluster| cluster.corners.len());
+    corners.sum::<usize>() / 3
+}
+
+/// The corners of some clusters.
+pub(crate) fn corners_of(clusters: &[Cluster]) -> impl Iterator<Item = &u32> {
+    clusters.iter().flat_map(|cluster| &cluster.corners)
+}
+
+/// Splits the source into clusters.
+pub(crate) fn clusters_of_source(
+    indices: &[u32],
+    vertices: &LevelVertices,
+    config: &BakeConfig,
+) -> Vec<Cluster> {
+    let (triangles, _) = indices.as_chunks::<3>();
+    let mut parts = vec![triangles.to_vec()];
+    while parts.iter().any(|part| part.len() > TRIANGLES_AT_ONCE) {
+        let halves = parts.into_par_iter().map(|part| halves_of(part, vertices));
+        parts = halves.flatten().collect();
+    }
+    let clusters = parts.into_par_iter().map(|part| {
+        let piece = Piece::of(part.into_iter().flatten(), vertices);
+        let corners = split_into_clusters(&piece.positions, &piece.corners, config);
+        let to_all = |corners: Vec<u32>| {
+            let corners = corners.iter().map(|&own| piece.vertices[own as usize]);
+            Cluster {
+                produced_by: NO_GROUP,
+                corners: corners.collect(),
+                places: Vec::new(),
+            }
+        };
+        corners.into_iter().map(to_all).collect::<Vec<_>>()
+    });
+    clusters.flatten().collect()
+}
+
+/// Cuts triangles in two across the longest side of the box around their first corners.
+fn halves_of(mut part: Vec<[u32; 3]>, vertices: &LevelVertices) -> Vec<Vec<[u32; 3]>> {
+    if part.len() <= TRIANGLES_AT_ONCE {
+        return vec![part];
+    }
+    let points = part.iter().map(|triangle| vertices.position(triangle[0]));
+    let aabb = fieldlod_hierarchy::Aabb::around(points).unwrap_or_default();
+    let axis = (aabb.max - aabb.min).max_position();
+    let along = |triangle: &[u32; 3]| vertices.position(triangle[0])[axis];
+    let middle = part.len() / 2;
+    part.select_nth_unstable_by(middle, |a, b| {
+        along(a).total_cmp(&along(b)).then_with(|| a.cmp(b))
+    });
+    let second = part.split_off(middle);
+    vec![part, second]
+}
+
+/// Splits a triangle list into clusters, each a triangle list ordered for the vertex cache.
+///
+/// By place, as a tree of boxes is built, and not by growing from neighbour to neighbour: that takes
+/// half the time, and the levels draw as few triangles for the same picture.
+pub(crate) fn split_into_clusters(
+    positions: &[[f32; 3]],
+    corners: &[u32],
+    config: &BakeConfig,
+) -> Vec<Vec<u32>> {
+    let limits = clod_default_config(config.cluster_triangles);
+    let meshlets = meshopt::build_meshlets_spatial(
+        corners,
+        &adapter(positions),
+        limits.max_vertices,
+        limits.min_triangles,
+        limits.max_triangles,
+        FILL_WEIGHT,
+    );
+    let corners_of = |meshlet: meshopt::Meshlet<'_>| {
+        let slots = meshlet.triangles.iter();
+        slots
+            .map(|&slot| meshlet.vertices[usize::from(slot)])
+            .collect()
+    };
+    meshlets.iter().map(corners_of).collect()
+}
+
+/// Gathers clusters in groups of about `group_clusters` that lie beside each other. Neighbouring
+/// groups follow each other, so that a part of the mesh is a part of the file.
+pub(crate) fn partition(
+    clusters: Vec<Cluster>,
+    vertices: &LevelVertices,
+    group_clusters: usize,
+) -> Vec<Vec<Cluster>> {
+    if clusters.len() <= group_clusters {
+        return vec![clusters];
+    }
+    // Which group each cluster belongs to.
+    let welded = |cluster: &Cluster| {
+        let corners = cluster.corners.iter();
+        let firsts = corners.map(|&vertex| vertices.same_position[vertex as usize]);
+        firsts.collect::<Vec<u32>>()
+    };
+    let counts: Vec<u32> = clusters.iter().map(|c| c.corners.len() as u32).collect();
+    let corners: Vec<u32> = clusters.iter().flat_map(welded).collect();
+    let mut group_of = vec![0; clusters.len()];
+    let count = meshopt::partition_clusters_with_positions(
+        &mut group_of,
+        &corners,
+        &counts,
+        &adapter(&vertices.positions),
+        group_clusters,
+    );
+    // Groups in the order of a curve through space.
+    let mut points = vec![[0.0f32; 3]; count];
+    for (cluster, &group) in clusters.iter().zip(&group_of) {
+        points[group as usize] = vertices.positions[cluster.corners[0] as usize];
+    }
+    let rank = meshopt::spatial_sort_remap(&adapter(&points));
+    let mut groups: Vec<Vec<Cluster>> = Vec::new();
+    groups.resize_with(count, Vec::new);
+    for (cluster, group) in clusters.into_iter().zip(group_of) {
+        groups[rank[group as usize] as usize].push(cluster);
+    }
+    groups
+}

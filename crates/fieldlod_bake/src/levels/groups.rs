@@ -1,0 +1,83 @@
+//! Groups as they come out of the simplifier, before they are bounded and ordered.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use fieldlod_hierarchy::NO_GROUP;
+
+use crate::levels::clusters::Cluster;
+
+/// 16-bit indices must reach all vertices of a unit: a cluster has at most 256.
+const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
+
+/// A group: its units, and the error of its simplification.
+pub(crate) struct RawGroup {
+    pub(crate) level: u32,
+    /// Never less than that of a finer group; infinite for a terminal group.
+    pub(crate) error_in_local: f32,
+    /// Likewise; infinite everywhere if it is not measured.
+    pub(crate) deviation_in_local: f32,
+    pub(crate) units: Vec<RawUnit>,
+    /// The vertices that its simplification made.
+    pub(crate) made: Range<u32>,
+}
+
+/// The clusters of one group that share the group that produced them.
+pub(crate) struct RawUnit {
+    pub(crate) produced_by: u32,
+    /// One triangle list for each cluster.
+    pub(crate) clusters: Vec<Vec<u32>>,
+}
+
+/// All groups so far, finer before coarser.
+#[derive(Default)]
+pub(crate) struct Groups(pub(crate) Vec<RawGroup>);
+
+impl Groups {
+    /// The groups that produced some clusters, once per cluster.
+    pub(crate) fn finer_of(&self, clusters: &[Cluster]) -> impl Iterator<Item = &RawGroup> {
+        let producers = clusters.iter().map(|cluster| cluster.produced_by);
+        let producers = producers.filter(|&producer| producer != NO_GROUP);
+        producers.map(|producer| &self.0[producer as usize])
+    }
+
+    /// Adds the group that consumes `clusters`, and returns its number.
+    pub(crate) fn add(
+        &mut self,
+        clusters: Vec<Cluster>,
+        error_in_local: f32,
+        deviation_in_local: f32,
+        made: Range<u32>,
+    ) -> u32 {
+        let levels = self.finer_of(&clusters).map(|finer| finer.level + 1);
+        let level = levels.max().unwrap_or(0);
+        let mut by_producer: BTreeMap<u32, Vec<Vec<u32>>> = BTreeMap::new();
+        for cluster in clusters {
+            let of_producer = by_producer.entry(cluster.produced_by).or_default();
+            of_producer.push(cluster.corners);
+        }
+        let units = by_producer.into_iter();
+        let units = units.flat_map(|(produced_by, clusters)| {
+            let parts = clusters.chunks(MOST_CLUSTERS_IN_A_UNIT);
+            let unit = move |clusters: &[Vec<u32>]| RawUnit {
+                produced_by,
+                clusters: clusters.to_vec(),
+            };
+            parts.map(unit).collect::<Vec<_>>()
+        });
+        let units = units.collect();
+        self.0.push(RawGroup {
+            level,
+            error_in_local,
+            deviation_in_local,
+            units,
+            made,
+        });
+        self.0.len() as u32 - 1
+    }
+
+    /// Adds the terminal group.
+    pub(crate) fn add_terminal(&mut self, clusters: Vec<Cluster>) {
+        self.add(clusters, f32::INFINITY, f32::INFINITY, 0..0);
+    }
+}

@@ -1,0 +1,319 @@
+//! The simplification of one group, on a copy of its vertices.
+
+use meshopt::{SimplifyOptions, SimplifyVertex};
+
+use crate::config::BakeConfig;
+use crate::levels::vertices::{LevelVertices, Piece, adapter};
+use crate::mesh::components::{Component, components_of};
+
+/// Groups with fewer triangles are never simplified by `Sloppy`, which opens closed surfaces.
+const FEWEST_FOR_SLOPPY: usize = 512;
+/// Rounding of a vertex that the simplifier leaves in place, in scaled units.
+const ROUNDING: f32 = 1e-6;
+
+/// How a group is simplified, best method first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// As `Moved`, but loose elements such as leaves keep their area.
+    Elements,
+    /// Vertices and attributes move to where the error is least. Topology and seams are kept.
+    Moved,
+    /// Vertices stay where they are.
+    Kept,
+    /// Attributes and seams are ignored, and vertices stay.
+    PositionsOnly,
+    /// Vertices are merged on a grid.
+    Sloppy,
+}
+
+/// A part of the surface that is to be simplified.
+pub(crate) struct Task<'a> {
+    pub(crate) vertices: &'a LevelVertices,
+    pub(crate) config: &'a BakeConfig,
+    pub(crate) piece: Piece,
+    /// For each own vertex, the first own vertex at the same position.
+    pub(crate) same_position: Vec<u32>,
+    /// For each own vertex, whether it must stay, since other groups use its position.
+    pub(crate) is_locked: Vec<bool>,
+    /// The share of the triangles that should be left.
+    pub(crate) ratio: f32,
+    /// Whether there are no other groups.
+    pub(crate) is_whole: bool,
+    /// By how much elements grow beyond what keeps their area.
+    pub(crate) area_gain: f32,
+    /// For each own vertex, in how many pixels it is seen from all around, if that is known.
+    pub(crate) seen: Option<Vec<f32>>,
+}
+
+/// The result of a simplification.
+pub(crate) struct Simplified {
+    /// A triangle list of own vertices, never empty.
+    pub(crate) corners: Vec<u32>,
+    pub(crate) error_in_scaled: f32,
+    /// A lower bound of the stated deviation, in scaled units: see [`Task::torn_texture`].
+    pub(crate) least_deviation_in_scaled: f32,
+    pub(crate) method: Method,
+    /// Whether components were left out.
+    pub(crate) is_pruned: bool,
+    /// Positions and rows of attributes of all own vertices.
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) rows: Vec<f32>,
+    /// For each own vertex, whether it moved or its attributes changed.
+    pub(crate) is_new: Vec<bool>,
+}
+
+impl Task<'_> {
+    /// The results of all methods that make progress, best first. None opens an edge.
+    pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
+        // If the wanted ratio is out of reach, a smaller step may still be possible.
+        let wanted = self.ratio;
+        let less = (wanted + self.config.stuck_ratio) * 0.5;
+        let careful = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
+        let reckless = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
+        let attempts = [(Method::Elements, wanted)].into_iter();
+        let attempts = attempts
+            .chain(careful.into_iter().flatten())
+            .chain(reckless);
+        attempts
+            .filter(|&(method, _)| match method {
+                Method::Elements | Method::Moved | Method::Kept => true,
+                Method::PositionsOnly | Method::Sloppy => self.is_whole,
+            })
+            .filter_map(|(method, ratio)| self.attempt(method, ratio))
+            .filter(|simplified| self.is_as_closed(simplified))
+    }
+
+    /// `None` if too many triangles are left.
+    fn attempt(&self, method: Method, ratio: f32) -> Option<Simplified> {
+        let triangles = self.piece.triangle_count();
+        if method == Method::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
+            return None;
+        }
+        let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
+        let mut simplified = match method {
+            Method::Elements => self.simplify_aggregate(ratio)?,
+            _ => self.simplify_by(method, target),
+        };
+        let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
+        if simplified.corners.len() > most && method != Method::Elements {
+            self.prune(&mut simplified, target);
+        }
+        // A group without area still needs one triangle; a single triangle is too little for any other group.
+        if simplified.corners.is_empty() {
+            simplified.corners.extend(&self.piece.corners[..3]);
+        }
+        let is_token = simplified.corners.len() <= 3 && triangles <= FEWEST_FOR_SLOPPY;
+        if simplified.corners.len() > most || is_token {
+            return None;
+        }
+        if method == Method::Moved {
+            self.mark_new_vertices(&mut simplified);
+        }
+        simplified.least_deviation_in_scaled = self.torn_texture(&simplified);
+        Some(simplified)
+    }
+
+    /// The piece itself, with no error.
+    pub(crate) fn unchanged(&self, method: Method) -> Simplified {
+        Simplified {
+            corners: self.piece.corners.clone(),
+            error_in_scaled: 0.0,
+            least_deviation_in_scaled: 0.0,
+            method,
+            is_pruned: false,
+            positions: self.piece.positions.clone(),
+            rows: self.rows(),
+            is_new: vec![false; self.piece.vertices.len()],
+        }
+    }
+
+    fn simplify_by(&self, method: Method, target: usize) -> Simplified {
+        let mut simplified = self.unchanged(method);
+        let mut error = 0.0f32;
+        let count = match method {
+            Method::Moved => self.simplify_moving(&mut simplified, target, f32::MAX, &mut error),
+            _ => {
+                simplified.corners = self.simplify_keeping(method, target, &mut error);
+                simplified.corners.len()
+            }
+        };
+        simplified.corners.truncate(count);
+        simplified.error_in_scaled = if error.is_finite() {
+            error.max(0.0)
+        } else {
+            f32::MAX
+        };
+        simplified
+    }
+
+    pub(crate) fn simplify_moving(
+        &self,
+        simplified: &mut Simplified,
+        target: usize,
+        most_error: f32,
+        error: &mut f32,
+    ) -> usize {
+        let layout = &self.vertices.layout;
+        meshopt::simplify_with_update(
+            &mut simplified.corners,
+            &mut simplified.positions,
+            &mut simplified.rows,
+            &layout.weights,
+            layout.width() * size_of::<f32>(),
+            Some(&self.locks(Method::Moved)),
+            target,
+            most_error,
+            options(),
+            Some(error),
+        )
+    }
+
+    fn simplify_keeping(&self, method: Method, target: usize, error: &mut f32) -> Vec<u32> {
+        let layout = &self.vertices.layout;
+        let corners = &self.piece.corners;
+        let vertices = adapter(&self.piece.positions);
+        let locks = self.locks(method);
+        if method == Method::Sloppy {
+            let left = meshopt::simplify_sloppy_with_locks(
+                corners,
+                &vertices,
+                &locks,
+                target,
+                f32::MAX,
+                Some(error),
+            );
+            *error *= meshopt::simplify_scale(&vertices);
+            return left;
+        }
+        if method == Method::PositionsOnly || layout.width() == 0 {
+            let (most, options) = (f32::MAX, options());
+            return meshopt::simplify_with_locks(
+                corners,
+                &vertices,
+                &locks,
+                target,
+                most,
+                options,
+                Some(error),
+            );
+        }
+        meshopt::simplify_with_attributes_and_locks(
+            corners,
+            &vertices,
+            &self.rows(),
+            &layout.weights,
+            layout.width() * size_of::<f32>(),
+            &locks,
+            target,
+            f32::MAX,
+            options(),
+            Some(error),
+        )
+    }
+
+    /// The attributes of the own vertices.
+    fn rows(&self) -> Vec<f32> {
+        let own = self.piece.vertices.iter();
+        own.flat_map(|&vertex| self.vertices.row(vertex))
+            .copied()
+            .collect()
+    }
+
+    fn locks(&self, method: Method) -> Vec<SimplifyVertex> {
+        let keeps_seams = matches!(method, Method::Elements | Method::Moved | Method::Kept);
+        let own = self.piece.vertices.iter().zip(&self.is_locked);
+        own.map(|(&vertex, &is_locked)| {
+            let mut lock = SimplifyVertex::empty();
+            lock.set(SimplifyVertex::Lock, is_locked);
+            if keeps_seams {
+                lock |= self.vertices.protection[vertex as usize];
+            }
+            lock
+        })
+        .collect()
+    }
+
+    /// Removes the smallest components that no other group touches, until few enough triangles are
+    /// left. The largest component stays.
+    fn prune(&self, simplified: &mut Simplified, target: usize) {
+        let mut components = components_of(
+            &simplified.corners,
+            &self.piece.positions,
+            &self.same_position,
+            &self.is_locked,
+        );
+        let radius = |component: &Component| component.radius;
+        components.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
+        let Some(largest) = components.pop() else {
+            return;
+        };
+        let mut left = simplified.corners.len();
+        simplified.corners.clear();
+        for component in components {
+            if left <= target || component.is_locked {
+                simplified.corners.extend(component.corners());
+                continue;
+            }
+            left -= component.triangles.len() * 3;
+            simplified.error_in_scaled = simplified.error_in_scaled.max(component.radius);
+            simplified.is_pruned = true;
+        }
+        simplified.corners.extend(largest.corners());
+    }
+
+    /// Decides which vertices are new. A vertex that moved by no more than rounding is the old vertex, and a vertex on a
+    /// border of the source stays.
+    pub(crate) fn mark_new_vertices(&self, simplified: &mut Simplified) {
+        let layout = &self.vertices.layout;
+        let width = layout.width();
+        // Vertices at one position move together or not at all.
+        let mut has_moved = vec![false; self.piece.vertices.len()];
+        for &own in &simplified.corners {
+            let own = own as usize;
+            let (before, after) = (self.piece.positions[own], simplified.positions[own]);
+            let moved = (0..3).any(|k| (before[k] - after[k]).abs() > ROUNDING);
+            let is_border = self.vertices.is_border[self.piece.vertices[own] as usize];
+            let is_finite = after.iter().all(|x| x.is_finite());
+            has_moved[self.same_position[own] as usize] |=
+                moved && is_finite && !is_border && !self.is_locked[own];
+        }
+        for &own in &simplified.corners {
+            let own = own as usize;
+            let moved = has_moved[self.same_position[own] as usize];
+            if !moved {
+                simplified.positions[own] = self.piece.positions[own];
+            }
+            let before = self.vertices.row(self.piece.vertices[own]);
+            let row = &mut simplified.rows[own * width..][..width];
+            if simplified.is_new[own] {
+                continue;
+            }
+            if !moved && layout.is_same(row, before) {
+                row.copy_from_slice(before);
+                continue;
+            }
+            layout.mend(row, before);
+            simplified.is_new[own] = true;
+        }
+    }
+
+    /// The longest edge if a texture may be torn, else 0: torn triangles are drawn only where they are no larger than
+    /// the promised error.
+    fn torn_texture(&self, simplified: &Simplified) -> f32 {
+        let tears = matches!(simplified.method, Method::PositionsOnly | Method::Sloppy);
+        if !tears || !self.vertices.layout.has_uvs() {
+            return 0.0;
+        }
+        let position = |own: u32| glam::Vec3::from(simplified.positions[own as usize]);
+        let (triangles, _) = simplified.corners.as_chunks::<3>();
+        let edges = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let lengths = edges.map(|(from, to)| position(from).distance(position(to)));
+        lengths.fold(0.0, f32::max)
+    }
+}
+
+fn options() -> SimplifyOptions {
+    SimplifyOptions::ErrorAbsolute | SimplifyOptions::ErrorClamped | SimplifyOptions::Permissive
+}

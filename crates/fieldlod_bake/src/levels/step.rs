@@ -1,0 +1,156 @@
+//! One level: all its groups are simplified, in parallel.
+
+use rayon::prelude::*;
+
+use crate::config::BakeConfig;
+use crate::deviation::{Measured, SourceSurface};
+use crate::levels::clusters::{Cluster, split_into_clusters, triangle_count};
+use crate::levels::groups::Groups;
+use crate::levels::simplified_group::SimplifiedGroup;
+use crate::levels::simplify::{Simplified, Task};
+use crate::levels::vertices::{LevelVertices, Piece};
+use crate::plants::plant::PlantLevel;
+
+/// Largest share of a simplified surface's area that may face the other way. With more, levels of hard-edged models
+/// show dark triangles; with none, many groups are stuck.
+const MOST_TURNED: f32 = 0.003;
+
+/// The groups of one level, and what they are simplified by.
+pub(crate) struct LevelStep<'a> {
+    pub(crate) vertices: &'a LevelVertices,
+    pub(crate) config: &'a BakeConfig,
+    pub(crate) source: &'a SourceSurface,
+    /// The groups of finer levels.
+    pub(crate) groups: &'a Groups,
+    /// The clusters of each group.
+    pub(crate) parts: &'a [Vec<Cluster>],
+    /// For each vertex that is the first at its position, whether several groups use that position.
+    pub(crate) is_shared: Vec<bool>,
+    pub(crate) plant: PlantLevel<'a>,
+}
+
+/// Largest error and deviation of the groups that produced some clusters.
+#[derive(Clone, Copy)]
+struct Finer {
+    error_in_local: f32,
+    deviation_in_scaled: f32,
+}
+
+/// A simplification that is accepted, and its clusters.
+type Accepted = (Simplified, Vec<Vec<u32>>, Measured);
+
+impl LevelStep<'_> {
+    /// Simplifies each group; `None` for a group that is stuck.
+    pub(crate) fn simplify(&self) -> Vec<Option<SimplifiedGroup>> {
+        let parts = self.parts.par_iter();
+        parts.map(|part| self.simplify_group(part)).collect()
+    }
+
+    fn simplify_group(&self, part: &[Cluster]) -> Option<SimplifiedGroup> {
+        let finer = self.finer_of(part);
+        let task = self.task(part);
+        // The best attempt that does not turn triangles over.
+        let mut attempts = task.attempts();
+        let (simplified, clusters, measured) =
+            attempts.find_map(|attempt| self.accept(&task, part, attempt, finer))?;
+        drop(attempts);
+        // Errors never shrink from finer to coarser groups.
+        let local_from_scaled = self.vertices.local_from_scaled;
+        let own = simplified
+            .error_in_scaled
+            .max(simplified.least_deviation_in_scaled);
+        let own_in_local = (own * local_from_scaled).min(f32::MAX);
+        let deviation_in_local = if self.config.measure_deviation {
+            (measured.deviation_in_scaled * local_from_scaled).min(f32::MAX)
+        } else {
+            f32::INFINITY
+        };
+        Some(SimplifiedGroup {
+            piece: task.piece,
+            same_position: task.same_position,
+            simplified,
+            clusters: clusters.into_iter().zip(measured.places).collect(),
+            error_in_local: own_in_local.max(finer.error_in_local),
+            deviation_in_local,
+        })
+    }
+
+    fn finer_of(&self, part: &[Cluster]) -> Finer {
+        let none = Finer {
+            error_in_local: 0.0,
+            deviation_in_scaled: 0.0,
+        };
+        self.groups.finer_of(part).fold(none, |finer, group| Finer {
+            error_in_local: finer.error_in_local.max(group.error_in_local),
+            deviation_in_scaled: finer
+                .deviation_in_scaled
+                .max(group.deviation_in_local / self.vertices.local_from_scaled),
+        })
+    }
+
+    fn task(&self, part: &[Cluster]) -> Task<'_> {
+        let vertices = self.vertices;
+        let corners = part.iter().flat_map(|cluster| &cluster.corners);
+        let piece = Piece::of(corners.copied(), vertices);
+        let own = || piece.vertices.iter().map(|&vertex| vertex as usize);
+        let is_locked = own().map(|vertex| self.is_shared[vertices.same_position[vertex] as usize]);
+        let seen = self.plant.seen.as_ref();
+        Task {
+            vertices,
+            config: self.config,
+            same_position: piece.same_position(vertices),
+            is_locked: is_locked.collect(),
+            seen: seen.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
+            ratio: self.plant.ratio,
+            is_whole: self.parts.len() == 1,
+            area_gain: self.plant.area_gain,
+            piece,
+        }
+    }
+
+    /// Splits an attempt into clusters and measures it; `None` if it turns triangles over.
+    fn accept(
+        &self,
+        task: &Task<'_>,
+        part: &[Cluster],
+        mut simplified: Simplified,
+        finer: Finer,
+    ) -> Option<Accepted> {
+        self.plant.fit_covered_area(task, &mut simplified);
+        let clusters = split_into_clusters(&simplified.positions, &simplified.corners, self.config);
+        let measured = self.measure(part, &simplified, &clusters, finer.deviation_in_scaled);
+        let distance = if self.config.measure_deviation {
+            measured.deviation_in_scaled
+        } else {
+            let finer_error = finer.error_in_local / self.vertices.local_from_scaled;
+            simplified.error_in_scaled.max(finer_error)
+        };
+        let turned = self.source.turned_share(&simplified, distance);
+        (turned <= MOST_TURNED).then_some((simplified, clusters, measured))
+    }
+
+    /// Measures the deviation of a simplification from the source, if deviations are enabled.
+    fn measure(
+        &self,
+        part: &[Cluster],
+        simplified: &Simplified,
+        clusters: &[Vec<u32>],
+        finer_in_scaled: f32,
+    ) -> Measured {
+        if !self.config.measure_deviation {
+            return Measured {
+                deviation_in_scaled: f32::INFINITY,
+                places: vec![Vec::new(); clusters.len()],
+            };
+        }
+        let triangles_of_level = self.parts.iter().map(|part| triangle_count(part)).sum();
+        self.source.measure(
+            part,
+            self.vertices,
+            triangles_of_level,
+            simplified,
+            clusters,
+            finer_in_scaled,
+        )
+    }
+}

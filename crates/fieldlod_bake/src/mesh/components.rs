@@ -1,0 +1,99 @@
+//! The connected components of a triangle list.
+
+use glam::Vec3;
+
+/// One connected component.
+#[derive(Clone, Default)]
+pub(crate) struct Component {
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Half of the diagonal of its box.
+    pub(crate) radius: f32,
+    pub(crate) area: f32,
+    /// How much of it is seen from all around, in pixels; its area if that is not known.
+    pub(crate) seen: f32,
+    /// The middle of its area.
+    pub(crate) centroid: Vec3,
+    /// Whether some of its vertices are locked.
+    pub(crate) is_locked: bool,
+}
+
+impl Component {
+    pub(crate) fn corners(&self) -> impl Iterator<Item = u32> + '_ {
+        self.triangles.as_flattened().iter().copied()
+    }
+
+    /// Its vertices, ascending.
+    pub(crate) fn vertices(&self) -> Vec<u32> {
+        let mut vertices: Vec<u32> = self.corners().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+
+    /// Measures its triangles anew.
+    pub(crate) fn measure(&mut self, positions: &[[f32; 3]]) {
+        let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let mut moment = Vec3::ZERO;
+        self.area = 0.0;
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|vertex| Vec3::from(positions[vertex as usize]));
+            min = min.min(a).min(b).min(c);
+            max = max.max(a).max(b).max(c);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            moment += (a + b + c) * (area / 3.0);
+            self.area += area;
+        }
+        self.radius = 0.5 * (max - min).length();
+        self.centroid = if self.area > 0.0 {
+            moment / self.area
+        } else {
+            0.5 * (min + max)
+        };
+    }
+}
+
+/// Splits triangles into components, in the order of their first triangles. Vertices at one place, of
+/// which `same_position` names the first, are connected.
+pub(crate) fn components_of(
+    corners: &[u32],
+    positions: &[[f32; 3]],
+    same_position: &[u32],
+    is_locked: &[bool],
+) -> Vec<Component> {
+    // Every vertex leads to a smaller one of its component, or to itself.
+    let mut leads_to = same_position.to_vec();
+    let (triangles, _) = corners.as_chunks::<3>();
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c)] {
+            let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
+            leads_to[from.max(to) as usize] = from.min(to);
+        }
+    }
+    // The triangles of each.
+    const NONE: u32 = u32::MAX;
+    let mut index_of = vec![NONE; leads_to.len()];
+    let mut components: Vec<Component> = Vec::new();
+    for &triangle in triangles {
+        let index = &mut index_of[root(&mut leads_to, triangle[0]) as usize];
+        if *index == NONE {
+            *index = components.len() as u32;
+            components.push(Component::default());
+        }
+        let component = &mut components[*index as usize];
+        component.triangles.push(triangle);
+        component.is_locked |= triangle.iter().any(|&vertex| is_locked[vertex as usize]);
+    }
+    for component in &mut components {
+        component.measure(positions);
+    }
+    components
+}
+
+fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
+    while leads_to[vertex as usize] != vertex {
+        let next = leads_to[vertex as usize];
+        leads_to[vertex as usize] = leads_to[next as usize];
+        vertex = next;
+    }
+    vertex
+}

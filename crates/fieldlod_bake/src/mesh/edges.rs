@@ -1,0 +1,81 @@
+//! Open edges: edges that triangles do not use equally often in both directions.
+//!
+//! Around a vertex, the edges opposite to it form closed loops unless one of its own edges is open. So
+//! if every end of those edges is the start of another, all that is added for it is taken away again.
+
+/// For each vertex, what is left of the edges opposite to it: 0 if none of its own edges is open.
+pub(crate) struct Links(Vec<u64>);
+
+impl Links {
+    pub(crate) fn of(vertex_count: usize) -> Self {
+        Self(vec![0; vertex_count])
+    }
+
+    /// Adds the triangles of a list.
+    pub(crate) fn add(&mut self, corners: impl Iterator<Item = u32>) {
+        self.pass(corners, u64::wrapping_add);
+    }
+
+    /// Takes the triangles of a list away.
+    pub(crate) fn remove(&mut self, corners: impl Iterator<Item = u32>) {
+        self.pass(corners, u64::wrapping_sub);
+    }
+
+    fn pass(&mut self, mut corners: impl Iterator<Item = u32>, change: impl Fn(u64, u64) -> u64) {
+        while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {
+            // A triangle without area passes its edges both ways.
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let [at_a, at_b, at_c] = [a, b, c].map(number);
+            for (vertex, link) in [
+                (a, at_b.wrapping_sub(at_c)),
+                (b, at_c.wrapping_sub(at_a)),
+                (c, at_a.wrapping_sub(at_b)),
+            ] {
+                let sum = &mut self.0[vertex as usize];
+                *sum = change(*sum, link);
+            }
+        }
+    }
+
+    pub(crate) fn is_open(&self, vertex: u32) -> bool {
+        self.0[vertex as usize] != 0
+    }
+}
+
+/// Numbers of which no few add up to the same as others (S. Vigna's SplitMix64).
+pub(crate) fn number(vertex: u32) -> u64 {
+    let mut mixed = u64::from(vertex).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ (mixed >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_are_open_where_an_edge_is() {
+        let two = [0, 1, 2, 2, 1, 3];
+        let tetrahedron = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
+        for (corners, expected) in [
+            (&two[..], [true; 4]),
+            (&tetrahedron[..], [false; 4]),
+            (&tetrahedron[3..], [true, true, true, false]),
+            // An edge of three triangles.
+            (&[tetrahedron.as_slice(), &[0, 1, 1]].concat(), [false; 4]),
+        ] {
+            let mut links = Links::of(4);
+            links.add(corners.iter().copied());
+            assert_eq!(
+                [0, 1, 2, 3].map(|v| links.is_open(v)),
+                expected,
+                "{corners:?}"
+            );
+            links.remove(corners.iter().copied());
+            assert_eq!([0, 1, 2, 3].map(|v| links.is_open(v)), [false; 4]);
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The surfaces of a mesh that has one or more parts.
+
+use std::sync::Arc;
+
+use fieldlod_hierarchy::{Hierarchy, Vertices};
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::mesh::SourceMesh;
+use crate::mesh::surface::Surface;
+
+/// The mean luminance that a mesh's own colours are exposed to.
+const EXPOSURE: f32 = 0.35;
+
+/// The surfaces of a mesh of one or more parts, in the order of their vertices.
+#[derive(Clone, Default)]
+pub(crate) struct Surfaces {
+    parts: Vec<Part>,
+}
+
+#[derive(Clone)]
+struct Part {
+    /// End of its range of source vertices.
+    end: u32,
+    /// The surface, if known.
+    surface: Option<Arc<Surface>>,
+}
+
+/// Surfaces and texture coordinates of the vertices of a hierarchy.
+pub(crate) struct Looks<'a> {
+    pub(crate) surfaces: Vec<Option<&'a Surface>>,
+    /// The texture coordinates that each surface uses.
+    pub(crate) uvs: Vec<Vec2>,
+}
+
+impl Surfaces {
+    pub(crate) fn of<'a>(parts: impl IntoIterator<Item = &'a SourceMesh>) -> Self {
+        let mut end = 0;
+        let parts = parts.into_iter().map(|mesh| {
+            end += mesh.positions.len() as u32;
+            Part {
+                end,
+                surface: mesh.telling_surface().cloned(),
+            }
+        });
+        Self {
+            parts: parts.collect(),
+        }
+    }
+
+    /// Surfaces and texture coordinates of all vertices of a hierarchy.
+    pub(crate) fn looks_of(&self, hierarchy: &Hierarchy) -> Looks<'_> {
+        let vertices = &hierarchy.vertices;
+        let all = 0..vertices.positions.len() as u32;
+        let surface = |vertex: u32| self.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
+        let surfaces: Vec<Option<&Surface>> = all.clone().map(surface).collect();
+        let uv = |vertex: u32| {
+            let uvs = uvs_of(surfaces[vertex as usize], vertices);
+            uvs.get(vertex as usize).copied().unwrap_or_default()
+        };
+        let uvs = all.map(uv).collect();
+        Looks { surfaces, uvs }
+    }
+
+    /// Whether that of any part is known.
+    pub(crate) fn any_known(&self) -> bool {
+        self.parts.iter().any(|part| part.surface.is_some())
+    }
+
+    /// The surface of a vertex of the source, if known.
+    pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
+        let part = self.parts.partition_point(|part| part.end <= vertex);
+        self.parts.get(part)?.surface.as_deref()
+    }
+
+    /// The last vertex and the mean luminance of each part.
+    fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
+        let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
+        let parts = self.parts.iter();
+        parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, tint)))
+    }
+
+    /// The factor for the colours of a source in pictures of it and its levels. Vertices without colours are white.
+    pub(crate) fn exposure(&self, source_colors: &[Vec4]) -> f32 {
+        if source_colors.is_empty() && !self.any_known() {
+            return EXPOSURE;
+        }
+        let (mut sum, mut count) = (0.0f32, 0u32);
+        for (end, tint) in self.mean_tints() {
+            for vertex in count / 3..end {
+                sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
+                count += 3;
+            }
+        }
+        if sum > 0.0 {
+            EXPOSURE * count as f32 / sum
+        } else {
+            EXPOSURE
+        }
+    }
+}
+
+/// The colour of a vertex in pictures: white without a colour, and never less than black, as colours may hold other data.
+pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
+    color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
+}
+
+/// The texture coordinates that a surface goes by: none or one for each vertex.
+fn uvs_of<'a>(surface: Option<&Surface>, vertices: &'a Vertices) -> &'a [Vec2] {
+    match surface.and_then(Surface::mapping) {
+        Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,
+        _ => &vertices.uvs,
+    }
+}

@@ -1,0 +1,342 @@
+//! The covered area of levels of plants, and by how much leaves grow to keep it.
+//!
+//! Larger leaves hide each other more, by an amount that depends on the density of the plant. The covered area is
+//! therefore measured on pictures of each level and corrected on the next. A level of one group is corrected directly:
+//! surfaces, such as the mass of a crown, swell to replace pruned leaves, but not out of the source's box.
+//!
+//! Leaves with texture coordinates and an unknown texture count as half transparent.
+
+use std::collections::BTreeMap;
+use std::f32::consts::PI;
+
+use fieldlod_hierarchy::{Aabb, Sphere};
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::levels::simplify::{Simplified, Task};
+use crate::levels::vertices::{LevelVertices, Piece};
+use crate::mesh::components::{Component, components_of};
+use crate::mesh::surface::Surface;
+use crate::plants::elements::MOST_MOVED_IF_OPEN;
+use crate::plants::picture::{Model, Viewpoint};
+
+/// How a level is measured.
+struct Pictures {
+    directions: usize,
+    /// In pixels.
+    side: usize,
+    /// How often a level is measured at most until it is right.
+    attempts: usize,
+}
+
+/// For meshes with unknown or no textures.
+const OF_UNKNOWN_SURFACE: Pictures = Pictures {
+    directions: 6,
+    side: 160,
+    attempts: 4,
+};
+/// With 6 directions a level of 100 leaves differs by 3 % from what others see; sparse textures need more attempts.
+const OF_KNOWN_SURFACE: Pictures = Pictures {
+    directions: 12,
+    side: 112,
+    attempts: 8,
+};
+/// From how many sides what is seen of each element is told, in pictures of so many pixels a side.
+const SEEN_FROM: usize = 24;
+const SEEN_SIDE_PX: usize = 256;
+/// The share of the source's area that levels aim at.
+const AIM: f32 = 0.98;
+/// A level is set right by no more than this.
+const MOST_SET_RIGHT: f32 = 2.5;
+/// A level that covers what is aimed at but for this share is left as it is.
+const NEAR: f32 = 0.003;
+/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad. Leaves behind them count as well.
+const OPACITY_OF_LEAVES: f32 = 0.5;
+
+/// Elements grow and shrink by no more than this factor at once, beyond what keeps their area.
+const MOST_GAIN: f32 = 1.6;
+
+/// The area that the source covers in pictures.
+pub(crate) struct Coverage {
+    of_source: f32,
+    sphere: Sphere,
+    /// The box that nothing grows out of.
+    aabb: Aabb,
+}
+
+impl Coverage {
+    /// Measures the source, whose triangles are `corners`.
+    pub(crate) fn of(corners: &[u32], vertices: &LevelVertices) -> Self {
+        let source = vertices.positions.iter().take(vertices.source_count);
+        let source = source.copied().map(Vec3::from);
+        let mut coverage = Self {
+            of_source: 0.0,
+            sphere: Sphere::around(source.clone()),
+            aabb: Aabb::around(source).unwrap_or_default(),
+        };
+        // Room for what elements grow.
+        coverage.sphere.radius *= 1.25;
+        let drawn = Drawn::of(corners.to_vec(), vertices);
+        coverage.of_source = coverage.measure(&drawn, vertices);
+        coverage
+    }
+
+    /// The wanted area relative to the area that a level covers.
+    pub(crate) fn lacking(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
+        self.wanted(self.measure(level, vertices))
+    }
+
+    /// How much is wanted relative to what is covered.
+    fn wanted(&self, covered: f32) -> f32 {
+        let share = covered.max(1.0) / self.of_source.max(1.0);
+        share.clamp(AIM, 1.0) / share
+    }
+
+    /// Grows what is left of a mesh until it covers what is aimed at, or shrinks its elements until it covers no
+    /// more than the source.
+    pub(crate) fn set_right(&self, task: &Task<'_>, simplified: &mut Simplified) {
+        let before = simplified.positions.clone();
+        let parts = components_of(
+            &simplified.corners,
+            &before,
+            &task.same_position,
+            &task.is_locked,
+        );
+        let mut gain = 1.0f32;
+        let mut drawn = Drawn::default();
+        drawn.push(&task.piece, simplified);
+        for _ in 0..pictures_of(task.vertices).attempts {
+            drawn.positions.clone_from(&simplified.positions);
+            let covered = self.measure(&drawn, task.vertices);
+            let wanted = self.wanted(covered);
+            if (wanted - 1.0).abs() <= NEAR {
+                break;
+            }
+            gain = (gain * wanted).clamp(MOST_SET_RIGHT.recip(), MOST_SET_RIGHT);
+            for part in &parts {
+                let grown = task.grown(&before, part, gain);
+                for (own, position) in grown {
+                    let position = position.clamp(self.aabb.min, self.aabb.max);
+                    simplified.positions[own as usize] = position.to_array();
+                    simplified.is_new[own as usize] = true;
+                }
+            }
+        }
+    }
+
+    /// In how many pixels each vertex of a level is seen from all around: a third of what each triangle around it shows.
+    pub(crate) fn seen(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
+        let (triangles, _) = drawn.corners.as_chunks();
+        let by_view = self.look_at(drawn, vertices, |model, opacity| {
+            let views = (0..SEEN_FROM).into_par_iter();
+            let seen = views.map(|index| {
+                let view = Viewpoint::around(index, SEEN_FROM);
+                model.seen(triangles, &view, SEEN_SIDE_PX, opacity)
+            });
+            seen.collect::<Vec<Vec<u32>>>()
+        });
+        let mut seen = vec![0.0f32; drawn.vertices.len()];
+        for by_triangle in by_view {
+            for (triangle, pixels) in triangles.iter().zip(by_triangle) {
+                for &vertex in triangle {
+                    seen[vertex as usize] += pixels as f32 / 3.0;
+                }
+            }
+        }
+        seen
+    }
+
+    /// Pixels that a level covers.
+    fn measure(&self, drawn: &Drawn, vertices: &LevelVertices) -> f32 {
+        let (triangles, _) = drawn.corners.as_chunks();
+        let pictures = pictures_of(vertices);
+        let count = pictures.directions;
+        self.look_at(drawn, vertices, |model, opacity| {
+            let views = (0..count).map(|index| Viewpoint::around(index, count));
+            views
+                .map(|view| model.covered(triangles, &view, pictures.side, opacity))
+                .sum()
+        })
+    }
+
+    /// Calls with what is drawn, and how opaque triangles count whose surface is not known.
+    fn look_at<R>(
+        &self,
+        drawn: &Drawn,
+        vertices: &LevelVertices,
+        look: impl FnOnce(&Model<'_>, &(dyn Fn(&[u32; 3]) -> f32 + Sync)) -> R,
+    ) -> R {
+        let positions: Vec<Vec3> = drawn.positions.iter().copied().map(Vec3::from).collect();
+        let (surfaces, uvs) = drawn.surfaces(vertices);
+        let model = Model {
+            positions: &positions,
+            normals: &[],
+            colors: &[],
+            surfaces: &surfaces,
+            uvs: &uvs,
+            sphere: self.sphere,
+            exposure: 1.0,
+        };
+        let has_uvs = vertices.layout.has_uvs();
+        let is_cut_out = |&own: &u32| {
+            let vertex = drawn.vertices[own as usize];
+            vertices.is_border[vertex as usize] && surface_of(vertex, vertices).is_none()
+        };
+        let opacity = |triangle: &[u32; 3]| {
+            if has_uvs && triangle.iter().all(is_cut_out) {
+                OPACITY_OF_LEAVES
+            } else {
+                1.0
+            }
+        };
+        look(&model, &opacity)
+    }
+}
+
+/// How the covered area of a level responds to the gain of its elements.
+#[derive(Default)]
+pub(crate) struct Response {
+    /// The last gain, and the wanted area relative to the covered area with it.
+    last: Option<[f32; 2]>,
+}
+
+impl Response {
+    /// The factor by which to change a gain with which the level should cover `lacking` times as much.
+    pub(crate) fn gain(&mut self, gain: f32, lacking: f32) -> f32 {
+        let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
+            (gain / last_gain).ln() / (last_lacking / lacking).ln()
+        });
+        self.last = Some([gain, lacking]);
+        // The first guess is quadratic: elements are only a part of what is seen.
+        let power = if power.is_finite() {
+            power.clamp(0.5, 5.0)
+        } else {
+            2.0
+        };
+        lacking.powf(power).clamp(MOST_GAIN.recip(), MOST_GAIN)
+    }
+}
+
+fn pictures_of(vertices: &LevelVertices) -> Pictures {
+    if vertices.knows_what_is_cut_out() {
+        OF_KNOWN_SURFACE
+    } else {
+        OF_UNKNOWN_SURFACE
+    }
+}
+
+/// The surface of a vertex, if known.
+fn surface_of(vertex: u32, vertices: &LevelVertices) -> Option<&Surface> {
+    vertices
+        .surfaces
+        .of_vertex(vertices.origin[vertex as usize])
+}
+
+/// Triangles to draw, with their own vertices.
+#[derive(Default)]
+pub(crate) struct Drawn {
+    /// Three own vertices for each triangle.
+    corners: Vec<u32>,
+    /// For each own vertex, the one that it is or was among all.
+    vertices: Vec<u32>,
+    positions: Vec<[f32; 3]>,
+    /// A row of attributes for each own vertex.
+    rows: Vec<f32>,
+}
+
+impl Drawn {
+    /// Triangles of `vertices`.
+    pub(crate) fn of(corners: Vec<u32>, vertices: &LevelVertices) -> Self {
+        Self {
+            corners,
+            vertices: (0..vertices.positions.len() as u32).collect(),
+            positions: vertices.positions.clone(),
+            rows: vertices.rows().to_vec(),
+        }
+    }
+
+    /// Adds what is left of a piece.
+    pub(crate) fn push(&mut self, piece: &Piece, simplified: &Simplified) {
+        self.add(piece, &simplified.corners);
+        self.positions.extend(&simplified.positions);
+        self.rows.extend(&simplified.rows);
+    }
+
+    /// Adds triangles of `vertices`.
+    pub(crate) fn push_unchanged<'a>(
+        &mut self,
+        corners: impl Iterator<Item = &'a u32>,
+        vertices: &LevelVertices,
+    ) {
+        let piece = Piece::of(corners.copied(), vertices);
+        self.add(&piece, &piece.corners);
+        self.positions.extend(&piece.positions);
+        let rows = piece.vertices.iter().flat_map(|&v| vertices.row(v));
+        self.rows.extend(rows);
+    }
+
+    fn add(&mut self, piece: &Piece, corners: &[u32]) {
+        let first = self.vertices.len() as u32;
+        self.corners.extend(corners.iter().map(|own| first + own));
+        self.vertices.extend(&piece.vertices);
+    }
+
+    /// The known surfaces, and the texture coordinates that they use.
+    fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
+        if !vertices.knows_what_is_cut_out() {
+            return Default::default();
+        }
+        let of_vertices = self
+            .vertices
+            .iter()
+            .map(|&vertex| surface_of(vertex, vertices));
+        let surfaces: Vec<Option<&Surface>> = of_vertices.collect();
+        let rows = self.rows.chunks_exact(vertices.layout.width());
+        let uvs = rows.zip(&surfaces).map(|(row, surface)| {
+            let mapping = surface.and_then(Surface::mapping)?;
+            vertices.layout.uv_of(row, mapping.uses_uvs_1)
+        });
+        let uvs = uvs.map(Option::unwrap_or_default).collect();
+        (surfaces, uvs)
+    }
+}
+
+impl Task<'_> {
+    /// The vertices of a part that is to cover `gain` times as much as at the positions `before`, and where they
+    /// go: elements around their middles, surfaces outwards if they grow.
+    fn grown(&self, before: &[[f32; 3]], part: &Component, gain: f32) -> Vec<(u32, Vec3)> {
+        let position = |own: u32| Vec3::from(before[own as usize]);
+        let more = gain.sqrt() - 1.0;
+        let vertices = part.vertices().into_iter();
+        if part.triangles.len() <= MOST_MOVED_IF_OPEN {
+            let offset = |own| (position(own) - part.centroid) * more;
+            return vertices
+                .map(|own| (own, position(own) + offset(own)))
+                .collect();
+        }
+        if more <= 0.0 {
+            return Vec::new();
+        }
+        // As far as a ball of that area grows.
+        let out = (part.area / (4.0 * PI)).sqrt() * more;
+        let first = |own: u32| self.same_position[own as usize];
+        let mut normals: BTreeMap<u32, Vec3> = BTreeMap::new();
+        for &[a, b, c] in &part.triangles {
+            let cross = (position(b) - position(a)).cross(position(c) - position(a));
+            for own in [a, b, c] {
+                *normals.entry(first(own)).or_default() += cross;
+            }
+        }
+        let is_border =
+            |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
+        let grown = vertices.filter(|own| !is_border(own));
+        grown
+            .map(|own| {
+                (
+                    own,
+                    position(own) + normals[&first(own)].normalize_or_zero() * out,
+                )
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,82 @@
+//! Elements along a curve through space, on which those near each other are near in space as a rule.
+
+use crate::levels::vertices::adapter;
+use crate::mesh::components::Component;
+
+/// How many before and how many behind are looked at for the nearest.
+const NEIGHBOURS: usize = 24;
+const NONE: u32 = u32::MAX;
+
+/// A chain of elements that some may be taken out of.
+pub(crate) struct Curve {
+    /// For each element, the one before it and the one behind it, if there is one.
+    before: Vec<u32>,
+    behind: Vec<u32>,
+}
+
+impl Curve {
+    pub(crate) fn through(elements: &[Component]) -> Self {
+        let points: Vec<[f32; 3]> = elements.iter().map(|e| e.centroid.to_array()).collect();
+        let mut order = vec![0u32; elements.len()];
+        let places = meshopt::spatial_sort_remap(&adapter(&points));
+        for (element, place) in (0..).zip(places) {
+            order[place as usize] = element;
+        }
+        let mut curve = Self {
+            before: vec![NONE; elements.len()],
+            behind: vec![NONE; elements.len()],
+        };
+        for pair in order.windows(2) {
+            curve.behind[pair[0] as usize] = pair[1];
+            curve.before[pair[1] as usize] = pair[0];
+        }
+        curve
+    }
+
+    /// The nearest of those that are near along the curve; `None` if there is no other.
+    pub(crate) fn nearest(&self, index: usize, elements: &[Component]) -> Option<usize> {
+        let along = |next: &'_ [u32]| {
+            let step = |at: &u32| Some(next[*at as usize]).filter(|at| *at != NONE);
+            let others = std::iter::successors(step(&(index as u32)), step);
+            let others = others.take(NEIGHBOURS).map(|other| other as usize);
+            others.collect::<Vec<usize>>()
+        };
+        let own = elements[index].centroid;
+        let distance = |other: &usize| elements[*other].centroid.distance_squared(own);
+        let others = along(&self.before).into_iter().chain(along(&self.behind));
+        others.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    pub(crate) fn remove(&mut self, index: usize) {
+        let (before, behind) = (self.before[index], self.behind[index]);
+        if before != NONE {
+            self.behind[before as usize] = behind;
+        }
+        if behind != NONE {
+            self.before[behind as usize] = before;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn the_nearest_is_one_that_is_left() {
+        let at = |x: f32| Component {
+            centroid: Vec3::X * x,
+            ..Component::default()
+        };
+        let elements: Vec<Component> = [0.0, 7.0, 1.0, 3.0].map(at).into();
+        let mut curve = Curve::through(&elements);
+        assert_eq!(curve.nearest(0, &elements), Some(2));
+        curve.remove(2);
+        assert_eq!(curve.nearest(0, &elements), Some(3));
+        curve.remove(3);
+        curve.remove(0);
+        assert_eq!(curve.nearest(1, &elements), None);
+    }
+}

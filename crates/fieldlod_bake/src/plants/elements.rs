@@ -1,0 +1,220 @@
+//! The elements of an aggregate: flattened, and pruned for a neighbour that stands for both, with the mean attributes
+//! and the area of what is seen of both.
+//!
+//! What is seen least goes first: of an oak's leaves half show a fifth of what all show, as others hide them. So the
+//! levels of an aggregate keep its covered area, its mean colour and its mean normal, and much of its picture.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+use glam::Vec3;
+
+use crate::levels::simplify::{Simplified, Task};
+use crate::mesh::components::Component;
+use crate::mesh::edges::Links;
+use crate::plants::curve::Curve;
+
+/// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
+/// beside what [coverage](crate::plants::coverage) asks for: large leaves look worse than a few that are missing.
+const GROWTH: f32 = 0.6;
+/// It grows by no more than this.
+const MOST_GROWTH: f32 = 4.0;
+/// How much of what is seen of an element changes when it is flattened.
+const FLATTENED: f32 = 0.4;
+/// Open elements of more triangles keep their border where the source has it: they may come to lie in several
+/// groups, each of which sees a part of it.
+pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
+/// Elements grow no more than this when they are flattened.
+const MOST_FLATTENED: f32 = 4.0;
+
+impl Task<'_> {
+    /// Flattens elements, and lets neighbours stand for those that are pruned, that first of which least is seen for the
+    /// triangles that it saves, until no more than `wanted` triangles are left or there is nothing more to do.
+    pub(crate) fn thin_out(
+        &self,
+        simplified: &mut Simplified,
+        mut elements: Vec<Component>,
+        wanted: f32,
+    ) -> Vec<Component> {
+        let mut left: usize = elements.iter().map(|element| element.triangles.len()).sum();
+        let mut curve = Curve::through(&elements);
+        let mut may_flatten = self.closed(&elements);
+        let first = (0..elements.len()).map(|index| Step::of(index, &elements, &may_flatten));
+        // The cheapest first.
+        let mut steps: BinaryHeap<Reverse<Step>> = first.map(Reverse).collect();
+        while left as f32 > wanted
+            && let Some(Reverse(step)) = steps.pop()
+        {
+            let index = step.element;
+            let is_gone = elements[index].triangles.is_empty();
+            if is_gone || step != Step::of(index, &elements, &may_flatten) {
+                continue;
+            }
+            let before = elements[index].triangles.len();
+            let changed = if step.is_flattening {
+                self.flatten(simplified, &mut elements[index]);
+                may_flatten[index] = false;
+                index
+            } else if let Some(nearest) = curve.nearest(index, &elements) {
+                let pruned = std::mem::take(&mut elements[index]);
+                curve.remove(index);
+                self.stand_for(simplified, &mut elements[nearest], &pruned);
+                simplified.is_pruned = true;
+                nearest
+            } else {
+                continue;
+            };
+            left -= before - elements[index].triangles.len();
+            steps.push(Reverse(Step::of(changed, &elements, &may_flatten)));
+        }
+        elements.retain(|element| !element.triangles.is_empty());
+        elements
+    }
+
+    /// For each element, whether it has no open edge.
+    fn closed(&self, elements: &[Component]) -> Vec<bool> {
+        let first = |own: u32| self.same_position[own as usize];
+        let mut links = Links::of(self.piece.vertices.len());
+        links.add(elements.iter().flat_map(Component::corners).map(first));
+        let is_closed =
+            |element: &Component| !element.corners().any(|own| links.is_open(first(own)));
+        elements.iter().map(is_closed).collect()
+    }
+
+    /// Replaces an element of few triangles by both sides of the largest triangle of its corners.
+    fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
+        let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions) else {
+            return;
+        };
+        let before = element.clone();
+        let mean = self.mean_row(&simplified.rows, &before);
+        element.triangles = vec![[a, b, c], [a, c, b]];
+        element.measure(&simplified.positions);
+        let area = (before.area * self.area_gain).min(element.area * MOST_FLATTENED);
+        self.fit(simplified, element, area, before.centroid, &mean);
+    }
+
+    /// Lets an element stand for another that is pruned, too.
+    fn stand_for(&self, simplified: &mut Simplified, element: &mut Component, pruned: &Component) {
+        let seen = element.seen + pruned.seen;
+        let share = if seen > 0.0 { pruned.seen / seen } else { 0.0 };
+        let own = self.mean_row(&simplified.rows, element);
+        let other = self.mean_row(&simplified.rows, pruned);
+        let mixed = own.iter().zip(&other);
+        let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
+        let growth = (1.0 - share).recip().powf(GROWTH).min(MOST_GROWTH);
+        let grown = element.area * growth * self.area_gain;
+        self.fit(simplified, element, grown, element.centroid, &mean);
+        element.seen = seen;
+    }
+
+    /// Scales and moves an element to have an area and a centroid, and adapts its colours and normals
+    /// to have a mean.
+    pub(crate) fn fit(
+        &self,
+        simplified: &mut Simplified,
+        element: &mut Component,
+        area: f32,
+        centroid: Vec3,
+        mean: &[f32],
+    ) {
+        let factor = (area / element.area).sqrt();
+        let is_border = |&own: &u32| {
+            let vertex = self.piece.vertices[own as usize];
+            self.vertices.is_border[vertex as usize]
+        };
+        let is_large = element.triangles.len() > MOST_MOVED_IF_OPEN;
+        if !factor.is_finite() || is_large && element.vertices().iter().any(is_border) {
+            return;
+        }
+        let layout = &self.vertices.layout;
+        let width = layout.width();
+        let own_mean = self.mean_row(&simplified.rows, element);
+        for own in element.vertices().into_iter().map(|own| own as usize) {
+            let position = Vec3::from(simplified.positions[own]);
+            let fitted = centroid + (position - element.centroid) * factor;
+            simplified.positions[own] = fitted.to_array();
+            layout.adapt(
+                &mut simplified.rows[own * width..][..width],
+                &own_mean,
+                mean,
+            );
+            simplified.is_new[own] = true;
+        }
+        element.measure(&simplified.positions);
+    }
+
+    /// The mean of the attributes at the corners of an element.
+    pub(crate) fn mean_row(&self, rows: &[f32], element: &Component) -> Vec<f32> {
+        let width = self.vertices.layout.width();
+        let mut mean = vec![0.0; width];
+        for own in element.corners() {
+            let row = &rows[own as usize * width..][..width];
+            mean.iter_mut()
+                .zip(row)
+                .for_each(|(sum, number)| *sum += number);
+        }
+        let share = (element.triangles.len() as f32 * 3.0).recip();
+        mean.iter_mut().for_each(|sum| *sum *= share);
+        mean
+    }
+}
+
+/// The triangle of three of the vertices that has most area.
+fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]> {
+    let position = |vertex: u32| Vec3::from(positions[vertex as usize]);
+    let mut largest = (0.0f32, None);
+    for (at_b, &a) in (1..).zip(vertices) {
+        for (at_c, &b) in (at_b + 1..).zip(&vertices[at_b..]) {
+            for &c in &vertices[at_c..] {
+                let sides = [position(b) - position(a), position(c) - position(a)];
+                let area = sides[0].cross(sides[1]).length();
+                if area > largest.0 {
+                    largest = (area, Some([a, b, c]));
+                }
+            }
+        }
+    }
+    largest.1
+}
+
+/// The next step for an element.
+#[derive(Clone, Copy, PartialEq)]
+struct Step {
+    /// Pixels of it that change for each triangle that is saved.
+    cost: f32,
+    element: usize,
+    /// Or else it is pruned.
+    is_flattening: bool,
+}
+
+impl Step {
+    /// The cheaper one.
+    fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
+        let element = &elements[index];
+        let count = element.triangles.len() as f32;
+        let pruned = element.seen / count;
+        let flattened = FLATTENED * element.seen / (count - 2.0);
+        let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
+        Self {
+            cost: if is_flattening { flattened } else { pruned },
+            element: index,
+            is_flattening,
+        }
+    }
+}
+
+impl Eq for Step {}
+
+impl PartialOrd for Step {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Step {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let by_cost = self.cost.total_cmp(&other.cost);
+        by_cost.then(self.element.cmp(&other.element))
+    }
+}

@@ -1,0 +1,36 @@
+//! Checks a hierarchy against the mesh that it was baked from, without trusting the bake.
+
+mod cuts;
+mod report;
+mod samples;
+mod subject;
+
+use fieldlod_hierarchy::Hierarchy;
+
+pub use report::{Verified, VerifyError, VerifySettings};
+
+use crate::mesh::SourceMesh;
+use subject::Subject;
+
+/// Checks a hierarchy against its source: every invariant, deviations at independent samples, and random
+/// cuts.
+///
+/// # Errors
+/// The first thing found wrong.
+pub fn verify(
+    mesh: &SourceMesh,
+    hierarchy: &Hierarchy,
+    settings: &VerifySettings,
+) -> Result<Verified, VerifyError> {
+    // The other checks rely on these.
+    mesh.validate()?;
+    hierarchy.validate()?;
+    if hierarchy.source != mesh.source_hash() {
+        return Err(VerifyError::OtherSource);
+    }
+    let subject = Subject::new(mesh, hierarchy, settings);
+    let mut verified = Verified::default();
+    samples::check(&subject, &mut verified)?;
+    cuts::check(&subject, &mut verified)?;
+    Ok(verified)
+}

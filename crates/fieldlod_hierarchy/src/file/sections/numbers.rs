@@ -1,0 +1,118 @@
+//! Sequences of 32-bit numbers, coded.
+//!
+//! ```text
+//! 0 | value u32            all are equal
+//! 1, 2, 4 | numbers        as they are, in so many bytes each
+//! 8 | length u32 | bytes   by pco
+//! ```
+//! How many numbers there are is known from what was read before.
+
+use pco::{ChunkConfig, DeltaSpec, ModeSpec};
+
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+
+const EQUAL: u8 = 0;
+const PCO: u8 = 8;
+
+/// What is known about a sequence before it is coded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::file) enum Kind {
+    /// Neighbours may be alike.
+    Plain,
+    /// Remainders of a prediction, or symbols: nothing more to be gained from the order.
+    Remainders,
+}
+
+/// Appends `numbers` in the shortest of the codings.
+pub(in crate::file) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+    // All are equal.
+    let first = numbers.first().copied().unwrap_or(0);
+    if numbers.iter().all(|&number| number == first) {
+        bytes.push(EQUAL);
+        bytes.extend_from_slice(&first.to_le_bytes());
+        return;
+    }
+    // As many bytes as the largest needs, unless packing them is shorter.
+    let largest = numbers.iter().fold(0, |largest, &number| largest | number);
+    let width = match largest {
+        0..=0xff => 1,
+        0x100..=0xffff => 2,
+        _ => 4,
+    };
+    match compress(numbers, kind) {
+        Some(packed) if packed.len() + 4 < numbers.len() * width => {
+            bytes.push(PCO);
+            bytes.extend_from_slice(&(packed.len() as u32).to_le_bytes());
+            bytes.extend_from_slice(&packed);
+        }
+        _ => {
+            bytes.push(width as u8);
+            for number in numbers {
+                bytes.extend_from_slice(&number.to_le_bytes()[..width]);
+            }
+        }
+    }
+}
+
+fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
+    let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
+    let config = match kind {
+        Kind::Plain => plain,
+        Kind::Remainders => plain.with_delta_spec(DeltaSpec::NoOp),
+    };
+    pco::standalone::simple_compress(numbers, &config).ok()
+}
+
+/// Reads `count` numbers that [`write`] wrote.
+pub(in crate::file) fn read(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+) -> Result<Vec<u32>, FileError> {
+    let mut numbers = Vec::new();
+    read_into(reader, count, what, &mut numbers)?;
+    Ok(numbers)
+}
+
+/// Likewise, in place of what `numbers` held: memory that was in use before costs less.
+pub(in crate::file) fn read_into(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+    numbers: &mut Vec<u32>,
+) -> Result<(), FileError> {
+    let coding: u8 = reader.value(what)?;
+    if coding != PCO {
+        numbers.clear();
+    }
+    match coding {
+        EQUAL => numbers.resize(count, reader.value(what)?),
+        1 => numbers.extend(reader.array::<u8>(count, what)?.map(u32::from)),
+        2 => numbers.extend(reader.array::<u16>(count, what)?.map(u32::from)),
+        4 => numbers.extend(reader.array::<u32>(count, what)?),
+        PCO => {
+            let length: u32 = reader.value(what)?;
+            let packed = reader.take(what, u64::from(length))?;
+            numbers.resize(count, 0);
+            decompress(packed, numbers).ok_or(FileError::Corrupt { what })?;
+        }
+        _ => return Err(FileError::Corrupt { what }),
+    }
+    Ok(())
+}
+
+fn decompress(packed: &[u8], numbers: &mut [u32]) -> Option<()> {
+    let progress = pco::standalone::simple_decompress_into(packed, numbers).ok()?;
+    (progress.finished && progress.n_processed == numbers.len()).then_some(())
+}
+
+/// Small numbers for differences of either sign.
+pub(in crate::file) fn zigzag(difference: u32) -> u32 {
+    difference << 1 ^ ((difference as i32) >> 31) as u32
+}
+
+/// Undoes [`zigzag`].
+pub(in crate::file) fn unzigzag(number: u32) -> u32 {
+    number >> 1 ^ (number & 1).wrapping_neg()
+}

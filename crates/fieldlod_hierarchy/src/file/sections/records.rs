@@ -1,0 +1,40 @@
+//! Arrays of plain structs, coded field by field: a field of one element is like that of the next.
+//! New fields need nothing here.
+
+use bytemuck::Pod;
+
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::numbers::{self, Kind};
+
+pub(in crate::file) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
+    let fields = const { fields_of::<T>() };
+    let words: &[u32] = bytemuck::cast_slice(records);
+    for field in 0..fields {
+        let column: Vec<u32> = words.iter().skip(field).step_by(fields).copied().collect();
+        numbers::write(bytes, &column, Kind::Plain);
+    }
+}
+
+pub(in crate::file) fn read<T: Pod>(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+) -> Result<Vec<T>, FileError> {
+    let fields = const { fields_of::<T>() };
+    let mut records = vec![T::zeroed(); count];
+    let words: &mut [u32] = bytemuck::cast_slice_mut(&mut records);
+    for field in 0..fields {
+        let column = numbers::read(reader, count, what)?;
+        let places = words.iter_mut().skip(field).step_by(fields);
+        for (place, number) in places.zip(column) {
+            *place = number;
+        }
+    }
+    Ok(records)
+}
+
+const fn fields_of<T>() -> usize {
+    assert!(size_of::<T>().is_multiple_of(4) && align_of::<T>() == 4);
+    size_of::<T>() / 4
+}

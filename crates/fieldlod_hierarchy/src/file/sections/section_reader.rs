@@ -1,0 +1,299 @@
+//! Reads one section, as `section_writer` describes it.
+
+use crate::file::error::FileError;
+use crate::file::reader::Reader;
+use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
+use crate::file::sections::numbers::{self, unzigzag};
+use crate::file::sections::records;
+use crate::file::sections::references::References;
+use crate::file::sections::triangles::SymbolReader;
+use crate::file::vertices::attributes::suggested_normals;
+use crate::file::vertices::planes::{self, Targets};
+use crate::file::vertices::predict::Predict;
+use crate::file::vertices::predictor::Predictor;
+use crate::file::vertices::quantize::Grids;
+use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::vertices::vertex_order;
+use crate::hierarchy::{Group, NO_GROUP, Unit};
+
+/// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
+/// uses, and so many moved vertices name where they came from.
+pub(in crate::file) fn read(
+    bytes: &[u8],
+    coded: &mut Coded,
+    predictors: &[Predict],
+    grids: Option<&Grids>,
+    unused_vertices: usize,
+    origins: usize,
+) -> Result<(), FileError> {
+    let mut section = SectionReader {
+        from: coded.ends(),
+        reader: Reader { rest: bytes },
+        budget: Budget::of(bytes),
+        coded,
+    };
+    section.read_graph()?;
+    let counts = section.claim_geometry()?;
+    // Which vertices the units use, and which of them are new.
+    let used = section.read_references(counts.references)?;
+    let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
+    // Triangles, which tell what new vertices are like, and how far they are not.
+    let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
+    section.read_vertex_order(added, &predictions)?;
+    section.coded.rows.add_zeros(added);
+    let are_stored = section.coded.are_stored(&predictions);
+    let mut rows = std::mem::take(&mut section.coded.rows);
+    let (coded, from) = (&*section.coded, section.from);
+    let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
+    let targets = Targets {
+        predictors,
+        predictions: &predictions,
+        are_stored: &are_stored,
+        normals: &normals,
+    };
+    planes::read(&mut section.reader, &mut rows, &targets)?;
+    section.coded.rows = rows;
+    let origins = section.budget.claim(origins as u64, 4)?;
+    let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
+    section.coded.moved_from.extend(moved_from);
+    if section.reader.rest.iter().all(|&byte| byte == 0) {
+        Ok(())
+    } else {
+        Err(FileError::Corrupt {
+            what: "the end of a section",
+        })
+    }
+}
+
+struct SectionReader<'a> {
+    reader: Reader<'a>,
+    budget: Budget,
+    coded: &'a mut Coded,
+    from: Ends,
+}
+
+/// What the units of a section announce together.
+struct UnitCounts {
+    /// Entries of their vertex lists.
+    references: usize,
+    triangles: usize,
+}
+
+/// Reads a graph without geometry onto the end of `coded`; what follows it remains in `reader`.
+pub(in crate::file) fn read_graph(
+    reader: &mut Reader<'_>,
+    coded: &mut Coded,
+) -> Result<(), FileError> {
+    let mut section = SectionReader {
+        from: coded.ends(),
+        budget: Budget::of(reader.rest),
+        reader: Reader { rest: reader.rest },
+        coded,
+    };
+    section.read_graph()?;
+    let read = reader.rest.len() - section.reader.rest.len();
+    reader.rest = &reader.rest[read..];
+    Ok(())
+}
+
+impl SectionReader<'_> {
+    /// Reads groups, units and their links.
+    fn read_graph(&mut self) -> Result<(), FileError> {
+        self.read_groups()?;
+        self.read_units()
+    }
+
+    fn read_groups(&mut self) -> Result<(), FileError> {
+        const WHAT: &str = "the groups";
+        // As many as there is room for.
+        let count: u32 = self.reader.value(WHAT)?;
+        let count = self.budget.claim(u64::from(count), GROUP_BYTES)?;
+        // Where they stand, what they are, and which are finer.
+        read_indices(&mut self.reader, count, WHAT, &mut self.coded.group_indices)?;
+        let groups: Vec<Group> = records::read(&mut self.reader, count, WHAT)?;
+        let finer = groups.iter().map(|group| group.finer_count);
+        let finer = self.budget.claim_all(finer, 4)?;
+        self.coded.groups.extend(groups);
+        self.read_finer(finer)
+    }
+
+    fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
+        // By how far they lie before their group.
+        let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
+        let mut left = differences.into_iter();
+        let mut finer = Vec::with_capacity(count);
+        for (group, index) in self.coded.groups_since(self.from.groups) {
+            let links = left.by_ref().take(group.finer_count as usize);
+            finer.extend(links.map(|difference| index.wrapping_sub(difference)));
+        }
+        self.coded.finer.extend(finer);
+        Ok(())
+    }
+
+    fn read_units(&mut self) -> Result<(), FileError> {
+        // As many as the groups announce.
+        let groups = &self.coded.groups[self.from.groups..];
+        let count = groups.iter().map(|group| group.unit_count);
+        let count = self.budget.claim_all(count, size_of::<Unit>())?;
+        let units: Vec<Unit> = records::read(&mut self.reader, count, "the units")?;
+        self.coded.units.extend(units);
+        self.restore_units()
+    }
+
+    /// Room for all that the units announce.
+    fn claim_geometry(&mut self) -> Result<UnitCounts, FileError> {
+        let units = &self.coded.units[self.from.units..];
+        let mut claim =
+            |count: fn(&Unit) -> u32, bytes| self.budget.claim_all(units.iter().map(count), bytes);
+        Ok(UnitCounts {
+            references: claim(|unit| unit.vertex_count, 4)?,
+            triangles: claim(|unit| unit.triangle_count, TRIANGLE_BYTES)?,
+        })
+    }
+
+    /// Puts back who consumes and who produced each unit.
+    fn restore_units(&mut self) -> Result<(), FileError> {
+        let coded = &mut *self.coded;
+        let mut units_left = coded.units[self.from.units..].iter_mut();
+        let groups = coded.groups[self.from.groups..].iter();
+        for (group, &index) in groups.zip(&coded.group_indices[self.from.groups..]) {
+            for _ in 0..group.unit_count {
+                let next = units_left.next();
+                let unit = next.ok_or(FileError::Corrupt { what: "the units" })?;
+                unit.produced_by = match unit.produced_by {
+                    0 => NO_GROUP,
+                    difference => index.wrapping_sub(difference),
+                };
+                unit.consumed_by = index;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns how many vertices are new.
+    fn read_references(&mut self, count: usize) -> Result<usize, FileError> {
+        const WHAT: &str = "the vertex lists";
+        let mut references = References::new(self.from.vertices);
+        self.coded.unit_vertices.reserve(count);
+        for number in numbers::read(&mut self.reader, count, WHAT)? {
+            let vertex = references
+                .vertex(number)
+                .ok_or(FileError::Corrupt { what: WHAT });
+            self.coded.unit_vertices.push(vertex?);
+        }
+        Ok(references.next as usize - self.from.vertices)
+    }
+
+    /// Room for `count` new vertices.
+    fn claim_vertices(&mut self, count: u64) -> Result<usize, FileError> {
+        let bytes = (self.coded.rows.width + 1) * 4;
+        self.budget.claim(count, bytes)
+    }
+
+    /// Reads where `count` new vertices stand in the hierarchy.
+    fn read_vertex_order(
+        &mut self,
+        count: usize,
+        predictions: &[Prediction],
+    ) -> Result<(), FileError> {
+        let source_count = self.coded.source_vertex_count;
+        let indices = &mut self.coded.vertex_indices;
+        if self.coded.is_page {
+            let first = indices.len() as u32;
+            indices.extend(first..first + count as u32);
+            return Ok(());
+        }
+        indices.resize(indices.len() + count, 0);
+        vertex_order::read(&mut self.reader, indices, predictions, source_count)
+    }
+
+    /// Returns what each new vertex is predicted from.
+    fn read_triangles(
+        &mut self,
+        triangles: usize,
+        added: usize,
+        unused_vertices: usize,
+    ) -> Result<Vec<Prediction>, FileError> {
+        const WHAT: &str = "the triangles";
+        // The symbols.
+        let edges = numbers::read(&mut self.reader, triangles, WHAT)?;
+        let vertices = self.read_counted(WHAT)?;
+        let distances = self.read_counted(WHAT)?;
+        let mut symbols = SymbolReader {
+            edges: edges.iter(),
+            vertices: vertices.iter(),
+            distances: distances.iter(),
+        };
+        // The triangles of one unit after the other, each seen by the predictor.
+        let (coded, from) = (&mut *self.coded, self.from);
+        let mut predictor = Predictor::new(from.vertices, added);
+        coded.indices.reserve(triangles * 3);
+        let mut vertex = from.unit_vertices;
+        for unit in &coded.units[from.units..] {
+            let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
+            let (triangles, count) = (unit.triangle_count, unit.vertex_count);
+            symbols.read_unit(triangles, count, &mut coded.indices, |step| {
+                predictor.see(step, vertices);
+            })?;
+            predictor.finish_unit(vertices);
+            vertex += vertices.len();
+        }
+        Ok(predictor.finish(unused_vertices))
+    }
+
+    /// Reads numbers that come after how many they are.
+    fn read_counted(&mut self, what: &'static str) -> Result<Vec<u32>, FileError> {
+        let count: u32 = self.reader.value(what)?;
+        let count = self.budget.claim(u64::from(count), 4)?;
+        numbers::read(&mut self.reader, count, what)
+    }
+}
+
+/// Reads `count` indices that mostly count up.
+pub(in crate::file) fn read_indices(
+    reader: &mut Reader<'_>,
+    count: usize,
+    what: &'static str,
+    indices: &mut Vec<u32>,
+) -> Result<(), FileError> {
+    let mut before = u32::MAX;
+    let differences = numbers::read(reader, count, what)?;
+    indices.extend(differences.into_iter().map(|difference| {
+        before = before.wrapping_add(unzigzag(difference)).wrapping_add(1);
+        before
+    }));
+    Ok(())
+}
+
+/// How much memory a section may still claim.
+pub(in crate::file) struct Budget {
+    bytes: u64,
+}
+
+impl Budget {
+    pub(in crate::file) fn of(section: &[u8]) -> Self {
+        let bytes = (section.len() as u64).saturating_mul(MAX_PER_BYTE);
+        Self { bytes }
+    }
+
+    /// Room for `count` elements of so many bytes.
+    pub(in crate::file) fn claim(
+        &mut self,
+        count: u64,
+        element_bytes: usize,
+    ) -> Result<usize, FileError> {
+        let what = "the number of elements";
+        let claimed = count.saturating_mul(element_bytes as u64);
+        let left = self.bytes.checked_sub(claimed);
+        self.bytes = left.ok_or(FileError::Corrupt { what })?;
+        Ok(count as usize)
+    }
+
+    pub(in crate::file) fn claim_all(
+        &mut self,
+        counts: impl Iterator<Item = u32>,
+        element_bytes: usize,
+    ) -> Result<usize, FileError> {
+        self.claim(counts.map(u64::from).sum(), element_bytes)
+    }
+}

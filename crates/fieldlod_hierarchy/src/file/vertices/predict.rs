@@ -1,0 +1,145 @@
+//! How numbers are predicted from those of the vertices that came before.
+
+use crate::file::sections::numbers::{unzigzag, zigzag};
+
+/// How a number is predicted from those of its neighbours `a`, `b` (on one edge) and `d` (beyond
+/// that edge).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::file) enum Predict {
+    /// Floating-point, a + b - d: positions and texture coordinates, which vary linearly.
+    FloatParallelogram,
+    /// Floating-point, (a + b) / 2: colours.
+    FloatMean,
+    /// Floating-point, three columns that are a unit vector: (a + b) / 2, and the largest of them by
+    /// the other two.
+    FloatDirection,
+    /// Likewise, as the triangles around the vertex lie.
+    FloatNormal,
+    /// Integer, a + b - d.
+    IntParallelogram,
+    /// Integer, (a + b) / 2.
+    IntMean,
+    /// Integer, as the triangles around the vertex lie.
+    IntNormal,
+}
+
+/// What is left of `target` where those of `a`, `b` and `d` are known.
+pub(in crate::file) fn remainders_of<const N: usize>(
+    predict: Predict,
+    [a, b, d]: [[u32; N]; 3],
+    target: [u32; N],
+) -> [u32; N] {
+    let guesses: [u32; N] = std::array::from_fn(|k| guess(predict, a[k], b[k], d[k]));
+    if !matches!(predict, Predict::FloatDirection | Predict::FloatNormal) {
+        return std::array::from_fn(|k| remainder(predict, target[k], guesses[k]));
+    }
+    let [x, y, z] = axes_by_size(guesses);
+    let last = coordinate(target[x], target[y], guesses[z]);
+    let mut remainders = [0; N];
+    remainders[0] = remainder(predict, target[x], guesses[x]);
+    remainders[1] = remainder(predict, target[y], guesses[y]);
+    remainders[2] = remainder(predict, target[z], last);
+    remainders
+}
+
+/// Undoes [`remainders_of`].
+#[inline(always)]
+pub(in crate::file) fn restored<const N: usize>(
+    predict: Predict,
+    [a, b, d]: [[u32; N]; 3],
+    remainders: [u32; N],
+) -> [u32; N] {
+    let guesses: [u32; N] = std::array::from_fn(|k| guess(predict, a[k], b[k], d[k]));
+    if !matches!(predict, Predict::FloatDirection | Predict::FloatNormal) {
+        return std::array::from_fn(|k| restore(predict, guesses[k], remainders[k]));
+    }
+    let [x, y, z] = axes_by_size(guesses);
+    let mut target = guesses;
+    target[x] = restore(predict, guesses[x], remainders[0]);
+    target[y] = restore(predict, guesses[y], remainders[1]);
+    let last = coordinate(target[x], target[y], guesses[z]);
+    target[z] = restore(predict, last, remainders[2]);
+    target
+}
+
+/// The axes of a direction, the one along which it is longest last.
+#[inline(always)]
+fn axes_by_size<const N: usize>(direction: [u32; N]) -> [usize; 3] {
+    let size = |axis: usize| f32::from_bits(direction[axis]).abs();
+    if size(2) >= size(0) && size(2) >= size(1) {
+        [0, 1, 2]
+    } else if size(1) >= size(0) {
+        [2, 0, 1]
+    } else {
+        [1, 2, 0]
+    }
+}
+
+/// The third coordinate of a unit vector that has the other two, with the sign of `like`.
+#[inline(always)]
+fn coordinate(x: u32, y: u32, like: u32) -> u32 {
+    let [x, y] = [x, y].map(|bits| f64::from(f32::from_bits(bits)));
+    let squared = 1.0 - x * x - y * y;
+    // Machines may differ in the sign of a NaN, and not in that of a number.
+    let size = if squared > 0.0 {
+        squared.sqrt() as f32
+    } else {
+        0.0
+    };
+    size.copysign(f32::from_bits(canonical(like))).to_bits()
+}
+
+#[inline(always)]
+fn guess(predict: Predict, a: u32, b: u32, d: u32) -> u32 {
+    let float = f32::from_bits;
+    match predict {
+        Predict::FloatParallelogram => (float(a) + float(b) - float(d)).to_bits(),
+        Predict::FloatMean | Predict::FloatDirection | Predict::FloatNormal => {
+            ((float(a) + float(b)) * 0.5).to_bits()
+        }
+        Predict::IntParallelogram => a.wrapping_add(b).wrapping_sub(d),
+        Predict::IntMean | Predict::IntNormal => a.wrapping_add(b) >> 1,
+    }
+}
+
+#[inline(always)]
+fn remainder(predict: Predict, value: u32, guess: u32) -> u32 {
+    match predict {
+        Predict::IntParallelogram | Predict::IntMean | Predict::IntNormal => {
+            zigzag(value.wrapping_sub(guess))
+        }
+        _ => zigzag(ordered(value).wrapping_sub(ordered(canonical(guess)))),
+    }
+}
+
+#[inline(always)]
+fn restore(predict: Predict, guess: u32, remainder: u32) -> u32 {
+    match predict {
+        Predict::IntParallelogram | Predict::IntMean | Predict::IntNormal => {
+            guess.wrapping_add(unzigzag(remainder))
+        }
+        _ => unordered(ordered(canonical(guess)).wrapping_add(unzigzag(remainder))),
+    }
+}
+
+/// Machines differ in the bits of a NaN that they compute.
+#[inline(always)]
+fn canonical(bits: u32) -> u32 {
+    if f32::from_bits(bits).is_nan() {
+        0
+    } else {
+        bits
+    }
+}
+
+/// Numbers in the order of the floating-point numbers that the bits stand for.
+#[inline(always)]
+fn ordered(bits: u32) -> u32 {
+    bits ^ (((bits as i32) >> 31) as u32 >> 1)
+}
+
+/// Undoes [`ordered`]: it is its own inverse.
+#[inline(always)]
+fn unordered(number: u32) -> u32 {
+    ordered(number)
+}

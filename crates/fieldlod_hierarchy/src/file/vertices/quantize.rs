@@ -1,0 +1,123 @@
+//! Numbers on a grid of 16 bits, and what that does to a hierarchy.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::bounds::Aabb;
+use crate::hierarchy::Hierarchy;
+use crate::vertices::Vertices;
+
+/// How exactly a file keeps vertex attributes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Bit for bit.
+    #[default]
+    Lossless,
+    /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
+    /// normals and tangents to 0.125°. Bounds grow to contain the moved triangles.
+    Quantized16,
+}
+
+/// Numbers from `min` upwards in 65536 equal steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(in crate::file) struct Grid {
+    min: f64,
+    step: f64,
+}
+
+impl Grid {
+    const LAST: u32 = u16::MAX as u32;
+
+    fn around(values: impl Iterator<Item = f32>) -> Self {
+        let ends = (f32::INFINITY, f32::NEG_INFINITY);
+        let finite = values.filter(|value| value.is_finite());
+        let (min, max) = finite.fold(ends, |(min, max), x| (min.min(x), max.max(x)));
+        if min > max {
+            return Self::default();
+        }
+        let (min, max) = (f64::from(min), f64::from(max));
+        let step = (max - min) / f64::from(Self::LAST);
+        Self { min, step }
+    }
+
+    /// Whether it stands for finite numbers.
+    pub(in crate::file) fn is_usable(self) -> bool {
+        let end = self.min + self.step * f64::from(Self::LAST);
+        self.step >= 0.0 && (self.min as f32).is_finite() && (end as f32).is_finite()
+    }
+
+    pub(in crate::file) fn number(self, value: f32) -> u32 {
+        if self.step > 0.0 {
+            let steps = (f64::from(value) - self.min) / self.step;
+            (steps.round() as u32).min(Self::LAST)
+        } else {
+            0
+        }
+    }
+
+    pub(in crate::file) fn value(self, number: u32) -> f32 {
+        (self.min + self.step * f64::from(number.min(Self::LAST))) as f32
+    }
+}
+
+/// The grids of all attributes that are not directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(in crate::file) struct Grids {
+    pub(in crate::file) position: [Grid; 3],
+    pub(in crate::file) uv: [Grid; 2],
+    pub(in crate::file) uv_1: [Grid; 2],
+    pub(in crate::file) color: [Grid; 4],
+}
+
+impl Grids {
+    /// Grids over the extent of `vertices`.
+    pub(in crate::file) fn around(vertices: &Vertices) -> Self {
+        let Vertices {
+            positions,
+            uvs,
+            uvs_1,
+            colors,
+            ..
+        } = vertices;
+        Self {
+            position: std::array::from_fn(|k| Grid::around(positions.iter().map(|v| v[k]))),
+            uv: std::array::from_fn(|k| Grid::around(uvs.iter().map(|v| v[k]))),
+            uv_1: std::array::from_fn(|k| Grid::around(uvs_1.iter().map(|v| v[k]))),
+            color: std::array::from_fn(|k| Grid::around(colors.iter().map(|v| v[k]))),
+        }
+    }
+
+    pub(in crate::file) fn are_usable(&self) -> bool {
+        let grids: &[Grid] = bytemuck::cast_slice(std::slice::from_ref(self));
+        grids.iter().all(|grid| grid.is_usable())
+    }
+}
+
+/// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far
+/// positions are off at most, in local units.
+pub(in crate::file) fn with_vertices(
+    hierarchy: &Hierarchy,
+    vertices: Vertices,
+) -> (Hierarchy, f32) {
+    // How far the vertices are off.
+    let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
+    let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
+    let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();
+    let mut hierarchy = Hierarchy {
+        vertices,
+        ..hierarchy.clone()
+    };
+    // Spheres grow by that much.
+    for group in &mut hierarchy.groups {
+        group.bounds.radius += error_in_local;
+    }
+    // Boxes are made anew, since they are tight.
+    for index in 0..hierarchy.units.len() {
+        let unit = &hierarchy.units[index];
+        let used = hierarchy.vertices_of(unit).iter();
+        let positions = used.map(|&vertex| hierarchy.vertices.positions[vertex as usize]);
+        hierarchy.units[index].aabb = Aabb::around(positions).unwrap_or(unit.aabb);
+    }
+    (hierarchy, error_in_local)
+}

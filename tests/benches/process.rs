@@ -1,0 +1,9 @@
+//! Numbers of this process, as Linux tells them.
+
+/// A number of a file in `/proc/self`: the one after `name`.
+pub(crate) fn number(file: &str, name: &str) -> u64 {
+    let text = std::fs::read_to_string(format!("/proc/self/{file}")).unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix(name));
+    let number = line.and_then(|line| line.split_whitespace().next());
+    number.and_then(|number| number.parse().ok()).unwrap_or(0)
+}

@@ -48,14 +48,12 @@ impl InstanceId {
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
-    /// The level at which all views draw it.
-    pub(crate) forced_level: Option<u32>,
     /// Around all of its groups, in the world.
     pub(crate) sphere: Sphere,
     /// Around its surface, in the world.
     pub(crate) surface_box: AxisBox,
-    /// By how much its errors grow in the world, at least and at most, its bias included.
-    pub(crate) error_scale: [f32; 2],
+    /// By how much lengths grow at least and at most.
+    stretch: [f32; 2],
     numbers: Option<[u32; 3]>,
 }
 
@@ -65,10 +63,12 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
-    /// Counts changes of anything but its place and bias.
+    /// Counts changes of anything but its place and bias, from 1 on.
     pub(crate) version: u32,
     /// The layers that it is on.
     pub(crate) layers: u64,
+    /// The level at which all views draw it.
+    pub(crate) forced_level: Option<u32>,
     /// Whether it may hide others.
     pub(crate) is_occluder: bool,
 }
@@ -175,11 +175,12 @@ impl Scene {
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
-            version: 0,
+            version: 1,
             layers: u64::MAX,
+            forced_level: None,
             is_occluder: true,
         };
-        let instance = self.instance(mesh, world_from_local, bias, None);
+        let instance = self.instance(mesh, world_from_local, bias);
         let index = if let Some(index) = self.free.pop() {
             let last = &self.entries[index as usize];
             (entry.generation, entry.version) = (last.generation + 1, last.version + 1);
@@ -214,7 +215,7 @@ impl Scene {
     /// again; the coarsest where the mesh has fewer. Nothing if it was removed.
     pub fn set_forced_level(&mut self, instance: InstanceId, forced_level: Option<u32>) {
         if self.mesh_of(instance).is_some() {
-            self.instances[instance.index()].forced_level = forced_level;
+            self.entries[instance.index()].forced_level = forced_level;
             self.entries[instance.index()].version += 1;
             self.note_changed(instance.index);
         }
@@ -248,9 +249,8 @@ impl Scene {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        let last = &self.instances[instance.index()];
-        let (forced_level, numbers) = (last.forced_level, last.numbers);
-        let placed = self.instance(mesh, world_from_local, bias, forced_level);
+        let numbers = self.instances[instance.index()].numbers;
+        let placed = self.instance(mesh, world_from_local, bias);
         self.instances[instance.index()] = Instance { numbers, ..placed };
         self.note_changed(instance.index);
     }
@@ -273,16 +273,22 @@ impl Scene {
         self.revision += 1;
         self.journal.push(index);
         let instance = &self.instances[index as usize];
+        let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
         let (mut size, mut occluder_radius) = (0.0, 0.0);
         if let Some(mesh) = self.entries[index as usize].mesh {
             let table = &self.meshes[mesh.0 as usize].table;
-            size = or_infinity(table.radius * instance.error_scale[1]);
+            size = or_infinity(table.radius * error_scale[1]);
             if !table.occluders.is_empty() {
                 occluder_radius = instance.sphere.radius;
             }
         }
-        self.columns
-            .set(index as usize, &instance.sphere, size, occluder_radius);
+        self.columns.set(
+            index as usize,
+            &instance.sphere,
+            error_scale,
+            size,
+            occluder_radius,
+        );
     }
 
     /// The mesh of an instance; `None` if that was removed.
@@ -329,13 +335,7 @@ impl Scene {
         &self.meshes[mesh.0 as usize].table
     }
 
-    fn instance(
-        &self,
-        mesh: MeshId,
-        world_from_local: Affine3A,
-        bias: f32,
-        forced_level: Option<u32>,
-    ) -> Instance {
+    fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
         let table = self.table(mesh);
         let linear = Mat3::from(world_from_local.matrix3);
         let largest = largest_stretch(&linear);
@@ -343,10 +343,10 @@ impl Scene {
         Instance {
             world_from_local,
             bias,
-            forced_level,
             sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
             surface_box: AxisBox::placed(&table.surface_box, &world_from_local),
-            error_scale: [least * bias, largest * bias],
+            // Beyond what rounding moves it by.
+            stretch: [least * 0.999, largest],
             numbers: None,
         }
     }

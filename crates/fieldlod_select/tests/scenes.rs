@@ -26,14 +26,23 @@ struct Naive {
 #[derive(Clone, Copy, Default)]
 struct HeldShare {
     share: f32,
+    peak: f32,
     waited: u8,
 }
 
 impl HeldShare {
     /// More counts at once, and less after some frames, if the group was refined.
     fn update(&mut self, seen: f32, was_refined: bool, hold_frames: u8) {
-        if seen >= self.share || !was_refined || self.waited >= hold_frames {
+        if seen >= self.share || !was_refined {
             (self.share, self.waited) = (seen, 0);
+            return;
+        }
+        self.peak = match self.waited {
+            0 => seen,
+            _ => seen.max(self.peak),
+        };
+        if self.waited >= hold_frames {
+            (self.share, self.waited) = (self.peak, 0);
         } else {
             self.waited += 1;
         }
@@ -53,8 +62,7 @@ impl Naive {
         self.shares.resize(placed.len(), Vec::new());
         let view = view.with_margins(settings);
         let flux = settings.visible_flux;
-        let buffer =
-            flux.map(|flux| OcclusionBuffer::new(scene, &view, flux.occluder_triangles));
+        let buffer = flux.map(|flux| OcclusionBuffer::new(scene, &view, flux.occluder_triangles));
         let one = |(index, refined): (usize, &mut Vec<bool>)| {
             let (placed, held) = (&placed[index], &mut self.shares[index]);
             let hierarchy = &hierarchies()[placed.mesh];

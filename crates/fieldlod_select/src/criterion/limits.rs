@@ -29,15 +29,15 @@ impl Limits {
         lowest: f32::NAN,
         highest: f32::NAN,
     };
-    /// Of instances that are drawn at a level that nothing changes.
+    /// Of instances that are drawn at a level that no error changes.
     pub(crate) const FIXED: Self = Self {
         lowest: f32::INFINITY,
-        highest: 0.0,
+        highest: -1.0,
     };
-    /// Of instances that are not there, which is below all errors.
+    /// Of instances that are not there.
     pub(crate) const EMPTY: Self = Self {
         lowest: f32::INFINITY,
-        highest: -1.0,
+        highest: -2.0,
     };
     /// Of instances that are too small to be drawn.
     pub(crate) const CULLED: Self = Self {
@@ -48,8 +48,7 @@ impl Limits {
     /// The same in the world, where errors grow by `[least, most]`.
     pub(crate) fn scaled(self, [least, most]: [f32; 2]) -> Self {
         Self {
-            // Beyond what rounding moves them by.
-            lowest: self.lowest * (least * 0.999),
+            lowest: self.lowest * least,
             highest: self.highest * most,
         }
     }
@@ -58,7 +57,8 @@ impl Limits {
 /// The two kinds of errors of one level, before it is known how much each counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LevelErrors {
-    own_error: f32,
+    /// Of the level's group, from the directions that it shows least and most in.
+    own_errors: [f32; 2],
     own_deviation: f32,
     finer_error: f32,
     finer_deviation: f32,
@@ -108,7 +108,7 @@ impl LevelErrors {
         let bounds = groups.iter().map(ErrorBounds::of_group);
         let finer = ErrorBounds::around(bounds).unwrap_or_default();
         Self {
-            own_error: f32::INFINITY,
+            own_errors: [f32::INFINITY; 2],
             own_deviation: f32::INFINITY,
             finer_error: finer.error_weighed,
             finer_deviation: finer.deviation,
@@ -127,7 +127,10 @@ impl LevelErrors {
         let flatness = facing * facing / silhouette_width(variance);
         let least_weight = visible_weight(-facing, variance).max(0.0) + silhouette_weight(flatness);
         Self {
-            own_error: own.error_in_local * least_weight.sqrt(),
+            own_errors: [
+                own.error_in_local * least_weight.sqrt(),
+                ErrorBounds::of_group(own).error_weighed,
+            ],
             own_deviation: super::usable_deviation(own),
             ..coarsest
         }
@@ -136,11 +139,17 @@ impl LevelErrors {
     /// The limits in local units; errors count √`share` times.
     pub(crate) fn limits(&self, units: &ErrorUnits, share: f32) -> Limits {
         Limits {
-            lowest: match self.own_error == f32::INFINITY && self.own_deviation == f32::INFINITY {
-                true => f32::INFINITY,
-                false => units.of(self.own_error, self.own_deviation),
-            },
+            lowest: self.own(units, 1.0)[0],
             highest: units.of(self.finer_error * share.sqrt(), self.finer_deviation),
         }
+    }
+
+    /// What the level's group shows at least and at most, in local units, where errors count `weight` times.
+    /// Infinite if it is always refined.
+    pub(crate) fn own(&self, units: &ErrorUnits, weight: f32) -> [f32; 2] {
+        if self.own_deviation == f32::INFINITY {
+            return [f32::INFINITY; 2];
+        }
+        (self.own_errors).map(|error| units.of(error * weight, self.own_deviation))
     }
 }

@@ -7,12 +7,12 @@ use wide::f32x8;
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
 use super::image_plane::NEAREST;
-use crate::lanes::bits::LANES;
-use crate::scene::boxes::AxisBox;
-use crate::lanes::{Lane, M3, V3, bits_of};
-use crate::scene::{Instance, InstanceId, Scene};
 use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
+use crate::lanes::bits::LANES;
+use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::scene::boxes::AxisBox;
 use crate::scene::table::GroupTable;
+use crate::scene::{Instance, InstanceId, Scene};
 
 /// Texels along the radius of an instance from which on its groups are asked for one by one.
 const LARGE_RADIUS: f32 = 24.0;
@@ -103,7 +103,10 @@ impl OcclusionBuffer {
             return true;
         };
         let farthest = nearest + nearest.abs() * FARTHER;
-        farthest < self.pyramid.least(&self.texels.nearness, width, columns, rows)
+        farthest
+            < self
+                .pyramid
+                .least(&self.texels.nearness, width, columns, rows)
     }
 
     /// The share of an instance in steps, rounded up; `None` where it is so large in the

@@ -209,6 +209,10 @@ impl<'a> Search<'a> {
         let is_large = f32x8::splat(LEAST_RADIUS * LEAST_RADIUS).is_at_most(texels_squared);
         let area = texels_squared * f32x8::splat(std::f32::consts::PI);
         let area = area.smaller(f32x8::splat(self.image_area));
-        f32x8::choose(is_large & !beyond & zero.is_below(occluder_radius), area, zero)
+        f32x8::choose(
+            is_large & !beyond & zero.is_below(occluder_radius),
+            area,
+            zero,
+        )
     }
 }

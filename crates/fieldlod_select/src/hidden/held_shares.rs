@@ -1,20 +1,39 @@
 //! What counts as visible from frame to frame: a share that rises at once and falls late.
-//!
-//! ```text
-//! of what was not refined, or of which as much is seen or more: what is seen now
-//! else: what is seen once `hold_frames` frames in a row saw less
-//! ```
 
 use crate::hidden::shares::{FULL_SHARE, Shares};
-use crate::lanes::bits::{LANES, is_set};
+use crate::lanes::bits::{CHUNK, LANES, is_set};
 use crate::settings::LodSettings;
 
-/// Goes on to another frame with a share in steps and the count of frames that saw less.
-fn update(held: &mut u8, waited: &mut u8, now: u8, was_refined: bool, hold_frames: u8) {
-    if now >= *held || !was_refined || *waited >= hold_frames {
-        (*held, *waited) = (now, 0);
-    } else {
-        *waited += 1;
+/// A share in steps.
+///
+/// ```text
+/// of what was not refined, or of which as much is seen or more: what is seen now
+/// else: once `hold_frames` frames in a row saw less, the most that they and this frame saw
+/// ```
+/// Without that most, what is seen again and again past the posts of a fence would change its level each time.
+#[derive(Clone, Copy, Debug, Default)]
+struct HeldShare {
+    held: u8,
+    /// The most seen since less than `held` was, and for how many frames.
+    peak: u8,
+    waited: u8,
+}
+
+impl HeldShare {
+    fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
+        if now >= self.held || !was_refined {
+            (self.held, self.waited) = (now, 0);
+            return;
+        }
+        self.peak = match self.waited {
+            0 => now,
+            _ => now.max(self.peak),
+        };
+        if self.waited >= hold_frames {
+            (self.held, self.waited) = (self.peak, 0);
+        } else {
+            self.waited += 1;
+        }
     }
 }
 
@@ -23,27 +42,31 @@ fn update(held: &mut u8, waited: &mut u8, now: u8, was_refined: bool, hold_frame
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
-    held: u8,
-    waited: u8,
+    share: HeldShare,
 }
 
 impl LevelShare {
     /// Goes on to another frame, after one in which something was refined or not.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
-        update(&mut self.held, &mut self.waited, now, was_refined, hold_frames);
+        self.share.update(now, was_refined, hold_frames);
     }
 
     /// Whether the next frame changes nothing if it sees the same.
     pub(crate) fn is_settled(&self) -> bool {
-        self.held == self.now
+        self.share.held == self.now
+    }
+
+    /// What counts of finer levels and of those that are refined.
+    pub(crate) fn now_and_held(&self) -> [u8; 2] {
+        [self.now, self.share.held]
     }
 
     /// The steps of all levels, of which those from `refined_from` on are refined.
     pub(crate) fn steps(&self, refined_from: usize) -> LevelSteps {
         let step = |level: usize| match level < refined_from {
             true => self.now,
-            false => self.held,
+            false => self.share.held,
         };
         std::array::from_fn(|block| std::array::from_fn(|lane| step(block * LANES + lane)))
     }
@@ -52,11 +75,12 @@ impl LevelShare {
 /// What counts of the levels of a mesh as a whole, in steps.
 pub(crate) type LevelSteps = [[u8; LANES]; LANES];
 
-/// The held shares of groups, eight to an element.
+/// The shares of groups.
 #[derive(Debug, Default)]
 pub(crate) struct ShareMemory {
+    shares: Vec<HeldShare>,
+    /// What they hold, eight to an element.
     held: Vec<[u8; LANES]>,
-    waited: Vec<[u8; LANES]>,
     /// Whether `held` is what is seen.
     is_settled: bool,
     /// What was seen last, if it was the same of all groups.
@@ -89,17 +113,16 @@ impl SeenShares<'_> {
 
 impl ShareMemory {
     pub(crate) fn with_capacity(words: usize) -> Self {
-        let blocks = || Vec::with_capacity(words * LANES);
         Self {
-            held: blocks(),
-            waited: blocks(),
+            shares: Vec::with_capacity(words * CHUNK),
+            held: Vec::with_capacity(words * LANES),
             ..Self::default()
         }
     }
 
     #[cfg(test)]
     pub(crate) fn capacity(&self) -> usize {
-        self.held.capacity() + self.waited.capacity()
+        self.shares.capacity() + self.held.capacity()
     }
 
     /// Nothing is hidden, and nothing remembered.
@@ -127,15 +150,12 @@ impl ShareMemory {
 
     /// Begins with what is seen now.
     pub(crate) fn begin(&mut self, words: usize, seen: &SeenShares) {
-        for steps in [&mut self.held, &mut self.waited] {
-            steps.clear();
-            steps.resize(words * LANES, [0; LANES]);
-        }
-        for (group, held) in self.held.as_flattened_mut().iter_mut().enumerate() {
-            *held = seen.of(group);
-        }
-        self.is_settled = true;
-        self.last_of_all = seen.of_all();
+        self.shares.clear();
+        self.shares.resize(words * CHUNK, HeldShare::default());
+        self.held.clear();
+        self.held.resize(words * LANES, [0; LANES]);
+        self.last_of_all = None;
+        self.update(seen, &[], 0);
     }
 
     /// Goes on to another frame; `refined` has the bits of the last cut.
@@ -146,11 +166,11 @@ impl ShareMemory {
         }
         self.last_of_all = of_all;
         self.is_settled = true;
-        let waits = self.waited.as_flattened_mut().iter_mut();
-        let shares = self.held.as_flattened_mut().iter_mut().zip(waits);
-        for (group, (held, waited)) in shares.enumerate() {
+        let held = self.held.as_flattened_mut().iter_mut();
+        for (group, (held, share)) in held.zip(&mut self.shares).enumerate() {
             let now = seen.of(group);
-            update(held, waited, now, is_set(refined, group), hold_frames);
+            share.update(now, is_set(refined, group), hold_frames);
+            *held = share.held;
             self.is_settled &= *held == now;
         }
     }

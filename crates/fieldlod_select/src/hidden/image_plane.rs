@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 use wide::f32x8;
 
 use crate::lanes::bits::LANES;
-use crate::scene::boxes::AxisBox;
 use crate::lanes::{Lane, V3};
+use crate::scene::boxes::AxisBox;
 
 /// Texels along the longer side of the image.
 const LONGER_SIDE: f32 = 256.0;

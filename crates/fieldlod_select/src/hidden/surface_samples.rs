@@ -7,8 +7,8 @@ use fieldlod_hierarchy::{Hierarchy, Unit};
 use glam::Vec3;
 use wide::f32x8;
 
-use crate::lanes::bits::LANES;
 use crate::lanes::V3;
+use crate::lanes::bits::LANES;
 
 /// Points of a mesh, and of a group.
 pub(crate) const MESH_SAMPLES: u32 = 2048;

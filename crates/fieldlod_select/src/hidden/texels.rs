@@ -5,8 +5,8 @@ use wide::f32x8;
 
 use super::CENTRES;
 use super::screen_triangle::{ScreenTriangle, is_between_centres};
-use crate::lanes::bits::LANES;
 use crate::lanes::Lane;
+use crate::lanes::bits::LANES;
 
 /// Who owns a texel that shows nothing.
 pub(crate) const NOBODY: u32 = u32::MAX;

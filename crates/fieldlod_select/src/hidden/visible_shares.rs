@@ -1,10 +1,10 @@
 //! What a view sees of instances: its depth image, and the shares that this leaves visible.
 
 use crate::hidden::OcclusionBuffer;
-use crate::scene::{Instance, Scene};
-use crate::settings::VisibleFlux;
 use crate::hidden::shares::FULL_SHARE;
 use crate::scene::table::GroupTable;
+use crate::scene::{Instance, Scene};
+use crate::settings::VisibleFlux;
 use crate::view::View;
 
 use super::held_shares::SeenShares;

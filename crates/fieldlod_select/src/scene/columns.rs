@@ -61,6 +61,8 @@ pub(crate) struct Columns {
     pub(crate) sizes: Vec<[f32; LANES]>,
     /// Radii of what can hide other instances; 0 of what cannot.
     pub(crate) occluder_radii: Vec<[f32; LANES]>,
+    /// By how much errors grow in the world, at least and at most, biases included.
+    pub(crate) error_scales: Vec<[f32; 2]>,
     /// Around 64 instances each.
     pub(crate) chunks: Vec<EightSpheres>,
     /// Chunks whose spheres are not up to date.
@@ -69,13 +71,24 @@ pub(crate) struct Columns {
 
 impl Columns {
     /// Puts an instance at an index; its chunk is not up to date until the next [`Columns::refit`].
-    pub(crate) fn set(&mut self, index: usize, sphere: &Sphere, size: f32, occluder_radius: f32) {
+    pub(crate) fn set(
+        &mut self,
+        index: usize,
+        sphere: &Sphere,
+        error_scale: [f32; 2],
+        size: f32,
+        occluder_radius: f32,
+    ) {
         let (element, lane) = (index / LANES, index % LANES);
         if self.spheres.len() <= element {
             self.spheres.resize(element + 1, EightSpheres::NOTHING);
             self.sizes.resize(element + 1, [0.0; LANES]);
             self.occluder_radii.resize(element + 1, [0.0; LANES]);
         }
+        if self.error_scales.len() <= index {
+            self.error_scales.resize(index + 1, [0.0; 2]);
+        }
+        self.error_scales[index] = error_scale;
         self.spheres[element].set(lane, sphere);
         self.sizes[element][lane] = size;
         self.occluder_radii[element][lane] = occluder_radius;

@@ -7,15 +7,15 @@ use std::ops::Range;
 use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Sphere, Unit};
 use wide::f32x8;
 
-use crate::lanes::bits::{CHUNK, LANES, block_bits, is_set, set_bits};
-use crate::scene::boxes::LocalBox;
-use crate::criterion::{CriterionInput, normal_variance};
 use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
 use crate::criterion::limits::LevelErrors;
-use crate::lanes::V3;
+use crate::criterion::{CriterionInput, normal_variance};
 use crate::hidden::occluder::{OccluderMesh, occluder_levels};
-use crate::hidden::surface_samples::SurfaceSamples;
 use crate::hidden::shares::Shares;
+use crate::hidden::surface_samples::SurfaceSamples;
+use crate::lanes::V3;
+use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
+use crate::scene::boxes::LocalBox;
 pub(crate) use lanes::BoundsLanes;
 use lanes::{lanes_of, vectors_of};
 

@@ -7,12 +7,12 @@
 
 use wide::f32x8;
 
-use crate::lanes::bits::{LANES, block_bits, is_set};
-use crate::criterion::Criterion;
-use crate::lanes::mask_of;
 use super::cuts::SceneCuts;
 use super::memory::InstanceState;
+use crate::criterion::Criterion;
 use crate::hidden::shares::Shares;
+use crate::lanes::bits::{LANES, block_bits, is_set};
+use crate::lanes::mask_of;
 use crate::scene::Scene;
 use crate::scene::table::GroupTable;
 use crate::settings::LodSettings;
@@ -92,7 +92,7 @@ impl BudgetSearch {
                 continue;
             }
             // Those of forced levels are drawn at any threshold.
-            if scene.instances[index].forced_level.is_some() {
+            if scene.entries[index].forced_level.is_some() {
                 let of_cut = cuts.cut(index).map(|cut| cut.drawn().1);
                 forced_triangles += of_cut.unwrap_or_else(|| state.drawn_whole(scene).1);
                 continue;
@@ -126,7 +126,8 @@ impl BudgetSearch {
             (InstanceState::AtLevel(_, level), flux) => {
                 let refined = [table.refined_at_level(usize::from(level))];
                 let steps = memory.share.steps(usize::from(level));
-                let shares = flux.map_or(Shares::FULL, |flux| Shares::new(&steps, flux.least_share));
+                let shares =
+                    flux.map_or(Shares::FULL, |flux| Shares::new(&steps, flux.least_share));
                 self.add(scene, index, &refined, shares, view, settings);
             }
             (_, None) => {
@@ -136,7 +137,14 @@ impl BudgetSearch {
             (_, Some(flux)) => {
                 let step = visible.share_of_whole(table, index as u32, placed);
                 let shares = Shares::of_all(step, flux.least_share);
-                self.add(scene, index, &table.coarsest_refined, shares, view, settings);
+                self.add(
+                    scene,
+                    index,
+                    &table.coarsest_refined,
+                    shares,
+                    view,
+                    settings,
+                );
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::scene::{InstanceId, MeshId};
 use crate::scene::table::GroupTable;
+use crate::scene::{InstanceId, MeshId};
 
 /// What changed in the cut of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use super::changes::Changes;
 use super::frame::Frame;
 use super::instance_cut::InstanceCut;
 use super::memory::{InstanceMemory, InstanceState, LimitColumns};
+use super::near::Near;
 use super::pool::Pool;
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::hidden::visible_shares::VisibleShares;
@@ -32,7 +33,7 @@ pub(crate) struct SceneCuts {
     /// Changes of the scene up to here are taken into account.
     journal_revision: u64,
     /// Instances that may not stay as they are.
-    near: Vec<u32>,
+    near: Vec<Near>,
     pub(super) pool: Pool,
     pub(crate) visible: VisibleShares,
     /// Whether the next frame may see less of something than it counts for now.
@@ -76,9 +77,14 @@ impl SceneCuts {
 
     /// Brings the limits up to date with what has changed in the scene and the settings.
     pub(crate) fn update_limits(&mut self, frame: &Frame) {
-        let Frame { scene, view, settings, .. } = *frame;
+        let Frame {
+            scene,
+            view,
+            settings,
+            ..
+        } = *frame;
         let key = LimitsKey {
-            units: ErrorUnits::new(&view.camera, settings),
+            units: frame.units,
             layers: view.layers,
             forced_level: settings.forced_level,
             hides: settings.visible_flux.is_some(),
@@ -98,7 +104,12 @@ impl SceneCuts {
             }
             None => {
                 // What these change has to be decided anew, all else stays as it is within other limits.
-                let is_same = |last: LimitsKey| LimitsKey { units: key.units, ..last } == key;
+                let is_same = |last: LimitsKey| {
+                    LimitsKey {
+                        units: key.units,
+                        ..last
+                    } == key
+                };
                 let keeps_states = frame.is_first || last_key.is_some_and(is_same);
                 for index in 0..count {
                     match keeps_states {
@@ -112,7 +123,7 @@ impl SceneCuts {
 
     fn update_limits_of(&mut self, frame: &Frame, index: usize, key: &LimitsKey) {
         let (memory, entry) = (&mut self.memories[index], &frame.scene.entries[index]);
-        let forced_level = frame.scene.instances[index].forced_level;
+        let forced_level = entry.forced_level;
         let mut state = memory.state;
         let mut is_known = memory.version == entry.version && memory.generation == entry.generation;
         if frame.is_first {
@@ -122,7 +133,8 @@ impl SceneCuts {
             state = seen.map_or(InstanceState::Empty, InstanceState::Coarsest);
             is_known = true;
         }
-        let is_forced = forced_level.or(key.forced_level).is_some() && state != InstanceState::Empty;
+        let is_forced =
+            forced_level.or(key.forced_level).is_some() && state != InstanceState::Empty;
         let limits = match is_known && !is_forced {
             true => state.limits(frame.scene, index, &key.units, key.hides),
             false => Limits::UNKNOWN,
@@ -152,7 +164,9 @@ impl SceneCuts {
             let kept = match test.tests_sizes() {
                 true => 0,
                 false => {
-                    test.kept_eight(&columns.chunks[element], &self.limits.chunks[element], None)
+                    let limits = &self.limits.chunks[element];
+                    let looked = test.look(&columns.chunks[element], limits, None);
+                    looked.map_or(0xff, |looked| looked.kept)
                 }
             };
             for lane in set_bits_of(!kept & 0xff) {
@@ -174,17 +188,24 @@ impl SceneCuts {
             // In a first frame nothing was drawn.
             let sizes = (&columns.sizes[element], !frame.is_first);
             let (spheres, limits) = (&columns.spheres[element], &self.limits.instances[element]);
-            let kept = test.kept_eight(spheres, limits, Some(sizes));
-            let near = set_bits_of(!kept & 0xff).map(|lane| (element * LANES + lane) as u32);
-            self.near
-                .extend(near.filter(|&index| (index as usize) < self.memories.len()));
+            let Some(looked) = test.look(spheres, limits, Some(sizes)) else {
+                continue;
+            };
+            let near = set_bits_of(!looked.kept & 0xff);
+            let near = near.filter(|lane| element * LANES + lane < self.memories.len());
+            let allowed = looked.allowed();
+            self.near.extend(near.map(|lane| Near {
+                index: (element * LANES + lane) as u32,
+                is_dark: looked.dark >> lane & 1 == 1,
+                allowed: allowed[lane],
+            }));
         }
     }
 
     /// Decides the levels and groups of what is near, and notes what that changes.
     pub(crate) fn decide_near(&mut self, frame: &Frame) {
         let near = std::mem::take(&mut self.near);
-        near.iter().for_each(|&index| self.decide(frame, index));
+        near.iter().for_each(|near| self.decide(frame, near));
         self.near = near;
     }
 

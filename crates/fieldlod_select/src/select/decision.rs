@@ -79,15 +79,19 @@ impl<'a> Decision<'a> {
                 false => 0xff,
             };
             // 64 groups at once, then eight, then each.
-            let chunks = live(self.bounds_test(table, any_may_leave), &table.chunks, element);
+            let chunks = live(
+                self.bounds_test(table, any_may_leave),
+                &table.chunks,
+                element,
+            );
             for word in set_bits_of(chunks & ((1 << words.len()) - 1)) {
                 let test = self.bounds_test(table, may_leave(word));
                 let mut bits = 0;
                 for index in set_bits_of(live(test, &table.blocks, first + word)) {
                     let block = (first + word) * LANES + index;
                     let was_refined = block_bits(was(word), index);
-                    bits |= u64::from(self.decide_block(table, block, was_refined))
-                        << (index * LANES);
+                    bits |=
+                        u64::from(self.decide_block(table, block, was_refined)) << (index * LANES);
                 }
                 words[word] |= bits & table.present_in(first + word);
             }

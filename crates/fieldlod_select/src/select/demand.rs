@@ -3,8 +3,8 @@
 use wide::f32x8;
 
 use super::instance_cut::InstanceCut;
-use crate::lanes::bits::{LANES, block_bits, set_bits_of};
 use crate::criterion::Criterion;
+use crate::lanes::bits::{LANES, block_bits, set_bits_of};
 use crate::lanes::mask_of;
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::selector::Selector;

@@ -2,6 +2,7 @@
 
 use super::bounds_test::ViewBounds;
 use super::keep_test::KeepTest;
+use crate::criterion::limits::ErrorUnits;
 use crate::scene::Scene;
 use crate::settings::LodSettings;
 use crate::view::View;
@@ -16,6 +17,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) is_first: bool,
     /// Whether another selection of the same frame has taken notice of what is visible.
     pub(crate) are_shares_known: bool,
+    /// How errors count against each other.
+    pub(super) units: ErrorUnits,
     pub(super) test: KeepTest,
     pub(super) bounds: ViewBounds,
 }
@@ -34,6 +37,7 @@ impl<'a> Frame<'a> {
             settings,
             is_first,
             are_shares_known,
+            units: ErrorUnits::new(&view.camera, settings),
             test: KeepTest::new(view, settings),
             bounds: ViewBounds::new(&view.camera, &view.kept_camera, settings),
         }

@@ -14,7 +14,7 @@ use camera_field::Camera;
 use wide::f32x8;
 
 use super::memory::EightLimits;
-use crate::criterion::limits::ErrorUnits;
+use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::columns::EightSpheres;
@@ -36,8 +36,8 @@ pub(crate) struct KeepTest {
     is_orthographic: bool,
     /// Whether it can answer at all: neither for a view that scales, nor without thresholds.
     is_usable: bool,
-    entering: LensSides,
-    leaving: LensSides,
+    /// Of the views that groups enter and, once refined, leave.
+    sides: [LensSides; 2],
     /// Cosine of the widest corner of the image.
     least_cosine: f32,
     scale: Scale,
@@ -51,11 +51,12 @@ pub(crate) struct KeepTest {
     size: Option<SizeReach>,
 }
 
-/// Thresholds over pixels per unit of error: of what enters and of what leaves.
+/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: a hair less, and
+/// a hair more.
 #[derive(Clone, Copy)]
 struct Scale {
-    entering: f32,
-    leaving: f32,
+    coarse: [f32; 2],
+    fine: [f32; 2],
 }
 
 /// How far from the eye a radius of 1 is large enough to be drawn, or how many times over in an orthographic view:
@@ -73,9 +74,38 @@ pub(crate) struct Sighted<L: Lane> {
     /// The radius, and what rounding may move a sphere by.
     radius: L,
     slack: L,
-    outside: L::Mask,
-    /// Whether the limits are those of the coarsest level.
-    is_coarsest: L::Mask,
+    /// Whether they are certainly outside, of what enters and of what leaves.
+    outside: [L::Mask; 2],
+}
+
+/// How large errors may be in the world, of groups that were not refined and of those that were.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Allowed<L> {
+    /// Up to these a group is certainly not refined.
+    pub(crate) coarse: [L; 2],
+    /// Above these it certainly is.
+    pub(crate) fine: [L; 2],
+}
+
+/// What a look at eight instances tells.
+pub(crate) struct Looked {
+    /// The bits of those that stay as they are.
+    pub(crate) kept: u32,
+    /// Of those that are outside of the view and cast no shadow into it, where what is outside counts.
+    pub(crate) dark: u32,
+    allowed: Allowed<f32x8>,
+}
+
+impl Looked {
+    /// How large the errors of each of them may be.
+    pub(crate) fn allowed(&self) -> [Allowed<f32>; LANES] {
+        let [coarse, fine] = [self.allowed.coarse, self.allowed.fine];
+        let (coarse, fine) = (coarse.map(f32x8::to_array), fine.map(f32x8::to_array));
+        std::array::from_fn(|lane| Allowed {
+            coarse: coarse.map(|of_eight| of_eight[lane]),
+            fine: fine.map(|of_eight| of_eight[lane]),
+        })
+    }
 }
 
 impl KeepTest {
@@ -93,7 +123,12 @@ impl KeepTest {
             ),
             Camera::Orthographic(camera) => {
                 let pixels = camera.pixels_per_unit;
-                (true, 1.0, (pixels.x * pixels.y).sqrt(), pixels.max_element())
+                (
+                    true,
+                    1.0,
+                    (pixels.x * pixels.y).sqrt(),
+                    pixels.max_element(),
+                )
             }
         };
         let per_unit = if counts_error { error_px } else { deviation_px };
@@ -109,8 +144,7 @@ impl KeepTest {
             camera_from_world: M3::splat(&view.camera_from_world),
             is_orthographic,
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
-            entering: LensSides::of(&view.camera),
-            leaving: LensSides::of(&view.kept_camera),
+            sides: [&view.camera, &view.kept_camera].map(LensSides::of),
             least_cosine: 1.0 / corner,
             scale: Scale::new(&thresholds, per_unit),
             on_axis,
@@ -121,161 +155,175 @@ impl KeepTest {
         }
     }
 
-    /// Whether it can answer at all.
-    pub(crate) fn is_usable(&self) -> bool {
-        self.is_usable
-    }
-
     /// Whether it tests sizes, which chunks of instances do not have.
     pub(crate) fn tests_sizes(&self) -> bool {
         self.size.is_some()
     }
 
-    /// The bits of those of eight instances that stay as they are. With their sizes comes whether those of them
-    /// were drawn that are not culled.
+    /// Looks at eight instances, or chunks of them; `None` if all of them stay as they are. With their sizes comes
+    /// whether those of them were drawn that are not culled.
     #[inline]
-    pub(crate) fn kept_eight(
+    pub(crate) fn look(
         &self,
         spheres: &EightSpheres,
         limits: &EightLimits,
         sizes: Option<(&[f32; LANES], bool)>,
-    ) -> u32 {
-        if !self.is_usable {
-            return 0;
-        }
+    ) -> Option<Looked> {
         let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
-        let sighted = self.sight(spheres.center(), spheres.radius(), lowest);
-        let is_gone = highest.is_below(f32x8::zero());
-        // By far the most are certainly not seen.
-        let mut kept = self.keeps_unseen(&sighted) | is_gone;
-        if bits_of(kept) != 0xff {
-            kept |= self.keeps(&sighted, lowest, highest);
+        let is_still = highest.is_below(f32x8::zero());
+        let sizes = sizes.filter(|_| self.size.is_some());
+        if !self.is_usable {
+            let nothing = [f32x8::splat(f32::NAN); 2];
+            return Some(Looked {
+                kept: 0,
+                dark: 0,
+                allowed: Allowed {
+                    coarse: nothing,
+                    fine: nothing,
+                },
+            });
         }
-        if let (Some((sizes, were_drawn)), Some(_)) = (sizes, &self.size) {
+        // By far the most are certainly not seen.
+        let sighted = self.sight(spheres.center(), spheres.radius());
+        let is_coarsest = f32x8::infinity().is_at_most(lowest);
+        let dark = self.is_dark(&sighted);
+        let unseen = sighted.outside[0] & is_coarsest & dark;
+        if sizes.is_none() && bits_of(unseen | is_still) == 0xff {
+            return None;
+        }
+        let allowed = self.allowed(&sighted, dark);
+        let fits = highest.is_at_most(allowed.coarse[0]);
+        let shows = is_coarsest | allowed.fine[1].is_below(lowest);
+        let mut kept = unseen | is_still | (fits & shows);
+        if let Some((sizes, were_drawn)) = sizes {
             let (size, was_culled) = (f32x8::new(*sizes), lowest.is_below(f32x8::zero()));
-            let stays_drawn = kept & self.is_large(&sighted, size, were_drawn);
-            let stays_culled = !self.is_large(&sighted, size, false);
+            let is_gone = highest.is_at_most(f32x8::splat(Limits::EMPTY.highest));
+            let stays_drawn = kept & self.is_large(sighted.world, size, were_drawn);
+            let stays_culled = !self.is_large(sighted.world, size, false);
             kept = is_gone | f32x8::choose(was_culled, stays_culled, stays_drawn);
         }
-        bits_of(kept)
+        let counts_outside = self.on_axis.is_some();
+        Some(Looked {
+            kept: bits_of(kept),
+            dark: if counts_outside {
+                bits_of(dark & sighted.outside[0])
+            } else {
+                0
+            },
+            allowed,
+        })
     }
 
-    /// Looks at spheres whose limits have these `lowest`.
     #[inline(always)]
-    pub(crate) fn sight<L: Lane>(&self, world: V3<L>, radius: L, lowest: L) -> Sighted<L> {
-        let seen = self
-            .camera_from_world
-            .in_lanes()
-            .of(world.minus(self.eye.in_lanes()));
+    fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
+        let from_eye = world.minus(self.eye.in_lanes());
+        let seen = self.camera_from_world.in_lanes().of(from_eye);
         let size = world.x.abs() + world.y.abs() + world.z.abs();
         let slack = size * L::splat(POSITION_SLACK) + L::splat(self.eye_slack);
         let radius = radius * L::splat(ROUNDING) + slack;
+        // Two widths of one view: what is outside of the wider one is outside of the other.
+        let inside_by = self.sides.map(|sides| sides.least_inside(seen));
+        let outside = inside_by.map(|inside_by| {
+            let beyond = -inside_by;
+            radius.is_below(match self.is_orthographic {
+                true => beyond,
+                false => beyond.larger(-seen.z),
+            })
+        });
         Sighted {
-            outside: radius.is_below(self.beyond(&self.entering, seen)),
-            is_coarsest: L::infinity().is_at_most(lowest),
             world,
             seen,
             radius,
             slack,
+            outside,
         }
     }
 
-    /// How far a point is outside of a view, at least.
-    #[inline(always)]
-    fn beyond<L: Lane>(&self, sides: &LensSides, seen: V3<L>) -> L {
-        let beyond_side = -sides.least_inside(seen);
-        if self.is_orthographic {
-            return beyond_side;
-        }
-        beyond_side.larger(-seen.z)
-    }
-
-    /// Which of them stay because nobody sees them: at their coarsest.
-    #[inline(always)]
-    pub(crate) fn keeps_unseen<L: Lane>(&self, sighted: &Sighted<L>) -> L::Mask {
-        let unseen = sighted.outside & sighted.is_coarsest;
-        match &self.on_axis {
-            None => unseen,
-            Some(_) => unseen & self.is_dark(sighted),
-        }
-    }
-
-    /// Which of them cast no shadow into the image, of what is outside of it.
+    /// Which spheres cast no shadow into the image, if they are outside of the view; all if nothing there counts.
     #[inline(always)]
     fn is_dark<L: Lane>(&self, sighted: &Sighted<L>) -> L::Mask {
-        match &self.shadows {
-            Some(shadows) => shadows.is_dark(sighted.world, sighted.seen, sighted.radius),
-            None => L::zero().is_below(L::zero()),
+        let all = L::zero().is_at_most(L::zero());
+        match (&self.on_axis, &self.shadows) {
+            (None, _) => all,
+            (Some(_), None) => !all,
+            (Some(_), Some(shadows)) => {
+                shadows.is_dark(sighted.world, sighted.seen, sighted.radius)
+            }
         }
     }
 
-    /// Which of them are outside of the view and cast no shadow into it, where what is outside counts.
-    pub(crate) fn is_outside_and_dark(&self, sighted: &Sighted<f32>) -> bool {
-        self.is_usable && self.on_axis.is_some() && sighted.outside && self.is_dark(sighted)
-    }
-
-    /// Which of them stay by what they show.
+    /// How large errors may be.
     #[inline(always)]
-    pub(crate) fn keeps<L: Lane>(&self, sighted: &Sighted<L>, lowest: L, highest: L) -> L::Mask {
+    fn allowed<L: Lane>(&self, sighted: &Sighted<L>, dark: L::Mask) -> Allowed<L> {
         let Sighted {
             seen,
             radius,
             slack,
             outside,
-            is_coarsest,
             ..
         } = *sighted;
         let distance_squared = seen.dot(seen);
         let distance = distance_squared.sqrt();
         let gap = distance - radius;
         // Depth over the root of the secant, or over the secant.
-        let (most, least) = if self.is_orthographic {
-            (L::one(), L::one())
-        } else {
-            self.allowed_in_view(sighted, distance_squared, distance, gap)
-        };
-        let mut fits = highest.is_at_most(most * L::splat(self.scale.entering));
-        // What reaches the camera has no limit.
+        let (mut most, mut least) = (L::one(), L::one() / L::splat(self.least_relaxation));
         if !self.is_orthographic {
-            fits = fits & L::zero().is_below(gap);
-        }
-        // What is refined stays so if its centre is seen.
-        let inside_by = self.leaving.least_inside(seen);
-        let mut is_seen = slack.is_below(inside_by);
-        let mut shows = lowest * L::splat(self.least_relaxation);
-        if !self.is_orthographic {
-            is_seen = is_seen & slack.is_below(seen.z);
+            (most, least) = self.depths(sighted, distance_squared, distance, gap);
+            // What reaches the camera has no limit.
+            let is_apart = L::zero().is_below(gap);
+            most = L::choose(is_apart, most, -L::infinity());
             // By how much the sphere is larger here than it is.
             let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
             let lost = excess * L::splat(6.0 / self.least_cosine);
-            shows = shows * ((gap - lost) / gap);
+            let rest = (gap - lost) * L::splat(self.least_relaxation);
+            least = L::choose(L::zero().is_below(rest), least * gap / rest, L::infinity());
         }
-        let mut shows = is_seen & (least * L::splat(self.scale.leaving)).is_below(shows);
-        // What is outside counts for nothing, or by its distance.
-        match &self.on_axis {
-            None => fits = fits | outside,
-            Some(scale) => {
-                let is_dark = self.is_dark(sighted);
-                let (near, far) = if self.is_orthographic {
-                    (L::one(), L::one())
-                } else {
-                    (gap, distance * L::splat(ROUNDING) + slack)
-                };
-                let fits_on_axis = highest.is_at_most(near * L::splat(scale.entering));
-                fits = (outside & is_dark) | (fits_on_axis & (fits | outside));
-                let has_left = radius.is_below(self.beyond(&self.leaving, seen));
-                let lowest = lowest * L::splat(self.least_relaxation);
-                let shows_on_axis = (far * L::splat(scale.leaving)).is_below(lowest);
-                shows = shows | (has_left & shows_on_axis & !is_dark);
+        // What is certainly seen has its centre in the view.
+        let is_seen = self.sides.map(|sides| {
+            let is_seen = slack.is_below(sides.least_inside(seen));
+            match self.is_orthographic {
+                true => is_seen,
+                false => is_seen & slack.is_below(seen.z),
             }
+        });
+        let mut allowed = Allowed {
+            coarse: self.scale.coarse.map(|scale| most * L::splat(scale)),
+            fine: self.scale.fine.map(|scale| least * L::splat(scale)),
+        };
+        for width in 0..2 {
+            let fine = &mut allowed.fine[width];
+            *fine = L::choose(is_seen[width], *fine, L::infinity());
         }
-        fits & (is_coarsest | shows)
+        // What is outside counts for nothing, or by its distance.
+        let (near, far) = match self.is_orthographic {
+            true => (L::one(), L::one()),
+            false => (gap, distance * L::splat(ROUNDING) + slack),
+        };
+        for width in 0..2 {
+            let (mut coarse, mut fine) = (L::infinity(), L::infinity());
+            if let Some(scale) = &self.on_axis {
+                coarse = near * L::splat(scale.coarse[width]);
+                fine = far * L::splat(scale.fine[width] / self.least_relaxation);
+                // What is on the edge may be either.
+                let inside = &mut allowed.coarse[width];
+                *inside = inside.smaller(coarse);
+                coarse = L::choose(dark, L::infinity(), coarse);
+                fine = L::choose(dark, L::infinity(), fine);
+            }
+            let Allowed {
+                coarse: of_coarse,
+                fine: of_fine,
+            } = &mut allowed;
+            of_coarse[width] = L::choose(outside[width], coarse, of_coarse[width]);
+            of_fine[width] = L::choose(outside[width], fine, of_fine[width]);
+        }
+        allowed
     }
 
-    /// What an error may be over its threshold and scale: at most so that it surely fits, and at least so that it
-    /// surely exceeds it.
+    /// Bounds of the depth over the root of the secant, or over the secant: at most so that errors surely fit, and at
+    /// least so that they surely exceed.
     #[inline(always)]
-    fn allowed_in_view<L: Lane>(
+    fn depths<L: Lane>(
         &self,
         sighted: &Sighted<L>,
         distance_squared: L,
@@ -288,19 +336,16 @@ impl KeepTest {
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
         let cosine = (cosine - L::splat(1e-5)).larger(L::splat(self.least_cosine));
         let depth = (seen.z - radius).larger(gap * cosine);
-        let [most, least] = self.counts_secant.map(|counts_secant| {
-            if counts_secant {
-                depth * cosine
-            } else {
-                depth * cosine.sqrt()
-            }
+        let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
+            true => depth * cosine,
+            false => depth * cosine.sqrt(),
         });
         (most, least)
     }
 
     /// Which of them are large enough to be drawn; what is not a number is.
     #[inline(always)]
-    pub(crate) fn is_large<L: Lane>(&self, sighted: &Sighted<L>, size: L, is_drawn: bool) -> L::Mask {
+    pub(crate) fn is_large<L: Lane>(&self, world: V3<L>, size: L, is_drawn: bool) -> L::Mask {
         let Some(reach) = &self.size else {
             return L::zero().is_at_most(L::zero());
         };
@@ -308,7 +353,7 @@ impl KeepTest {
         let least = if self.is_orthographic {
             L::one()
         } else {
-            let from_eye = sighted.world.minus(self.eye.in_lanes());
+            let from_eye = world.minus(self.eye.in_lanes());
             from_eye.dot(from_eye).sqrt()
         };
         !reach.is_below(least)
@@ -317,9 +362,11 @@ impl KeepTest {
 
 impl Scale {
     fn new(thresholds: &Thresholds, px_per_unit: f32) -> Self {
+        let scales = [thresholds.refine_above_px, thresholds.coarsen_below_px];
+        let scales = scales.map(|threshold_px| threshold_px / px_per_unit);
         Self {
-            entering: thresholds.refine_above_px / (px_per_unit * ROUNDING),
-            leaving: thresholds.coarsen_below_px / px_per_unit * ROUNDING * ROUNDING,
+            coarse: scales.map(|scale| scale / ROUNDING),
+            fine: scales.map(|scale| scale * (ROUNDING * ROUNDING)),
         }
     }
 }

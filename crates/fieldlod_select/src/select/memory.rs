@@ -54,7 +54,13 @@ impl InstanceState {
 
     /// Within which limits an instance that is not forced to a level stays so. At finer levels it has to be decided
     /// anew in each frame if hidden things count less.
-    pub(crate) fn limits(self, scene: &Scene, index: usize, units: &ErrorUnits, hides: bool) -> Limits {
+    pub(crate) fn limits(
+        self,
+        scene: &Scene,
+        index: usize,
+        units: &ErrorUnits,
+        hides: bool,
+    ) -> Limits {
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
             Self::Culled => return Limits::CULLED,
@@ -64,7 +70,7 @@ impl InstanceState {
             Self::AtLevel(mesh, level) => (mesh, Some(usize::from(level))),
         };
         let errors = scene.table(mesh).errors_at(level);
-        let scale = scene.instances[index].error_scale;
+        let scale = scene.columns.error_scales[index];
         errors.limits(units, 1.0).scaled(scale)
     }
 }
@@ -129,7 +135,10 @@ impl LimitColumns {
         let limits = match bits_of(are_coarsest) {
             0xff => Limits {
                 lowest: f32::INFINITY,
-                highest: highest.to_array().into_iter().fold(f32::NEG_INFINITY, f32::max),
+                highest: highest
+                    .to_array()
+                    .into_iter()
+                    .fold(f32::NEG_INFINITY, f32::max),
             },
             _ => Limits::UNKNOWN,
         };

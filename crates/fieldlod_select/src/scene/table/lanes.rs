@@ -4,9 +4,9 @@
 use glam::Vec3;
 use wide::f32x8;
 
-use crate::lanes::bits::LANES;
 use crate::criterion::error_bounds::ErrorBounds;
 use crate::lanes::V3;
+use crate::lanes::bits::LANES;
 
 /// One value of each item, eight to an element.
 pub(super) fn lanes_of<T>(items: &[T], elements: usize, value: impl Fn(&T) -> f32) -> Vec<f32x8> {
@@ -17,7 +17,11 @@ pub(super) fn lanes_of<T>(items: &[T], elements: usize, value: impl Fn(&T) -> f3
 }
 
 /// One vector of each item, eight to an element.
-pub(super) fn vectors_of<T>(items: &[T], elements: usize, value: impl Fn(&T) -> Vec3) -> Vec<V3<f32x8>> {
+pub(super) fn vectors_of<T>(
+    items: &[T],
+    elements: usize,
+    value: impl Fn(&T) -> Vec3,
+) -> Vec<V3<f32x8>> {
     let [x, y, z] = std::array::from_fn(|axis| lanes_of(items, elements, |item| value(item)[axis]));
     (0..elements)
         .map(|element| V3 {

@@ -26,13 +26,15 @@
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.
 
+pub(crate) mod error_bounds;
 mod extent;
+pub(crate) mod limits;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
-use crate::lane::{Lane, M3, V3};
+use crate::lanes::{Lane, M3, V3};
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
@@ -92,9 +94,8 @@ pub fn group_error_px(
 }
 
 /// The same of a group of which the share `visible_share` is not hidden: what a
-/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. A share of 0 says that it is
-/// hidden for certain: nothing of it counts. What only seems hidden has a greater one, and its displacements
-/// count in full.
+/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. Displacements count in full, since
+/// the share is an estimate.
 #[must_use]
 pub fn visible_error_px(
     group: &Group,
@@ -208,8 +209,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 displacement_px,
             )
         };
-        // Those that count, unless all is hidden for certain.
-        let error_px = match (self.weights.counts_error, self.weights.displacement_weight) {
+        // Those that count.
+        match (self.weights.counts_error, self.weights.displacement_weight) {
             (true, None) => screen_error(),
             (false, Some(weight)) => displacement() * L::splat(weight),
             (true, Some(weight)) => {
@@ -218,8 +219,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 L::choose(b.is_below(a) | a.not_a_number(), a, b)
             }
             (false, None) => L::zero(),
-        };
-        L::choose(group.share.is_at_most(L::zero()), L::zero(), error_px)
+        }
     }
 
     #[inline]

@@ -1,8 +1,5 @@
 //! What decides how fine a cut is.
 
-/// The size in pixels up to which instances may be culled without leaving out what hides others for certain.
-const LARGEST_CULLED: f32 = 2.0;
-
 /// How groups outside the view are judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Offscreen {
@@ -23,10 +20,7 @@ pub enum Offscreen {
 /// the others by points. The screen-space error of what they leave the share `o` of visible counts `√o`
 /// times: the paper's flux is over the visible surface. What is not in the image, within
 /// [`LodSettings::offscreen_margin`] too, counts as hidden. `o` is an estimate from few triangles and points, so
-/// displacements ([`LodSettings::displacement_px`]) count in full, unless something is hidden for certain:
-/// that counts nothing. It is so where solid levels, less by what they and a cut may be off, cover all of its
-/// place in the image and are nearer than its nearest point. Where [`Offscreen::OnAxis`] asks for what casts
-/// shadows, no displacement is left out. Nothing is culled.
+/// displacements ([`LodSettings::displacement_px`]) count in full. Nothing is culled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleFlux {
     /// The most triangles that are drawn into the depth image; thirty-two points count as one.
@@ -204,17 +198,6 @@ impl LodSettings {
             counts_error: self.error_px.is_some(),
             displacement_weight,
         }
-    }
-
-    /// The displacement in pixels of the image that what hides others may have, where it has to be known what
-    /// is hidden for certain: where displacements are promised, and only in the image.
-    pub(crate) fn certainty_px(&self) -> Option<f32> {
-        let is_promised = self.min_aspect_ratio == 0.0
-            && self.forced_level.is_none()
-            && self.cull_below_px.is_none_or(|px| px <= LARGEST_CULLED)
-            && self.offscreen == Offscreen::Coarsest;
-        let displacement_px = self.displacement_px.filter(|_| is_promised)?;
-        Some(displacement_px / self.resolution_scale)
     }
 
     /// The same settings at another [threshold](Self::threshold_px), both in the same proportion.

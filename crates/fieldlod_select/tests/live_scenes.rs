@@ -381,36 +381,6 @@ fn of_whole_mesh_levels_one_is_drawn() {
     assert_eq!((drawn[0], drawn[5]), (0, 5));
 }
 
-/// What one change among many instances costs: the nodes above it, and those beside it.
-#[test]
-fn a_change_costs_the_same_in_a_scene_of_any_size() {
-    let visited = |count: u16| {
-        let mut scene = Scene::default();
-        let mesh = scene.add_mesh(&hierarchies()[3]);
-        let place = |index: u16| {
-            let (x, z) = (f32::from(index % 64), f32::from(index / 64));
-            Affine3A::from_translation(Vec3::new(x * 3.0 - 96.0, 0.0, -400.0 - z * 3.0))
-        };
-        let ids: Vec<InstanceId> = (0..count)
-            .map(|index| scene.add_instance(mesh, place(index), 1.0))
-            .collect();
-        scene.update();
-        let mut selector = Selector::default();
-        selector.select(&scene, &one_view(), &LodSettings::default());
-        scene.set_placement(ids[7], place(8));
-        scene.remove(ids[90]);
-        scene.add_instance(mesh, place(90), 1.0);
-        scene.add_instance(mesh, place(count), 1.0);
-        scene.update();
-        selector.select(&scene, &one_view(), &LodSettings::default());
-        let statistics = selector.statistics();
-        statistics.nodes_visited + statistics.instances_tested
-    };
-    let (few, many) = (visited(500), visited(30_000));
-    // One more level of the tree for each of the three places.
-    assert!(many <= few + 6, "{few} {many}");
-}
-
 #[test]
 fn what_is_small_leaves_at_a_lower_size_than_it_comes_at() {
     let mut scene = Scene::default();

@@ -1,0 +1,18 @@
+//! From a scene and a view to cuts: the pass over all instances, the decisions on what is near, and what remembers
+//! them. [`Selector`](crate::Selector) calls these steps in order.
+
+mod bounds_test;
+pub(crate) mod budget;
+pub(crate) mod changes;
+pub(crate) mod cut;
+pub(crate) mod cuts;
+pub(crate) mod decision;
+pub(crate) mod demand;
+pub(crate) mod frame;
+mod instance_cut;
+mod keep_test;
+mod memory;
+mod near;
+mod pool;
+#[cfg(test)]
+mod tests;

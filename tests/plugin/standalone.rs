@@ -60,8 +60,9 @@ fn file_without_gltf_is_drawn() {
         assert_eq!(world.get::<AutoLod>(prop).map(|lod| lod.bias), Some(2.0));
         assert!(world.get::<Aabb>(large).is_some());
         assert!(!units(&mut app).is_empty());
-        let triangles = stats(&app, camera).triangles_drawn;
-        assert!((1..100_000).contains(&triangles), "{triangles}");
+        let stats = stats(&app, camera);
+        let fewer = 1..stats.triangles_full;
+        assert!(fewer.contains(&stats.triangles_drawn), "{stats:?}");
     }
 }
 

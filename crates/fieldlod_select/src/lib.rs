@@ -62,6 +62,7 @@
 //! [`LodSettings::cull_below_px`].
 
 mod criterion;
+mod cut;
 mod hidden;
 mod lanes;
 pub mod naive;
@@ -69,17 +70,14 @@ mod scene;
 mod select;
 mod selector;
 mod settings;
-#[cfg(test)]
-#[path = "../tests/common/synthetic.rs"]
-mod synthetic;
 mod view;
 
 pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
+pub use cut::{Cut, select, select_with};
 pub use hidden::OcclusionBuffer;
 pub use scene::table::GroupTable;
 pub use scene::{InstanceId, MeshId, Scene, Tally};
 pub use select::changes::Change;
-pub use select::cut::{Cut, select, select_with};
 pub use select::cuts::Statistics;
 pub use select::decision::refine;
 pub use select::demand::GroupDemand;

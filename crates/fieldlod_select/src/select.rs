@@ -4,15 +4,12 @@
 mod bounds_test;
 pub(crate) mod budget;
 pub(crate) mod changes;
-pub(crate) mod cut;
 pub(crate) mod cuts;
 pub(crate) mod decision;
 pub(crate) mod demand;
 pub(crate) mod frame;
 mod instance_cut;
 mod keep_test;
+mod limits;
 mod memory;
 mod near;
-mod pool;
-#[cfg(test)]
-mod tests;

@@ -5,7 +5,7 @@ use crate::scene::{InstanceId, Scene};
 use crate::select::budget::BudgetSearch;
 use crate::select::changes::Change;
 use crate::select::cuts::{SceneCuts, Statistics};
-use crate::select::frame::Frame;
+use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
 use crate::view::View;
 
@@ -17,7 +17,7 @@ use crate::view::View;
 /// that are left, levels and groups are decided by the criterion. The cuts are those that deciding every group of
 /// every instance would give.
 ///
-/// With nothing changed a frame costs nothing; once its storage has grown to the scene, none allocates.
+/// With nothing changed a frame costs nothing.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -44,34 +44,8 @@ pub struct Selector {
     last: Option<Input>,
     cuts: SceneCuts,
     budget: BudgetSearch,
-    /// The input that a threshold was last sought for, and how often.
-    sought: Option<(Input, u32)>,
     /// Whether this selection has taken notice of what is visible.
     has_seen: bool,
-}
-
-/// Searches for the threshold of a budget in one and the same frame: each changes what the hysteresis
-/// remembers, and so what the next one finds.
-const MOST_SEARCHES: u32 = 3;
-
-/// All that a cut depends on, but for its memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Input {
-    view: View,
-    settings: LodSettings,
-    revision: u64,
-    available_revision: u64,
-}
-
-impl Input {
-    fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
-        Self {
-            view: *view,
-            settings: *settings,
-            revision: scene.revision,
-            available_revision: scene.available_revision,
-        }
-    }
 }
 
 impl Selector {
@@ -86,8 +60,7 @@ impl Selector {
         let view = view.with_margins(settings);
         // With a budget, first by the threshold that kept to it last.
         self.select_frame(scene, &view, &self.budget.settings(settings));
-        if self.needs_search(scene, &view, settings) {
-            let settings = self.budget.search(&self.cuts, scene, &view, settings);
+        if let Some(settings) = self.budget.search(&mut self.cuts, scene, &view, settings) {
             self.select_frame(scene, &view, &settings);
             self.budget.note_found(self.cuts.triangle_count);
         }
@@ -110,22 +83,6 @@ impl Selector {
         self.cuts.find_near(&frame);
         self.cuts.decide_near(&frame);
         self.cuts.enter_rest(&frame);
-    }
-
-    /// Whether another threshold has to be sought for the budget.
-    fn needs_search(&mut self, scene: &Scene, view: &View, settings: &LodSettings) -> bool {
-        let input = Input::new(scene, view, settings);
-        let searches = match self.sought {
-            Some((sought, searches)) if sought == input => searches,
-            _ => 0,
-        };
-        let is_due = self.budget.is_due(settings, self.cuts.triangle_count);
-        let needs_search = is_due && searches < MOST_SEARCHES;
-        if needs_search {
-            self.sought = Some((input, searches + 1));
-            self.cuts.statistics.budget_searches += 1;
-        }
-        needs_search
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
@@ -185,6 +142,5 @@ impl Selector {
         self.last = None;
         self.cuts.clear();
         self.budget = BudgetSearch::default();
-        self.sought = None;
     }
 }

@@ -1,10 +1,12 @@
-//! Which errors an instance as a whole may show with the same answer: one interval for each of its levels.
+//! What an instance shows at its level: the limits within which it stays there.
 //!
 //! ```text
-//! metric = E · scale(view, sphere)     with lowest < E < highest, whatever direction it is seen from
+//! shown error = E · scale(view, sphere)
+//! E ≥ lowest    of the group that is refined last
+//! E ≤ highest   of all finer groups
 //! ```
-//! The weights of the criterion depend on the direction; their least and greatest values make the interval a
-//! little wider than it has to be.
+//! The weights of the criterion depend on the direction; `E` has their least and their greatest value. An instance
+//! between the two is decided by the criterion itself.
 
 use fieldlod_hierarchy::Group;
 

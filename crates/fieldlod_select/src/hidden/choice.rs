@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
         if self.is_perspective {
             let gap = from_eye.dot(from_eye).sqrt() - radius;
             let nearest = gap.larger(zero) + occluder_radius;
-            texels_squared = texels_squared / (nearest * nearest);
+            texels_squared /= nearest * nearest;
         }
         let is_large = f32x8::splat(LEAST_RADIUS * LEAST_RADIUS).is_at_most(texels_squared);
         let area = texels_squared * f32x8::splat(std::f32::consts::PI);

@@ -112,19 +112,6 @@ impl SeenShares<'_> {
 }
 
 impl ShareMemory {
-    pub(crate) fn with_capacity(words: usize) -> Self {
-        Self {
-            shares: Vec::with_capacity(words * CHUNK),
-            held: Vec::with_capacity(words * LANES),
-            ..Self::default()
-        }
-    }
-
-    #[cfg(test)]
-    pub(crate) fn capacity(&self) -> usize {
-        self.shares.capacity() + self.held.capacity()
-    }
-
     /// Nothing is hidden, and nothing remembered.
     pub(crate) fn clear(&mut self) {
         self.held.clear();

@@ -1,7 +1,7 @@
 //! What a view sees of instances: its depth image, and the shares that this leaves visible.
 
 use crate::hidden::OcclusionBuffer;
-use crate::hidden::shares::FULL_SHARE;
+use crate::hidden::shares::{FULL_SHARE, Shares};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, Scene};
 use crate::settings::VisibleFlux;
@@ -51,12 +51,17 @@ impl VisibleShares {
         SeenShares::OfGroups(&self.groups)
     }
 
-    /// What is seen of an instance as a whole, in steps; all of what is so large in the image that its groups would
-    /// be looked at.
-    pub(crate) fn share_of_whole(&self, table: &GroupTable, index: u32, instance: &Instance) -> u8 {
+    /// What counts of an instance as a whole; all of what is so large in the image that its groups would be looked at.
+    pub(crate) fn shares_of_whole(
+        &self,
+        table: &GroupTable,
+        index: u32,
+        instance: &Instance,
+        flux: &VisibleFlux,
+    ) -> Shares<'static> {
         let buffer = self.buffer.as_ref();
         let share = buffer.and_then(|buffer| buffer.share_of_all(table, index, instance, true));
-        share.unwrap_or(FULL_SHARE)
+        Shares::of_all(share.unwrap_or(FULL_SHARE), flux.least_share)
     }
 
     /// Forgets the image.

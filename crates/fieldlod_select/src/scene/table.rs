@@ -244,13 +244,6 @@ impl GroupTable {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
     }
 
-    /// The logarithm of a number that no cut has more units than, nor the mesh more groups; the same
-    /// for meshes of about the same size.
-    pub(crate) fn size_class(&self) -> u32 {
-        let size = self.units.len().max(self.group_count);
-        size.next_power_of_two().trailing_zeros()
-    }
-
     /// What the criterion reads of the groups of a block.
     #[inline(always)]
     pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {

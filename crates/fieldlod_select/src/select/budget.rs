@@ -8,6 +8,7 @@
 use wide::f32x8;
 
 use super::cuts::SceneCuts;
+use super::frame::Input;
 use super::memory::InstanceState;
 use crate::criterion::Criterion;
 use crate::hidden::shares::Shares;
@@ -29,6 +30,9 @@ const DEAD_BAND_FROM: f64 = 0.95;
 /// frames.
 const PATIENCE: u32 = 16;
 
+/// Searches in one and the same frame: each changes what the hysteresis remembers, and so what the next one finds.
+const MOST_SEARCHES: u32 = 3;
+
 /// The search for that threshold, with what it has found so far.
 #[derive(Debug, Default)]
 pub(crate) struct BudgetSearch {
@@ -39,6 +43,8 @@ pub(crate) struct BudgetSearch {
     found: u64,
     /// Frames since.
     age: u32,
+    /// The input that a threshold was last sought for, and how often.
+    sought: Option<(Input, u32)>,
     /// Triangles that are drawn at thresholds below a bucket, less those above.
     histogram: Vec<i64>,
     errors: Vec<f32>,
@@ -57,10 +63,7 @@ impl BudgetSearch {
     }
 
     /// Whether another threshold should be sought, now that this one draws `triangle_count`.
-    pub(crate) fn is_due(&mut self, settings: &LodSettings, triangle_count: u64) -> bool {
-        let Some(budget) = budget_of(settings) else {
-            return false;
-        };
+    fn is_due(&mut self, budget: u64, triangle_count: u64) -> bool {
         self.age = self.age.saturating_add(1);
         let Some(threshold_px) = self.threshold_px else {
             return triangle_count > budget;
@@ -76,14 +79,26 @@ impl BudgetSearch {
         is_too_fine || (triangle_count as f64) < reachable as f64 * DEAD_BAND_FROM
     }
 
-    /// The settings at the threshold that keeps to their budget, by the cuts that were selected last.
+    /// The settings at another threshold that keeps to their budget, by the cuts that were selected last; `None` if
+    /// the one in use does.
     pub(crate) fn search(
         &mut self,
-        cuts: &SceneCuts,
+        cuts: &mut SceneCuts,
         scene: &Scene,
         view: &View,
         settings: &LodSettings,
-    ) -> LodSettings {
+    ) -> Option<LodSettings> {
+        let budget = budget_of(settings)?;
+        let input = Input::new(scene, view, settings);
+        let searches = match self.sought {
+            Some((sought, searches)) if sought == input => searches,
+            _ => 0,
+        };
+        if !self.is_due(budget, cuts.triangle_count) || searches >= MOST_SEARCHES {
+            return None;
+        }
+        self.sought = Some((input, searches + 1));
+        cuts.statistics.budget_searches += 1;
         self.begin();
         let mut forced_triangles = 0;
         for index in 0..scene.instances.len() {
@@ -99,8 +114,8 @@ impl BudgetSearch {
             }
             self.add_drawn(cuts, scene, index, view, settings);
         }
-        self.budget = settings.triangle_budget.unwrap_or(u64::MAX);
-        self.finish(self.budget.saturating_sub(forced_triangles), settings)
+        self.budget = budget;
+        Some(self.finish(budget.saturating_sub(forced_triangles), settings))
     }
 
     /// Adds an instance by how it is drawn and what is visible of it.
@@ -120,33 +135,24 @@ impl BudgetSearch {
             let shares = cut.shares().shares(settings);
             return self.add(scene, index, cut.refined(), shares, view, settings);
         }
-        let (flux, visible) = (settings.visible_flux, &cuts.visible);
-        let placed = &scene.instances[index];
-        match (memory.state, flux) {
-            (InstanceState::AtLevel(_, level), flux) => {
-                let refined = [table.refined_at_level(usize::from(level))];
-                let steps = memory.share.steps(usize::from(level));
-                let shares =
-                    flux.map_or(Shares::FULL, |flux| Shares::new(&steps, flux.least_share));
-                self.add(scene, index, &refined, shares, view, settings);
-            }
-            (_, None) => {
-                let refined = &table.coarsest_refined;
-                self.add(scene, index, refined, Shares::FULL, view, settings);
-            }
-            (_, Some(flux)) => {
-                let step = visible.share_of_whole(table, index as u32, placed);
-                let shares = Shares::of_all(step, flux.least_share);
-                self.add(
-                    scene,
-                    index,
-                    &table.coarsest_refined,
-                    shares,
-                    view,
-                    settings,
-                );
-            }
+        let flux = settings.visible_flux;
+        if let InstanceState::AtLevel(_, level) = memory.state {
+            let refined = [table.refined_at_level(usize::from(level))];
+            let steps = memory.share.steps(usize::from(level));
+            let shares = flux.map_or(Shares::FULL, |flux| Shares::new(&steps, flux.least_share));
+            return self.add(scene, index, &refined, shares, view, settings);
         }
+        let placed = &scene.instances[index];
+        let of_whole = |flux| (cuts.visible).shares_of_whole(table, index as u32, placed, flux);
+        let shares = flux.as_ref().map_or(Shares::FULL, of_whole);
+        self.add(
+            scene,
+            index,
+            &table.coarsest_refined,
+            shares,
+            view,
+            settings,
+        );
     }
 
     /// Begins the count of triangles by threshold.

@@ -111,14 +111,6 @@ impl Changes {
             });
         }
     }
-
-    #[cfg(test)]
-    pub(crate) fn capacity(&self) -> usize {
-        self.all.capacity()
-            + self.entered.capacity()
-            + self.left.capacity()
-            + self.coarsest.capacity()
-    }
 }
 
 /// The two differences of two ascending lists, appended.

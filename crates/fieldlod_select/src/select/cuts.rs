@@ -2,11 +2,10 @@
 
 use super::changes::Changes;
 use super::frame::Frame;
-use super::instance_cut::InstanceCut;
-use super::memory::{InstanceMemory, InstanceState, LimitColumns};
+use super::instance_cut::{InstanceCut, Pool};
+use super::limits::{LimitColumns, LimitsKey};
+use super::memory::{InstanceMemory, InstanceState};
 use super::near::Near;
-use super::pool::Pool;
-use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
 use crate::scene::{InstanceId, MeshId, Scene};
@@ -27,11 +26,11 @@ pub struct Statistics {
 #[derive(Debug, Default)]
 pub(crate) struct SceneCuts {
     pub(super) memories: Vec<InstanceMemory>,
-    limits: LimitColumns,
+    pub(super) limits: LimitColumns,
     /// What the limits are of.
-    limits_of: Option<LimitsKey>,
+    pub(super) limits_of: Option<LimitsKey>,
     /// Changes of the scene up to here are taken into account.
-    journal_revision: u64,
+    pub(super) journal_revision: u64,
     /// Instances that may not stay as they are.
     near: Vec<Near>,
     pub(super) pool: Pool,
@@ -41,16 +40,6 @@ pub(crate) struct SceneCuts {
     pub(crate) changes: Changes,
     pub(crate) triangle_count: u64,
     pub(crate) statistics: Statistics,
-}
-
-/// What limits depend on, besides the instances.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct LimitsKey {
-    units: ErrorUnits,
-    layers: u64,
-    forced_level: Option<u32>,
-    hides: bool,
-    available_revision: u64,
 }
 
 /// Instances of one mesh with indices that follow each other.
@@ -73,73 +62,6 @@ impl SceneCuts {
     pub(crate) fn begin(&mut self) {
         self.changes.clear();
         self.statistics = Statistics::default();
-    }
-
-    /// Brings the limits up to date with what has changed in the scene and the settings.
-    pub(crate) fn update_limits(&mut self, frame: &Frame) {
-        let Frame {
-            scene,
-            view,
-            settings,
-            ..
-        } = *frame;
-        let key = LimitsKey {
-            units: frame.units,
-            layers: view.layers,
-            forced_level: settings.forced_level,
-            hides: settings.visible_flux.is_some(),
-            available_revision: scene.available_revision,
-        };
-        let count = scene.instances.len();
-        self.memories.resize(count, InstanceMemory::default());
-        self.limits.resize(count);
-        let last_key = self.limits_of.replace(key);
-        let changed = scene.journal.since(self.journal_revision);
-        self.journal_revision = scene.journal.revision();
-        match changed.filter(|_| last_key == Some(key)) {
-            Some(changed) => {
-                for &index in changed {
-                    self.update_limits_of(frame, index as usize, &key);
-                }
-            }
-            None => {
-                // What these change has to be decided anew, all else stays as it is within other limits.
-                let is_same = |last: LimitsKey| {
-                    LimitsKey {
-                        units: key.units,
-                        ..last
-                    } == key
-                };
-                let keeps_states = frame.is_first || last_key.is_some_and(is_same);
-                for index in 0..count {
-                    match keeps_states {
-                        true => self.update_limits_of(frame, index, &key),
-                        false => self.limits.set(index, Limits::UNKNOWN),
-                    }
-                }
-            }
-        }
-    }
-
-    fn update_limits_of(&mut self, frame: &Frame, index: usize, key: &LimitsKey) {
-        let (memory, entry) = (&mut self.memories[index], &frame.scene.entries[index]);
-        let forced_level = entry.forced_level;
-        let mut state = memory.state;
-        let mut is_known = memory.version == entry.version && memory.generation == entry.generation;
-        if frame.is_first {
-            // Every instance begins at its coarsest, and is listed so in the end.
-            (memory.version, memory.generation) = (entry.version, entry.generation);
-            let seen = entry.seen_mesh(key.layers);
-            state = seen.map_or(InstanceState::Empty, InstanceState::Coarsest);
-            is_known = true;
-        }
-        let is_forced =
-            forced_level.or(key.forced_level).is_some() && state != InstanceState::Empty;
-        let limits = match is_known && !is_forced {
-            true => state.limits(frame.scene, index, &key.units, key.hides),
-            false => Limits::UNKNOWN,
-        };
-        self.limits.set(index, limits);
     }
 
     /// Takes notice of what is visible in a frame.
@@ -275,27 +197,6 @@ impl SceneCuts {
         }
     }
 
-    /// Sets the limits within which an instance stays as it was decided.
-    pub(super) fn set_limits(&mut self, frame: &Frame, index: u32, is_forced: bool) {
-        let Some(key) = &self.limits_of else {
-            return;
-        };
-        let index = index as usize;
-        let state = match self.memories[index].state {
-            // A first frame lists it in the end.
-            InstanceState::Empty if frame.is_first => {
-                let seen = frame.scene.entries[index].seen_mesh(key.layers);
-                seen.map_or(InstanceState::Empty, InstanceState::Coarsest)
-            }
-            state => state,
-        };
-        let limits = match is_forced && state.is_drawn() {
-            true => Limits::FIXED,
-            false => state.limits(frame.scene, index, &key.units, key.hides),
-        };
-        self.limits.set(index, limits);
-    }
-
     pub(crate) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
         let Some(memory) = self.memories.get(instance.index()) else {
             return &[];
@@ -330,15 +231,5 @@ impl SceneCuts {
         self.visible.clear();
         self.has_unsettled_shares = false;
         self.triangle_count = 0;
-    }
-
-    /// What all storage could hold without growing.
-    #[cfg(test)]
-    pub(crate) fn capacity(&self) -> usize {
-        self.memories.capacity()
-            + self.limits.capacity()
-            + self.near.capacity()
-            + self.changes.capacity()
-            + self.pool.capacity()
     }
 }

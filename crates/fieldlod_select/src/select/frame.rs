@@ -43,3 +43,23 @@ impl<'a> Frame<'a> {
         }
     }
 }
+
+/// All that a cut depends on, but for its memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Input {
+    pub(crate) view: View,
+    pub(crate) settings: LodSettings,
+    revision: u64,
+    available_revision: u64,
+}
+
+impl Input {
+    pub(crate) fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
+        Self {
+            view: *view,
+            settings: *settings,
+            revision: scene.revision,
+            available_revision: scene.available_revision,
+        }
+    }
+}

@@ -1,12 +1,14 @@
 //! The cut of one instance that is decided group by group, in storage that is used again.
 
 use crate::hidden::held_shares::{SeenShares, ShareMemory};
-use crate::lanes::bits::CHUNK;
 use crate::scene::table::GroupTable;
 
 #[derive(Debug, Default)]
 pub(crate) struct InstanceCut {
-    /// Bits of the groups that are refined, now and in the last frame.
+    /// Bits of groups whose own errors exceed their thresholds, now and in the last frame.
+    own: Vec<u64>,
+    own_before: Vec<u64>,
+    /// The closure of those.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
     /// Of the refined groups those that are at hand, if not all are.
@@ -16,27 +18,9 @@ pub(crate) struct InstanceCut {
     units_before: Vec<u32>,
     triangle_count: u64,
     shares: ShareMemory,
-    class: u32,
 }
 
 impl InstanceCut {
-    /// With room for any cut of a mesh of a [size class](GroupTable::size_class).
-    pub(crate) fn of_class(class: u32) -> Self {
-        let units = || Vec::with_capacity(1 << class);
-        let word_count = (1usize << class).div_ceil(CHUNK);
-        let words = || Vec::with_capacity(word_count);
-        Self {
-            refined: words(),
-            refined_before: words(),
-            drawn: words(),
-            units: units(),
-            units_before: units(),
-            shares: ShareMemory::with_capacity(word_count),
-            class,
-            ..Self::default()
-        }
-    }
-
     /// Begins with an instance that drew these units and triangles: at its coarsest or, if there is one, at a level of
     /// the mesh as a whole.
     pub(crate) fn begin(
@@ -66,15 +50,20 @@ impl InstanceCut {
         table: &GroupTable,
         decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
     ) -> bool {
+        std::mem::swap(&mut self.own, &mut self.own_before);
+        decision(&self.shares, &self.refined, &mut self.own);
+        let are_units_known = self.available_revision == table.available_revision;
+        if self.own == self.own_before && are_units_known {
+            return false;
+        }
         std::mem::swap(&mut self.refined, &mut self.refined_before);
-        decision(&self.shares, &self.refined_before, &mut self.refined);
+        self.refined.clone_from(&self.own);
         table.close_refinement(&mut self.refined);
-        let is_same = self.refined == self.refined_before
-            && self.available_revision == table.available_revision;
-        if !is_same {
+        let has_changed = self.refined != self.refined_before || !are_units_known;
+        if has_changed {
             self.gather(table);
         }
-        !is_same
+        has_changed
     }
 
     fn gather(&mut self, table: &GroupTable) {
@@ -113,10 +102,6 @@ impl InstanceCut {
         &self.shares
     }
 
-    pub(crate) fn class(&self) -> u32 {
-        self.class
-    }
-
     pub(crate) fn refined(&self) -> &[u64] {
         &self.refined
     }
@@ -130,15 +115,40 @@ impl InstanceCut {
     pub(crate) fn drawn_before(&self) -> &[u32] {
         &self.units_before
     }
+}
 
-    /// What its storage could hold without growing.
-    #[cfg(test)]
-    pub(crate) fn capacity(&self) -> usize {
-        self.refined.capacity()
-            + self.shares.capacity()
-            + self.refined_before.capacity()
-            + self.drawn.capacity()
-            + self.units.capacity()
-            + self.units_before.capacity()
+/// Cuts by key, and the keys that no instance has.
+#[derive(Debug, Default)]
+pub(crate) struct Pool {
+    cuts: Vec<InstanceCut>,
+    free: Vec<u32>,
+}
+
+impl Pool {
+    /// The key of a cut that is to begin.
+    pub(crate) fn make(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.cuts.push(InstanceCut::default());
+            self.cuts.len() as u32 - 1
+        })
+    }
+
+    pub(crate) fn at(&self, key: u32) -> &InstanceCut {
+        &self.cuts[key as usize]
+    }
+
+    pub(crate) fn at_mut(&mut self, key: u32) -> &mut InstanceCut {
+        &mut self.cuts[key as usize]
+    }
+
+    /// Frees a key; its cut is used again.
+    pub(crate) fn free(&mut self, key: u32) {
+        self.free.push(key);
+    }
+
+    /// Frees all keys.
+    pub(crate) fn clear(&mut self) {
+        self.free.clear();
+        self.free.extend(0..self.cuts.len() as u32);
     }
 }

@@ -13,7 +13,7 @@
 use camera_field::Camera;
 use wide::f32x8;
 
-use super::memory::EightLimits;
+use super::limits::EightLimits;
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
@@ -68,14 +68,20 @@ struct SizeReach {
 }
 
 /// Spheres as a view sees them.
-pub(crate) struct Sighted<L: Lane> {
+struct Sighted<L> {
     world: V3<L>,
     seen: V3<L>,
     /// The radius, and what rounding may move a sphere by.
     radius: L,
     slack: L,
-    /// Whether they are certainly outside, of what enters and of what leaves.
-    outside: [L::Mask; 2],
+}
+
+/// What errors may be over their threshold and scale.
+struct Bounds<L> {
+    /// In the view: up to the first they surely fit, above the second they surely exceed.
+    in_view: [L; 2],
+    /// The same on the axis, for what is outside of it.
+    on_axis: [L; 2],
 }
 
 /// How large errors may be in the world, of groups that were not refined and of those that were.
@@ -187,13 +193,17 @@ impl KeepTest {
         let sighted = self.sight(spheres.center(), spheres.radius());
         let is_coarsest = f32x8::infinity().is_at_most(lowest);
         let dark = self.is_dark(&sighted);
-        let unseen = sighted.outside[0] & is_coarsest & dark;
+        let outside = self.is_outside(0, &sighted);
+        let unseen = outside & is_coarsest & dark;
         if sizes.is_none() && bits_of(unseen | is_still) == 0xff {
             return None;
         }
-        let allowed = self.allowed(&sighted, dark);
-        let fits = highest.is_at_most(allowed.coarse[0]);
-        let shows = is_coarsest | allowed.fine[1].is_below(lowest);
+        // Most of the others are within their limits.
+        let bounds = self.bounds(&sighted);
+        let entering = self.coarse(0, &sighted, &bounds, dark);
+        let leaving = self.fine(1, &sighted, &bounds, dark);
+        let fits = highest.is_at_most(entering);
+        let shows = is_coarsest | leaving.is_below(lowest);
         let mut kept = unseen | is_still | (fits & shows);
         if let Some((sizes, were_drawn)) = sizes {
             let (size, was_culled) = (f32x8::new(*sizes), lowest.is_below(f32x8::zero()));
@@ -202,41 +212,52 @@ impl KeepTest {
             let stays_culled = !self.is_large(sighted.world, size, false);
             kept = is_gone | f32x8::choose(was_culled, stays_culled, stays_drawn);
         }
+        let kept = bits_of(kept);
         let counts_outside = self.on_axis.is_some();
-        Some(Looked {
-            kept: bits_of(kept),
-            dark: if counts_outside {
-                bits_of(dark & sighted.outside[0])
-            } else {
-                0
+        (kept != 0xff).then(|| Looked {
+            kept,
+            dark: match counts_outside {
+                true => bits_of(dark & outside),
+                false => 0,
             },
-            allowed,
+            allowed: Allowed {
+                coarse: [entering, self.coarse(1, &sighted, &bounds, dark)],
+                fine: [self.fine(0, &sighted, &bounds, dark), leaving],
+            },
         })
     }
 
     #[inline(always)]
     fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
         let from_eye = world.minus(self.eye.in_lanes());
-        let seen = self.camera_from_world.in_lanes().of(from_eye);
         let size = world.x.abs() + world.y.abs() + world.z.abs();
         let slack = size * L::splat(POSITION_SLACK) + L::splat(self.eye_slack);
-        let radius = radius * L::splat(ROUNDING) + slack;
-        // Two widths of one view: what is outside of the wider one is outside of the other.
-        let inside_by = self.sides.map(|sides| sides.least_inside(seen));
-        let outside = inside_by.map(|inside_by| {
-            let beyond = -inside_by;
-            radius.is_below(match self.is_orthographic {
-                true => beyond,
-                false => beyond.larger(-seen.z),
-            })
-        });
         Sighted {
             world,
-            seen,
-            radius,
+            seen: self.camera_from_world.in_lanes().of(from_eye),
+            radius: radius * L::splat(ROUNDING) + slack,
             slack,
-            outside,
         }
+    }
+
+    /// Which spheres are certainly outside of the view that groups enter, 0, or leave, 1.
+    #[inline(always)]
+    fn is_outside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
+        let beyond = -self.sides[width].least_inside(sighted.seen);
+        sighted.radius.is_below(match self.is_orthographic {
+            true => beyond,
+            false => beyond.larger(-sighted.seen.z),
+        })
+    }
+
+    /// Which spheres are certainly not: those with their centres in the view.
+    #[inline(always)]
+    fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
+        let inside_by = self.sides[width].least_inside(sighted.seen);
+        sighted.slack.is_below(match self.is_orthographic {
+            true => inside_by,
+            false => inside_by.smaller(sighted.seen.z),
+        })
     }
 
     /// Which spheres cast no shadow into the image, if they are outside of the view; all if nothing there counts.
@@ -252,85 +273,65 @@ impl KeepTest {
         }
     }
 
-    /// How large errors may be.
+    /// The largest errors of groups that are certainly not refined, by whether they were.
     #[inline(always)]
-    fn allowed<L: Lane>(&self, sighted: &Sighted<L>, dark: L::Mask) -> Allowed<L> {
+    fn coarse<L: Lane>(
+        &self,
+        width: usize,
+        sighted: &Sighted<L>,
+        bounds: &Bounds<L>,
+        dark: L::Mask,
+    ) -> L {
+        let mut in_view = bounds.in_view[0] * L::splat(self.scale.coarse[width]);
+        let mut outside = L::infinity();
+        if let Some(scale) = &self.on_axis {
+            let on_axis = bounds.on_axis[0] * L::splat(scale.coarse[width]);
+            // What is on the edge may be either.
+            in_view = in_view.smaller(on_axis);
+            outside = L::choose(dark, outside, on_axis);
+        }
+        L::choose(self.is_outside(width, sighted), outside, in_view)
+    }
+
+    /// The errors above which groups are certainly refined, by whether they were.
+    #[inline(always)]
+    fn fine<L: Lane>(
+        &self,
+        width: usize,
+        sighted: &Sighted<L>,
+        bounds: &Bounds<L>,
+        dark: L::Mask,
+    ) -> L {
+        let in_view = bounds.in_view[1] * L::splat(self.scale.fine[width]);
+        let mut elsewhere = L::infinity();
+        if let Some(scale) = &self.on_axis {
+            let on_axis = bounds.on_axis[1] * L::splat(scale.fine[width]);
+            let counts = self.is_outside(width, sighted) & !dark;
+            elsewhere = L::choose(counts, on_axis, elsewhere);
+        }
+        L::choose(self.is_inside(width, sighted), in_view, elsewhere)
+    }
+
+    /// Bounds of what errors show, for any threshold.
+    #[inline(always)]
+    fn bounds<L: Lane>(&self, sighted: &Sighted<L>) -> Bounds<L> {
+        let relaxation = L::splat(self.least_relaxation);
+        if self.is_orthographic {
+            return Bounds {
+                in_view: [L::one(); 2],
+                on_axis: [L::one(); 2],
+            };
+        }
         let Sighted {
             seen,
             radius,
             slack,
-            outside,
             ..
         } = *sighted;
         let distance_squared = seen.dot(seen);
         let distance = distance_squared.sqrt();
         let gap = distance - radius;
-        // Depth over the root of the secant, or over the secant.
-        let (mut most, mut least) = (L::one(), L::one() / L::splat(self.least_relaxation));
-        if !self.is_orthographic {
-            (most, least) = self.depths(sighted, distance_squared, distance, gap);
-            // What reaches the camera has no limit.
-            let is_apart = L::zero().is_below(gap);
-            most = L::choose(is_apart, most, -L::infinity());
-            // By how much the sphere is larger here than it is.
-            let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
-            let lost = excess * L::splat(6.0 / self.least_cosine);
-            let rest = (gap - lost) * L::splat(self.least_relaxation);
-            least = L::choose(L::zero().is_below(rest), least * gap / rest, L::infinity());
-        }
-        // What is certainly seen has its centre in the view.
-        let is_seen = self.sides.map(|sides| {
-            let is_seen = slack.is_below(sides.least_inside(seen));
-            match self.is_orthographic {
-                true => is_seen,
-                false => is_seen & slack.is_below(seen.z),
-            }
-        });
-        let mut allowed = Allowed {
-            coarse: self.scale.coarse.map(|scale| most * L::splat(scale)),
-            fine: self.scale.fine.map(|scale| least * L::splat(scale)),
-        };
-        for width in 0..2 {
-            let fine = &mut allowed.fine[width];
-            *fine = L::choose(is_seen[width], *fine, L::infinity());
-        }
-        // What is outside counts for nothing, or by its distance.
-        let (near, far) = match self.is_orthographic {
-            true => (L::one(), L::one()),
-            false => (gap, distance * L::splat(ROUNDING) + slack),
-        };
-        for width in 0..2 {
-            let (mut coarse, mut fine) = (L::infinity(), L::infinity());
-            if let Some(scale) = &self.on_axis {
-                coarse = near * L::splat(scale.coarse[width]);
-                fine = far * L::splat(scale.fine[width] / self.least_relaxation);
-                // What is on the edge may be either.
-                let inside = &mut allowed.coarse[width];
-                *inside = inside.smaller(coarse);
-                coarse = L::choose(dark, L::infinity(), coarse);
-                fine = L::choose(dark, L::infinity(), fine);
-            }
-            let Allowed {
-                coarse: of_coarse,
-                fine: of_fine,
-            } = &mut allowed;
-            of_coarse[width] = L::choose(outside[width], coarse, of_coarse[width]);
-            of_fine[width] = L::choose(outside[width], fine, of_fine[width]);
-        }
-        allowed
-    }
-
-    /// Bounds of the depth over the root of the secant, or over the secant: at most so that errors surely fit, and at
-    /// least so that they surely exceed.
-    #[inline(always)]
-    fn depths<L: Lane>(
-        &self,
-        sighted: &Sighted<L>,
-        distance_squared: L,
-        distance: L,
-        gap: L,
-    ) -> (L, L) {
-        let Sighted { seen, radius, .. } = *sighted;
+        // Cosine and depth of the criterion's extent.
         let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
@@ -340,7 +341,18 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        (most, least)
+        // By how much the sphere is larger here than it is: 4 to 6 times that, over the gap, is what may be lost.
+        let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
+        let rest = (gap - excess * L::splat(6.0 / self.least_cosine)) * relaxation;
+        let is_certain = L::zero().is_below(rest);
+        Bounds {
+            in_view: [
+                // What reaches the camera has no limit.
+                L::choose(L::zero().is_below(gap), most, -L::infinity()),
+                L::choose(is_certain, least * gap / rest, L::infinity()),
+            ],
+            on_axis: [gap, (distance * L::splat(ROUNDING) + slack) / relaxation],
+        }
     }
 
     /// Which of them are large enough to be drawn; what is not a number is.

@@ -207,7 +207,7 @@ impl SceneCuts {
         let key = match was {
             InstanceState::Mixed(key) => key,
             _ => {
-                let key = self.pool.make(table);
+                let key = self.pool.make();
                 let level = match was {
                     InstanceState::AtLevel(_, level) => Some(usize::from(level)),
                     _ => None,

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use bevy::app::PluginGroupBuilder;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
+use bevy::ecs::system::RunSystemOnce;
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
@@ -68,6 +69,17 @@ pub fn run_until_ready(app: &mut App, ready: u32) {
         app.update();
     }
     (0..5).for_each(|_| app.update());
+}
+
+/// The level of a prop that is drawn; `None` if `camera` does not draw the prop or it has no levels.
+///
+/// # Panics
+/// If the cut of the camera has more than one level of it.
+pub fn drawn_level(world: &mut World, prop: Entity, camera: Entity) -> Option<u32> {
+    let find = move |levels: LodLevels| levels.in_view(prop, camera);
+    let levels = world.run_system_once(find).unwrap()?;
+    assert_eq!(levels.start(), levels.end());
+    Some(*levels.start())
 }
 
 /// A camera that draws to an image of its own.

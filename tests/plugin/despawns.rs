@@ -2,10 +2,9 @@
 
 use std::collections::HashSet;
 
-use bevy::camera::visibility::NoAutoAabb;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodSource, LodUnit};
+use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
 use fieldlod_tests::apps::finish;
 
 use crate::headless::{
@@ -88,12 +87,16 @@ fn reused_record_spawns_one_entity() {
 fn despawn_in_observer_does_not_panic() {
     for subdivisions in [4, 5] {
         let mut app = app();
-        app.add_observer(|added: On<Add, NoAutoAabb>, mut commands: Commands| {
-            commands.entity(added.entity).try_despawn();
+        app.add_observer(|ready: On<LodReady>, mut commands: Commands| {
+            commands.entity(ready.entity).try_despawn();
         });
-        app.add_observer(|added: On<Add, LodSource>, mut commands: Commands| {
-            commands.entity(added.entity).try_despawn();
-        });
+        app.add_observer(
+            |changed: On<Insert, LodState>, states: Query<&LodState>, mut commands: Commands| {
+                if let Ok(LodState::Ready(_)) = states.get(changed.entity) {
+                    commands.entity(changed.entity).try_despawn();
+                }
+            },
+        );
         spawn_rock(&mut app, subdivisions);
         run_until(&mut app, "it is gone", |app| entity_count(app) == 0);
         app.update();

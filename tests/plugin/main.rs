@@ -10,6 +10,7 @@ mod despawns;
     reason = "shared with the suites of the baker, which use more of it"
 )]
 mod gltf_file;
+mod game_code;
 mod headless;
 mod kinds;
 mod life;

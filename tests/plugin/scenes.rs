@@ -6,7 +6,7 @@ use bevy::gltf::{GltfLoaderSettings, convert_coordinates::GltfConvertCoordinates
 use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{LodOrigin, LodSource};
+use bevy_fieldlod::LodOrigin;
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
 use fieldlod_tests::apps::bevy_mesh;
@@ -14,7 +14,7 @@ use serde_json::json;
 
 use crate::gltf_file::GltfFile;
 use crate::headless::{
-    Events, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
+    Events, app_in, level, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
 };
 
 /// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
@@ -287,27 +287,30 @@ fn rejects_a_missing_fieldlod_file() {
     });
 }
 
-/// The triangles of all that is drawn of a tree on the way up to it, bark and leaves.
-fn triangles_on_the_way(app: &mut App) -> Vec<[usize; 2]> {
+/// The levels of bark and leaves of a tree on the way up to it.
+fn levels_on_the_way(app: &mut App) -> Vec<[Option<u32>; 2]> {
     let camera = spawn_camera(app, 400.0);
+    let parts = parts_of_tree(app).map(|(entity, _)| entity);
     let mut drawn = Vec::new();
     let mut distance = 400.0f32;
     while distance > 4.0 {
         move_camera(app, camera, distance);
         app.update();
         app.update();
-        let mut objects = app.world_mut().query::<(&Mesh3d, &LodSource)>();
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        let count = |(mesh, source): (&Mesh3d, &LodSource)| {
-            let count = |mesh| meshes.get(mesh).unwrap().indices().unwrap().len() / 3;
-            (count(&source.mesh), count(&mesh.0))
-        };
-        let mut counts: Vec<_> = objects.iter(app.world()).map(count).collect();
-        counts.sort_unstable();
-        drawn.push([counts[0].1, counts[1].1]);
+        drawn.push(parts.map(|part| level(app, part, camera)));
         distance *= 0.97;
     }
     drawn
+}
+
+/// The two entities of a tree, the one with fewer triangles first.
+fn parts_of_tree(app: &mut App) -> [(Entity, AssetId<Mesh>); 2] {
+    let mut parts = app.world_mut().query::<(Entity, &Mesh3d)>();
+    let parts = parts.iter(app.world());
+    let mut parts: Vec<_> = parts.map(|(entity, mesh)| (entity, mesh.id())).collect();
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    parts.sort_by_key(|(_, mesh)| meshes.get(*mesh).unwrap().indices().unwrap().len());
+    parts.try_into().unwrap()
 }
 
 #[test]
@@ -322,7 +325,7 @@ fn bark_and_leaves_change_levels_together() {
         spawn_scene(&mut app, None);
         ready(&mut app, 2);
         assert_eq!(origins(&app), [origin; 2]);
-        triangles_on_the_way(&mut app)
+        levels_on_the_way(&mut app)
     };
     let baked = on_the_way(LodOrigin::Baked);
     assert_eq!(on_the_way(LodOrigin::Cache), baked);
@@ -333,7 +336,7 @@ fn bark_and_leaves_change_levels_together() {
 }
 
 /// In every step in which one changes, so does the other, until leaves are too few to change.
-fn assert_changes_together(drawn: &[[usize; 2]]) {
+fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     let steps = drawn
         .windows(2)
         .map(|pair| [0, 1].map(|part| pair[0][part] != pair[1][part]));
@@ -358,16 +361,13 @@ fn changed_leaves_are_baked_with_bark_again() {
         spawn_scene(&mut app, None);
         ready(&mut app, 2);
         assert_eq!(origins(&app), [origin; 2]);
-        let mut sources = app.world_mut().query::<&LodSource>();
-        let sources: Vec<_> = sources.iter(app.world()).map(|s| s.mesh.id()).collect();
+        let [_, (_, leaves)] = parts_of_tree(&mut app);
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        let count = |mesh: &AssetId<Mesh>| meshes.get(*mesh).unwrap().indices().unwrap().len();
-        let leaves = sources.into_iter().max_by_key(count).unwrap();
         let [_, fewer] = fieldlod_tests::tree_in_parts(300, 2);
         *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
         run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
         ready(&mut app, 2);
-        assert_changes_together(&triangles_on_the_way(&mut app));
+        assert_changes_together(&levels_on_the_way(&mut app));
         assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
     }
 }
@@ -381,5 +381,5 @@ fn shared_bark_changes_with_leaves_of_each_tree() {
     spawn_scene(&mut app, None);
     ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
-    assert_changes_together(&triangles_on_the_way(&mut app));
+    assert_changes_together(&levels_on_the_way(&mut app));
 }

@@ -1,28 +1,20 @@
 //! Settings of cameras, of `AutoLod` and of bakes.
 
-use std::ops::RangeInclusive;
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::visibility::CascadesVisibleEntities;
-use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{BakeConfig, LodSimplified, LodSource, LodUnit};
+use bevy_fieldlod::{BakeConfig, LodSimplified, LodUnit};
 
 use crate::headless::{
-    add, app, before_a_camera, insert, move_camera, ready, rock, spawn_camera, spawn_rock, stats,
+    add, app, before_a_camera, insert, levels, move_camera, ready, rock, spawn_camera, spawn_rock, stats,
     units, visible,
 };
 
 fn settings(app: &mut App, camera: Entity, settings: FieldLodSettings) {
     insert(app, camera, settings);
     app.update();
-}
-
-fn levels(app: &mut App, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
-    let world = app.world_mut();
-    let ask = move |levels: LodLevels| levels.in_view(entity, camera);
-    world.run_system_once(ask).unwrap()
 }
 
 /// What a sun draws into the shadow maps of a camera.
@@ -44,7 +36,7 @@ fn spawn_sun(app: &mut App) {
 
 /// The radius of a sphere around an entity's source, about the centre of its box.
 fn radius_of(app: &App, entity: Entity) -> f32 {
-    let source = &app.world().get::<LodSource>(entity).unwrap().mesh;
+    let source = app.world().get::<Mesh3d>(entity).unwrap();
     let mesh = app.world().resource::<Assets<Mesh>>().get(source).unwrap();
     let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).unwrap();
     let points = positions
@@ -254,8 +246,11 @@ fn main_world_source_is_drawn_by_levels() {
         ready(&mut app, 1);
         app.update();
         let world = app.world();
-        assert_eq!(world.get::<LodSource>(object).unwrap().mesh, source);
-        for drawn in visible(&app, camera) {
+        assert_eq!(world.get::<Mesh3d>(object).unwrap().0, source);
+        let drawn = visible(&app, camera);
+        assert!(!drawn.is_empty());
+        let of_units = |drawn: &Entity| world.entity(*drawn).contains::<LodUnit>();
+        for drawn in drawn.into_iter().filter(of_units) {
             let mesh = world.get::<Mesh3d>(drawn).unwrap();
             let usage = world
                 .resource::<Assets<Mesh>>()

@@ -239,7 +239,6 @@ fn rays_hit_mesh_entity_at_its_surface() {
         let after = pick(&mut app);
         // Without a renderer, units keep their data, and rays hit them too: at the same place here.
         assert!(after.iter().any(|(entity, _)| *entity == rock), "{after:?}");
-        // A prop is hit where it is drawn, at its current level.
         assert!(
             (after[0].1 - before[0].1).abs() < 0.02,
             "{before:?} {after:?}"

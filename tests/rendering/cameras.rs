@@ -4,7 +4,7 @@ use bevy::color::palettes::css;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::apps::{bevy_mesh, drawn_level};
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
@@ -141,12 +141,13 @@ fn removed_camera_is_ignored() {
     let fine_eye = add_eye(&mut stage, 0.1);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
     stage.run_until_ready();
-    let current_mesh = |stage: &Stage| stage.app.world().get::<Mesh3d>(prop).unwrap().id();
-    let fine = current_mesh(&stage);
+    let coarse_camera = coarse_eye.entity;
+    let level = |stage: &mut Stage| drawn_level(stage.app.world_mut(), prop, coarse_camera);
+    let fine = level(&mut stage);
     stage.app.world_mut().entity_mut(fine_eye.entity).despawn();
     stage.app.update();
     stage.app.update();
-    assert_ne!(current_mesh(&stage), fine);
+    assert!(level(&mut stage) > fine);
     // Longer than the entities of units outlive their last view.
     for _ in 0..64 {
         stage.app.update();

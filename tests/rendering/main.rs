@@ -6,6 +6,7 @@
 mod cameras;
 mod debug;
 mod device;
+mod drawn_meshes;
 mod gpu_culling;
 mod holes;
 mod motion;

@@ -37,8 +37,9 @@
 //! # Three kinds of meshes
 //! The number of triangles selects one of three kinds ([`LodKind`]):
 //! - Small meshes have no levels.
-//! - Props are drawn as *whole meshes*: the [`Mesh3d`] of the entity becomes the current level, so Bevy still batches
-//!   instances of a level. All views draw the finest level that a view needs.
+//! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
+//!   [`Mesh3d`], so Bevy still batches instances of a level. The component does not change. All views draw the finest
+//!   level that a view needs.
 //! - For large meshes, each view draws its own *cut*: each piece of the surface at the coarsest level whose error is
 //!   below the threshold of the camera. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
 //!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. Where the GPU
@@ -57,8 +58,7 @@
 //!
 //! # Limits
 //! Skinned and morphed meshes have no levels. Where the GPU culls ([`FieldLodConfig::gpu_culling`]), the plugin inserts
-//! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them. A prop's
-//! [`Mesh3d`] is its current level; read [`LodSource`] for the original mesh. Removing [`AutoLod`] restores it.
+//! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
 //! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and
@@ -100,7 +100,7 @@ pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
-pub use scene::lod_mesh::{LodSimplified, LodSource, LodState};
+pub use scene::lod_mesh::{LodSimplified, LodState};
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 

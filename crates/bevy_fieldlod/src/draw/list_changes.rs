@@ -2,7 +2,6 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
@@ -11,6 +10,7 @@ use bevy::render::sync_world::MainEntity;
 
 use crate::api::systems::FieldLodSystems;
 use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
+use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -134,13 +134,13 @@ fn note_shadow_view(
 fn note_changed<C: Component>(
     changed: Query<Entity, (With<NoCpuCulling>, Changed<C>)>,
     mut removed: RemovedComponents<C>,
-    mut drawn: Query<&mut Aabb, With<NoCpuCulling>>,
+    culled_by_gpu: Query<(), With<NoCpuCulling>>,
+    drawn: Res<DrawnMeshes>,
     changes: Res<ListChanges>,
 ) {
     for entity in changed.iter().chain(removed.read()) {
-        if let Ok(mut aabb) = drawn.get_mut(entity) {
-            // Makes Bevy extract the entity again.
-            aabb.set_changed();
+        if culled_by_gpu.contains(entity) {
+            drawn.extract_again(entity);
             changes.extend([ListChange::Touch(entity.into())]);
         }
     }

@@ -1,9 +1,11 @@
 //! Makes Bevy draw the selected cuts.
 //!
-//! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: levels of whole meshes, entities of units, and
-//! lists of visible entities: filtered in the main world, or updated in the render world where the GPU culls.
+//! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: the mesh that the renderer draws for each whole
+//! mesh, entities of units, and lists of visible entities: filtered in the main world, or updated in the render world
+//! where the GPU culls.
 
 pub(crate) mod cpu_lists;
+pub(crate) mod drawn_meshes;
 pub(crate) mod gpu_culling;
 mod gpu_lists;
 pub(crate) mod inherit;
@@ -22,6 +24,7 @@ pub(crate) fn plugin(app: &mut App) {
         upload::plugin,
         gpu_culling::plugin,
         inherit::plugin,
+        drawn_meshes::plugin,
         whole_meshes::plugin,
         units::plugin,
         cpu_lists::plugin,

@@ -18,8 +18,9 @@ use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
 use crate::api::config::FieldLodConfig;
 use crate::api::systems::FieldLodSystems;
+use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
-use crate::scene::lod_mesh::{LodClusters, LodSource};
+use crate::scene::lod_mesh::LodClusters;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Source meshes that the GPU does not have.
@@ -111,7 +112,8 @@ fn any_draws_sources(views: &Query<&ViewCut>) -> bool {
 /// Decides which sources the GPU is to have.
 fn release_sources(
     mut sources: ResMut<ReleasedSources>,
-    mut drawn: Query<(&mut Mesh3d, Option<&LodSource>, Has<LodClusters>), Without<LodUnit>>,
+    drawn: Query<(Entity, &Mesh3d, Has<LodClusters>), Without<LodUnit>>,
+    drawn_meshes: Res<DrawnMeshes>,
     flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
     meshes: Res<Assets<Mesh>>,
@@ -123,7 +125,7 @@ fn release_sources(
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
     if !config.sources_on_gpu && !sources.any_view_draws_sources {
         let clustered = drawn.iter().filter(|(.., is_cut)| *is_cut);
-        spare.extend(clustered.map(|(mesh, ..)| mesh.id()));
+        spare.extend(clustered.map(|(_, mesh, _)| mesh.id()));
         // It comes back from main memory.
         let is_kept = |mesh: &AssetId<Mesh>| {
             let usage = meshes.get(*mesh).map(|mesh| mesh.asset_usage);
@@ -132,10 +134,7 @@ fn release_sources(
         spare.retain(is_kept);
         // Whole meshes have it as their finest level, and may draw it in any frame.
         let others = drawn.iter().filter(|(.., is_cut)| !is_cut);
-        let others = others.flat_map(|(mesh, source, _)| {
-            let source = source.map(|source| source.mesh.id());
-            source.into_iter().chain([mesh.id()])
-        });
+        let others = others.map(|(_, mesh, _)| mesh.id());
         for mesh in others.chain(flat.iter().map(|mesh| mesh.id())) {
             shared.extend(spare.take(&mesh));
         }
@@ -151,10 +150,10 @@ fn release_sources(
     if back.is_empty() {
         return;
     }
-    // Where the mesh lies has to be looked up anew.
-    for (mut mesh, ..) in &mut drawn {
+    // Bevy caches the place of a mesh in the buffers of the GPU.
+    for (entity, mesh, _) in &drawn {
         if back.contains(&mesh.id()) {
-            mesh.set_changed();
+            drawn_meshes.extract_again(entity);
         }
     }
 }

@@ -1,10 +1,11 @@
-//! Props are drawn as whole meshes: the entity's [`Mesh3d`] becomes that of a level.
+//! Props are drawn as whole meshes: the renderer draws the mesh of a level in place of the entity's [`Mesh3d`].
 
 use bevy::prelude::*;
 use fieldlod_select::Scene;
 
 use crate::api::systems::FieldLodSystems;
-use crate::scene::lod_mesh::{LodObject, LodSource};
+use crate::draw::drawn_meshes::DrawnMeshes;
+use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::{LodInstance, LodScene};
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -19,7 +20,8 @@ pub(crate) fn plugin(app: &mut App) {
 pub(crate) fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
     views: Query<&ViewCut>,
-    mut meshes: Query<(&mut Mesh3d, &LodObject, &LodSource)>,
+    objects: Query<&LodObject>,
+    drawn: Res<DrawnMeshes>,
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
@@ -30,7 +32,7 @@ pub(crate) fn swap_whole_meshes(
         if instance.level.is_none() {
             continue;
         }
-        let Ok((mut mesh, object, source)) = meshes.get_mut(instance.entity) else {
+        let Ok(object) = objects.get(instance.entity) else {
             continue;
         };
         let levels = views.iter();
@@ -39,9 +41,8 @@ pub(crate) fn swap_whole_meshes(
         let Some(level) = levels.min() else {
             continue;
         };
-        let wanted = object.mesh.mesh_at(level, source);
-        if mesh.0 != *wanted {
-            mesh.0 = wanted.clone();
+        if instance.level != Some(level) {
+            drawn.set(instance.entity, object.mesh.mesh_at(level));
             scene.set_level(index, level);
         }
     }

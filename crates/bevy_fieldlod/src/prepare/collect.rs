@@ -7,7 +7,6 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshes};
-use crate::api::config::LodKind;
 use crate::api::events::{FieldLodEvent, asset_name, asset_path};
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::{LodMesh, LodPiece};
@@ -23,7 +22,6 @@ pub(super) fn collect_prepared_meshes(
     mut events: MessageWriter<FieldLodEvent>,
 ) {
     let known = known.into_inner();
-    let mut levels_of = Vec::new();
     for (mesh, entry) in known.entries_mut() {
         let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
@@ -42,11 +40,7 @@ pub(super) fn collect_prepared_meshes(
                 if !prepared.is_measured {
                     scene.unmeasured.push(asset_name(&assets, mesh.untyped()));
                 }
-                let lod = add_mesh(prepared, &mut scene, &mut meshes, &uploads);
-                if lod.kind == LodKind::WholeMesh {
-                    levels_of.extend(lod.piece_meshes().map(|level| (level, mesh)));
-                }
-                LodMeshEntry::Ready(lod)
+                LodMeshEntry::Ready(add_mesh(prepared, &mut scene, &mut meshes, &uploads))
             }
             Err(error) => {
                 events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
@@ -54,7 +48,6 @@ pub(super) fn collect_prepared_meshes(
             }
         };
     }
-    known.source_of_level.extend(levels_of);
     known.end_of_collection();
 }
 

@@ -142,12 +142,8 @@ fn pieces_of(
     hierarchy: &Hierarchy,
     kind: LodKind,
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
-    // Rays hit the source of units, but the drawn level of a whole mesh, which therefore stays in main memory.
-    let usage = if kind == LodKind::WholeMesh {
-        source.asset_usage | RenderAssetUsages::RENDER_WORLD
-    } else {
-        RenderAssetUsages::RENDER_WORLD
-    };
+    // Rays and physics use the source or the simplified level.
+    let usage = RenderAssetUsages::RENDER_WORLD;
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
         let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;

@@ -32,8 +32,6 @@ pub(crate) type LevelProvider =
 pub(crate) struct LodMeshes {
     /// The entries of each mesh, one per request.
     entries: HashMap<AssetId<Mesh>, Vec<(LodRequest, LodMeshEntry)>>,
-    /// The source of each mesh that is a level of a whole mesh.
-    pub(super) source_of_level: HashMap<AssetId<Mesh>, AssetId<Mesh>>,
     /// The file of each mesh whose [`AutoLod`] names one.
     file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
     /// The provider of each mesh that has one.
@@ -92,18 +90,6 @@ pub(super) enum LodMeshEntry {
 pub(super) struct NotYet;
 
 impl LodMeshes {
-    /// The source of a level of a whole mesh, if it still exists.
-    pub(crate) fn source_of_level(
-        &self,
-        level: AssetId<Mesh>,
-        meshes: &mut ResMut<Assets<Mesh>>,
-    ) -> Option<Handle<Mesh>> {
-        match *self.source_of_level.get(&level)? {
-            AssetId::Uuid { uuid } => Some(Handle::Uuid(uuid, default())),
-            source => meshes.get_strong_handle(source),
-        }
-    }
-
     /// Sets the provider of the levels of a mesh, for all requests.
     pub(crate) fn set_provider(&mut self, mesh: AssetId<Mesh>, provider: LevelProvider) {
         self.providers.insert(mesh, provider);
@@ -131,7 +117,6 @@ impl LodMeshes {
 
     /// Removes everything else that is stored for a removed mesh.
     pub(super) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
-        self.source_of_level.remove(&mesh);
         self.file_of.remove(&mesh);
         self.providers.remove(&mesh);
         self.changing.forget(mesh);
@@ -156,13 +141,10 @@ impl LodMeshes {
             .collect()
     }
 
-    /// The meshes that are drawn as units, whose meshes are on the GPU only.
-    pub(super) fn meshes_in_units(&self) -> Vec<AssetId<Mesh>> {
-        let is_in_units = |mesh: &AssetId<Mesh>| {
-            let mut ready = self.ready(*mesh);
-            ready.any(|lod| lod.kind == LodKind::Clusters)
-        };
-        self.entries.keys().copied().filter(is_in_units).collect()
+    /// The meshes with levels, which are on the GPU only.
+    pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
+        let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
+        self.entries.keys().copied().filter(is_ready).collect()
     }
 
     /// Records that a program has changed a mesh, and returns whether the mesh had entries.

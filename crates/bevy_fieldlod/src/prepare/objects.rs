@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
+use bevy::camera::visibility::NoCpuCulling;
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::platform::collections::{HashMap, HashSet};
@@ -13,9 +13,10 @@ use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
 use crate::api::stats::FieldLodProgress;
+use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::scene::lod_mesh::{
-    LodClusters, LodMesh, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
+    LodClusters, LodMesh, LodObject, LodPlain, LodSimplified, LodState, LodWaiting,
 };
 
 /// Excludes skinned and morphed meshes.
@@ -47,7 +48,6 @@ type Waiting = (
     Entity,
     &'static Mesh3d,
     &'static LodWaiting,
-    Has<NoAutoAabb>,
     Option<&'static Material>,
 );
 
@@ -55,15 +55,16 @@ type Waiting = (
 pub(super) fn give_levels_to_objects(
     mut commands: Commands,
     waiting: Query<Waiting>,
-    ready: Query<(&LodSource, &Material)>,
+    ready: Query<(&Mesh3d, &Material), With<LodObject>>,
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
+    drawn: Res<DrawnMeshes>,
 ) {
     lookup.begin_frame();
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, has_no_auto_aabb, material) in &waiting {
+    for (entity, mesh, wanted, material) in &waiting {
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -79,7 +80,11 @@ pub(super) fn give_levels_to_objects(
                 if culling.is_on {
                     commands.try_insert(NoCpuCulling);
                 }
-                give_levels(&mut commands, lod, mesh, wanted, has_no_auto_aabb);
+                if lod.kind == LodKind::WholeMesh {
+                    // A mesh of its own if the source is not for the GPU.
+                    drawn.set(entity, lod.mesh_at(0));
+                }
+                give_levels(&mut commands, lod, mesh, wanted);
             }
             _ => {}
         }
@@ -89,12 +94,12 @@ pub(super) fn give_levels_to_objects(
 /// The material of the first entity with each mesh.
 fn first_materials(
     waiting: &Query<Waiting>,
-    ready: &Query<(&LodSource, &Material)>,
+    ready: &Query<(&Mesh3d, &Material), With<LodObject>>,
 ) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
     let waiting = waiting.iter();
     let waiting = waiting.filter_map(|(_, mesh, .., material)| Some((mesh.id(), material?.id())));
     let ready = ready.iter();
-    let ready = ready.map(|(source, material)| (source.mesh.id(), material.id()));
+    let ready = ready.map(|(mesh, material)| (mesh.id(), material.id()));
     let mut first = HashMap::new();
     for (mesh, material) in waiting.chain(ready) {
         first.entry(mesh).or_insert(material);
@@ -118,14 +123,8 @@ fn give_levels(
     lod: &Arc<LodMesh>,
     mesh: &Mesh3d,
     wanted: &LodWaiting,
-    has_no_auto_aabb: bool,
 ) {
     let kind = lod.kind;
-    // Bevy would compute another box for each level, and read meshes that only the GPU has.
-    let keeps_aabb = kind == LodKind::WholeMesh && !has_no_auto_aabb;
-    if let Some(aabb) = lod.aabb.filter(|_| keeps_aabb) {
-        commands.try_insert((NoAutoAabb, aabb));
-    }
     if kind == LodKind::Clusters {
         commands.try_insert(LodClusters);
     }
@@ -134,14 +133,11 @@ fn give_levels(
     }
     let object = LodObject {
         mesh: lod.clone(),
+        source: mesh.id(),
         auto_lod: wanted.auto_lod.clone(),
     };
-    let source = LodSource {
-        mesh: mesh.0.clone(),
-        keeps_aabb,
-    };
     commands
-        .try_insert((source, object, LodState::Ready(kind)))
+        .try_insert((object, LodState::Ready(kind)))
         .try_remove::<LodWaiting>()
         .trigger(|entity| LodReady { entity, kind });
 }

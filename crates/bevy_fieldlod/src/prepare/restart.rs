@@ -1,5 +1,5 @@
 //! Restarts entities with stale levels: a program has changed their mesh, their file was reloaded, or the GPU has lost
-//! the meshes of their units.
+//! the meshes of their levels.
 
 use bevy::asset::AssetId;
 use bevy::ecs::system::SystemParam;
@@ -10,7 +10,7 @@ use super::lookup::LodMeshes;
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
 use crate::draw::upload::UploadQueue;
-use crate::scene::lod_mesh::{LodObject, LodPlain, LodSource};
+use crate::scene::lod_mesh::{LodObject, LodPlain};
 use crate::scene::lod_scene::LodScene;
 
 /// Restarts entities before they are tracked.
@@ -23,7 +23,7 @@ pub(super) fn plugin(app: &mut App) {
         restart_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
         restart_rested_meshes,
         restart_reloaded_files.run_if(on_message::<AssetEvent<BakedLods>>),
-        restart_lost_units,
+        restart_lost_levels,
     );
     app.add_systems(
         PostUpdate,
@@ -40,8 +40,7 @@ struct Restart<'w, 's> {
     commands: Commands<'w, 's>,
     known: ResMut<'w, LodMeshes>,
     scene: ResMut<'w, LodScene>,
-    objects: Query<'w, 's, (Entity, &'static LodSource), With<LodObject>>,
-    plain: Query<'w, 's, (Entity, &'static Mesh3d), With<LodPlain>>,
+    entities: Query<'w, 's, (Entity, &'static Mesh3d), Or<(With<LodObject>, With<LodPlain>)>>,
 }
 
 impl Restart<'_, '_> {
@@ -60,15 +59,12 @@ impl Restart<'_, '_> {
             return;
         }
         outdated.iter().for_each(|mesh| self.forget(*mesh));
-        let objects = self.objects.iter();
-        let objects = objects.map(|(entity, source)| (entity, &source.mesh));
-        let plain = self.plain.iter().map(|(entity, mesh)| (entity, &mesh.0));
-        for (entity, source) in objects.chain(plain) {
-            if outdated.contains(&source.id()) {
+        for (entity, mesh) in &self.entities {
+            if outdated.contains(&mesh.id()) {
                 self.commands
                     .entity(entity)
                     .try_remove::<LodObject>()
-                    .try_insert(Mesh3d(source.clone()));
+                    .try_insert(mesh.clone());
             }
         }
     }
@@ -114,10 +110,10 @@ fn restart_reloaded_files(mut restart: Restart, mut events: MessageReader<AssetE
     }
 }
 
-/// Handles the loss of the GPU device. Bevy uploads meshes again that main memory has, but not those of units.
-fn restart_lost_units(mut restart: Restart, uploads: Res<UploadQueue>) {
+/// Handles the loss of the GPU device. Bevy uploads meshes again that main memory has, but not those of levels.
+fn restart_lost_levels(mut restart: Restart, uploads: Res<UploadQueue>) {
     if uploads.take_lost() {
-        let lost = restart.known.meshes_in_units();
+        let lost = restart.known.meshes_with_levels();
         restart.restart(lost);
     }
 }

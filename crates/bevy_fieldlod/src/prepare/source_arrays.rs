@@ -69,12 +69,7 @@ impl SourceArrays {
     #[cfg(feature = "bake")]
     pub(super) fn into_mesh(self) -> SourceMesh {
         SourceMesh {
-            positions: self.vertices.positions,
-            normals: self.vertices.normals,
-            uvs: self.vertices.uvs,
-            tangents: self.vertices.tangents,
-            uvs_1: self.vertices.uvs_1,
-            colors: self.vertices.colors,
+            vertices: self.vertices,
             has_other_attributes: self.has_other_attributes,
             surface: self.surface,
             indices: self.indices,

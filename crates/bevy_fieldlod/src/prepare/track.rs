@@ -1,28 +1,27 @@
 //! Tracks mesh entities: which are under an [`AutoLod`], and which change their mesh.
 
-use bevy::camera::primitives::Aabb;
-use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
+use bevy::camera::visibility::NoCpuCulling;
 use bevy::ecs::lifecycle::RemovedComponents;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use crate::api::auto_lod::{AutoLod, NoLod};
-use crate::api::config::{FieldLodConfig, LodKind};
+use crate::api::config::FieldLodConfig;
 use crate::api::systems::FieldLodSystems;
+use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
-use crate::prepare::LodMeshes;
 use crate::prepare::restart::RestartObjects;
 use crate::scene::changed::ChangedOn;
 use crate::scene::lod_mesh::{
-    LodClusters, LodObject, LodPlain, LodSimplified, LodSource, LodState, LodWaiting,
+    LodClusters, LodObject, LodPlain, LodSimplified, LodState, LodWaiting,
 };
 use crate::scene::lod_scene::LodScene;
 
 /// Tracks mesh entities in each frame.
 pub(crate) fn plugin(app: &mut App) {
     app.add_observer(note_new_object)
-        .add_observer(restore_source)
+        .add_observer(remove_object)
         .add_observer(untrack_entities_without_mesh)
         .add_systems(
             PostUpdate,
@@ -98,29 +97,23 @@ fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,
     mut changed: ChangedEntities,
-    mut objects: Query<(&Mesh3d, Option<&mut LodObject>, Option<&LodSource>), Without<LodUnit>>,
+    mut objects: Query<(&Mesh3d, Option<&mut LodObject>, Option<&LodState>), Without<LodUnit>>,
     auto_lods: AutoLodLookup,
-    known: Res<LodMeshes>,
-    mut meshes: ResMut<Assets<Mesh>>,
     mut sources: ResMut<ReleasedSources>,
 ) {
     for entity in changed.take(auto_lods.config.is_changed()) {
-        let Ok((mesh, object, source)) = objects.get_mut(entity) else {
+        let Ok((mesh, object, state)) = objects.get_mut(entity) else {
             continue;
         };
         let auto_lod = auto_lods.find(entity);
         // The levels of the object are still right.
-        if let (Some(mut object), Some(source), Some(auto_lod)) = (object, source, &auto_lod)
-            && (mesh.0 == source.mesh || object.mesh.has_piece(mesh.id()))
+        if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
+            && object.source == mesh.id()
             && object.fits(auto_lod)
         {
             if object.auto_lod != *auto_lod {
                 object.auto_lod = auto_lod.clone();
                 scene.set_auto_lod(entity, auto_lod);
-            }
-            if object.mesh.kind == LodKind::WholeMesh && mesh.0 == source.mesh {
-                // Other code may have restored the source.
-                scene.reset_level(entity);
             }
             continue;
         }
@@ -128,12 +121,9 @@ fn track_objects(
         sources.note(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodPlain, LodWaiting)>();
-        if let Some(source) = source {
-            remove_source(&mut commands, source);
-        }
-        // A copy of a prop may have the mesh of a level.
-        if let Some(source) = known.source_of_level(mesh.id(), &mut meshes) {
-            commands.try_insert(Mesh3d(source));
+        // A clone has these of its original.
+        if let Some(LodState::Ready(_)) = state {
+            commands.try_remove::<FromLevels>();
         }
         if let Some(auto_lod) = auto_lod {
             commands.try_insert((LodWaiting { auto_lod }, LodState::Waiting));
@@ -143,52 +133,37 @@ fn track_objects(
     }
 }
 
+/// The components that the plugin inserts together with a [`LodObject`].
+type FromLevels = (LodClusters, LodSimplified, NoCpuCulling);
+
 /// Records a new object.
 fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
     scene.new_objects.push(added.entity);
 }
 
-/// Restores the source mesh of an entity that is no longer an object.
-fn restore_source(
+/// Draws the mesh of an entity that is no longer an object.
+fn remove_object(
     removal: On<Remove, LodObject>,
-    objects: Query<(&LodObject, &LodSource, &Mesh3d)>,
+    drawn: Res<DrawnMeshes>,
     mut scene: ResMut<LodScene>,
     mut commands: Commands,
 ) {
     for unit in scene.remove(removal.entity) {
         commands.entity(unit).try_despawn();
     }
-    let Ok((object, source, mesh)) = objects.get(removal.entity) else {
-        return;
-    };
+    drawn.set(removal.entity, None);
     let mut commands = commands.entity(removal.entity);
-    if object.mesh.has_piece(mesh.id()) {
-        commands.try_insert(Mesh3d(source.mesh.clone()));
-    }
-    remove_source(&mut commands, source);
+    commands.try_remove::<FromLevels>();
 }
 
 /// Removes the components of the plugin from an entity whose [`Mesh3d`] was removed.
 fn untrack_entities_without_mesh(
     removal: On<Remove, Mesh3d>,
-    objects: Query<Option<&LodSource>, (With<LodState>, Without<LodUnit>)>,
+    objects: Query<(), (With<LodState>, Without<LodUnit>)>,
     mut commands: Commands,
 ) {
-    let Ok(source) = objects.get(removal.entity) else {
-        return;
-    };
-    let mut commands = commands.entity(removal.entity);
-    commands.try_remove::<(LodObject, LodPlain, LodWaiting, LodState)>();
-    if let Some(source) = source {
-        remove_source(&mut commands, source);
-    }
-}
-
-/// Removes the components that the plugin inserted on an object, or that a clone copied from one.
-fn remove_source(commands: &mut EntityCommands, source: &LodSource) {
-    commands.try_remove::<(LodSource, LodClusters, LodSimplified, NoCpuCulling)>();
-    if source.keeps_aabb {
-        // Bevy computes the box of the source again.
-        commands.try_remove::<(NoAutoAabb, Aabb)>();
+    if objects.contains(removal.entity) {
+        let mut commands = commands.entity(removal.entity);
+        commands.try_remove::<(LodObject, LodPlain, LodWaiting, LodState)>();
     }
 }

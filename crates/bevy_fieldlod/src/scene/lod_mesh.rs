@@ -60,11 +60,10 @@ impl LodPiece {
 }
 
 impl LodMesh {
-    /// The mesh of a level of a whole mesh.
-    pub(crate) fn mesh_at<'a>(&'a self, piece: u32, source: &'a LodSource) -> &'a Handle<Mesh> {
-        let piece = self.pieces.get(piece as usize);
-        let mesh = piece.and_then(|piece| piece.mesh.as_ref());
-        mesh.unwrap_or(&source.mesh)
+    /// The mesh of a level of a whole mesh; `None` if it is the source.
+    pub(crate) fn mesh_at(&self, level: u32) -> Option<AssetId<Mesh>> {
+        let piece = self.pieces.get(level as usize)?;
+        piece.mesh.as_ref().map(Handle::id)
     }
 
     /// The mesh of a unit; `None` while it is not on the GPU.
@@ -81,17 +80,6 @@ impl LodMesh {
 
     pub(crate) fn is_uploaded(&self) -> bool {
         self.uploaded.load(Ordering::Acquire)
-    }
-
-    /// The meshes of its pieces, except the source.
-    pub(crate) fn piece_meshes(&self) -> impl Iterator<Item = AssetId<Mesh>> {
-        let meshes = self.pieces.iter().filter_map(|piece| piece.mesh.as_ref());
-        meshes.map(Handle::id)
-    }
-
-    /// Whether `mesh` draws one of its pieces.
-    pub(crate) fn has_piece(&self, mesh: AssetId<Mesh>) -> bool {
-        self.piece_meshes().any(|piece| piece == mesh)
     }
 }
 
@@ -136,6 +124,8 @@ pub(crate) struct LodPlain;
 #[derive(Component)]
 pub(crate) struct LodObject {
     pub(crate) mesh: Arc<LodMesh>,
+    /// The [`Mesh3d`] that the levels were made from.
+    pub(crate) source: AssetId<Mesh>,
     /// The settings that apply to it.
     pub(crate) auto_lod: AutoLod,
 }
@@ -182,21 +172,6 @@ impl LodRequest {
 /// Marks an object that is drawn as units.
 #[derive(Component)]
 pub(crate) struct LodClusters;
-
-/// The source mesh of an entity with levels of detail: for physics and other code that needs the full mesh. The
-/// [`Mesh3d`] of a prop is its current level.
-///
-/// The plugin inserts and removes it. Clones and saved scenes contain it as well, so their source mesh can be
-/// restored.
-#[derive(Component, Clone, Debug, Reflect)]
-#[reflect(Component, Clone)]
-pub struct LodSource {
-    /// The source mesh.
-    pub mesh: Handle<Mesh>,
-    /// Whether the plugin has inserted [`NoAutoAabb`](bevy::camera::visibility::NoAutoAabb) and a box around all
-    /// levels.
-    pub(crate) keeps_aabb: bool,
-}
 
 /// The mesh of level [`AutoLod::simplified_level`](crate::AutoLod::simplified_level). It has positions and
 /// indices only, and stays in main memory. The plugin inserts it when the levels of the entity are ready.

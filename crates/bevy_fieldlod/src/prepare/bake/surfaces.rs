@@ -64,7 +64,7 @@ impl Materials<'_> {
             return Ok(None);
         };
         let color = Vec4::from_array(material.base_color.to_linear().to_f32_array());
-        let plain = Surface::new(color, alpha).double_sided(material.double_sided);
+        let plain = Surface::new(color, alpha);
         let Some(texture) = &material.base_color_texture else {
             return Ok(Some(plain));
         };

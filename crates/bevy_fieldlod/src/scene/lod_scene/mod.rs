@@ -117,7 +117,7 @@ impl LodScene {
         object: &LodObject,
         layers: u64,
     ) {
-        let LodObject { mesh, auto_lod } = object;
+        let LodObject { mesh, auto_lod, .. } = object;
         // A new entity starts at its finest level, or without any unit.
         let (kind, level) = if mesh.kind == LodKind::WholeMesh {
             (DrawKind::WholeMesh, Some(0))
@@ -232,14 +232,6 @@ impl LodScene {
     pub(crate) fn set_level(&mut self, index: u32, level: u32) {
         if let Some(instance) = &mut self.instances[index as usize] {
             instance.level = Some(level);
-        }
-    }
-
-    /// Lets a whole mesh whose [`Mesh3d`] became its source again choose its level anew.
-    pub(crate) fn reset_level(&mut self, entity: Entity) {
-        if let Some(&id) = self.instance_of.get(&entity) {
-            self.set_level(id.index() as u32, 0);
-            self.whole_meshes_to_swap.push(id.index() as u32);
         }
     }
 

@@ -67,7 +67,9 @@ fn mesh_components(app: &App, entity: Entity) -> HashSet<String> {
         .build();
     let components = saved.entities[0].components.iter();
     let names = components.map(|component| component.reflect_type_path().to_owned());
-    names.filter(|name| !name.starts_with("bevy_fieldlod::")).collect()
+    names
+        .filter(|name| !name.starts_with("bevy_fieldlod::"))
+        .collect()
 }
 
 #[test]

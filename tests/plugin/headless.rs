@@ -120,11 +120,7 @@ pub(crate) fn level(app: &mut App, prop: Entity, camera: Entity) -> Option<u32> 
 }
 
 /// The levels of an object in the cut of `camera`.
-pub(crate) fn levels(
-    app: &mut App,
-    object: Entity,
-    camera: Entity,
-) -> Option<RangeInclusive<u32>> {
+pub(crate) fn levels(app: &mut App, object: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
     let find = move |levels: LodLevels| levels.in_view(object, camera);
     app.world_mut().run_system_once(find).unwrap()
 }

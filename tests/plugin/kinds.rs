@@ -5,8 +5,8 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    IDLE_FRAMES, add, app, before_a_camera, entity_count, insert, level, move_camera, progress, ready,
-    rock, run_until, spawn_camera, spawn_rock, stats, units,
+    IDLE_FRAMES, add, app, before_a_camera, entity_count, insert, level, move_camera, progress,
+    ready, rock, run_until, spawn_camera, spawn_rock, stats, units,
 };
 
 #[test]

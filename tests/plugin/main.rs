@@ -4,13 +4,13 @@ mod background;
 mod cache;
 mod copies;
 mod despawns;
+mod game_code;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
 #[expect(
     dead_code,
     reason = "shared with the suites of the baker, which use more of it"
 )]
 mod gltf_file;
-mod game_code;
 mod headless;
 mod kinds;
 mod life;

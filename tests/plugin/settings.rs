@@ -1,6 +1,5 @@
 //! Settings of cameras, of `AutoLod` and of bakes.
 
-
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::visibility::CascadesVisibleEntities;
 use bevy::prelude::*;
@@ -8,8 +7,8 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, LodSimplified, LodUnit};
 
 use crate::headless::{
-    add, app, before_a_camera, insert, levels, move_camera, ready, rock, spawn_camera, spawn_rock, stats,
-    units, visible,
+    add, app, before_a_camera, insert, levels, move_camera, ready, rock, spawn_camera, spawn_rock,
+    stats, units, visible,
 };
 
 fn settings(app: &mut App, camera: Entity, settings: FieldLodSettings) {

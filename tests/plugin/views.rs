@@ -15,8 +15,8 @@ use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    IDLE_FRAMES, app, before_a_camera, insert, level, levels, move_camera, ready, spawn_camera, spawn_rock, stats,
-    units, visible,
+    IDLE_FRAMES, app, before_a_camera, insert, level, levels, move_camera, ready, spawn_camera,
+    spawn_rock, stats, units, visible,
 };
 
 fn drawn(app: &App, camera: Entity) -> u64 {

@@ -59,7 +59,7 @@ fn as_in_stock_bevy<T: PartialEq + Debug>(look: impl Fn(&mut FarProp) -> T) -> T
     seen
 }
 
-/// A component of a scene, by type and without the handles of a single app.
+/// The types of the components that a scene saves of `entity`, except those of the plugin.
 fn mesh_components(app: &App, entity: Entity) -> HashSet<String> {
     let registry = app.world().resource::<AppTypeRegistry>().read();
     let saved = DynamicWorldBuilder::from_world(app.world(), &registry)
@@ -88,9 +88,9 @@ fn game_edits_the_source() {
     let edited = as_in_stock_bevy(|far| {
         let handle = far.app.world().get::<Mesh3d>(far.prop).unwrap().0.clone();
         let mut meshes = far.app.world_mut().resource_mut::<Assets<Mesh>>();
-        let mut mesh = meshes.get_mut(&handle).unwrap();
-        let thinner = mesh.clone().scaled_by(Vec3::new(0.5, 1.0, 0.5));
-        *mesh = thinner;
+        let thinner = meshes.get(&handle).unwrap().clone();
+        let thinner = thinner.scaled_by(Vec3::new(0.5, 1.0, 0.5));
+        *meshes.get_mut(&handle).unwrap() = thinner;
         let bakes = origins(&far.app).len();
         let has_levels = bakes > 0;
         (0..3).for_each(|_| far.app.update());

@@ -50,16 +50,13 @@ pub struct FieldLodProgress {
 }
 
 impl FieldLodProgress {
-    /// The share of entities that no longer wait, from 0 to 1; 1 if there are no entities.
+    /// The share of entities that no longer wait, from 0 to 1. It is 0 while there are no entities: a scene that is
+    /// being loaded has none yet.
     #[must_use]
     pub fn share_done(&self) -> f32 {
         let done = self.ready + self.plain;
         let all = done + self.waiting;
-        if all == 0 {
-            1.0
-        } else {
-            done as f32 / all as f32
-        }
+        done as f32 / all.max(1) as f32
     }
 }
 
@@ -70,10 +67,12 @@ mod tests {
     #[test]
     fn share_done_counts_waiting_entities() {
         let mut progress = FieldLodProgress::default();
-        assert_eq!(progress.share_done(), 1.0);
+        assert_eq!(progress.share_done(), 0.0);
         progress.waiting = 3;
         assert_eq!(progress.share_done(), 0.0);
         progress.plain = 1;
         assert_eq!(progress.share_done(), 0.25);
+        (progress.waiting, progress.ready) = (0, 3);
+        assert_eq!(progress.share_done(), 1.0);
     }
 }

@@ -70,7 +70,7 @@ fn changing_mesh_draws_its_source() {
         };
         assert_eq!(progress(&app), expected);
     }
-    let id = format!("{:?}", source.id().untyped());
+    let id = source.id().to_string();
     assert!(logged(Level::INFO, &[&id, "changes every few frames"]));
     assert_eq!(origins(&app).len(), 1);
     // It rests.

@@ -160,7 +160,7 @@ fn unmeasured_mesh_is_drawn_at_full_detail() {
     let object = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
     let id = app.world().get::<Mesh3d>(object).unwrap().id();
-    let words = [format!("{:?}", id.untyped()), "displacement_px".into()];
+    let words = [id.to_string(), "displacement_px".into()];
     let told = || logged(Level::WARN, &words.each_ref().map(String::as_str));
     // Quality needs none.
     let quality = stats(&app, camera);

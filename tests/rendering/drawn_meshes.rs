@@ -24,18 +24,10 @@ use substitution::DrawnMeshes;
 
 use crate::picture::count_beyond;
 
-/// How entities are drawn with other meshes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
-    /// The entity gets the other mesh.
-    Swap,
-    /// Only the render world knows.
-    Substitute,
-}
-
 struct Show {
     stage: Stage,
-    way: Way,
+    /// Whether entities get another [`Mesh3d`], or only the render world knows the other mesh.
+    swaps: bool,
     /// The mesh of all entities, and two others.
     meshes: [Handle<Mesh>; 3],
     entities: Vec<Entity>,
@@ -52,7 +44,7 @@ fn with_two_uvs(mesh: impl Into<Mesh>) -> Mesh {
 }
 
 impl Show {
-    fn new(way: Way, gpu_culling: bool) -> Option<Self> {
+    fn new(swaps: bool, gpu_culling: bool) -> Option<Self> {
         let mut stage = Stage::unfinished()?;
         let plugins = (WireframePlugin::default(), substitution::plugin);
         stage.app.add_plugins(plugins);
@@ -107,7 +99,7 @@ impl Show {
         (0..3).for_each(|_| stage.app.update());
         Some(Self {
             stage,
-            way,
+            swaps,
             meshes,
             entities,
             eyes,
@@ -118,7 +110,7 @@ impl Show {
 
     fn draw_with(&mut self, index: usize, mesh: usize) {
         let (entity, handle) = (self.entities[index], self.meshes[mesh].clone());
-        if self.way == Way::Swap {
+        if self.swaps {
             self.stage.insert(entity, Mesh3d(handle));
         } else {
             let drawn = self.stage.app.world().resource::<DrawnMeshes>();
@@ -230,10 +222,10 @@ fn spawn_lights(stage: &mut Stage) {
 #[test]
 fn substituted_mesh_looks_like_swapped_mesh() {
     for gpu_culling in [true, false] {
-        let Some(mut swapped) = Show::new(Way::Swap, gpu_culling) else {
+        let Some(mut swapped) = Show::new(true, gpu_culling) else {
             return;
         };
-        let mut substituted = Show::new(Way::Substitute, gpu_culling).unwrap();
+        let mut substituted = Show::new(false, gpu_culling).unwrap();
         for step in 0..16 {
             swapped.run_frame(step);
             substituted.run_frame(step);

@@ -1,6 +1,6 @@
 //! Messages and events: which meshes and entities have levels of detail, and why others have none.
 
-use bevy::asset::{AssetId, UntypedAssetId};
+use bevy::asset::AssetId;
 use bevy::mesh::{MeshAccessError, PrimitiveTopology};
 use bevy::prelude::*;
 use fieldlod_hierarchy::FileError;
@@ -183,15 +183,22 @@ impl From<MeshAccessError> for LodError {
     }
 }
 
+impl LodError {
+    /// Whether the mesh is of a kind that has no levels of detail, rather than faulty.
+    pub(crate) fn is_unsupported(&self) -> bool {
+        matches!(
+            self,
+            Self::NotInMainWorld | Self::Topology(_) | Self::Morphed
+        )
+    }
+}
+
 impl FieldLodEvent {
-    /// Logs a failure and returns its message.
+    /// Logs a failure and returns its message. Unsupported meshes are logged with the name of their entity.
     pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
-        let name = asset_name(assets, mesh.untyped());
-        match error {
-            LodError::Morphed => {
-                info!("{name} cannot have levels of detail: {error}; drawing the source mesh");
-            }
-            _ => error!("could not prepare {name}: {error}; drawing the source mesh"),
+        if !error.is_unsupported() {
+            let name = asset_name(assets, mesh);
+            error!("could not prepare {name}: {error}; drawing the source mesh");
         }
         let path = asset_path(assets, mesh);
         Self::Failed { mesh, path, error }
@@ -204,9 +211,9 @@ pub(crate) fn asset_path(assets: &AssetServer, mesh: AssetId<Mesh>) -> Option<St
 }
 
 /// The path of an asset, or its id if it was created at run time.
-pub(crate) fn asset_name(assets: &AssetServer, id: UntypedAssetId) -> String {
+pub(crate) fn asset_name<A: Asset>(assets: &AssetServer, id: AssetId<A>) -> String {
     match assets.get_path(id) {
         Some(path) => path.to_string(),
-        None => format!("the mesh {id:?}"),
+        None => id.to_string(),
     }
 }

@@ -167,7 +167,7 @@ impl MeshMaker<'_> {
         if let Some(made) = self.known.0.get(&wanted.key()) {
             return Some(made.clone());
         }
-        let file = asset_name(&self.assets, wanted.file.id().untyped());
+        let file = asset_name(&self.assets, wanted.file.id());
         let Some(loaded) = self.files.get(&wanted.file) else {
             let has_failed = self.assets.load_state(&wanted.file).is_failed();
             return has_failed.then_some(Err(LodError::FileNotLoaded { file }));

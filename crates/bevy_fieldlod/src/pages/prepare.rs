@@ -33,7 +33,7 @@ pub(super) fn make_meshes(
         if known.0.contains_key(&wanted.key()) {
             continue;
         }
-        let name = asset_name(&assets, wanted.file.id().untyped());
+        let name = asset_name(&assets, wanted.file.id());
         let made = find_coarsest(pages, wanted, &name).map(|(mesh, coarsest)| {
             let source = meshes.add(coarsest);
             streams.sources.insert(source.id(), mesh.clone());

@@ -47,7 +47,7 @@ impl ChangingMeshes {
         changing.changed_at = Some(self.frame);
         changing.changes += 1;
         if changing.changes == MANY_CHANGES {
-            let name = asset_name(assets, mesh.untyped());
+            let name = asset_name(assets, mesh);
             info!(
                 "{name} changes every few frames; drawing the source mesh until it stays unchanged for {} \
                  frames",

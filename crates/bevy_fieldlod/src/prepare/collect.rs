@@ -38,7 +38,7 @@ pub(super) fn collect_prepared_meshes(
                     origin: prepared.origin,
                 });
                 if !prepared.is_measured {
-                    scene.unmeasured.push(asset_name(&assets, mesh.untyped()));
+                    scene.unmeasured.push(asset_name(&assets, mesh));
                 }
                 LodMeshEntry::Ready(add_mesh(prepared, &mut scene, &mut meshes, &uploads))
             }

@@ -315,7 +315,7 @@ impl LodMeshLookup<'_> {
         let path = self.assets.get_path(mesh);
         Ok(PrepareJob {
             mesh: self.meshes.get(mesh).ok_or(NotYet)?.clone(),
-            name: asset_name(&self.assets, mesh.untyped()),
+            name: asset_name(&self.assets, mesh),
             place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
             simplified_level: request.simplified_level,
@@ -368,7 +368,7 @@ impl LodMeshLookup<'_> {
         mesh: AssetId<Mesh>,
         handle: &Handle<BakedLods>,
     ) -> Result<Result<LevelSource, LodError>, NotYet> {
-        let file = asset_name(&self.assets, handle.id().untyped());
+        let file = asset_name(&self.assets, handle.id());
         let found = match self.files.get(handle) {
             Some(loaded) if loaded.pages.is_some() => Err(LodError::InPages { file }),
             Some(loaded) => Ok(LevelSource::File(file, loaded.file.clone())),

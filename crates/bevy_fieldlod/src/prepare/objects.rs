@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 
 use bevy::camera::visibility::NoCpuCulling;
+use bevy::ecs::system::SystemParam;
 use bevy::mesh::morph::MeshMorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::platform::collections::{HashMap, HashSet};
@@ -19,12 +20,35 @@ use crate::scene::lod_mesh::{
     LodClusters, LodMesh, LodObject, LodPlain, LodSimplified, LodState, LodWaiting,
 };
 
+/// Logs meshes that cannot have levels of detail: one for each reason.
+#[derive(SystemParam)]
+pub(super) struct UnsupportedLog<'w, 's> {
+    logged: Local<'s, HashSet<String>>,
+    assets: Res<'w, AssetServer>,
+    names: Query<'w, 's, &'static Name>,
+}
+
+impl UnsupportedLog<'_, '_> {
+    fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, reason: String) {
+        if self.logged.contains(&reason) {
+            return;
+        }
+        let asset = asset_name(&self.assets, mesh);
+        let name = self.names.get(entity);
+        let name = name.map_or(asset.clone(), |name| format!("{name} ({asset})"));
+        info!(
+            "{name} cannot have levels of detail: {reason}; drawing the source mesh. Other meshes with the same reason \
+             are not logged"
+        );
+        self.logged.insert(reason);
+    }
+}
+
 /// Excludes skinned and morphed meshes.
 pub(super) fn skip_unsupported_objects(
     mut commands: Commands,
     waiting: Query<(Entity, &Mesh3d, Has<SkinnedMesh>, Has<MeshMorphWeights>), Added<LodWaiting>>,
-    mut logged: Local<HashSet<AssetId<Mesh>>>,
-    assets: Res<AssetServer>,
+    mut log: UnsupportedLog,
 ) {
     for (entity, mesh, skinned, morphed) in &waiting {
         let reason = match (skinned, morphed) {
@@ -32,11 +56,7 @@ pub(super) fn skip_unsupported_objects(
             (_, true) => "it has morph targets",
             _ => continue,
         };
-        // One line per mesh, not per instance.
-        if logged.insert(mesh.id()) {
-            let name = asset_name(&assets, mesh.id().untyped());
-            info!("{name} cannot have levels of detail: {reason}; drawing the source mesh");
-        }
+        log.add(entity, mesh.id(), reason.into());
         leave_plain(&mut commands.entity(entity), None);
     }
 }
@@ -59,6 +79,7 @@ pub(super) fn give_levels_to_objects(
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
     drawn: Res<DrawnMeshes>,
+    mut log: UnsupportedLog,
 ) {
     lookup.begin_frame();
     // Only bakes of several primitives need the materials of other entities.
@@ -75,7 +96,12 @@ pub(super) fn give_levels_to_objects(
         };
         let mut commands = commands.entity(entity);
         match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
-            Some(LodMeshEntry::Plain(error)) => leave_plain(&mut commands, error.clone()),
+            Some(LodMeshEntry::Plain(error)) => {
+                if let Some(error) = error.as_ref().filter(|error| error.is_unsupported()) {
+                    log.add(entity, mesh.id(), error.to_string());
+                }
+                leave_plain(&mut commands, error.clone());
+            }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
                 if culling.is_on {
                     commands.try_insert(NoCpuCulling);

@@ -15,10 +15,10 @@
 //! order; `occlusion/tests.rs` draws the same bits texel by texel.
 
 mod asking;
+mod boxes;
 mod choice;
 pub(crate) mod held_shares;
 mod image_plane;
-mod nearness_pyramid;
 pub(crate) mod occluder;
 mod screen_triangle;
 pub(crate) mod shares;
@@ -38,7 +38,6 @@ use crate::scene::Scene;
 use crate::view::View;
 use choice::{ChosenOccluder, DrawnBy, OccluderChoice, camera_from_local};
 use image_plane::{ImagePlane, NEAREST};
-use nearness_pyramid::NearnessPyramid;
 use occluder::OccluderMesh;
 use screen_triangle::{Corner, parts_in_front};
 use texels::Texels;
@@ -55,7 +54,6 @@ pub struct OcclusionBuffer {
     texels: Texels,
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
-    pyramid: NearnessPyramid,
     row: Vec<f32>,
     /// Corners of the occluder that is being drawn.
     corners: Vec<Corner>,
@@ -78,7 +76,6 @@ impl OcclusionBuffer {
             choice: OccluderChoice::default(),
             texels: Texels::default(),
             shrunk: Vec::new(),
-            pyramid: NearnessPyramid::default(),
             row: Vec::new(),
             corners: Vec::new(),
         }
@@ -102,8 +99,6 @@ impl OcclusionBuffer {
         }
         self.choice = choice;
         self.shrink();
-        let [width, height] = self.size();
-        self.pyramid.build(&self.texels.nearness, width, height);
     }
 
     fn clear(&mut self, view: &View) {

@@ -1,6 +1,5 @@
 //! What there is to select from: meshes and where they stand.
 
-pub(crate) mod boxes;
 pub(crate) mod columns;
 mod journal;
 pub(crate) mod table;
@@ -11,7 +10,6 @@ use glam::{Affine3A, Mat3};
 
 use crate::criterion::error_bounds::{or_infinity, placed_sphere};
 use crate::view::stretch::{largest_stretch, least_stretch};
-use boxes::AxisBox;
 use columns::{Columns, NOTHING};
 use journal::Journal;
 use table::GroupTable;
@@ -50,8 +48,6 @@ pub(crate) struct Instance {
     pub(crate) bias: f32,
     /// Around all of its groups, in the world.
     pub(crate) sphere: Sphere,
-    /// Around its surface, in the world.
-    pub(crate) surface_box: AxisBox,
     /// By how much lengths grow at least and at most.
     stretch: [f32; 2],
     numbers: Option<[u32; 3]>,
@@ -344,7 +340,6 @@ impl Scene {
             world_from_local,
             bias,
             sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
-            surface_box: AxisBox::placed(&table.surface_box, &world_from_local),
             // Beyond what rounding moves it by.
             stretch: [least * 0.999, largest],
             numbers: None,

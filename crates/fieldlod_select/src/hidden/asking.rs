@@ -1,16 +1,12 @@
-//! What a depth image leaves visible: boxes that are hidden as a whole, and shares of instances and groups. What
-//! is not in the image shows nothing, and counts as hidden.
+//! What a depth image leaves visible: shares of instances and groups. What is not in the image shows nothing, and counts as hidden.
 
-use glam::Vec3;
 use wide::f32x8;
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
-use super::image_plane::NEAREST;
 use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
-use crate::scene::boxes::AxisBox;
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
 
@@ -20,21 +16,8 @@ const LARGE_RADIUS: f32 = 24.0;
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
-/// By how much farther than a texel a point may lie and be visible still, relative to its nearness; and by
-/// how much farther a box that is hidden as a whole has to lie.
+/// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
 const SAME_DEPTH: f32 = 1e-3;
-const FARTHER: f32 = 2e-3;
-/// What rounding may move a corner of a box by: relative to its coordinates, to its size, and in texels.
-const POSITION_SLACK: f32 = 1e-5;
-const SIZE_SLACK: f32 = 1e-3;
-const TEXEL_SLACK: f32 = 0.01;
-
-/// The corners of a box about its centre.
-const CORNERS: V3<f32x8> = V3 {
-    x: f32x8::new([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0]),
-    y: f32x8::new([-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0]),
-    z: f32x8::new([-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0]),
-};
 
 /// What is asked of the points of one instance.
 struct Query {
@@ -54,7 +37,7 @@ impl OcclusionBuffer {
         let (table, mut groups) = (scene.table(mesh), Vec::new());
         let index = instance.index() as u32;
         let placed = &scene.instances[instance.index()];
-        match self.share_of_all(table, index, placed, true) {
+        match self.share_of_all(table, index, placed) {
             Some(of_all) => groups.resize(table.group_count(), of_all),
             None => self.group_shares(table, index, placed, &mut groups),
         }
@@ -62,73 +45,19 @@ impl OcclusionBuffer {
         groups.iter().map(share).collect()
     }
 
-    /// Whether everything in a box of world space is behind what the image shows, or not in it. Of a box inside of
-    /// a hidden one so is everything.
-    pub(crate) fn hides(&self, bounds: &AxisBox) -> bool {
-        // The corners in the image, all of which must have a place there.
-        let center = (bounds.min + bounds.max) * 0.5;
-        let size = center.length() + self.view.eye_in_world.length();
-        let half =
-            (bounds.max - bounds.min) * (0.5 + SIZE_SLACK) + Vec3::splat(size * POSITION_SLACK);
-        let linear = self.view.camera_from_world;
-        let corner = V3 {
-            x: CORNERS.x * f32x8::splat(half.x),
-            y: CORNERS.y * f32x8::splat(half.y),
-            z: CORNERS.z * f32x8::splat(half.z),
-        };
-        let center = V3::splat(linear * (center - self.view.eye_in_world));
-        let corner = M3::splat(&linear).of(corner).plus(center);
-        let is_behind = corner.z.is_below(f32x8::splat(NEAREST));
-        match bits_of(is_behind) {
-            0 => {}
-            0xff => return true,
-            _ => return false,
-        }
-        let at = self.plane.project(corner);
-        let is_finite = (at.x + at.y + at.z).abs().is_below(f32x8::infinity());
-        if bits_of(is_finite) != 0xff {
-            return false;
-        }
-        // Every texel of their rectangle is nearer than the nearest of them.
-        let [x, y, nearness] = [at.x, at.y, at.z].map(f32x8::to_array);
-        let texels = |at: [f32; LANES], count: usize| {
-            let least = at.iter().copied().fold(f32::INFINITY, f32::min) - TEXEL_SLACK;
-            let most = at.iter().copied().fold(f32::NEG_INFINITY, f32::max) + TEXEL_SLACK;
-            let is_beyond = most < 0.0 || least >= count as f32;
-            (!is_beyond).then(|| least as usize..=(most as usize).min(count - 1))
-        };
-        let nearest = nearness.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let [width, height] = self.size();
-        let (Some(columns), Some(rows)) = (texels(x, width), texels(y, height)) else {
-            return true;
-        };
-        let farthest = nearest + nearest.abs() * FARTHER;
-        farthest
-            < self
-                .pyramid
-                .least(&self.texels.nearness, width, columns, rows)
-    }
-
     /// The share of an instance in steps, rounded up; `None` where it is so large in the
-    /// image that its groups have to be asked for. It is told sooner if it is as hidden as is likely.
+    /// image that its groups have to be tested.
     pub(crate) fn share_of_all(
         &self,
         table: &GroupTable,
         index: u32,
         instance: &Instance,
-        is_likely_hidden: bool,
     ) -> Option<u8> {
         // How large it is.
         let sphere = &instance.sphere;
         let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
         let radius = self.plane.texels(sphere.radius, gap);
         let is_small = radius < SMALL_RADIUS;
-        // Where a box is hidden so are all points in it. One test of the box is faster than those of many points.
-        let has_points = !table.samples.of_mesh(1).is_empty();
-        let tests_points_alone = (is_small || !is_likely_hidden) && has_points;
-        if !tests_points_alone && self.hides(&instance.surface_box) {
-            return Some(HIDDEN);
-        }
         if radius >= LARGE_RADIUS && !table.has_one_place() {
             return None;
         }

@@ -6,9 +6,9 @@ use camera_field::Camera;
 use glam::{Vec2, Vec3};
 use wide::f32x8;
 
+use super::boxes::AxisBox;
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, V3};
-use crate::scene::boxes::AxisBox;
 
 /// Texels along the longer side of the image.
 const LONGER_SIDE: f32 = 256.0;

@@ -3,9 +3,9 @@
 use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
+use super::boxes::{AxisBox, LocalBox};
 use super::image_plane::ImagePlane;
 use super::screen_triangle::Corner;
-use crate::scene::boxes::{AxisBox, LocalBox};
 
 /// The most triangles of an occluder's levels.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];

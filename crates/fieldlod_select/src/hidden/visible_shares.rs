@@ -44,7 +44,7 @@ impl VisibleShares {
         let Some(buffer) = &self.buffer else {
             return SeenShares::OfAll(FULL_SHARE);
         };
-        if let Some(share) = buffer.share_of_all(table, index, instance, true) {
+        if let Some(share) = buffer.share_of_all(table, index, instance) {
             return SeenShares::OfAll(share);
         }
         buffer.group_shares(table, index, instance, &mut self.groups);
@@ -60,7 +60,7 @@ impl VisibleShares {
         flux: &VisibleFlux,
     ) -> Shares<'static> {
         let buffer = self.buffer.as_ref();
-        let share = buffer.and_then(|buffer| buffer.share_of_all(table, index, instance, true));
+        let share = buffer.and_then(|buffer| buffer.share_of_all(table, index, instance));
         Shares::of_all(share.unwrap_or(FULL_SHARE), flux.least_share)
     }
 

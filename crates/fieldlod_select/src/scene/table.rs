@@ -15,7 +15,6 @@ use crate::hidden::shares::Shares;
 use crate::hidden::surface_samples::SurfaceSamples;
 use crate::lanes::V3;
 use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
-use crate::scene::boxes::LocalBox;
 pub(crate) use lanes::BoundsLanes;
 use lanes::{lanes_of, vectors_of};
 
@@ -50,8 +49,6 @@ pub struct GroupTable {
     pub(crate) samples: SurfaceSamples,
     /// What the mesh hides others with, finest first.
     pub(crate) occluders: Vec<OccluderMesh>,
-    /// Around the vertices of all levels.
-    pub(crate) surface_box: LocalBox,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -97,7 +94,6 @@ impl GroupTable {
         };
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
-        let samples = SurfaceSamples::new(hierarchy);
         let mut table = Self {
             group_count: groups.len(),
             // Bounds of one group, of eight and of 64.
@@ -105,12 +101,7 @@ impl GroupTable {
             blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
             chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
             bounds: around(groups),
-            // What cannot be asked for is everywhere, and so never hidden.
-            surface_box: match samples.of_mesh(1) {
-                [] => LocalBox::EVERYWHERE,
-                _ => LocalBox::around(hierarchy.vertices.positions.iter().copied()),
-            },
-            samples,
+            samples: SurfaceSamples::new(hierarchy),
             occluders: occluder_levels(hierarchy),
             radius: radius_of(hierarchy),
             level_errors: if is_chain {

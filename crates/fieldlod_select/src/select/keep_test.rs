@@ -38,8 +38,8 @@ pub(crate) struct KeepTest {
     is_usable: bool,
     /// Of the views that groups enter and, once refined, leave.
     sides: [LensSides; 2],
-    /// Cosine of the widest corner of the image.
-    least_cosine: f32,
+    /// Cosines of their widest corners.
+    least_cosines: [f32; 2],
     scale: Scale,
     /// What is outside counts by this scale; `None` if not at all.
     on_axis: Option<Scale>,
@@ -151,7 +151,10 @@ impl KeepTest {
             is_orthographic,
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
-            least_cosine: 1.0 / corner,
+            least_cosines: [&view.camera, &view.kept_camera].map(|camera| match camera {
+                Camera::Perspective(camera) => 1.0 / camera.max_secant(),
+                Camera::Orthographic(_) => 1.0,
+            }),
             scale: Scale::new(&thresholds, per_unit),
             on_axis,
             counts_secant: [units.deviation > 0.0, !counts_error],
@@ -199,7 +202,7 @@ impl KeepTest {
             return None;
         }
         // Most of the others are within their limits.
-        let bounds = self.bounds(&sighted);
+        let bounds = self.bounds(0, &sighted);
         let entering = self.coarse(0, &sighted, &bounds, dark);
         let leaving = self.fine(1, &sighted, &bounds, dark);
         let fits = highest.is_at_most(entering);
@@ -221,7 +224,10 @@ impl KeepTest {
                 false => 0,
             },
             allowed: Allowed {
-                coarse: [entering, self.coarse(1, &sighted, &bounds, dark)],
+                coarse: [
+                    entering,
+                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark),
+                ],
                 fine: [self.fine(0, &sighted, &bounds, dark), leaving],
             },
         })
@@ -312,9 +318,11 @@ impl KeepTest {
         L::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
-    /// Bounds of what errors show, for any threshold.
+    /// Bounds of what errors show, for any threshold. What leaves a wider view may show more in its corners, so that
+    /// the upper bound of the view that groups enter does not hold there; its lower bound holds for both.
     #[inline(always)]
-    fn bounds<L: Lane>(&self, sighted: &Sighted<L>) -> Bounds<L> {
+    fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
+        let least_cosine = self.least_cosines[width];
         let relaxation = L::splat(self.least_relaxation);
         if self.is_orthographic {
             return Bounds {
@@ -335,7 +343,7 @@ impl KeepTest {
         let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
-        let cosine = (cosine - L::splat(1e-5)).larger(L::splat(self.least_cosine));
+        let cosine = (cosine - L::splat(1e-5)).larger(L::splat(least_cosine));
         let depth = (seen.z - radius).larger(gap * cosine);
         let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
             true => depth * cosine,
@@ -343,7 +351,7 @@ impl KeepTest {
         });
         // By how much the sphere is larger here than it is: 4 to 6 times that, over the gap, is what may be lost.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
-        let rest = (gap - excess * L::splat(6.0 / self.least_cosine)) * relaxation;
+        let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);
         Bounds {
             in_view: [

@@ -145,10 +145,9 @@ impl SceneCuts {
         };
         let share = &mut self.memories[index as usize].share;
         if !(frame.are_shares_known && is_refined) {
-            let is_likely_hidden = !is_refined || share.now == HIDDEN;
             let table = frame.scene.table(mesh);
             let placed = &frame.scene.instances[index as usize];
-            let now = buffer.share_of_all(table, index, placed, is_likely_hidden);
+            let now = buffer.share_of_all(table, index, placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
         }
         self.has_unsettled_shares |= !share.is_settled();
@@ -178,7 +177,7 @@ impl SceneCuts {
         if !is_coarsest || forced_level.is_some() {
             return false;
         }
-        let Some(step) = buffer.share_of_all(table, index, placed, true) else {
+        let Some(step) = buffer.share_of_all(table, index, placed) else {
             return false;
         };
         let share = share_of_step(step, flux.least_share);

@@ -4,7 +4,7 @@ use bevy::asset::RenderAssetUsages;
 use bevy::camera::visibility::CascadesVisibleEntities;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{BakeConfig, LodSimplified, LodUnit};
+use bevy_fieldlod::{BakeConfig, LodUnit};
 
 use crate::headless::{
     add, app, before_a_camera, insert, levels, move_camera, ready, rock, spawn_camera, spawn_rock,
@@ -196,40 +196,6 @@ fn shadow_bias_controls_offscreen_casters() {
     // What is seen is drawn as before.
     insert(&mut app, rock, Transform::default());
     assert_eq!(finest_at(&mut app, 0.3), finest_at(&mut app, 1.0));
-}
-
-#[test]
-fn simplified_level_stays_in_main_memory() {
-    for subdivisions in [4, 6] {
-        let mut app = app();
-        spawn_camera(&mut app, 3.0);
-        let auto_lod = AutoLod {
-            simplified_level: Some(2),
-            ..default()
-        };
-        let source = add(&mut app, rock(subdivisions, 1));
-        let object = app.world_mut().spawn((Mesh3d(source), auto_lod)).id();
-        ready(&mut app, 1);
-        let simplified = app
-            .world()
-            .get::<LodSimplified>(object)
-            .unwrap()
-            .mesh
-            .clone();
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        let mesh = meshes.get(&simplified).unwrap();
-        assert_eq!(mesh.asset_usage, RenderAssetUsages::MAIN_WORLD);
-        let triangles = mesh.indices().unwrap().len() / 3;
-        let full = 20 * 4usize.pow(subdivisions);
-        assert!(
-            triangles * 3 < full && triangles > 20,
-            "{triangles} of {full}"
-        );
-        app.world_mut().entity_mut(object).remove::<AutoLod>();
-        app.update();
-        app.update();
-        assert!(!app.world().entity(object).contains::<LodSimplified>());
-    }
 }
 
 #[test]

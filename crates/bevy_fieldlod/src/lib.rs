@@ -100,7 +100,7 @@ pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use fieldlod_select::LodSettings;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
-pub use scene::lod_mesh::{LodSimplified, LodState};
+pub use scene::lod_mesh::LodState;
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 

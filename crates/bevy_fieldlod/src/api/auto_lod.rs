@@ -22,11 +22,10 @@ use crate::assets::baked_lods::BakedLods;
 ///     let hero = assets.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("hero.glb"));
 ///     let fine = AutoLod { kind: LodKind::Clusters, bias: 2.0, ..default() };
 ///     commands.spawn((Mesh3d(hero), fine));
-///     // A terrain in small units; physics uses its third level.
+///     // A terrain in small units.
 ///     let terrain = GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("terrain.glb");
 ///     let in_small_units = AutoLod {
 ///         bake: Some(BakeConfig::fine_grained()),
-///         simplified_level: Some(2),
 ///         ..default()
 ///     };
 ///     commands.spawn((Mesh3d(assets.load(terrain)), in_small_units));
@@ -43,9 +42,6 @@ pub struct AutoLod {
     pub kind: LodKind,
     /// Weight of the errors of these meshes: 2 draws them as fine as at half the distance.
     pub bias: f32,
-    /// Inserts a [`LodSimplified`](crate::LodSimplified) mesh of this level on each mesh entity, for picking and
-    /// physics. It stays in main memory.
-    pub simplified_level: Option<u32>,
     /// Settings of bakes at run time; `None` uses [`FieldLodConfig::bake`](crate::FieldLodConfig::bake).
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
@@ -59,7 +55,6 @@ impl Default for AutoLod {
             baked: None,
             kind: LodKind::Auto,
             bias: 1.0,
-            simplified_level: None,
             #[cfg(feature = "bake")]
             bake: None,
         }

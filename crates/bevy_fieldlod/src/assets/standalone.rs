@@ -24,7 +24,7 @@ use crate::scene::unit_mesh::source_mesh;
 /// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
 ///   in the background as views need them, and evicted to keep the budgets of
 ///   [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). Missing pages fall back to coarser geometry. The mesh is
-///   always drawn as units, and [`AutoLod::simplified_level`] is ignored.
+///   always drawn as units.
 ///
 /// ```
 /// # use bevy::prelude::*;

@@ -5,7 +5,7 @@
 //! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
 //! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bevy::asset::AssetId;
 use bevy::pbr::{
@@ -24,11 +24,10 @@ use bevy::render::sync_world::{MainEntity, MainEntityHashMap};
 use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
 /// The queue of changes for the render world.
+///
+/// `None` without a renderer.
 #[derive(Resource, Default)]
-pub(crate) struct DrawnMeshes {
-    /// `None` without a renderer.
-    changes: Option<Mutex<Vec<(Entity, Change)>>>,
-}
+pub(crate) struct DrawnMeshes(Option<Mutex<Vec<(Entity, Change)>>>);
 
 /// A change of one entity in the render world.
 #[derive(Clone, Copy, Debug)]
@@ -52,17 +51,14 @@ impl DrawnMeshes {
     }
 
     fn push(&self, entity: Entity, change: Change) {
-        if let Some(changes) = &self.changes {
-            let mut changes = changes.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(mut changes) = self.lock() {
             changes.push((entity, change));
         }
     }
 
-    fn take(&self) -> Vec<(Entity, Change)> {
-        let Some(changes) = &self.changes else {
-            return Vec::new();
-        };
-        std::mem::take(&mut *changes.lock().unwrap_or_else(PoisonError::into_inner))
+    fn lock(&self) -> Option<MutexGuard<'_, Vec<(Entity, Change)>>> {
+        let changes = self.0.as_ref()?;
+        Some(changes.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -74,22 +70,18 @@ struct OtherMeshes(MainEntityHashMap<AssetId<Mesh>>);
 pub(crate) fn plugin(app: &mut App) {
     let mut drawn = DrawnMeshes::default();
     if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-        drawn.changes = Some(Mutex::default());
-        add_to_render_app(render_app);
+        drawn.0 = Some(Mutex::default());
+        render_app.init_resource::<OtherMeshes>().add_systems(
+            ExtractSchedule,
+            (
+                extract_changes
+                    .before(MeshExtractionSystems)
+                    .in_set(DirtySpecializationSystems::CheckForChanges),
+                draw_other_meshes.after(MeshExtractionSystems),
+            ),
+        );
     }
     app.insert_resource(drawn);
-}
-
-fn add_to_render_app(render_app: &mut SubApp) {
-    render_app.init_resource::<OtherMeshes>().add_systems(
-        ExtractSchedule,
-        (
-            extract_changes
-                .before(MeshExtractionSystems)
-                .in_set(DirtySpecializationSystems::CheckForChanges),
-            draw_other_meshes.after(MeshExtractionSystems),
-        ),
-    );
 }
 
 /// Applies the queue, and adds its entities to Bevy's lists of changed entities.
@@ -101,7 +93,11 @@ fn extract_changes(
     mut to_bin: ResMut<DirtySpecializations>,
     mut wireframes_to_bin: ResMut<DirtyWireframeSpecializations>,
 ) {
-    for (entity, change) in changes.take() {
+    for (entity, change) in changes
+        .lock()
+        .iter_mut()
+        .flat_map(|changes| changes.drain(..))
+    {
         let is_there = entities.contains(entity);
         let entity = MainEntity::from(entity);
         match change {

@@ -58,8 +58,8 @@ pub(crate) fn plugin(app: &mut App) {
         ExtractSchedule,
         tell_render_assets.after(AssetExtractionSystems),
     );
-    app.add_observer(note_new_units)
-        .add_observer(note_lost_units)
+    app.add_observer(note_units::<Add>)
+        .add_observer(note_units::<Remove>)
         .add_observer(note_lost_mesh::<Mesh2d>)
         .add_observer(note_lost_mesh::<Mesh3d>)
         .add_systems(
@@ -71,11 +71,7 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-fn note_new_units(_: On<Add, LodClusters>, mut sources: ResMut<ReleasedSources>) {
-    sources.is_stale = true;
-}
-
-fn note_lost_units(_: On<Remove, LodClusters>, mut sources: ResMut<ReleasedSources>) {
+fn note_units<E: EntityEvent>(_: On<E, LodClusters>, mut sources: ResMut<ReleasedSources>) {
     sources.is_stale = true;
 }
 

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::prelude::*;
 use fieldlod_hierarchy::{Hierarchy, PagedMesh};
@@ -97,17 +96,10 @@ impl MeshInPages {
         let unit = |(index, unit): (u32, &fieldlod_hierarchy::Unit)| {
             Ok(UnitOfPage {
                 index,
-                mesh: unit_mesh(&all, read, unit, RenderAssetUsages::RENDER_WORLD)?,
+                mesh: unit_mesh(&all, read, unit)?,
                 aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
             })
         };
         units.map(unit).collect()
-    }
-
-    /// A box around all levels, from the bounding spheres of groups.
-    pub(super) fn aabb(&self) -> Option<Aabb> {
-        let spheres = self.paged().graph.groups.iter().map(|group| group.bounds);
-        let corners = spheres.flat_map(|s| [s.center - s.radius, s.center + s.radius]);
-        Aabb::enclosing(corners)
     }
 }

@@ -78,9 +78,7 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
         pieces,
         triangles_full: hierarchy.source_triangle_count() as u32,
         is_measured: hierarchy.is_measured(),
-        aabb: mesh.aabb(),
         uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),
-        simplified: None,
     })
 }
 

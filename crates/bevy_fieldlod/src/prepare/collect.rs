@@ -74,9 +74,7 @@ fn add_mesh(
         kind: prepared.kind,
         pieces,
         triangles_full: prepared.triangles_full,
-        aabb: prepared.aabb,
         uv_per_area: prepared.uv_per_area,
-        simplified: prepared.simplified.map(|mesh| meshes.add(mesh)),
         uploaded: uploads.send(sent, meshes),
         transient: default(),
     })

@@ -16,7 +16,7 @@ use super::source_arrays::SourceArrays;
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodOrigin};
 use crate::scene::lod_mesh::LodPiece;
-use crate::scene::unit_mesh::{simplified_mesh, unit_mesh};
+use crate::scene::unit_mesh::unit_mesh;
 
 /// The input of a background task.
 pub(super) struct PrepareJob {
@@ -27,8 +27,6 @@ pub(super) struct PrepareJob {
     pub(super) place: Option<[u32; 2]>,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(super) kind: LodKind,
-    /// The level of [`AutoLod::simplified_level`](crate::AutoLod::simplified_level).
-    pub(super) simplified_level: Option<u32>,
     /// Sources of the hierarchy. The first that has one is used.
     pub(super) sources: Vec<LevelSource>,
 }
@@ -55,9 +53,7 @@ pub(crate) struct PreparedMesh {
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.
     pub(crate) is_measured: bool,
-    pub(crate) aabb: Option<Aabb>,
     pub(crate) uv_per_area: f32,
-    pub(crate) simplified: Option<Mesh>,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
@@ -77,7 +73,6 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         Some(levels) => (LodKind::WholeMesh, levels),
         None => (LodKind::Clusters, baked),
     };
-    let aabb = hierarchy.aabb();
     Ok(PreparedMesh {
         kind,
         origin,
@@ -85,11 +80,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
         triangles_full,
         is_measured,
-        aabb: aabb.map(|aabb| Aabb::from_min_max(aabb.min, aabb.max)),
         uv_per_area,
-        simplified: job
-            .simplified_level
-            .map(|level| simplified_mesh(&hierarchy, level)),
     })
 }
 
@@ -142,12 +133,10 @@ fn pieces_of(
     hierarchy: &Hierarchy,
     kind: LodKind,
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
-    // Rays and physics use the source or the simplified level.
-    let usage = RenderAssetUsages::RENDER_WORLD;
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
         let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
-        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit, usage));
+        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit));
         let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
         let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
         Ok((piece, mesh.transpose()?))

@@ -292,7 +292,7 @@ impl LodMeshLookup<'_> {
         let prepared: BoxedFuture<_> = match provider {
             Some(provider) => provider(source.clone()),
             None => match self.sources(mesh, request, kind, material_of)? {
-                Ok(sources) => Box::pin(prepare(self.job(mesh, request, kind, sources)?)),
+                Ok(sources) => Box::pin(prepare(self.job(mesh, kind, sources)?)),
                 Err(error) => {
                     let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
                     self.events.write(event);
@@ -308,7 +308,6 @@ impl LodMeshLookup<'_> {
     fn job(
         &self,
         mesh: AssetId<Mesh>,
-        request: &LodRequest,
         kind: LodKind,
         sources: Vec<LevelSource>,
     ) -> Result<PrepareJob, NotYet> {
@@ -318,7 +317,6 @@ impl LodMeshLookup<'_> {
             name: asset_name(&self.assets, mesh),
             place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
-            simplified_level: request.simplified_level,
             sources,
         })
     }

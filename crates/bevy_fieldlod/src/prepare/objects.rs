@@ -16,9 +16,7 @@ use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
 use crate::api::stats::FieldLodProgress;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
-use crate::scene::lod_mesh::{
-    LodClusters, LodMesh, LodObject, LodPlain, LodSimplified, LodState, LodWaiting,
-};
+use crate::scene::lod_mesh::{LodClusters, LodMesh, LodObject, LodState, LodWaiting};
 
 /// Logs meshes that cannot have levels of detail: one for each reason.
 #[derive(SystemParam)]
@@ -136,7 +134,7 @@ fn first_materials(
 /// Marks an entity whose source mesh is drawn.
 fn leave_plain(commands: &mut EntityCommands, error: Option<LodError>) {
     commands
-        .try_insert((LodPlain, LodState::Plain))
+        .try_insert(LodState::Plain)
         .try_remove::<LodWaiting>();
     if let Some(error) = error {
         commands.trigger(|entity| LodFailed { entity, error });
@@ -154,9 +152,6 @@ fn give_levels(
     if kind == LodKind::Clusters {
         commands.try_insert(LodClusters);
     }
-    if let Some(mesh) = lod.simplified.clone() {
-        commands.try_insert(LodSimplified { mesh });
-    }
     let object = LodObject {
         mesh: lod.clone(),
         source: mesh.id(),
@@ -172,7 +167,7 @@ fn give_levels(
 pub(super) fn update_progress(
     waiting: Query<(), With<LodWaiting>>,
     objects: Query<(), With<LodObject>>,
-    plain: Query<(), With<LodPlain>>,
+    plain: Query<(), (With<LodState>, Without<LodWaiting>, Without<LodObject>)>,
     known: Res<LodMeshes>,
     mut progress: ResMut<FieldLodProgress>,
 ) {

@@ -10,7 +10,7 @@ use super::lookup::LodMeshes;
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
 use crate::draw::upload::UploadQueue;
-use crate::scene::lod_mesh::{LodObject, LodPlain};
+use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
 
 /// Restarts entities before they are tracked.
@@ -40,7 +40,7 @@ struct Restart<'w, 's> {
     commands: Commands<'w, 's>,
     known: ResMut<'w, LodMeshes>,
     scene: ResMut<'w, LodScene>,
-    entities: Query<'w, 's, (Entity, &'static Mesh3d), Or<(With<LodObject>, With<LodPlain>)>>,
+    entities: Query<'w, 's, (Entity, &'static Mesh3d), (With<LodState>, Without<LodWaiting>)>,
 }
 
 impl Restart<'_, '_> {

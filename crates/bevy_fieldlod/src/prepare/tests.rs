@@ -84,7 +84,7 @@ fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
 }
 
 fn cut(mesh: &Mesh, hierarchy: &Hierarchy, unit: &Unit) -> Mesh {
-    unit_mesh(mesh, hierarchy, unit, RenderAssetUsages::default()).unwrap()
+    unit_mesh(mesh, hierarchy, unit).unwrap()
 }
 
 /// The value at each vertex of `unit`.

@@ -13,9 +13,7 @@ use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
 use crate::prepare::restart::RestartObjects;
 use crate::scene::changed::ChangedOn;
-use crate::scene::lod_mesh::{
-    LodClusters, LodObject, LodPlain, LodSimplified, LodState, LodWaiting,
-};
+use crate::scene::lod_mesh::{LodClusters, LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
 
 /// Tracks mesh entities in each frame.
@@ -120,7 +118,7 @@ fn track_objects(
         // The entity starts again without levels.
         sources.note(mesh.id());
         let mut commands = commands.entity(entity);
-        commands.try_remove::<(LodObject, LodPlain, LodWaiting)>();
+        commands.try_remove::<(LodObject, LodWaiting)>();
         // A clone has these of its original.
         if let Some(LodState::Ready(_)) = state {
             commands.try_remove::<FromLevels>();
@@ -134,7 +132,7 @@ fn track_objects(
 }
 
 /// The components that the plugin inserts together with a [`LodObject`].
-type FromLevels = (LodClusters, LodSimplified, NoCpuCulling);
+type FromLevels = (LodClusters, NoCpuCulling);
 
 /// Records a new object.
 fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
@@ -164,6 +162,6 @@ fn untrack_entities_without_mesh(
 ) {
     if objects.contains(removal.entity) {
         let mut commands = commands.entity(removal.entity);
-        commands.try_remove::<(LodObject, LodPlain, LodWaiting, LodState)>();
+        commands.try_remove::<(LodObject, LodWaiting, LodState)>();
     }
 }

@@ -26,12 +26,8 @@ pub(crate) struct LodMesh {
     pub(crate) pieces: Vec<LodPiece>,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
-    /// The box around all levels in local space; `None` for a mesh without triangles.
-    pub(crate) aabb: Option<Aabb>,
     /// Area in texture coordinates per area in local space; 0 without texture coordinates.
     pub(crate) uv_per_area: f32,
-    /// The mesh of [`AutoLod::simplified_level`].
-    pub(crate) simplified: Option<Handle<Mesh>>,
     /// Whether the GPU has all pieces that [`LodPiece::mesh`] holds. The render world sets it.
     pub(crate) uploaded: Arc<AtomicBool>,
     /// Meshes of units that are uploaded and evicted at run time.
@@ -116,10 +112,6 @@ pub(crate) struct LodWaiting {
     pub(crate) auto_lod: AutoLod,
 }
 
-/// A mesh entity whose source mesh is drawn.
-#[derive(Component)]
-pub(crate) struct LodPlain;
-
 /// A mesh entity with levels of detail.
 #[derive(Component)]
 pub(crate) struct LodObject {
@@ -134,7 +126,11 @@ impl LodObject {
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
         let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
-        is_kind && LodRequest::of(&self.auto_lod).equals_but_for_kind(&LodRequest::of(auto_lod))
+        let own = LodRequest {
+            kind: auto_lod.kind,
+            ..LodRequest::of(&self.auto_lod)
+        };
+        is_kind && own == LodRequest::of(auto_lod)
     }
 }
 
@@ -143,7 +139,6 @@ impl LodObject {
 pub(crate) struct LodRequest {
     pub(crate) kind: LodKind,
     pub(crate) baked: Option<Handle<BakedLods>>,
-    pub(crate) simplified_level: Option<u32>,
     #[cfg(feature = "bake")]
     pub(crate) bake: Option<BakeConfig>,
 }
@@ -153,44 +148,12 @@ impl LodRequest {
         Self {
             kind: auto_lod.kind,
             baked: auto_lod.baked.clone(),
-            simplified_level: auto_lod.simplified_level,
             #[cfg(feature = "bake")]
             bake: auto_lod.bake.clone(),
         }
-    }
-
-    fn equals_but_for_kind(&self, other: &Self) -> bool {
-        let kind = self.kind;
-        *self
-            == Self {
-                kind,
-                ..other.clone()
-            }
     }
 }
 
 /// Marks an object that is drawn as units.
 #[derive(Component)]
 pub(crate) struct LodClusters;
-
-/// The mesh of level [`AutoLod::simplified_level`](crate::AutoLod::simplified_level). It has positions and
-/// indices only, and stays in main memory. The plugin inserts it when the levels of the entity are ready.
-///
-/// ```
-/// # use bevy::picking::mesh_picking::ray_cast::SimplifiedMesh;
-/// # use bevy::prelude::*;
-/// # use bevy_fieldlod::LodSimplified;
-/// // Bevy's mesh picking casts rays at it. A physics engine can build its collider from it.
-/// fn pick_by_level(ready: On<Insert, LodSimplified>, meshes: Query<&LodSimplified>, mut commands: Commands) {
-///     if let Ok(simplified) = meshes.get(ready.entity) {
-///         commands.entity(ready.entity).insert(SimplifiedMesh(simplified.mesh.clone()));
-///     }
-/// }
-/// # App::new().add_observer(pick_by_level);
-/// ```
-#[derive(Component, Clone, Debug, Reflect)]
-#[reflect(Component, Clone)]
-pub struct LodSimplified {
-    /// The mesh.
-    pub mesh: Handle<Mesh>,
-}

@@ -35,13 +35,14 @@ pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     mesh.with_inserted_indices(Indices::U32(indices))
 }
 
-/// The mesh of `unit`, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
+/// The mesh of `unit` for the GPU, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
 pub(crate) fn unit_mesh(
     source: &Mesh,
     hierarchy: &Hierarchy,
     unit: &Unit,
-    usage: RenderAssetUsages,
 ) -> Result<Mesh, MeshAccessError> {
+    // Rays and physics use the source.
+    let usage = RenderAssetUsages::RENDER_WORLD;
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     let vertices = hierarchy.vertices_of(unit);
     // If the origin is unknown, the hierarchy has all attributes of moved vertices, and any vertex will do.
@@ -54,29 +55,6 @@ pub(crate) fn unit_mesh(
     }
     mesh.insert_indices(Indices::U16(hierarchy.indices_of(unit).to_vec()));
     Ok(mesh)
-}
-
-/// The mesh of a level with positions only, for main memory.
-pub(crate) fn simplified_mesh(hierarchy: &Hierarchy, level: u32) -> Mesh {
-    let (mut positions, mut indices) = (Vec::<[f32; 3]>::new(), Vec::new());
-    for unit in hierarchy.units_at_level(level) {
-        let unit = &hierarchy.units[unit];
-        let first = positions.len() as u32;
-        let vertices = hierarchy.vertices_of(unit).iter();
-        positions.extend(vertices.map(|&v| hierarchy.vertices.positions[v as usize].to_array()));
-        indices.extend(
-            hierarchy
-                .indices_of(unit)
-                .iter()
-                .map(|&i| first + u32::from(i)),
-        );
-    }
-    Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::MAIN_WORLD,
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-    .with_inserted_indices(Indices::U32(indices))
 }
 
 /// Sets the values of moved vertices to those in the hierarchy.

@@ -3,12 +3,13 @@
 //! In: the views and objects of the scene. Out: [`TextureDetail`] and [`FieldLodTextureDemand`].
 
 use bevy::asset::AssetId;
+use bevy::camera::primitives::Aabb;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use camera_field::CAMERA_FROM_VIEW;
 
 use crate::api::systems::FieldLodSystems;
-use crate::scene::lod_mesh::{LodMesh, LodObject};
+use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::largest_scale;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -79,15 +80,18 @@ fn measure_objects(
     mut objects: Query<(
         Entity,
         &LodObject,
+        &Aabb,
         &GlobalTransform,
         Option<&mut TextureDetail>,
     )>,
     former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
 ) {
-    for (entity, object, transform, detail) in &mut objects {
+    for (entity, object, aabb, transform, detail) in &mut objects {
         let pixels_per_uv = views
             .iter()
-            .filter_map(|(cut, pose)| pixels_per_uv(cut, pose, &object.mesh, transform))
+            .filter_map(|(cut, pose)| {
+                pixels_per_uv(cut, pose, object.mesh.uv_per_area, aabb, transform)
+            })
             .reduce(f32::max);
         let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
         match (measured, detail) {
@@ -112,12 +116,15 @@ fn measure_objects(
 fn pixels_per_uv(
     cut: &ViewCut,
     pose: &GlobalTransform,
-    mesh: &LodMesh,
+    uv_per_area: f32,
+    aabb: &Aabb,
     transform: &GlobalTransform,
 ) -> Option<f32> {
     let view = cut.view.filter(|_| cut.state == ViewState::Cut)?;
     let camera = view.camera();
-    let aabb = mesh.aabb.filter(|_| mesh.uv_per_area > 0.0)?;
+    if uv_per_area <= 0.0 {
+        return None;
+    }
     let world_from_local = transform.affine();
     let scale = largest_scale(&world_from_local);
     let radius = aabb.half_extents.length() * scale;
@@ -129,7 +136,7 @@ fn pixels_per_uv(
     }
     // Samples per area of surface over texture per area of surface: samples per area of texture.
     let strength = camera.strength_over_sphere(center, radius).or_infinity();
-    Some((strength * scale * scale / mesh.uv_per_area).sqrt())
+    Some((strength * scale * scale / uv_per_area).sqrt())
 }
 
 /// Finds the finest detail that each material needs.

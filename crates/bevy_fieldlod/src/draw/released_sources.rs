@@ -16,7 +16,7 @@ use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::{AssetExtractionSystems, ExtractedAssets};
 use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
@@ -92,7 +92,7 @@ fn may_release(
     sources: Res<ReleasedSources>,
     views: Query<&ViewCut>,
     flat: Query<&Mesh2d, Changed<Mesh2d>>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
 ) -> bool {
     // Flat meshes draw their mesh as it is, and may get another handle in place.
     sources.is_stale
@@ -113,13 +113,13 @@ fn release_sources(
     flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
     meshes: Res<Assets<Mesh>>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
 ) {
     let sources = sources.bypass_change_detection();
     sources.is_stale = false;
     sources.any_view_draws_sources = any_draws_sources(&views);
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
-    if !config.sources_on_gpu && !sources.any_view_draws_sources {
+    if !config.advanced.sources_on_gpu && !sources.any_view_draws_sources {
         let clustered = drawn.iter().filter(|(.., is_cut)| *is_cut);
         spare.extend(clustered.map(|(_, mesh, _)| mesh.id()));
         // It comes back from main memory.

@@ -12,14 +12,16 @@
 //! counts only if it is no farther from the consumed surface than the deviation of the finer groups: other places
 //! belong to another group.
 
+mod borders;
 mod closer_look;
 mod handed_on;
 mod seen;
 
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
+use self::borders::look_along_borders;
 use self::closer_look::{
     AGGREGATE_MARGIN, Candidate, SAMPLING_MARGIN, Target, WITHIN, look_closely,
 };
@@ -46,9 +48,10 @@ const FEW_LEFT: usize = 1 << 10;
 /// So are meshes with more corners than this for each triangle: a closed surface has half of one, and
 /// many small components have more, of which a few places tell little.
 const LOOSE: f32 = 0.7;
-/// At least so many places of the whole source go on to each level, or this share of its triangles.
-const FEWEST_PLACES: usize = 1 << 16;
-const PLACES_PER_TRIANGLE: f32 = 0.1;
+/// At least so many places of the whole source go on to each level, or this share of its triangles. With an eighth of
+/// them a bumpy ball of 128,880 triangles states 1 / 1.37 of its deviation; they cost a quarter of the time of a bake.
+const FEWEST_PLACES: usize = 1 << 19;
+const PLACES_PER_TRIANGLE: f32 = 0.8;
 /// How often these are cut in quarters at most.
 const SPLITS: u32 = 5;
 /// The same for triangles of a large source, until they are certainly within the margin.
@@ -58,6 +61,7 @@ pub(crate) struct SourceSurface {
     target: Target,
     positions: Vec<Vec3>,
     source_triangles: usize,
+    has_borders: bool,
     /// Whether all of the source is looked at closely.
     is_close: bool,
 }
@@ -132,6 +136,18 @@ pub(crate) fn deviation_in_local(
     levels.iter().map(level).collect()
 }
 
+/// Whether some edge is open, or between two sides of one triangle.
+fn has_borders(mesh: &SourceMesh, vertices: &LevelVertices) -> bool {
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let mut sorted = triangles.iter().map(|triangle| {
+        let mut places = triangle.map(|v| vertices.same_position[v as usize]);
+        places.sort_unstable();
+        places
+    });
+    let mut seen = FxHashSet::default();
+    vertices.is_border.contains(&true) || !sorted.all(|places| seen.insert(places))
+}
+
 impl SourceSurface {
     pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
@@ -147,6 +163,7 @@ impl SourceSurface {
             },
             positions,
             source_triangles: triangles.len(),
+            has_borders: has_borders(mesh, vertices),
             is_close: triangles.len() <= FEW || places > LOOSE * triangles.len() as f32,
         }
     }
@@ -193,6 +210,9 @@ impl SourceSurface {
             effort,
             &mut farthest,
         );
+        if self.has_borders {
+            look_along_borders(&self.target.surface, &corners, &mut farthest);
+        }
         let margin = match simplified.method {
             Method::Elements => AGGREGATE_MARGIN,
             _ => SAMPLING_MARGIN,

@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
+use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
@@ -27,6 +28,8 @@ const APART: f32 = 1.0 / (1 << 22) as f32;
 
 /// Bakes meshes that are one object, in the given order: plants together, other meshes separately.
 ///
+/// Where meshes meet at an open border of one of them, their vertices stay at all levels, so that no cracks open.
+///
 /// Meshes that are baked together change levels together and only as a whole: each hierarchy has one unit per level. This
 /// applies to two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and
 /// at most 65,536 vertices in total. At least a quarter of the triangles must belong to six or more loose pieces such as
@@ -40,13 +43,20 @@ pub fn bake_together(
     meshes: &[&SourceMesh],
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    bake_together_with_progress(meshes, config, &|_, _| ())
+    let are_valid = meshes.iter().all(|mesh| mesh.check_shape().is_ok());
+    let kept = match are_valid {
+        true => meeting_vertices(meshes),
+        false => vec![Vec::new(); meshes.len()],
+    };
+    bake_together_with_progress(meshes, &kept, config, &|_, _| ())
 }
 
 /// [`bake_together`] with progress: `on_triangles` is told of which mesh how many triangles each group consumed;
-/// of meshes that are baked together, the first.
+/// of meshes that are baked together, the first. Of each mesh that is baked separately, the vertices that are `kept` stay
+/// at all levels.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
+    kept: &[Vec<bool>],
     config: &BakeConfig,
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
@@ -55,7 +65,9 @@ pub(crate) fn bake_together_with_progress(
         return baked.into_iter().map(Ok).collect();
     }
     let by_itself = |(index, mesh): (usize, &&SourceMesh)| {
-        bake_mesh_with_progress(mesh, config, &|count| on_triangles(index, count))
+        bake_mesh_with_progress(mesh, &kept[index], config, &|count| {
+            on_triangles(index, count)
+        })
     };
     meshes.par_iter().enumerate().map(by_itself).collect()
 }
@@ -136,6 +148,7 @@ fn bake_as_one(
     let (hierarchy, report) = bake_valid_mesh(
         &as_one_mesh(meshes),
         Surfaces::of(meshes.iter().copied()),
+        &[],
         config,
         on_triangles,
     );

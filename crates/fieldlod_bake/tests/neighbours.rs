@@ -81,22 +81,45 @@ fn tiles() -> Vec<SourceMesh> {
     })
 }
 
+/// The open edges of all parts together, each drawn at the level that has no more than this error.
+fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for part in parts {
+        let first = positions.len() as u32;
+        positions.extend(&part.vertices.positions);
+        let drawn = cut(part, |group| part.groups[group].error_in_local > error);
+        triangles.extend(drawn.iter().map(|triangle| triangle.map(|v| first + v)));
+    }
+    border(&positions, &triangles)
+}
+
 #[test]
-fn primitives_of_one_mesh_meet_at_every_level() {
-    for parts in [stripes(), tiles()] {
+fn primitives_of_one_mesh_are_one_surface_at_every_error() {
+    for (parts, whole) in [
+        (stripes(), fixtures::rock(5, 3)),
+        (tiles(), fixtures::height_field(64)),
+    ] {
         let mut file = file_of(&parts);
         file.join_meshes();
         let outcome = bake(&mut file, &BakeConfig::default());
-        assert_eq!(outcome.file.primitives.len(), parts.len());
-        for (part, baked) in parts.iter().zip(&outcome.file.primitives) {
-            assert!(keeps_meeting_edges(part, &parts, &baked.hierarchy));
-        }
+        let of_file = outcome.file.primitives.into_iter().map(|p| p.hierarchy);
         let meshes: Vec<&SourceMesh> = parts.iter().collect();
-        for (part, baked) in parts
-            .iter()
-            .zip(bake_together(&meshes, &BakeConfig::default()))
-        {
-            assert!(keeps_meeting_edges(part, &parts, &baked.unwrap().0));
+        let together = bake_together(&meshes, &BakeConfig::default()).into_iter();
+        let together = together.map(|baked| baked.unwrap().0);
+        let outside = |bits: &[u32; 3]| {
+            let [x, _, z] = bits.map(f32::from_bits);
+            [x, z].iter().any(|at| *at == 0.0 || *at == 1.0)
+        };
+        let is_closed = border(&whole.positions, whole.indices.as_chunks::<3>().0).is_empty();
+        for baked in [of_file.collect::<Vec<_>>(), together.collect()] {
+            let errors = baked.iter().flat_map(|part| &part.groups);
+            let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
+            assert!(errors.len() > 20);
+            for error in errors.into_iter().filter(|error| error.is_finite()) {
+                let open = border_at(error, &baked);
+                let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
+                assert!(open.iter().all(is_outside), "at an error of {error}");
+            }
         }
     }
 }

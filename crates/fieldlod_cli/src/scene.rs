@@ -64,6 +64,9 @@ impl Scene {
         }
         let dropped = drop_unused_accessors(&mut json, &added.replaced);
         let binary = pack(&mut json, binary, &added, &dropped)?;
+        for (accessor, view) in dropped {
+            json["accessors"][accessor]["bufferView"] = view.into();
+        }
         Ok(Self {
             glb: glb::whole(json.to_string().as_bytes(), &binary),
             large,
@@ -248,20 +251,22 @@ fn push(json: &mut Value, list: &str, value: Value) -> usize {
     list.len() - 1
 }
 
-/// Empties accessors of the `replaced` meshes that nothing else refers to, and returns their views. All accessors keep
-/// their numbers, by which extensions may name them: any number in an extension counts as a reference.
-fn drop_unused_accessors(json: &mut Value, replaced: &BTreeSet<usize>) -> BTreeSet<usize> {
+/// Empties accessors of the `replaced` meshes that nothing else refers to, and takes their views from them. Returns both.
+/// All accessors keep their numbers, by which extensions may name them: any number in an extension counts as a
+/// reference.
+fn drop_unused_accessors(json: &mut Value, replaced: &BTreeSet<usize>) -> BTreeMap<usize, usize> {
     let mut used = BTreeSet::new();
     visit_accessors(json, &mut |accessor| used.extend(as_index(accessor)));
     numbers_in_extensions(json, false, &mut used);
-    let mut dropped = BTreeSet::new();
+    let mut dropped = BTreeMap::new();
     for &unused in replaced.difference(&used) {
         let Some(accessor) = json["accessors"].get_mut(unused) else {
             continue;
         };
-        visit_views(accessor, &mut |view| dropped.extend(as_index(view)));
-        // Without a view its values are zeros.
-        *accessor = json!({ "componentType": FLOAT, "type": "SCALAR", "count": 1 });
+        if let Some(view) = as_index(&accessor["bufferView"]) {
+            *accessor = json!({ "componentType": FLOAT, "type": "SCALAR", "count": 1 });
+            dropped.insert(unused, view);
+        }
     }
     dropped
 }
@@ -334,16 +339,18 @@ fn pack(
     json: &mut Value,
     binary: &[u8],
     added: &Added,
-    dropped: &BTreeSet<usize>,
+    dropped: &BTreeMap<usize, usize>,
 ) -> Result<Vec<u8>, SceneFault> {
     let mut used = BTreeSet::new();
     visit_views(json, &mut |view| used.extend(as_index(view)));
     numbers_in_extensions(json, false, &mut used);
+    let unused: BTreeSet<usize> = dropped.values().copied().collect();
+    let unused: BTreeSet<usize> = unused.difference(&used).copied().collect();
     let mut bytes = Vec::new();
     let views = json.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (number, view) in views.into_iter().flatten().enumerate() {
-        if dropped.contains(&number) && !used.contains(&number) {
-            // Something must be there, of which no accessor reads.
+        if unused.contains(&number) {
+            // Readers refuse an empty view, and an accessor without one.
             *view = json!({ "buffer": 0, "byteOffset": 0, "byteLength": 4 });
             continue;
         }

@@ -76,7 +76,7 @@ fn scene() -> (Value, Vec<u8>) {
             ] },
             { "name": "tile", "primitives": [{ "attributes": { "POSITION": 2 }, "indices": 3 }] },
         ],
-        "nodes": [{ "mesh": 0, "translation": [1, 2, 3], "children": [1] }, { "mesh": 1, "name": "door" }],
+        "nodes": [{ "mesh": 0, "translation": [1, 2, 3], "children": [1] }, { "mesh": 1, "name": "door", "translation": [0, 5, 0] }],
         "animations": [{
             "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
             "samplers": [{ "input": 4, "output": 5 }],

@@ -121,11 +121,12 @@ impl LevelVertices {
         }
     }
 
-    /// Marks the vertices whose textures are torn from those of the first at their place.
+    /// Marks the vertices whose textures are torn from those of the first at their place, or that are of other parts.
     fn protect_seams(&mut self) {
         for vertex in 0..self.source_count as u32 {
             let first = self.same_position[vertex as usize];
-            if self.layout.is_seam(self.row(vertex), self.row(first)) {
+            let is_of_one_part = self.surfaces.part_of(vertex) == self.surfaces.part_of(first);
+            if !is_of_one_part || self.layout.is_seam(self.row(vertex), self.row(first)) {
                 self.protection[vertex as usize] = SimplifyVertex::Protect;
             }
         }

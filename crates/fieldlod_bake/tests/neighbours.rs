@@ -115,7 +115,8 @@ fn primitives_of_one_mesh_are_one_surface_at_every_error() {
             let errors = baked.iter().flat_map(|part| &part.groups);
             let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
             assert!(errors.len() > 20);
-            for error in errors.into_iter().filter(|error| error.is_finite()) {
+            // Where a part would vanish altogether it stays as it was last.
+            for error in errors.into_iter().filter(|error| *error < 0.1) {
                 let open = border_at(error, &baked);
                 let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
                 assert!(open.iter().all(is_outside), "at an error of {error}");

@@ -7,6 +7,7 @@ use crate::levels::assemble::assemble;
 use crate::levels::build::build_levels;
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::used_vertices::Compact;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::appearance::measure_levels;
 use crate::report::BakeReport;
@@ -29,19 +30,25 @@ pub fn bake_mesh_with_report(
     mesh: &SourceMesh,
     config: &BakeConfig,
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
-    bake_mesh_with_progress(mesh, config, &|_| ())
+    bake_mesh_with_progress(mesh, &[], config, &|_| ())
 }
 
 /// [`bake_mesh`] with progress: `on_triangles` gets the number of triangles that each group consumed. All
-/// levels together have about twice the source triangles.
+/// levels together have about twice the source triangles. Vertices that are `kept` stay at all levels: one value per
+/// vertex, or none.
 pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
+    kept: &[bool],
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     config.validate()?;
-    mesh.validate()?;
-    let (hierarchy, report) = bake_valid_mesh(mesh, Surfaces::of([mesh]), config, on_triangles);
+    let compact = Compact::of(mesh)?;
+    let used: &SourceMesh = &compact.mesh;
+    let surfaces = Surfaces::of([used]);
+    let kept = compact.at_used(kept);
+    let (hierarchy, report) = bake_valid_mesh(used, surfaces, &kept, config, on_triangles);
+    let hierarchy = compact.of_whole(hierarchy);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
 }
@@ -50,11 +57,17 @@ pub(crate) fn bake_mesh_with_progress(
 pub(crate) fn bake_valid_mesh(
     mesh: &SourceMesh,
     surfaces: Surfaces,
+    kept: &[bool],
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> (Hierarchy, BakeReport) {
     // Vertices, scaled, with weighted attributes.
     let mut vertices = LevelVertices::of(mesh, surfaces.clone(), NORMAL_WEIGHT);
+    vertices.keep((0..kept.len()).filter(|&vertex| kept[vertex]));
+    if config.lock_borders {
+        let is_border = vertices.is_border.clone();
+        vertices.keep((0..is_border.len()).filter(|&vertex| is_border[vertex]));
+    }
     // Cluster, group, simplify and measure, level by level.
     let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
     // Bound and order the units.

@@ -21,6 +21,10 @@ pub struct BakeConfig {
     /// A group that keeps more than this share of its triangles is stuck, and retried with other neighbours on the next
     /// level. At most 1.
     pub stuck_ratio: f32,
+    /// Keeps the vertices of open borders at all levels. Meshes that are baked separately, such as tiles of a terrain or
+    /// parts of a kit, then still meet at any level, if they meet at equal vertices. Primitives of one glTF mesh, and
+    /// meshes that a file places alike, keep meeting without.
+    pub lock_borders: bool,
     /// Measures the deviation of each group from the source. Without it, a guarantee draws full detail.
     pub measure_deviation: bool,
     /// Measures on pictures how far away the levels of plants and other meshes of many loose pieces look right. Without
@@ -40,6 +44,7 @@ impl Default for BakeConfig {
             group_clusters: 16,
             simplify_ratio: 0.5,
             stuck_ratio: 0.85,
+            lock_borders: false,
             measure_deviation: true,
             measure_appearance: true,
             together_below_triangles: 1 << 16,

@@ -1,5 +1,6 @@
 //! Bakes whole files: from a glTF file to the contents of a `.fieldlod` file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
@@ -10,6 +11,7 @@ use crate::import::{
     Import, ImportError, ImportedPrimitive, ReadBeside, Skipped, UnreadImage, import_gltf,
     import_gltf_bytes,
 };
+use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::SourceMesh;
 use crate::plants::together::bake_together_with_progress;
 use crate::progress::{BakeProgress, Share, Tracker};
@@ -36,7 +38,7 @@ pub struct BakeOutcome {
 /// `progress` is called for every group, from several threads.
 ///
 /// # Errors
-/// The errors of [`import_gltf`] and [`bake_mesh`](crate::bake_mesh), and a file without primitives to bake.
+/// Whatever [`import_gltf`] refuses, and a file without anything to bake. One faulty primitive among others is skipped.
 pub fn bake_file(
     path: &Path,
     config: &BakeConfig,
@@ -58,13 +60,17 @@ pub fn bake_file_bytes(
     bake_import(import_gltf_bytes(bytes, beside)?, config, progress)
 }
 
-fn bake_import(
+/// [`bake_file`] for what was imported.
+///
+/// # Errors
+/// A configuration that [`bake_mesh`](crate::bake_mesh) refuses, and a file without anything to bake.
+pub fn bake_import(
     import: Import,
     config: &BakeConfig,
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
     if import.primitives.is_empty() {
-        return Err(nothing_to_bake(&import.skipped));
+        return Err(nothing_to_bake(&import));
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
@@ -73,9 +79,15 @@ fn bake_import(
         .primitives
         .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
         .collect();
+    let mut kept = kept_vertices(&import);
+    let kept: Vec<Vec<Vec<bool>>> = meshes
+        .iter()
+        .map(|mesh| kept.drain(..mesh.len()).collect())
+        .collect();
     let in_parallel = meshes
         .par_iter()
-        .map(|mesh| bake_primitives(mesh, config, &tracker));
+        .zip(&kept)
+        .map(|(mesh, kept)| bake_primitives(mesh, kept, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let baked = baked.into_iter().flatten();
     let (primitives, reports) = baked.unzip();
@@ -87,9 +99,30 @@ fn bake_import(
     })
 }
 
+/// For each primitive, the vertices where it meets others: of the same mesh, or of meshes that nodes place alike.
+fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
+    let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (index, primitive) in import.primitives.iter().enumerate() {
+        let space = import.space_of_mesh[primitive.place.mesh_index as usize];
+        of_spaces.entry(space).or_default().push(index);
+    }
+    let mut kept = vec![Vec::new(); import.primitives.len()];
+    for primitives in of_spaces.into_values() {
+        let meshes = primitives
+            .iter()
+            .map(|&index| &import.primitives[index].mesh);
+        let meeting = meeting_vertices(&meshes.collect::<Vec<_>>());
+        for (index, meeting) in primitives.into_iter().zip(meeting) {
+            kept[index] = meeting;
+        }
+    }
+    kept
+}
+
 /// The primitives of one glTF mesh.
 fn bake_primitives(
     primitives: &[ImportedPrimitive],
+    kept: &[Vec<bool>],
     config: &BakeConfig,
     tracker: &Tracker<'_>,
 ) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
@@ -108,8 +141,9 @@ fn bake_primitives(
         },
         ..config.clone()
     };
-    let baked =
-        bake_together_with_progress(&meshes, config, &|mesh, count| shares[mesh].add(count));
+    let baked = bake_together_with_progress(&meshes, kept, config, &|mesh, count| {
+        shares[mesh].add(count);
+    });
     shares.iter().for_each(Share::finish);
     let finished = primitives.iter().zip(baked).map(|(primitive, baked)| {
         let place = &primitive.place;
@@ -124,12 +158,15 @@ fn bake_primitives(
     finished.collect()
 }
 
-fn nothing_to_bake(skipped: &[Skipped]) -> ImportError {
-    match skipped.first() {
+fn nothing_to_bake(import: &Import) -> ImportError {
+    if let Some(fault) = import.first_fault() {
+        return fault;
+    }
+    match import.skipped.first() {
         Some(first) => ImportError::AllSkipped {
-            count: skipped.len(),
+            count: import.skipped.len(),
             place: first.place.clone(),
-            reason: first.reason,
+            reason: first.reason.clone(),
         },
         None => ImportError::NoMeshes,
     }

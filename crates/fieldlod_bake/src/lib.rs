@@ -70,11 +70,11 @@ pub const REVISION: u32 = 1;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 pub use config::BakeConfig;
-pub use file::{BakeOutcome, bake_file, bake_file_bytes};
+pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{
     AccessorFault, BufferFault, ImageFault, Import, ImportError, ImportedPrimitive,
-    PackedViewFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
-    import_gltf_bytes,
+    PackedViewFault, PrimitiveFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
+    import_gltf_bytes, unpack_gltf,
 };
 #[cfg(any(test, feature = "test-support"))]
 pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};

@@ -4,6 +4,7 @@ use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
 use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
 
 fn meshes() -> Vec<(&'static str, SourceMesh)> {
     vec![
@@ -177,4 +178,45 @@ fn verify_rejects_surfaces_that_are_inside_out() {
     }
     let fault = verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap_err();
     assert!(matches!(fault, VerifyError::Flipped { .. }), "{fault}");
+}
+
+/// A square plate with a round hole: triangles fan from its corners to the rim.
+fn plate_with_hole(sides: u32) -> SourceMesh {
+    let mut mesh = SourceMesh::default();
+    let angle = |side: u32| side as f32 * std::f32::consts::TAU / sides as f32;
+    let rim = (0..sides).map(|side| Vec3::new(angle(side).cos(), 0.0, angle(side).sin()) * 0.71);
+    mesh.positions = rim.collect();
+    let corners = [[3.0, 3.0], [-3.0, 3.0], [-3.0, -3.0], [3.0, -3.0]];
+    mesh.positions
+        .extend(corners.map(|[x, z]| Vec3::new(x, 0.0, z)));
+    let nearest = |side: u32| sides + (side % sides) * 4 / sides;
+    for side in 0..sides {
+        let (next, corner) = ((side + 1) % sides, nearest(side));
+        mesh.indices.extend([side, next, corner]);
+        if nearest(side + 1) != corner {
+            mesh.indices.extend([next, nearest(side + 1), corner]);
+        }
+    }
+    mesh.normals = vec![Vec3::Y; mesh.positions.len()];
+    mesh
+}
+
+#[test]
+fn a_border_within_its_plane_deviates_by_what_it_overhangs() {
+    for mesh in [plate_with_hole(32), plate_with_hole(64)] {
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let coarsest = hierarchy.groups.last().unwrap();
+        assert!(hierarchy.triangle_count_of(coarsest) < triangles.len() as u64 / 2);
+        // A side of twice the angle reaches this far into the hole.
+        let deviations = hierarchy
+            .groups
+            .iter()
+            .map(|group| group.deviation_in_local);
+        let largest = deviations.filter(|d| d.is_finite()).fold(0.0, f32::max);
+        let sides = (mesh.positions.len() / 4 * 4) as f32;
+        let least = 0.71 * (1.0 - (std::f32::consts::TAU / sides).cos());
+        assert!(largest > least * 0.9, "{largest} of {least}");
+    }
 }

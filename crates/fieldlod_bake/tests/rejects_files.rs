@@ -311,7 +311,7 @@ fn skip_reason_of(path: &std::path::Path) -> SkipReason {
         matches!(error, ImportError::AllSkipped { count: 1, .. }),
         "{error:?}"
     );
-    import.skipped[0].reason
+    import.skipped[0].reason.clone()
 }
 
 #[test]

@@ -6,13 +6,18 @@ use std::path::{Component, Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use fieldlod_bake::{BakeConfig, BakeOutcome, BakeProgress, Skipped, bake_file};
+use fieldlod_bake::{
+    BakeConfig, BakeOutcome, BakeProgress, Import, ImportError, Skipped, bake_import,
+    import_gltf_bytes, unpack_gltf,
+};
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
 use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
+use percent_encoding::percent_decode_str;
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
-use crate::scene::Scene;
+use crate::quantized::{coarse_grids, median_edges};
+use crate::scene::{Scene, image_files};
 use crate::summary::PrimitiveSummary;
 
 /// Bake the static meshes of a glTF file.
@@ -43,6 +48,13 @@ pub(crate) struct Arguments {
     /// Baking speed, all-round use, small units, or fewest triangles at equal quality.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
+    /// Keep the vertices of open borders at all levels, so that separately baked meshes that meet there, such as tiles
+    /// of a terrain or parts of a kit, still meet at any level. Meshes of one file that meet keep meeting without.
+    #[arg(long)]
+    lock_borders: bool,
+    /// Fail if a primitive is faulty, rather than skip it with a warning.
+    #[arg(long)]
+    strict: bool,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -55,6 +67,15 @@ enum Preset {
     Default,
     FineGrained,
     MaxQuality,
+}
+
+impl Arguments {
+    fn config(&self) -> BakeConfig {
+        BakeConfig {
+            lock_borders: self.lock_borders,
+            ..self.preset.config()
+        }
+    }
 }
 
 impl Preset {
@@ -85,6 +106,8 @@ struct Report {
     skipped: Vec<SkippedReport>,
     /// A line for each image that could not be read.
     unread_images: Vec<String>,
+    /// Other lines about the result.
+    warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -105,12 +128,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let default_output = || input.with_extension(extension);
     let output = arguments.output.clone().unwrap_or_else(default_output);
     let started = Instant::now();
+    // Everything that can be refused is refused before the bake.
     if arguments.scene {
-        make_folder(&output)?;
+        check_scene_folder(input, &output)?;
     } else {
         check_writable(input, &output)?;
     }
-    let mut outcome = bake_with_progress(input, &arguments.preset.config())?;
+    let fail = |error| Failure::new(input, error);
+    let folder = input.parent().unwrap_or(Path::new(""));
+    let beside = |name: &str| fs::read(folder.join(name));
+    let mut source = fs::read(input).map_err(|error| fail(ImportError::Read(error)))?;
+    let mut images = Vec::new();
+    if arguments.scene {
+        source = unpack_gltf(&source, &beside).map_err(fail)?;
+        images = read_images(input, &source)?;
+    }
+    let import = import_gltf_bytes(&source, &beside).map_err(fail)?;
+    let fault = import.first_fault().filter(|_| arguments.strict);
+    fault.map_or(Ok(()), |fault| Err(fail(fault)))?;
+    let mut outcome = bake_with_progress(input, import, &arguments.config())?;
+    let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
         precision: if arguments.quantize {
             Precision::Quantized16
@@ -133,14 +170,33 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.pages {
         bytes = PagedFile::to_bytes(&outcome.file, page_options);
     }
+    let mut warnings = Vec::new();
+    if let Some(edges) = edges {
+        warnings.extend(coarse_grids(&outcome.file, &edges));
+    }
     let written = if arguments.scene {
-        write_scene(arguments, &output, &outcome.file, page_options)?
+        let paths = ScenePaths::of(input, &output);
+        let large_from = arguments.large_from;
+        let scene = Scene::new(
+            &source,
+            outcome.file.clone(),
+            &paths.pages_name(),
+            large_from,
+        );
+        let scene = scene.map_err(|fault| Failure::new(input, fault))?;
+        warnings.extend(scene.dropped_extensions.iter().map(|name| {
+            format!("{name} is left out of meshes in pages: it refers to triangles that are not in the scene")
+        }));
+        write_scene(&output, &paths, scene, &images, page_options)?
     } else {
         write_whole(&output, &bytes)?;
         bytes.len() as u64
     };
     let seconds = started.elapsed().as_secs_f64();
-    let report = Report::new(input, &output, &outcome, seconds, written);
+    let report = Report {
+        warnings,
+        ..Report::new(input, &output, &outcome, seconds, written)
+    };
     print(&report, arguments.json, Report::text)
 }
 
@@ -150,71 +206,116 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
         .map_err(|error| Failure::new(folder, format!("could not be created: {error}")))
 }
 
+/// The files of a scene.
+struct ScenePaths {
+    scene: PathBuf,
+    pages: PathBuf,
+    levels: PathBuf,
+}
+
+impl ScenePaths {
+    fn of(input: &Path, folder: &Path) -> Self {
+        let named = |extension| {
+            let name = input.with_extension(extension);
+            folder.join(name.file_name().unwrap_or_default())
+        };
+        Self {
+            scene: named("glb"),
+            pages: named("fieldpages"),
+            levels: named("fieldlod"),
+        }
+    }
+
+    fn pages_name(&self) -> String {
+        let name = self.pages.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+}
+
+/// Fails if a scene in this folder would overwrite its source, or if a file is in the way.
+fn check_scene_folder(input: &Path, folder: &Path) -> Result<(), Failure> {
+    if folder.is_dir() {
+        return check_writable(input, &ScenePaths::of(input, folder).scene);
+    }
+    match folder.exists() {
+        true => Err(Failure::new(folder, "could not be created: it is a file")),
+        false => Ok(()),
+    }
+}
+
 /// Writes a scene and its files into a folder. Returns their size in bytes.
 fn write_scene(
-    arguments: &Arguments,
     folder: &Path,
-    baked: &BakedFile,
+    paths: &ScenePaths,
+    scene: Scene,
+    images: &[(PathBuf, Vec<u8>)],
     options: PageOptions,
 ) -> Result<u64, Failure> {
-    let input = &arguments.input;
-    let bytes = fs::read(input).map_err(|error| Failure::new(input, error))?;
-    let name = input.file_name().unwrap_or_default();
-    let scene_path = folder.join(name);
-    // The folder must not be that of the source.
-    check_writable(input, &scene_path)?;
-    let pages_path = scene_path.with_extension("fieldpages");
-    let pages_name = pages_path.file_name().unwrap_or_default();
-    let pages_name = pages_name.to_string_lossy();
-    let scene = Scene::new(&bytes, baked.clone(), &pages_name, arguments.large_from);
-    let scene = scene.map_err(|fault| Failure::new(input, fault))?;
     let beside_scene = FileOptions {
         precision: options.precision,
         beside_source: true,
     };
-    for image in scene.images {
-        copy_image(input, folder, &image)?;
-    }
     let mut files = Vec::new();
     if !scene.large.primitives.is_empty() {
-        files.push((pages_path, PagedFile::to_bytes(&scene.large, options)));
+        files.push((&paths.pages, PagedFile::to_bytes(&scene.large, options)));
     }
     if !scene.small.primitives.is_empty() {
-        let small_path = scene_path.with_extension("fieldlod");
-        files.push((small_path, scene.small.to_bytes_with(beside_scene)));
+        files.push((&paths.levels, scene.small.to_bytes_with(beside_scene)));
     }
     // The scene comes last: the files that it names exist by then.
-    files.push((scene_path, scene.glb));
-    for (path, bytes) in &files {
-        write_whole(path, bytes)?;
+    files.push((&paths.scene, scene.glb));
+    let write_all = || {
+        for (name, bytes) in images {
+            let path = folder.join(name);
+            make_folder(path.parent().unwrap_or(folder))?;
+            write_whole(&path, bytes)?;
+        }
+        make_folder(folder)?;
+        let written = files.iter().map(|(path, bytes)| write_whole(path, bytes));
+        written.collect::<Result<(), Failure>>()
+    };
+    let is_new = !folder.exists();
+    if let Err(failure) = write_all() {
+        // Only an empty folder goes.
+        if is_new {
+            let _ = fs::remove_dir(folder);
+        }
+        return Err(failure);
     }
     Ok(files.iter().map(|(_, bytes)| bytes.len() as u64).sum())
 }
 
-/// Copies an image from the folder of the source, or from a folder below it.
-fn copy_image(input: &Path, folder: &Path, image: &str) -> Result<(), Failure> {
-    let is_plain = |part| matches!(part, Component::Normal(_));
-    let path = Path::new(image);
-    let from = input.with_file_name(image);
-    if image.contains(['%', ':']) || !path.components().all(is_plain) {
-        return Err(Failure::new(
-            &from,
-            "could not be copied: it is outside the folder of the scene",
-        ));
-    }
-    let to = folder.join(path);
-    make_folder(to.parent().unwrap_or(folder))?;
-    let bytes = fs::read(&from).map_err(|error| Failure::new(&from, error))?;
-    write_whole(&to, &bytes)
+/// Reads the images that a scene names: their paths in the folder of the scene, and their bytes.
+fn read_images(input: &Path, source: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let files = image_files(source).map_err(|fault| Failure::new(input, fault))?;
+    let read = |uri: String| {
+        let decoded = percent_decode_str(&uri).decode_utf8_lossy();
+        let path = Path::new(&*decoded);
+        let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        let from = input.with_file_name(path);
+        if uri.contains(':') || !path.components().all(is_inside) {
+            return Err(Failure::new(
+                &from,
+                "could not be copied: it is outside the folder of the scene",
+            ));
+        }
+        let bytes = fs::read(&from).map_err(|error| Failure::new(&from, error))?;
+        Ok((path.components().collect(), bytes))
+    };
+    files.into_iter().map(read).collect()
 }
 
-fn bake_with_progress(input: &Path, config: &BakeConfig) -> Result<BakeOutcome, Failure> {
+fn bake_with_progress(
+    input: &Path,
+    import: Import,
+    config: &BakeConfig,
+) -> Result<BakeOutcome, Failure> {
     let bar = progress_bar("{bar:40} {percent:>3} %  {per_sec:>11} triangles  {eta} left");
     let show = |progress: BakeProgress| {
         bar.set_length(progress.triangles_total);
         bar.set_position(progress.triangles_done);
     };
-    let outcome = bake_file(input, config, &show);
+    let outcome = bake_import(import, config, &show);
     bar.finish_and_clear();
     outcome.map_err(|error| Failure::new(input, error))
 }
@@ -265,6 +366,7 @@ impl Report {
                 .iter()
                 .map(ToString::to_string)
                 .collect(),
+            warnings: Vec::new(),
             primitives,
         }
     }
@@ -296,7 +398,7 @@ impl Report {
                 "\nskipped: mesh {mesh} ({name:?}), primitive {primitive}: {reason}"
             );
         }
-        for unread in &self.unread_images {
+        for unread in self.unread_images.iter().chain(&self.warnings) {
             let _ = write!(text, "\nwarning: {}: {unread}", self.input);
         }
         text

@@ -2,13 +2,15 @@
 //!
 //! Results go to standard output, as text or with `--json` as one JSON object. Progress and errors
 //! go to standard error; an error is one line that names the file and its fault. The exit code is
-//! 1 for a failure and 2 for a wrong command line.
+//! 1 for a failure and 2 for a wrong command line. A bake that
+//! skips faulty primitives succeeds, unless it is `--strict`.
 
 mod bake;
 mod fallbacks;
 mod glb;
 mod inspect;
 mod pages;
+mod quantized;
 mod scene;
 mod summary;
 mod verify;

@@ -15,20 +15,14 @@ use crate::glb;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
+/// Extensions of primitives that do not refer to their vertices or triangles.
+const EXTENSIONS_KEPT: [&str; 1] = ["KHR_materials_variants"];
 
 /// Why a scene cannot be written.
 #[derive(Debug, Error)]
 pub(crate) enum SceneFault {
-    #[error("a scene must be a .glb file")]
-    NotGlb,
-    #[error("could not read its JSON: {0}")]
+    #[error("its JSON cannot be read: {0}")]
     Json(#[from] serde_json::Error),
-    #[error("external buffers are not supported; pack the scene as a self-contained .glb")]
-    OtherBuffers,
-    #[error(
-        "compressed buffer views are not supported for small meshes; decompress the scene first"
-    )]
-    Packed,
     #[error("invalid glTF: index out of range")]
     Reference,
 }
@@ -41,19 +35,20 @@ pub(crate) struct Scene {
     pub(crate) large: BakedFile,
     /// Levels of the small meshes.
     pub(crate) small: BakedFile,
-    /// Image files that the scene names.
-    pub(crate) images: Vec<String>,
+    /// Extensions of large meshes that the scene leaves out: they refer to triangles that are not in it.
+    pub(crate) dropped_extensions: BTreeSet<String>,
 }
 
 impl Scene {
-    /// Replaces meshes with at least `large_from_triangles` by a reference to `pages`.
+    /// Takes meshes of so many triangles and more out of `source`, a self-contained `.glb` file, and names `pages` in
+    /// their place.
     pub(crate) fn new(
         source: &[u8],
         baked: BakedFile,
         pages: &str,
         large_from_triangles: u64,
     ) -> Result<Self, SceneFault> {
-        let (json, binary) = glb::parts(source).ok_or(SceneFault::NotGlb)?;
+        let (json, binary) = glb::parts(source).ok_or(SceneFault::Reference)?;
         let mut json: Value = serde_json::from_slice(json)?;
         let is_large = |primitive: &BakedPrimitive| {
             primitive.hierarchy.source_triangle_count() >= large_from_triangles
@@ -67,24 +62,45 @@ impl Scene {
         for primitive in &large.primitives {
             replace(&mut json, primitive, pages, &mut added)?;
         }
-        drop_unused_accessors(&mut json)?;
-        let binary = pack(&mut json, binary, &added)?;
-        let images = json["images"].as_array().into_iter().flatten();
-        let files = images.filter_map(|image| image["uri"].as_str());
-        let files = files.filter(|uri| !uri.starts_with("data:"));
-        let images = files.map(str::to_owned).collect();
+        let dropped = drop_unused_accessors(&mut json, &added.replaced);
+        let binary = pack(&mut json, binary, &added, &dropped)?;
+        for (accessor, view) in dropped {
+            json["accessors"][accessor]["bufferView"] = view.into();
+        }
         Ok(Self {
             glb: glb::whole(json.to_string().as_bytes(), &binary),
             large,
             small,
-            images,
+            dropped_extensions: added.dropped_extensions,
         })
     }
 }
 
-/// New buffer views by their numbers.
+/// Files that images of a self-contained `.glb` file are in, as its JSON names them.
+pub(crate) fn image_files(source: &[u8]) -> Result<Vec<String>, SceneFault> {
+    let (json, _) = glb::parts(source).ok_or(SceneFault::Reference)?;
+    let json: Value = serde_json::from_slice(json)?;
+    let images = json["images"].as_array().into_iter().flatten();
+    let files = images.filter_map(|image| image["uri"].as_str());
+    let is_data = |uri: &str| {
+        uri.get(..5)
+            .is_some_and(|s| s.eq_ignore_ascii_case("data:"))
+    };
+    Ok(files
+        .filter(|uri| !is_data(uri))
+        .map(str::to_owned)
+        .collect())
+}
+
+/// Changes of a scene.
 #[derive(Default)]
-struct Added(BTreeMap<usize, Vec<u8>>);
+struct Added {
+    /// Views that it gets, by their numbers.
+    views: BTreeMap<usize, Vec<u8>>,
+    /// Accessors of the meshes that were replaced.
+    replaced: BTreeSet<usize>,
+    dropped_extensions: BTreeSet<String>,
+}
 
 /// Replaces a primitive by its coarsest level.
 fn replace(
@@ -110,14 +126,21 @@ fn replace(
     let primitive = primitive
         .and_then(Value::as_object_mut)
         .ok_or(SceneFault::Reference)?;
-    primitive.insert("attributes".into(), attributes.into());
-    primitive.insert("indices".into(), indices.into());
+    let old = primitive.insert("attributes".into(), attributes.into());
+    let old_indices = primitive.insert("indices".into(), indices.into());
+    let old = old.as_ref().and_then(Value::as_object);
+    let old = old.into_iter().flat_map(Map::values).chain(&old_indices);
+    added.replaced.extend(old.filter_map(as_index));
     primitive.insert("mode".into(), 4.into());
-    if let Some(extensions) = primitive
-        .get_mut("extensions")
-        .and_then(Value::as_object_mut)
-    {
-        extensions.remove("KHR_draco_mesh_compression");
+    let extensions = primitive.get_mut("extensions");
+    if let Some(extensions) = extensions.and_then(Value::as_object_mut) {
+        extensions.retain(|name, _| {
+            let is_kept = EXTENSIONS_KEPT.contains(&name.as_str());
+            if !is_kept {
+                added.dropped_extensions.insert(name.clone());
+            }
+            is_kept
+        });
     }
     let triangles = baked.hierarchy.source_triangle_count();
     let place = json!({ "pages": pages, "mesh": mesh, "primitive": index, "triangles": triangles });
@@ -145,25 +168,37 @@ impl Coarsest {
         let corners: Vec<u32> = triangles.flatten().collect();
         let used: BTreeSet<u32> = corners.iter().copied().collect();
         let places: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
-        let of = |vertex: &u32| *vertex as usize;
         let vertices = &hierarchy.vertices;
-        let positions = used
-            .iter()
-            .flat_map(|v| vertices.positions[of(v)].to_array());
-        let mut attributes = vec![("POSITION", "VEC3", positions.collect())];
-        if !vertices.normals.is_empty() {
-            let normals = used.iter().flat_map(|v| vertices.normals[of(v)].to_array());
-            attributes.push(("NORMAL", "VEC3", normals.collect()));
-        }
-        if !vertices.uvs.is_empty() {
-            let uvs = used.iter().flat_map(|v| vertices.uvs[of(v)].to_array());
-            attributes.push(("TEXCOORD_0", "VEC2", uvs.collect()));
-        }
+        let positions = numbers(&vertices.positions, &used, |v| v.to_array());
+        let normals = numbers(&vertices.normals, &used, |v| v.to_array());
+        let uvs = numbers(&vertices.uvs, &used, |v| v.to_array());
+        let uvs_1 = numbers(&vertices.uvs_1, &used, |v| v.to_array());
+        let tangents = numbers(&vertices.tangents, &used, |v| v.to_array());
+        let colors = numbers(&vertices.colors, &used, |v| v.to_array());
+        let mut attributes = vec![
+            ("POSITION", "VEC3", positions),
+            ("NORMAL", "VEC3", normals),
+            ("TEXCOORD_0", "VEC2", uvs),
+            ("TEXCOORD_1", "VEC2", uvs_1),
+            ("TANGENT", "VEC4", tangents),
+            ("COLOR_0", "VEC4", colors),
+        ];
+        attributes.retain(|(_, _, values)| !values.is_empty());
         Self {
             attributes,
             indices: corners.iter().map(|corner| places[corner]).collect(),
         }
     }
+}
+
+/// The numbers of an attribute at some vertices; none of one that is not there.
+fn numbers<V: Copy, const N: usize>(
+    values: &[V],
+    vertices: &BTreeSet<u32>,
+    numbers: impl Fn(V) -> [f32; N],
+) -> Vec<f32> {
+    let held = vertices.iter().filter_map(|v| values.get(*v as usize));
+    held.flat_map(|&value| numbers(value)).collect()
 }
 
 fn f32_bytes(values: &[f32]) -> Vec<u8> {
@@ -183,6 +218,7 @@ fn add_accessor(
     values: &[f32],
 ) -> usize {
     let width = match kind {
+        "VEC4" => 4,
         "VEC3" => 3,
         "VEC2" => 2,
         _ => 1,
@@ -202,7 +238,7 @@ fn add_accessor(
         json!({ "buffer": 0, "byteLength": bytes.len() }),
     );
     accessor["bufferView"] = view.into();
-    added.0.insert(view, bytes);
+    added.views.insert(view, bytes);
     push(json, "accessors", accessor)
 }
 
@@ -215,24 +251,44 @@ fn push(json: &mut Value, list: &str, value: Value) -> usize {
     list.len() - 1
 }
 
-/// Removes unused accessors.
-fn drop_unused_accessors(json: &mut Value) -> Result<(), SceneFault> {
+/// Empties accessors of the `replaced` meshes that nothing else refers to, and takes their views from them. Returns both.
+/// All accessors keep their numbers, by which extensions may name them: any number in an extension counts as a
+/// reference.
+fn drop_unused_accessors(json: &mut Value, replaced: &BTreeSet<usize>) -> BTreeMap<usize, usize> {
     let mut used = BTreeSet::new();
-    visit_accessors(json, &mut |accessor| used.extend(accessor.as_u64()));
-    let accessors = json["accessors"].take();
-    let kept = used
-        .iter()
-        .map(|&number| accessors.get(number as usize).cloned());
-    let kept: Option<Vec<Value>> = kept.collect();
-    json["accessors"] = kept.ok_or(SceneFault::Reference)?.into();
-    let numbers: BTreeMap<u64, usize> = used.into_iter().zip(0..).collect();
-    visit_accessors(json, &mut |accessor| renumber(accessor, &numbers));
-    Ok(())
+    visit_accessors(json, &mut |accessor| used.extend(as_index(accessor)));
+    numbers_in_extensions(json, false, &mut used);
+    let mut dropped = BTreeMap::new();
+    for &unused in replaced.difference(&used) {
+        let Some(accessor) = json["accessors"].get_mut(unused) else {
+            continue;
+        };
+        if let Some(view) = as_index(&accessor["bufferView"]) {
+            *accessor = json!({ "componentType": FLOAT, "type": "SCALAR", "count": 1 });
+            dropped.insert(unused, view);
+        }
+    }
+    dropped
 }
 
-fn renumber(value: &mut Value, numbers: &BTreeMap<u64, usize>) {
-    if let Some(&number) = value.as_u64().and_then(|number| numbers.get(&number)) {
-        *value = number.into();
+fn as_index(value: &Value) -> Option<usize> {
+    value.as_u64().map(|index| index as usize)
+}
+
+/// Collects the numbers in all extensions.
+fn numbers_in_extensions(value: &Value, is_inside: bool, numbers: &mut BTreeSet<usize>) {
+    match value {
+        Value::Object(object) => {
+            for (key, value) in object {
+                numbers_in_extensions(value, is_inside || key == "extensions", numbers);
+            }
+        }
+        Value::Array(list) => {
+            let each = list.iter();
+            each.for_each(|value| numbers_in_extensions(value, is_inside, numbers));
+        }
+        _ if is_inside => numbers.extend(as_index(value)),
+        _ => {}
     }
 }
 
@@ -278,43 +334,39 @@ fn visit_values(object: Option<&mut Value>, visit: &mut impl FnMut(&mut Value)) 
     values.for_each(visit);
 }
 
-/// Removes unused views, and returns the bytes of the others.
-fn pack(json: &mut Value, binary: &[u8], added: &Added) -> Result<Vec<u8>, SceneFault> {
-    let views = match json["bufferViews"].take() {
-        Value::Array(views) => views,
-        _ => Vec::new(),
-    };
+/// Returns the bytes of all views, but for those of `dropped` that nothing refers to. All keep their numbers.
+fn pack(
+    json: &mut Value,
+    binary: &[u8],
+    added: &Added,
+    dropped: &BTreeMap<usize, usize>,
+) -> Result<Vec<u8>, SceneFault> {
     let mut used = BTreeSet::new();
-    visit_views(json, &mut |view| used.extend(view.as_u64()));
-    let (mut bytes, mut kept) = (Vec::new(), Vec::new());
-    for &number in &used {
-        let mut view = views
-            .get(number as usize)
-            .cloned()
-            .ok_or(SceneFault::Reference)?;
-        let of_view = match added.0.get(&(number as usize)) {
+    visit_views(json, &mut |view| used.extend(as_index(view)));
+    numbers_in_extensions(json, false, &mut used);
+    let unused: BTreeSet<usize> = dropped.values().copied().collect();
+    let unused: BTreeSet<usize> = unused.difference(&used).copied().collect();
+    let mut bytes = Vec::new();
+    let views = json.get_mut("bufferViews").and_then(Value::as_array_mut);
+    for (number, view) in views.into_iter().flatten().enumerate() {
+        if unused.contains(&number) {
+            // Readers refuse an empty view, and an accessor without one.
+            *view = json!({ "buffer": 0, "byteOffset": 0, "byteLength": 4 });
+            continue;
+        }
+        let of_view = match added.views.get(&number) {
             Some(bytes) => bytes.as_slice(),
-            None => bytes_of(&view, json, binary)?,
+            None => bytes_of(view, binary)?,
         };
         view["byteOffset"] = bytes.len().into();
         bytes.extend_from_slice(of_view);
         bytes.resize(bytes.len().next_multiple_of(4), 0);
-        kept.push(view);
     }
-    let numbers: BTreeMap<u64, usize> = used.into_iter().zip(0..).collect();
-    visit_views(json, &mut |view| renumber(view, &numbers));
-    json["bufferViews"] = kept.into();
     json["buffers"] = json!([{ "byteLength": bytes.len() }]);
     Ok(bytes)
 }
 
-fn bytes_of<'a>(view: &Value, json: &Value, binary: &'a [u8]) -> Result<&'a [u8], SceneFault> {
-    if view.get("extensions").is_some() {
-        return Err(SceneFault::Packed);
-    }
-    if view["buffer"] != 0 || json["buffers"][0].get("uri").is_some() {
-        return Err(SceneFault::OtherBuffers);
-    }
+fn bytes_of<'a>(view: &Value, binary: &'a [u8]) -> Result<&'a [u8], SceneFault> {
     let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
     let length = view["byteLength"].as_u64().ok_or(SceneFault::Reference)? as usize;
     let end = start.checked_add(length).ok_or(SceneFault::Reference)?;

@@ -12,8 +12,8 @@ use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use serde::Serialize;
 
-/// Check a .fieldlod file against its source: invariants, deviations at denser samples, and holes,
-/// overlaps and flipped triangles in 200 random cuts.
+/// Check a .fieldlod file against its source: invariants, deviations at denser samples, holes,
+/// overlaps and flipped triangles in 200 random cuts, and pictures of each level from six sides.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked.
@@ -46,6 +46,7 @@ struct PrimitiveReport {
     simplified_to_source: f32,
     cuts: u32,
     flipped_area: f32,
+    wrong_pixels: f32,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -128,6 +129,7 @@ impl PrimitiveReport {
             simplified_to_source: verified.simplified_to_source,
             cuts: verified.cuts,
             flipped_area: verified.flipped_area,
+            wrong_pixels: verified.wrong_pixels,
         }
     }
 
@@ -148,12 +150,14 @@ impl PrimitiveReport {
             Some(fault) => format!("{place}: FAILED: {fault}"),
             None => format!(
                 "{place}: pass; of the deviation stated, {} samples reach {:.3} (source to \
-                 simplified) and {:.3} (back); {} cuts without holes, {:.2} % of area flipped",
+                 simplified) and {:.3} (back); {} cuts without holes, {:.2} % of area flipped, \
+                 {:.2} % of pixels wrong",
                 thousands(self.samples),
                 self.source_to_simplified,
                 self.simplified_to_source,
                 self.cuts,
                 self.flipped_area * 100.0,
+                self.wrong_pixels * 100.0,
             ),
         }
     }

@@ -423,3 +423,52 @@ fn wrong_command_lines_exit_with_2() {
         assert_eq!(fieldlod(arguments).status.code(), Some(2), "{arguments:?}");
     }
 }
+
+#[test]
+fn faulty_primitives_are_skipped_unless_the_bake_is_strict() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 32);
+    // A second primitive whose triangles are no whole number.
+    change(&input, |json| {
+        let good = json["meshes"][0]["primitives"][0].clone();
+        let mut indices = json["accessors"][2].clone();
+        indices["count"] = json!(3 * 64 - 1);
+        json["accessors"].as_array_mut().unwrap().push(indices);
+        let mut bad = good;
+        bad["indices"] = json!(3);
+        json["meshes"][0]["primitives"]
+            .as_array_mut()
+            .unwrap()
+            .push(bad);
+    });
+    let output = folder.path().join("grid.fieldlod");
+    let strict = fieldlod(&["bake", "--strict", text(&input)]);
+    assert_eq!(strict.status.code(), Some(1));
+    let said = String::from_utf8(strict.stderr).unwrap();
+    assert!(
+        said.contains("primitive 2: 191 indices are not a whole number"),
+        "{said}"
+    );
+    assert!(!output.exists());
+    let bake = fieldlod(&["bake", text(&input)]);
+    assert!(bake.status.success(), "{bake:?}");
+    let said = String::from_utf8(bake.stdout).unwrap();
+    assert!(
+        said.contains("primitive 2: 191 indices are not a whole number"),
+        "{said}"
+    );
+    let verify = fieldlod(&["verify", text(&input), text(&output)]);
+    assert!(verify.status.success(), "{verify:?}");
+}
+
+#[test]
+fn coarse_grids_of_rounded_positions_are_told_of() {
+    let folder = TempDir::new().unwrap();
+    for (cells, is_coarse) in [(8, false), (100, true)] {
+        let input = grid_glb(folder.path(), cells);
+        let bake = fieldlod(&["bake", "--quantize", text(&input)]);
+        assert!(bake.status.success(), "{bake:?}");
+        let said = String::from_utf8(bake.stdout).unwrap();
+        assert_eq!(said.contains("of the median edge"), is_coarse, "{said}");
+    }
+}

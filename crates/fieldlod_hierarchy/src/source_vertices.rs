@@ -38,6 +38,36 @@ impl Hierarchy {
         Ok(self)
     }
 
+    /// The hierarchy of a mesh of the vertices `source`, of which its triangles use those at the places `used` alone,
+    /// from the hierarchy of a mesh of these. Unused positions become that of the first used vertex, so that they
+    /// are in no box.
+    ///
+    /// # Panics
+    /// If `used` has fewer or more places than this hierarchy has source vertices, or places beyond `source`.
+    #[must_use]
+    pub fn with_unused_vertices(mut self, used: &[u32], source: &Vertices) -> Self {
+        let (count, all) = (self.source_vertex_count as usize, source.positions.len());
+        assert_eq!(used.len(), count, "a place for each source vertex");
+        let place = |vertex: &mut u32| {
+            *vertex = match used.get(*vertex as usize) {
+                Some(&place) => place,
+                None => *vertex + (all - count) as u32,
+            };
+        };
+        self.unit_vertices.iter_mut().for_each(place);
+        self.moved_from.iter_mut().for_each(place);
+        let held = &mut self.vertices;
+        let first = held.positions.first().copied().unwrap_or_default();
+        spread(&mut held.positions, used, vec![first; all]);
+        spread(&mut held.normals, used, source.normals.clone());
+        spread(&mut held.uvs, used, source.uvs.clone());
+        spread(&mut held.tangents, used, source.tangents.clone());
+        spread(&mut held.uvs_1, used, source.uvs_1.clone());
+        spread(&mut held.colors, used, source.colors.clone());
+        self.source_vertex_count = all as u32;
+        self
+    }
+
     /// The source's vertices, in its order; NaN where they [are missing](Self::lacks_source_vertices).
     #[must_use]
     pub fn source_vertices(&self) -> Vertices {
@@ -79,6 +109,18 @@ impl Vertices {
         replace(&mut self.uvs_1, &source.uvs_1, count, "second uvs")?;
         replace(&mut self.colors, &source.colors, count, "colors")
     }
+}
+
+/// Puts the values of used vertices at their places in `all`, and those of moved vertices behind.
+fn spread<V: Copy>(values: &mut Vec<V>, used: &[u32], mut all: Vec<V>) {
+    if values.is_empty() {
+        return;
+    }
+    for (&place, &value) in used.iter().zip(values.iter()) {
+        all[place as usize] = value;
+    }
+    all.extend_from_slice(&values[used.len()..]);
+    *values = all;
 }
 
 /// Replaces the first `count` of an attribute that both have, or neither.

@@ -44,20 +44,15 @@ impl Target {
     }
 }
 
-/// Raises the largest squared distance by samples on the triangles that may hold a further place, at
-/// most so many; for `splits` see [`look_at_part`].
+/// Raises the largest squared distance by samples on the triangles that may hold a further place; for
+/// `splits` see [`look_at_part`].
 pub(super) fn look_closely(
     target: &Target,
     mut candidates: Vec<Candidate>,
-    most: usize,
     splits: [u32; 2],
     farthest: &mut f32,
 ) {
     let order = |a: &Candidate, b: &Candidate| b.priority.total_cmp(&a.priority);
-    if candidates.len() > most {
-        candidates.select_nth_unstable_by(most, order);
-        candidates.truncate(most);
-    }
     candidates.sort_by(order);
     for candidate in &candidates {
         look_at_part(target, candidate.corners, candidate.start, splits, farthest);

@@ -14,7 +14,8 @@ const MAX_ELEMENTS: usize = u32::MAX as usize / 2;
 // Elements that are zero without taking room in the file: a few bytes must not claim gigabytes.
 const MAX_ZEROS: usize = 1 << 24;
 
-/// Reads vectors of `N` numbers. Components that the accessor lacks are those of `blank`.
+/// Reads vectors of `N` numbers: those at the places `only`, which ascend, or all. Components that the accessor lacks
+/// are those of `blank`.
 ///
 /// # Panics
 /// If the accessor has more than `N` components, or is a matrix.
@@ -22,6 +23,7 @@ pub(super) fn read_vectors<const N: usize>(
     accessor: &Accessor<'_>,
     buffers: &Buffers,
     blank: [f32; N],
+    only: Option<&[u32]>,
 ) -> Result<Vec<[f32; N]>, AccessorFault> {
     let components = accessor.dimensions().multiplicity();
     assert!(components <= N, "the format was checked");
@@ -35,7 +37,7 @@ pub(super) fn read_vectors<const N: usize>(
     };
     let mut zero = blank;
     zero[..components].fill(0.0);
-    read_elements(accessor, buffers, zero, &decode)
+    read_elements(accessor, buffers, zero, only, &decode)
 }
 
 /// Reads indices of 8, 16 or 32 bits.
@@ -51,13 +53,14 @@ pub(super) fn read_indices(
         let accessor = accessor.index();
         return Err(AccessorFault::NotIndices { accessor });
     }
-    read_elements(accessor, buffers, 0, &little_endian)
+    read_elements(accessor, buffers, 0, None, &little_endian)
 }
 
 fn read_elements<T: Copy>(
     accessor: &Accessor<'_>,
     buffers: &Buffers,
     zero: T,
+    only: Option<&[u32]>,
     decode: &dyn Fn(&[u8]) -> T,
 ) -> Result<Vec<T>, AccessorFault> {
     let (count, view) = (accessor.count(), accessor.view());
@@ -78,14 +81,20 @@ fn read_elements<T: Copy>(
     // The elements of the view, or zeros without one.
     let mut values: Vec<T> = match view {
         Some(view) => {
-            let elements = range.slices(&view, accessor.offset(), buffers)?;
-            elements.map(decode).collect()
+            let element = range.elements(&view, accessor.offset(), buffers)?;
+            match only {
+                Some(only) => only
+                    .iter()
+                    .map(|&at| decode(element(at as usize)))
+                    .collect(),
+                None => (0..count).map(|at| decode(element(at))).collect(),
+            }
         }
-        None => vec![zero; count],
+        None => vec![zero; only.map_or(count, <[u32]>::len)],
     };
     // Some of them replaced.
     if let Some(sparse) = accessor.sparse() {
-        replace_sparse(&mut values, &sparse, range, buffers, decode)?;
+        replace_sparse(&mut values, &sparse, range, buffers, only, decode)?;
     }
     Ok(values)
 }
@@ -96,6 +105,7 @@ fn replace_sparse<T>(
     sparse: &Sparse<'_>,
     range: Range,
     buffers: &Buffers,
+    only: Option<&[u32]>,
     decode: &dyn Fn(&[u8]) -> T,
 ) -> Result<(), AccessorFault> {
     let (places, replaced) = (sparse.indices(), sparse.values());
@@ -110,12 +120,21 @@ fn replace_sparse<T>(
         element,
         ..range
     };
-    let place_bytes = place_range.slices(&places.view(), places.offset(), buffers)?;
+    let place = place_range.elements(&places.view(), places.offset(), buffers)?;
     let value_range = Range { count, ..range };
-    let value_bytes = value_range.slices(&replaced.view(), replaced.offset(), buffers)?;
-    for (place, value) in place_bytes.zip(value_bytes) {
-        let slot = values.get_mut(little_endian(place) as usize);
-        *slot.ok_or_else(|| range.out_of_bounds())? = decode(value);
+    let value = value_range.elements(&replaced.view(), replaced.offset(), buffers)?;
+    for at in 0..count {
+        let place = little_endian(place(at));
+        if place as usize >= range.count {
+            return Err(range.out_of_bounds());
+        }
+        let slot = match only {
+            Some(only) => only.binary_search(&place).ok(),
+            None => Some(place as usize),
+        };
+        if let Some(slot) = slot {
+            values[slot] = decode(value(at));
+        }
     }
     Ok(())
 }
@@ -129,17 +148,15 @@ struct Range {
 }
 
 impl Range {
-    /// The bytes of each element.
-    fn slices<'a>(
+    /// The bytes of each element, by its number.
+    fn elements<'a>(
         self,
         view: &View<'_>,
         offset_in_view: usize,
         buffers: &'a Buffers,
-    ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, AccessorFault> {
+    ) -> Result<impl Fn(usize) -> &'a [u8] + use<'a>, AccessorFault> {
         let Self {
-            accessor,
-            count,
-            element,
+            accessor, element, ..
         } = self;
         let stride = view.stride().unwrap_or(element);
         if stride < element {
@@ -152,7 +169,7 @@ impl Range {
         let bytes = self
             .bytes(view, offset_in_view, stride, buffers)
             .ok_or_else(|| self.out_of_bounds())?;
-        Ok((0..count).map(move |index| &bytes[index * stride..index * stride + element]))
+        Ok(move |index| &bytes[index * stride..index * stride + element])
     }
 
     fn out_of_bounds(self) -> AccessorFault {

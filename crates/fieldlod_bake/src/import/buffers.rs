@@ -12,6 +12,9 @@ use super::ReadBeside;
 use super::error::{BufferFault, ImportError};
 use super::meshopt_views;
 
+/// Characters of a URI in a message.
+const MOST_SHOWN: usize = 120;
+
 /// The bytes behind buffer views.
 pub(super) struct Buffers {
     buffers: Vec<Vec<u8>>,
@@ -98,9 +101,23 @@ fn load_one(
 
 /// The bytes in a data URI, or those of a file `beside`.
 pub(super) fn read_uri(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
-    match uri.strip_prefix("data:") {
+    match data_of(uri) {
         Some(data) => decode_data_uri(data),
         None => read_beside(uri, beside),
+    }
+}
+
+/// What follows the scheme of a data URI, in whichever case it is written.
+pub(super) fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_at_checked("data:".len())?;
+    scheme.eq_ignore_ascii_case("data:").then_some(data)
+}
+
+/// As much of a URI as fits a message.
+fn shortened(uri: &str) -> String {
+    match uri.char_indices().nth(MOST_SHOWN) {
+        Some((end, _)) => format!("{}…", &uri[..end]),
+        None => uri.into(),
     }
 }
 
@@ -118,7 +135,9 @@ fn decode_data_uri(data: &str) -> Result<Vec<u8>, BufferFault> {
 }
 
 fn read_beside(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
-    let elsewhere = || BufferFault::Elsewhere { uri: uri.into() };
+    let elsewhere = || BufferFault::Elsewhere {
+        uri: shortened(uri),
+    };
     if uri.contains("://") {
         return Err(elsewhere());
     }
@@ -126,7 +145,7 @@ fn read_beside(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFaul
         .decode_utf8()
         .map_err(|_| elsewhere())?;
     beside(&name).map_err(|error| BufferFault::Read {
-        uri: uri.into(),
+        uri: shortened(uri),
         error,
     })
 }

@@ -1,31 +1,64 @@
 //! From a file's bytes to a glTF document that is safe to walk.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
+use glam::Mat4;
 use gltf::json::validation::Checked;
 use gltf::{Document, Semantic};
+use serde_json::{Value, json};
 
 use super::error::ImportError;
 use super::meshopt_views;
 
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
 /// Reads a file's bytes: its document, and the binary chunk if it is a GLB.
 pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
+    let (json, blob) = json_of(bytes)?;
+    Ok((parse(json)?, blob))
+}
+
+/// The JSON of a file, and the binary chunk if it is a GLB.
+pub(super) fn json_of(bytes: &[u8]) -> Result<(Value, Option<&[u8]>), ImportError> {
     if bytes.is_empty() {
         return Err(ImportError::Empty);
     }
-    if bytes.starts_with(GLB_MAGIC) {
-        let (json, blob) = split_glb(bytes)?;
-        return Ok((parse(json)?, blob));
-    }
-    let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
-    if first != Some(&b'{') {
+    let (json, blob) = match bytes.starts_with(GLB_MAGIC) {
+        true => split_glb(bytes)?,
+        false => (bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None),
+    };
+    let first = json.iter().find(|byte| !byte.is_ascii_whitespace());
+    if blob.is_none() && first != Some(&b'{') {
         return Err(ImportError::NotGltf);
     }
-    Ok((parse(bytes)?, None))
+    Ok((serde_json::from_slice(json).map_err(|e| invalid(&e))?, blob))
+}
+
+/// A binary glTF file of JSON and one binary chunk.
+pub(super) fn glb_of(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let text = json.to_string();
+    let mut chunks = Vec::with_capacity(text.len() + binary.len() + 24);
+    for (kind, bytes, padding) in [
+        (JSON_CHUNK, text.as_bytes(), b' '),
+        (BINARY_CHUNK, binary, 0),
+    ] {
+        let padded = bytes.len().next_multiple_of(4);
+        chunks.extend((padded as u32).to_le_bytes());
+        chunks.extend(kind.to_le_bytes());
+        chunks.extend(bytes);
+        chunks.resize(chunks.len() + padded - bytes.len(), padding);
+    }
+    let length = 12 + chunks.len() as u32;
+    [
+        GLB_MAGIC,
+        &2u32.to_le_bytes(),
+        &length.to_le_bytes(),
+        &chunks,
+    ]
+    .concat()
 }
 
 /// The JSON and binary chunks of a GLB. Chunks of other types are passed over, as the
@@ -41,13 +74,15 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
     }
     let length = take_u32(&mut rest, "the GLB header")?;
     let available = bytes.len() as u64;
-    if available < u64::from(length) {
+    if available < u64::from(length) || length < 12 {
         return Err(ImportError::Truncated {
             what: "the file",
-            needed: u64::from(length),
-            available,
+            needed: u64::from(length.max(12)),
+            available: available.min(u64::from(length)),
         });
     }
+    // Viewers ignore bytes behind the file, such as a line end.
+    rest = &bytes[12..length as usize];
     // The first chunk of each kind.
     let (mut json, mut blob) = (None, None);
     while !rest.is_empty() {
@@ -88,16 +123,10 @@ fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a 
     Ok(taken)
 }
 
-fn parse(json: &[u8]) -> Result<Document, ImportError> {
-    let invalid =
-        |error: &dyn std::fmt::Display| ImportError::Invalid(one_line(&error.to_string()));
-    // The crate's own messages may hold line ends.
-    let parsed = gltf::Gltf::from_slice_without_validation(json);
-    let mut root = match parsed {
-        Ok(parsed) => parsed.document.into_json(),
-        Err(gltf::Error::Deserialize(error)) => return Err(invalid(&error)),
-        Err(error) => return Err(invalid(&error)),
-    };
+/// The document of a file's JSON, without the parts that a bake does not look at.
+pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
+    drop_unread_parts(&mut json);
+    let mut root: gltf::json::Root = serde_json::from_value(json).map_err(|e| invalid(&e))?;
     // What this program can read.
     if !root.asset.version.starts_with("2.") {
         let found = one_line(&root.asset.version);
@@ -117,6 +146,40 @@ fn parse(json: &[u8]) -> Result<Document, ImportError> {
         gltf::Error::Validation(faults) => ImportError::Invalid(describe(&faults)),
         error => invalid(&error),
     })
+}
+
+fn invalid(error: &dyn std::fmt::Display) -> ImportError {
+    ImportError::Invalid(one_line(&error.to_string()))
+}
+
+/// Drops what extensions may change beyond the schema of glTF, which the gltf crate would refuse: animations with
+/// pointers, and textures with an image of an extension alone. The latter get that image, or one without bytes.
+fn drop_unread_parts(json: &mut Value) {
+    if let Some(json) = json.as_object_mut() {
+        json.remove("animations");
+    }
+    let images = json
+        .get("images")
+        .and_then(Value::as_array)
+        .map_or(0, Vec::len);
+    let mut has_nameless = false;
+    let textures = json.get_mut("textures").and_then(Value::as_array_mut);
+    let textures = textures.into_iter().flatten();
+    let textures = textures.filter_map(Value::as_object_mut);
+    for texture in textures.filter(|texture| !texture.contains_key("source")) {
+        let extensions = texture.get("extensions").and_then(Value::as_object);
+        let mut sources = extensions
+            .into_iter()
+            .flat_map(|extensions| extensions.values());
+        let source = sources.find_map(|extension| extension.get("source")?.as_u64());
+        has_nameless |= source.is_none();
+        texture.insert("source".into(), json!(source.unwrap_or(images as u64)));
+    }
+    if has_nameless {
+        let mut all = json["images"].as_array().cloned().unwrap_or_default();
+        all.push(json!({}));
+        json["images"] = all.into();
+    }
 }
 
 /// Extensions that change nothing about vertices and triangles, or that are read.
@@ -195,4 +258,42 @@ impl MeshIndices {
     pub(super) fn contains(&self, mesh_index: usize) -> bool {
         self.0.contains(&mesh_index)
     }
+}
+
+/// Nodes below more than these are placed unlike any other.
+const MOST_ANCESTORS: usize = 64;
+
+/// For each mesh, a number that meshes share which are drawn by one node each, in the same place.
+pub(super) fn spaces_of_meshes(document: &Document) -> Vec<u32> {
+    let mut parents = vec![None; document.nodes().len()];
+    for node in document.nodes() {
+        for child in node.children() {
+            parents[child.index()] = Some(node.index());
+        }
+    }
+    let transforms: Vec<Mat4> = document
+        .nodes()
+        .map(|node| Mat4::from_cols_array_2d(&node.transform().matrix()))
+        .collect();
+    let placed = |node: usize| {
+        let ancestors = std::iter::successors(Some(node), |&node| parents[node]);
+        let chain: Vec<usize> = ancestors.take(MOST_ANCESTORS + 1).collect();
+        let place = chain
+            .iter()
+            .fold(Mat4::IDENTITY, |m, &node| transforms[node] * m);
+        (chain.len() <= MOST_ANCESTORS).then(|| place.to_cols_array().map(f32::to_bits))
+    };
+    let mut nodes: Vec<Vec<usize>> = vec![Vec::new(); document.meshes().len()];
+    for node in document.nodes() {
+        if let Some(mesh) = node.mesh() {
+            nodes[mesh.index()].push(node.index());
+        }
+    }
+    let mut first_at: HashMap<[u32; 16], u32> = HashMap::new();
+    let meshes = (0..).zip(&nodes);
+    let space = |(mesh, nodes): (u32, &Vec<usize>)| match nodes[..] {
+        [node] => placed(node).map_or(mesh, |place| *first_at.entry(place).or_insert(mesh)),
+        _ => mesh,
+    };
+    meshes.map(space).collect()
 }

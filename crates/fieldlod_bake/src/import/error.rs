@@ -29,7 +29,7 @@ impl fmt::Display for PrimitivePlace {
 }
 
 /// Why a primitive has no levels of detail.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SkipReason {
     /// A skin moves its vertices.
@@ -47,6 +47,42 @@ pub enum SkipReason {
     /// There are no triangles in it.
     #[error("it has no triangles")]
     NoTriangles,
+    /// It is faulty.
+    #[error("{0}")]
+    Faulty(PrimitiveFault),
+}
+
+/// What is wrong with a primitive.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "the fields are named by each variant's message"
+)]
+pub enum PrimitiveFault {
+    /// An accessor points outside its buffer or has an unusable type.
+    #[error("{attribute}: {fault}")]
+    Accessor {
+        attribute: &'static str,
+        fault: AccessorFault,
+    },
+    /// The triangles themselves are faulty.
+    #[error("{0}")]
+    Mesh(#[from] MeshError),
+}
+
+impl PrimitiveFault {
+    /// The error of a file without other primitives.
+    pub(crate) fn of(self, place: PrimitivePlace) -> ImportError {
+        match self {
+            Self::Accessor { attribute, fault } => ImportError::Accessor {
+                place,
+                attribute,
+                fault,
+            },
+            Self::Mesh(fault) => ImportError::Mesh { place, fault },
+        }
+    }
 }
 
 /// Why a file cannot be imported or baked. The message does not repeat the file's name.
@@ -80,7 +116,7 @@ pub enum ImportError {
     #[error("not valid glTF: {0}")]
     Invalid(String),
     /// Geometry that only an extension can read.
-    #[error("it needs the glTF extension {0}, which is not supported")]
+    #[error("it needs the glTF extension {name}, which is not supported{remedy}", name = .0, remedy = remedy(.0))]
     Extension(String),
     /// A buffer's bytes cannot be had.
     #[error("buffer {buffer}: {fault}")]
@@ -111,6 +147,16 @@ pub enum ImportError {
         place: PrimitivePlace,
         reason: SkipReason,
     },
+}
+
+/// A tool that writes the same file without an extension.
+fn remedy(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" => {
+            ": unpack it with `gltf-transform optimize IN OUT --compress false`"
+        }
+        _ => "",
+    }
 }
 
 /// Why the bytes of a buffer cannot be had.

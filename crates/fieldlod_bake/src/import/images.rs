@@ -12,7 +12,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::ReadBeside;
-use super::buffers::{Buffers, read_uri};
+use super::buffers::{Buffers, data_of, read_uri};
 
 /// The largest side of an image that is decoded, in texels: a quarter of a gigabyte.
 const MOST_SIDE: u32 = 8_192;
@@ -110,7 +110,7 @@ pub(super) fn read(
             fault: ImageFault::Missing,
         });
     };
-    let uri = image.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+    let uri = image.uri.as_deref().filter(|uri| data_of(uri).is_none());
     let unread = |fault| UnreadImage {
         image: Some(index as u32),
         name: uri.or(image.name.as_deref()).unwrap_or_default().to_owned(),

@@ -5,6 +5,7 @@
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;
+//! - vertices that no triangle uses are left out, as primitives may share one large vertex buffer;
 //! - attributes in formats that Bevy drops are dropped.
 //!
 //! Quantized positions (`KHR_mesh_quantization`) are no mesh to Bevy 0.19, so that there is nothing
@@ -27,13 +28,17 @@ mod images;
 mod material;
 mod meshopt_views;
 mod primitive;
+mod unpack;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-pub use error::{AccessorFault, BufferFault, ImportError, PrimitivePlace, SkipReason};
+pub use error::{
+    AccessorFault, BufferFault, ImportError, PrimitiveFault, PrimitivePlace, SkipReason,
+};
 pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
+pub use unpack::unpack_gltf;
 
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
@@ -52,6 +57,21 @@ pub struct Import {
     pub skipped: Vec<Skipped>,
     /// The images that cannot be read: what has them has no surface.
     pub unread_images: Vec<UnreadImage>,
+    /// For each mesh of the file, a number that meshes share which are drawn once each and placed alike.
+    pub(crate) space_of_mesh: Vec<u32>,
+}
+
+impl Import {
+    /// The first fault of a primitive that was skipped for it.
+    #[must_use]
+    pub fn first_fault(&self) -> Option<ImportError> {
+        self.skipped
+            .iter()
+            .find_map(|skipped| match &skipped.reason {
+                SkipReason::Faulty(fault) => Some(fault.clone().of(skipped.place.clone())),
+                _ => None,
+            })
+    }
 }
 
 /// One primitive of a glTF mesh, in its local space.
@@ -59,7 +79,7 @@ pub struct Import {
 pub struct ImportedPrimitive {
     /// Which primitive of the file it is.
     pub place: PrimitivePlace,
-    /// Its triangles and vertices. They are not yet checked: see [`SourceMesh::validate`].
+    /// Its triangles, and the vertices that they use, in the order of the file. It is valid.
     pub mesh: SourceMesh,
 }
 
@@ -73,7 +93,7 @@ pub struct Skipped {
 }
 
 /// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Of images base colours
-/// alone are looked at; none that is missing or broken is an error.
+/// alone are looked at; none that is missing or broken is an error. A faulty primitive is skipped.
 ///
 /// # Errors
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
@@ -93,7 +113,10 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
     let buffers = Buffers::load(&document, blob, beside)?;
     let skinned = MeshIndices::on_skinned_nodes(&document);
     // Every primitive of every mesh, unless there is a reason against it.
-    let mut import = Import::default();
+    let mut import = Import {
+        space_of_mesh: document::spaces_of_meshes(&document),
+        ..Import::default()
+    };
     let mut materials = Vec::new();
     for mesh in document.meshes() {
         for primitive in mesh.primitives() {
@@ -107,14 +130,16 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
                 import.skipped.push(Skipped { place, reason });
                 continue;
             }
-            let mesh = primitive::read(&primitive, &buffers, &place)?;
-            if mesh.indices.is_empty() {
-                let reason = SkipReason::NoTriangles;
-                import.skipped.push(Skipped { place, reason });
-                continue;
-            }
-            import.primitives.push(ImportedPrimitive { place, mesh });
-            materials.push(primitive.material().index());
+            let reason = match primitive::read(&primitive, &buffers) {
+                Ok(mesh) if mesh.indices.is_empty() => SkipReason::NoTriangles,
+                Ok(mesh) => {
+                    import.primitives.push(ImportedPrimitive { place, mesh });
+                    materials.push(primitive.material().index());
+                    continue;
+                }
+                Err(fault) => SkipReason::Faulty(fault),
+            };
+            import.skipped.push(Skipped { place, reason });
         }
     }
     // What they look like. A primitive without a material may be given any.

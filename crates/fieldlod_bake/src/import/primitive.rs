@@ -7,8 +7,9 @@ use gltf::{Primitive, Semantic};
 
 use super::accessor::{read_indices, read_vectors};
 use super::buffers::Buffers;
-use super::error::{AccessorFault, ImportError, PrimitivePlace, SkipReason};
+use super::error::{PrimitiveFault, SkipReason};
 use super::format::{Attribute, Formats};
+use crate::mesh::used_vertices::{renumber, used_of};
 use crate::mesh::{MeshError, SourceMesh};
 
 /// Why `primitive` gets no levels of detail, if so.
@@ -32,46 +33,56 @@ fn formats_of(primitive: &Primitive<'_>) -> Option<Formats> {
     Formats::of_positions(&positions)
 }
 
-/// Reads a primitive that is not to be skipped.
+/// Reads a primitive that is not to be skipped. Vertices that no triangle uses are left out.
 pub(super) fn read(
     primitive: &Primitive<'_>,
     buffers: &Buffers,
-    place: &PrimitivePlace,
-) -> Result<SourceMesh, ImportError> {
+) -> Result<SourceMesh, PrimitiveFault> {
     let reader = Reader {
         primitive,
         buffers,
-        place,
         formats: formats_of(primitive).unwrap_or(Formats::AsBevy),
+        vertex_count: primitive
+            .get(&Semantic::Positions)
+            .map_or(0, |positions| positions.count()),
     };
-    let mesh = reader.mesh()?;
-    with_normals(mesh, primitive.mode()).map_err(|fault| ImportError::Mesh {
-        place: place.clone(),
-        fault,
-    })
+    let mesh = with_normals(reader.mesh()?, primitive.mode())?;
+    if !mesh.indices.is_empty() {
+        mesh.validate()?;
+    }
+    Ok(mesh)
 }
 
 struct Reader<'a> {
     primitive: &'a Primitive<'a>,
     buffers: &'a Buffers,
-    place: &'a PrimitivePlace,
     formats: Formats,
+    vertex_count: usize,
 }
 
 impl Reader<'_> {
-    fn mesh(&self) -> Result<SourceMesh, ImportError> {
+    fn mesh(&self) -> Result<SourceMesh, PrimitiveFault> {
         use Attribute::{Color, Normal, Position, Tangent, Uv};
-        let positions = self.vectors(&Semantic::Positions, Position, "positions")?;
-        let normals = self.vectors(&Semantic::Normals, Normal, "normals")?;
-        let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates")?;
-        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents")?;
-        let uvs_1 = self.vectors(&Semantic::TexCoords(1), Uv, "second texture coordinates")?;
-        let colors = self.vectors(&Semantic::Colors(0), Color, "colors")?;
-        let corners = match self.primitive.indices() {
-            Some(accessor) => read_indices(&accessor, self.buffers)
-                .map_err(|fault| self.fault("indices", fault))?,
-            None => (0..positions.len() as u32).collect(),
-        };
+        let corners = self.corners()?;
+        let used = corners
+            .as_deref()
+            .and_then(|corners| used_of(corners, self.vertex_count));
+        let only = used.as_deref();
+        let positions = self.vectors(&Semantic::Positions, Position, "positions", only)?;
+        let normals = self.vectors(&Semantic::Normals, Normal, "normals", only)?;
+        let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates", only)?;
+        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents", only)?;
+        let uvs_1 = self.vectors(
+            &Semantic::TexCoords(1),
+            Uv,
+            "second texture coordinates",
+            only,
+        )?;
+        let colors = self.vectors(&Semantic::Colors(0), Color, "colors", only)?;
+        let mut corners = corners.unwrap_or_else(|| (0..positions.len() as u32).collect());
+        if let Some(used) = only {
+            renumber(&mut corners, used);
+        }
         Ok(SourceMesh {
             has_other_attributes: has_other_attributes(self.primitive)
                 || (tangents.is_empty() && gets_tangents(self.primitive)),
@@ -88,6 +99,28 @@ impl Reader<'_> {
         })
     }
 
+    /// The indices, which are in range; `None` if vertices are drawn in order.
+    fn corners(&self) -> Result<Option<Vec<u32>>, PrimitiveFault> {
+        let Some(accessor) = self.primitive.indices() else {
+            return Ok(None);
+        };
+        let corners = read_indices(&accessor, self.buffers);
+        let corners = corners.map_err(|fault| PrimitiveFault::Accessor {
+            attribute: "indices",
+            fault,
+        })?;
+        let vertices = self.vertex_count;
+        let is_wrong = |&(_, &index): &(usize, &u32)| index as usize >= vertices;
+        match corners.iter().enumerate().find(is_wrong) {
+            Some((position, &index)) => Err(PrimitiveFault::Mesh(MeshError::IndexOutOfRange {
+                position,
+                index,
+                vertices,
+            })),
+            None => Ok(Some(corners)),
+        }
+    }
+
     /// The vectors of an attribute; none if it is missing or in a format that is not read. What
     /// has only three of four components gets a 1: an opaque colour.
     fn vectors<const N: usize>(
@@ -95,20 +128,25 @@ impl Reader<'_> {
         semantic: &Semantic,
         attribute: Attribute,
         name: &'static str,
-    ) -> Result<Vec<[f32; N]>, ImportError> {
+        only: Option<&[u32]>,
+    ) -> Result<Vec<[f32; N]>, PrimitiveFault> {
         let accessor = self.primitive.get(semantic);
         let usable = accessor.filter(|accessor| self.formats.allow(attribute, accessor));
-        usable.map_or(Ok(Vec::new()), |accessor| {
-            read_vectors(&accessor, self.buffers, [1.0; N]).map_err(|fault| self.fault(name, fault))
-        })
-    }
-
-    fn fault(&self, attribute: &'static str, fault: AccessorFault) -> ImportError {
-        ImportError::Accessor {
-            place: self.place.clone(),
-            attribute,
-            fault,
+        let Some(accessor) = usable else {
+            return Ok(Vec::new());
+        };
+        if accessor.count() != self.vertex_count {
+            return Err(PrimitiveFault::Mesh(MeshError::AttributeCount {
+                attribute: name,
+                count: accessor.count(),
+                vertices: self.vertex_count,
+            }));
         }
+        let vectors = read_vectors(&accessor, self.buffers, [1.0; N], only);
+        vectors.map_err(|fault| PrimitiveFault::Accessor {
+            attribute: name,
+            fault,
+        })
     }
 }
 

@@ -11,6 +11,7 @@ mod closed;
 pub(crate) mod clusterlod;
 pub(crate) mod clusters;
 mod groups;
+pub(crate) mod neighbours;
 pub(crate) mod simplified_group;
 pub(crate) mod simplify;
 mod step;

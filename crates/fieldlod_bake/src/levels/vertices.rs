@@ -29,6 +29,8 @@ pub(crate) struct LevelVertices {
     pub(crate) protection: Vec<SimplifyVertex>,
     /// For each vertex, whether the source has an open edge at its position.
     pub(crate) is_border: Vec<bool>,
+    /// For each vertex of the source, whether it stays at all levels.
+    is_kept: Vec<bool>,
     /// For each vertex, the source vertex that it came from: itself, for one of the source.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
@@ -61,6 +63,7 @@ impl LevelVertices {
             protection: vec![SimplifyVertex::empty(); count],
             origin: (0..count as u32).collect(),
             source_count: count,
+            is_kept: vec![false; count],
             surfaces,
             positions,
             local_from_scaled,
@@ -91,15 +94,16 @@ impl LevelVertices {
         &self.attributes[vertex as usize * width..][..width]
     }
 
-    /// For each vertex that is the first at its position, whether several of some groups of corners use that position:
-    /// there it must stay, or the surface would tear between them.
+    /// For each vertex that is the first at its position, whether it is kept, or whether several of some groups of
+    /// corners use that position: there it must stay, or the surface would tear between them.
     pub(crate) fn shared_positions<'a>(
         &self,
         groups: impl Iterator<Item = impl Iterator<Item = &'a u32>>,
     ) -> Vec<bool> {
         const NOBODY: u32 = u32::MAX;
         let mut used_by = vec![NOBODY; self.positions.len()];
-        let mut is_shared = vec![false; self.positions.len()];
+        let mut is_shared = self.is_kept.clone();
+        is_shared.resize(self.positions.len(), false);
         for (group, corners) in (0..).zip(groups) {
             for &vertex in corners {
                 let first = self.same_position[vertex as usize] as usize;
@@ -110,11 +114,19 @@ impl LevelVertices {
         is_shared
     }
 
-    /// Marks the vertices whose textures are torn from those of the first at their place.
+    /// Lets vertices of the source stay at all levels, with all others at their positions.
+    pub(crate) fn keep(&mut self, vertices: impl Iterator<Item = usize>) {
+        for vertex in vertices {
+            self.is_kept[self.same_position[vertex] as usize] = true;
+        }
+    }
+
+    /// Marks the vertices whose textures are torn from those of the first at their place, or that are of other parts.
     fn protect_seams(&mut self) {
         for vertex in 0..self.source_count as u32 {
             let first = self.same_position[vertex as usize];
-            if self.layout.is_seam(self.row(vertex), self.row(first)) {
+            let is_of_one_part = self.surfaces.part_of(vertex) == self.surfaces.part_of(first);
+            if !is_of_one_part || self.layout.is_seam(self.row(vertex), self.row(first)) {
                 self.protection[vertex as usize] = SimplifyVertex::Protect;
             }
         }
@@ -217,7 +229,7 @@ pub(crate) fn power_of_two_above(positions: &[Vec3]) -> f32 {
 }
 
 /// Which vertices lie where the source has an open edge.
-fn border_of(indices: &[u32], same_position: &[u32]) -> Vec<bool> {
+pub(crate) fn border_of(indices: &[u32], same_position: &[u32]) -> Vec<bool> {
     let mut links = Links::of(same_position.len());
     links.add(indices.iter().map(|&v| same_position[v as usize]));
     let firsts = same_position.iter();

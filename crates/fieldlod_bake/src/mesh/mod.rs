@@ -13,5 +13,6 @@ pub(crate) mod surfaces;
 pub(crate) mod triangle;
 pub(crate) mod triangle_tree;
 mod triangles_4;
+pub(crate) mod used_vertices;
 
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};

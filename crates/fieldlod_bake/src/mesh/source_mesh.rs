@@ -147,9 +147,14 @@ impl SourceMesh {
     /// # Errors
     /// The first fault found.
     pub fn validate(&self) -> Result<(), MeshError> {
-        self.check_counts()?;
-        self.check_indices()?;
+        self.check_shape()?;
         self.check_positions()
+    }
+
+    /// [`Self::validate`] without positions.
+    pub(crate) fn check_shape(&self) -> Result<(), MeshError> {
+        self.check_counts()?;
+        self.check_indices()
     }
 
     fn check_counts(&self) -> Result<(), MeshError> {

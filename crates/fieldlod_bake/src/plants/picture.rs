@@ -247,7 +247,7 @@ impl Canvas {
 }
 
 /// A triangle on its way into a picture.
-struct Raster {
+pub(crate) struct Raster {
     side: usize,
     columns: [usize; 2],
     rows: [usize; 2],
@@ -257,7 +257,7 @@ struct Raster {
 }
 
 impl Raster {
-    fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
+    pub(crate) fn of(corners: [Vec3; 3], side: usize) -> Option<Self> {
         let [a, b, c] = corners.map(Vec3::truncate);
         let per_area = (b - a).perp_dot(c - a).recip();
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -283,7 +283,7 @@ impl Raster {
     }
 
     /// Calls with each pixel inside, the shares of the corners and the nearness.
-    fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
+    pub(crate) fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
         let [a, b, c] = self.corners.map(Vec3::truncate);
         let near = Vec3::new(self.corners[0].z, self.corners[1].z, self.corners[2].z);
         for row in self.rows[0]..self.rows[1] {

@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
+use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
@@ -25,7 +26,15 @@ pub const MOST_TOGETHER: usize = 4;
 /// simplifier takes vertices at one place for the same.
 const APART: f32 = 1.0 / (1 << 22) as f32;
 
+/// Meshes of which more vertices than this share of their triangles are where they meet others are free to part there.
+/// Coarse levels have about a triangle for each kept vertex; a quarter of the vertices of tiles of 64 × 64 cells are
+/// 0.03 of their triangles, and those of the materials of a hard-edged scene 0.15.
+const MOST_KEPT: f32 = 0.05;
+
 /// Bakes meshes that are one object, in the given order: plants together, other meshes separately.
+///
+/// Meshes of fewer triangles that all meet others at open borders are baked together, too, however many they are. Of
+/// larger ones that meet, the vertices there stay at all levels, unless these are more than a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together and only as a whole: each hierarchy has one unit per level. This
 /// applies to two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and
@@ -40,38 +49,77 @@ pub fn bake_together(
     meshes: &[&SourceMesh],
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    bake_together_with_progress(meshes, config, &|_, _| ())
+    let are_valid = meshes.iter().all(|mesh| mesh.check_shape().is_ok());
+    let kept = match are_valid {
+        true => meeting_vertices(meshes),
+        false => vec![Vec::new(); meshes.len()],
+    };
+    bake_together_with_progress(meshes, &kept, config, &|_, _| ())
 }
 
 /// [`bake_together`] with progress: `on_triangles` is told of which mesh how many triangles each group consumed;
-/// of meshes that are baked together, the first.
+/// of meshes that are baked together, the first. Of each mesh that is baked separately, the vertices that are `kept` stay
+/// at all levels.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
+    kept: &[Vec<bool>],
     config: &BakeConfig,
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let as_one = || bake_as_one(meshes, config, &|count| on_triangles(0, count));
-    if let Some(baked) = belong_together(meshes, config).then(as_one).flatten() {
+    let together = match belong_together(meshes, config) {
+        true => Some(Joint::Plant),
+        false => are_one_surface(meshes, kept, config).then_some(Joint::Surface),
+    };
+    let as_one = |joint| bake_as_one(meshes, joint, config, &|count| on_triangles(0, count));
+    if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
     let by_itself = |(index, mesh): (usize, &&SourceMesh)| {
-        bake_mesh_with_progress(mesh, config, &|count| on_triangles(index, count))
+        let kept = affordable(&kept[index], mesh);
+        bake_mesh_with_progress(mesh, kept, config, &|count| on_triangles(index, count))
     };
     meshes.par_iter().enumerate().map(by_itself).collect()
 }
 
+/// The vertices to keep, unless they are so many that far levels would be made of them.
+fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
+    let count = kept.iter().filter(|kept| **kept).count();
+    match count as f32 <= mesh.triangle_count() as f32 * MOST_KEPT {
+        true => kept,
+        false => &[],
+    }
+}
+
+/// How meshes are one object.
+#[derive(Clone, Copy, PartialEq)]
+enum Joint {
+    /// Loose pieces, which are not joined where they touch.
+    Plant,
+    /// One surface of several materials, which stays closed where they meet.
+    Surface,
+}
+
 fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+    (2..=MOST_TOGETHER).contains(&meshes.len())
+        && can_be_one(meshes, config)
+        && is_aggregate(&as_one_mesh(meshes, Joint::Plant))
+}
+
+/// Whether each mesh meets another one.
+fn are_one_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
+    meshes.len() > 1 && kept.iter().all(|kept| kept.contains(&true)) && can_be_one(meshes, config)
+}
+
+fn can_be_one(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let sum =
         |count: fn(&SourceMesh) -> usize| meshes.iter().map(|mesh| count(mesh)).sum::<usize>();
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles
         && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES as usize;
     let with_normals = meshes.iter().filter(|mesh| !mesh.normals.is_empty());
-    (2..=MOST_TOGETHER).contains(&meshes.len())
-        && is_small
+    is_small
         && [0, meshes.len()].contains(&with_normals.count())
         && config.validate().is_ok()
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
-        && is_aggregate(&as_one_mesh(meshes))
 }
 
 /// The vertices of each mesh among those of all.
@@ -85,7 +133,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
 }
 
 /// The meshes in one, with neutral values for attributes that some have and others have not.
-fn as_one_mesh(meshes: &[&SourceMesh]) -> SourceMesh {
+fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     let mut all = SourceMesh {
         // The bake then records the origin of moved vertices.
         has_other_attributes: true,
@@ -95,7 +143,10 @@ fn as_one_mesh(meshes: &[&SourceMesh]) -> SourceMesh {
     let extent = positions.fold(0.0, |most: f32, p| most.max(p.abs().max_element()));
     for (index, mesh) in meshes.iter().enumerate() {
         let first = all.positions.len() as u32;
-        let apart = Vec3::X * (extent * APART * index as f32);
+        let apart = match joint {
+            Joint::Plant => Vec3::X * (extent * APART * index as f32),
+            Joint::Surface => Vec3::ZERO,
+        };
         all.positions
             .extend(mesh.positions.iter().map(|p| *p + apart));
         all.indices
@@ -129,13 +180,15 @@ fn in_turn<V: Copy>(
 /// `None` if a level needs wider indices.
 fn bake_as_one(
     meshes: &[&SourceMesh],
+    joint: Joint,
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
     let (hierarchy, report) = bake_valid_mesh(
-        &as_one_mesh(meshes),
+        &as_one_mesh(meshes, joint),
         Surfaces::of(meshes.iter().copied()),
+        &[],
         config,
         on_triangles,
     );

@@ -239,11 +239,10 @@ fn area_vector(corners: [Vec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The same triangle, its smallest vertex first.
-fn turned(mut triangle: [u32; 3]) -> [u32; 3] {
-    let smallest = (0..3).min_by_key(|&corner| triangle[corner]);
-    triangle.rotate_left(smallest.unwrap_or(0));
-    triangle
+/// The same triangle from the corner with which it is least: of one with a corner twice, that is not the smallest vertex
+/// alone.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    [a, b, c].min([b, c, a]).min([c, a, b])
 }
 
 /// The first vertex at the place of each.

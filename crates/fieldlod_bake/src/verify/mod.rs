@@ -1,6 +1,7 @@
 //! Checks a hierarchy against the mesh that it was baked from, without trusting the bake.
 
 mod cuts;
+mod pictures;
 mod report;
 mod samples;
 mod subject;
@@ -10,10 +11,11 @@ use fieldlod_hierarchy::Hierarchy;
 pub use report::{Verified, VerifyError, VerifySettings};
 
 use crate::mesh::SourceMesh;
+use crate::mesh::used_vertices::Compact;
 use subject::Subject;
 
-/// Checks a hierarchy against its source: every invariant, deviations at independent samples, and random
-/// cuts.
+/// Checks a hierarchy against its source: every invariant, deviations at independent samples, random
+/// cuts, and pictures of each level from six sides.
 ///
 /// # Errors
 /// The first thing found wrong.
@@ -23,7 +25,7 @@ pub fn verify(
     settings: &VerifySettings,
 ) -> Result<Verified, VerifyError> {
     // The other checks rely on these.
-    mesh.validate()?;
+    Compact::of(mesh)?;
     hierarchy.validate()?;
     if hierarchy.source != mesh.source_hash() {
         return Err(VerifyError::OtherSource);
@@ -32,5 +34,6 @@ pub fn verify(
     let mut verified = Verified::default();
     samples::check(&subject, &mut verified)?;
     cuts::check(&subject, &mut verified)?;
+    pictures::check(&subject, &mut verified)?;
     Ok(verified)
 }

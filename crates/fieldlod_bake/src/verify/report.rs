@@ -19,6 +19,9 @@ pub struct VerifySettings {
     pub tolerance: f32,
     /// Most area of a cut, as a share of the whole, that may face against the source.
     pub flipped_area: f32,
+    /// Most pixels of a level, as a share of the surface in six pictures at the size at which its error is one pixel, that
+    /// may be missing or show a back face.
+    pub wrong_pixels: f32,
 }
 
 impl Default for VerifySettings {
@@ -29,6 +32,7 @@ impl Default for VerifySettings {
             most_samples: 2_000_000,
             tolerance: 0.05,
             flipped_area: 0.01,
+            wrong_pixels: 0.1,
         }
     }
 }
@@ -47,6 +51,8 @@ pub struct Verified {
     pub cuts: u32,
     /// The largest share of a cut's area that faces against the source.
     pub flipped_area: f32,
+    /// The largest share of a level's pixels that are missing or show a back face.
+    pub wrong_pixels: f32,
 }
 
 /// Why a hierarchy fails.
@@ -96,4 +102,9 @@ pub enum VerifyError {
         triangles: usize,
         share: f32,
     },
+    /// A level does not look like the source where its error should be one pixel.
+    #[error(
+        "at level {level} {share:.3} of the pixels are missing or show a back face where its error is one pixel"
+    )]
+    Pictures { level: u32, share: f32 },
 }

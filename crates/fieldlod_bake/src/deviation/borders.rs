@@ -1,0 +1,64 @@
+//! Places along borders: a border that is simplified within its plane leaves no vertex or middle of a triangle off the
+//! source, but its edges reach beyond it, into a hole or past a rim.
+
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+
+use crate::mesh::triangle_tree::TriangleTree;
+
+/// Places along each edge. Beyond a polygon or a curve an edge reaches about 2 % farther than at the farthest of these.
+const PLACES: u32 = 7;
+
+/// Raises the largest squared distance by places along the open edges of a simplified surface.
+pub(super) fn look_along_borders(
+    source: &TriangleTree,
+    triangles: &[[Vec3; 3]],
+    farthest: &mut f32,
+) {
+    let mut start = None;
+    for [from, to] in open_edges(triangles) {
+        for place in 1..=PLACES {
+            let point = from.lerp(to, place as f32 / (PLACES + 1) as f32);
+            start = source.near_enough(point, *farthest, start);
+            if let Some(near) = start {
+                *farthest = farthest.max(near.distance_squared);
+            }
+        }
+    }
+}
+
+/// An edge of a triangle between two places: ascending places, whether it is passed upwards, and the third place.
+type Edge = (u32, u32, bool, u32);
+
+/// The edges that are not passed as often one way as the other, and those between two sides of one triangle.
+fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
+    let mut places: Vec<Vec3> = Vec::new();
+    let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    let mut place = |point: Vec3| {
+        *place_of
+            .entry((point + Vec3::ZERO).to_array().map(f32::to_bits))
+            .or_insert_with(|| {
+                places.push(point);
+                places.len() as u32 - 1
+            })
+    };
+    let mut edges: Vec<Edge> = Vec::with_capacity(triangles.len() * 3);
+    for &corners in triangles {
+        let [a, b, c] = corners.map(&mut place);
+        for (from, to, third) in [(a, b, c), (b, c, a), (c, a, b)] {
+            if from != to {
+                edges.push((from.min(to), from.max(to), from < to, third));
+            }
+        }
+    }
+    edges.sort_unstable();
+    let is_open = |same: &&[Edge]| {
+        let upwards = same.iter().filter(|edge| edge.2).count();
+        let thirds = same.iter().all(|edge| edge.3 == same[0].3);
+        upwards * 2 != same.len() || thirds
+    };
+    let same = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
+    same.filter(is_open)
+        .map(|same| [same[0].0, same[0].1].map(|place| places[place as usize]))
+        .collect()
+}

@@ -1,0 +1,83 @@
+//! Meshes of which triangles use some vertices only.
+
+use std::borrow::Cow;
+
+use fieldlod_hierarchy::Hierarchy;
+
+use super::{MeshError, SourceMesh};
+
+/// The vertices that triangles use, ascending; `None` if these are all of `vertex_count`, or if there are no triangles.
+pub(crate) fn used_of(indices: &[u32], vertex_count: usize) -> Option<Vec<u32>> {
+    let mut used = indices.to_vec();
+    used.sort_unstable();
+    used.dedup();
+    (used.len() < vertex_count && !used.is_empty()).then_some(used)
+}
+
+/// Gives each index the place of its vertex among `used`.
+pub(crate) fn renumber(indices: &mut [u32], used: &[u32]) {
+    for index in indices {
+        *index = used.partition_point(|vertex| vertex < index) as u32;
+    }
+}
+
+/// A valid mesh of used vertices alone, and where they are among all.
+pub(crate) struct Compact<'a> {
+    pub(crate) mesh: Cow<'a, SourceMesh>,
+    whole: &'a SourceMesh,
+    used: Option<Vec<u32>>,
+}
+
+impl<'a> Compact<'a> {
+    /// Of a mesh that is checked here: of vertices that no triangle uses anything may be wrong.
+    pub(crate) fn of(whole: &'a SourceMesh) -> Result<Self, MeshError> {
+        let used = used_of(&whole.indices, whole.positions.len());
+        let Some(used) = used.filter(|_| whole.check_shape().is_ok()) else {
+            whole.validate()?;
+            return Ok(Self {
+                mesh: Cow::Borrowed(whole),
+                whole,
+                used: None,
+            });
+        };
+        let mut indices = whole.indices.clone();
+        renumber(&mut indices, &used);
+        let mesh = SourceMesh {
+            vertices: whole.vertices.at(&used),
+            has_other_attributes: whole.has_other_attributes,
+            surface: whole.surface.clone(),
+            indices,
+        };
+        mesh.validate().map_err(|fault| match fault {
+            MeshError::BadPosition { vertex, position } => MeshError::BadPosition {
+                vertex: used[vertex] as usize,
+                position,
+            },
+            fault => fault,
+        })?;
+        Ok(Self {
+            mesh: Cow::Owned(mesh),
+            whole,
+            used: Some(used),
+        })
+    }
+
+    /// Values of used vertices, from one for each of all vertices, or none.
+    pub(crate) fn at_used(&self, values: &'a [bool]) -> Cow<'a, [bool]> {
+        match &self.used {
+            Some(used) if !values.is_empty() => used.iter().map(|&v| values[v as usize]).collect(),
+            _ => Cow::Borrowed(values),
+        }
+    }
+
+    /// The hierarchy of the whole mesh from that of the compact one.
+    pub(crate) fn of_whole(&self, compact: Hierarchy) -> Hierarchy {
+        match &self.used {
+            Some(used) => Hierarchy {
+                source: self.whole.source_hash(),
+                ..compact.with_unused_vertices(used, &self.whole.finite_vertices())
+            },
+            None => compact,
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Pictures of each level from six sides, at the size at which its error is one pixel.
+//!
+//! Samples of distances are blind to what is not there: they find another leaf, or the other side of a sheet, near every
+//! point. Pictures show it. As a renderer draws them, back faces count as such.
+
+use fieldlod_hierarchy::Aabb;
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::report::{Verified, VerifyError};
+use super::subject::Subject;
+use crate::plants::picture::Raster;
+
+/// Sides of pictures in pixels. Smaller ones show nothing but silhouettes, which may be off by a pixel or two; larger ones
+/// would cost more and show no more of what is missing.
+const LEAST_SIDE: usize = 8;
+const MOST_SIDE: usize = 256;
+/// Pixels on each edge of a picture that stay empty.
+const MARGIN: usize = 2;
+/// So many pixels around one must show the same: a silhouette may move so far.
+const AROUND: usize = 2;
+/// Fewer pixels than this, of all six pictures, tell nothing.
+const FEWEST_PIXELS: usize = 48;
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    Nothing,
+    Front,
+    Back,
+}
+
+pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
+    let Some(frame) = Frame::of(subject) else {
+        return Ok(());
+    };
+    let source: Vec<[Vec3; 3]> = subject
+        .source_triangles()
+        .iter()
+        .map(|&triangle| subject.corners(triangle))
+        .collect();
+    // Many levels have pictures of one size.
+    let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
+        .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
+        .collect();
+    sides.sort_by_key(|&(level, side)| (side, level));
+    for levels in sides.chunk_by(|a, b| a.1 == b.1) {
+        let side = levels[0].1;
+        let of_source = frame.pictures(&source, side);
+        let shares = levels.par_iter().map(|&(level, _)| {
+            let drawn = subject.cut(|group| subject.hierarchy.groups[group].level >= level);
+            let drawn = subject.triangles_of(&drawn);
+            let corners = drawn
+                .iter()
+                .map(|triangle| subject.corners(triangle.corners));
+            let of_level = frame.pictures(&corners.collect::<Vec<_>>(), side);
+            (level, wrong_share(&of_source, &of_level, side))
+        });
+        for (level, share) in shares.collect::<Vec<_>>() {
+            verified.wrong_pixels = verified.wrong_pixels.max(share);
+            if share > subject.settings.wrong_pixels {
+                return Err(VerifyError::Pictures { level, share });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The error at which a view draws a level, in scaled units.
+fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
+    let hierarchy = subject.hierarchy;
+    let drawn = subject.cut(|group| hierarchy.groups[group].level >= level);
+    let producers = drawn
+        .iter()
+        .filter_map(|&unit| hierarchy.units[unit].producer());
+    let errors = producers.map(|group| {
+        let group = &hierarchy.groups[group as usize];
+        match group.whole_mesh_error_in_local {
+            0.0 => group.error_in_local,
+            measured => measured,
+        }
+    });
+    errors.fold(0.0, f32::max) * subject.scaled_from_local
+}
+
+/// The box that fills the pictures.
+struct Frame {
+    center: Vec3,
+    extent: f32,
+}
+
+impl Frame {
+    fn of(subject: &Subject<'_>) -> Option<Self> {
+        let source = subject.source_triangles().as_flattened().iter();
+        let aabb = Aabb::around(source.map(|&vertex| subject.positions[vertex as usize]))?;
+        let extent = (aabb.max - aabb.min).max_element();
+        (extent > 0.0).then(|| Self {
+            center: (aabb.min + aabb.max) * 0.5,
+            extent,
+        })
+    }
+
+    /// The side of a picture of which a pixel is no smaller than `error`: a power of two.
+    fn side(&self, error: f32) -> Option<usize> {
+        let pixels = (self.extent / error.max(f32::MIN_POSITIVE)) as usize;
+        (pixels >= LEAST_SIDE).then(|| 1 << pixels.min(MOST_SIDE).ilog2())
+    }
+
+    /// Pictures along each axis, from both ends.
+    fn pictures(&self, triangles: &[[Vec3; 3]], side: usize) -> [[Vec<Shown>; 2]; 3] {
+        [0, 1, 2].map(|axis| self.pictures_along(axis, triangles, side))
+    }
+
+    fn pictures_along(&self, axis: usize, triangles: &[[Vec3; 3]], side: usize) -> [Vec<Shown>; 2] {
+        let side_with_margin = side + 2 * MARGIN;
+        let scale = side as f32 / self.extent;
+        let middle = side_with_margin as f32 * 0.5;
+        let place = |point: Vec3| {
+            let p = (point - self.center) * scale;
+            // The next two axes, so that triangles keep their sense.
+            let [u, v] = [p[(axis + 1) % 3], p[(axis + 2) % 3]];
+            (Vec2::new(u, v) + middle).extend(p[axis])
+        };
+        // The nearest front and back faces, seen from the upper and the lower end.
+        let far = [f32::NEG_INFINITY; 2];
+        let mut nearest = vec![[far; 2]; side_with_margin * side_with_margin];
+        for corners in triangles {
+            let corners = corners.map(place);
+            let [a, b, c] = corners.map(Vec3::truncate);
+            let faces_up = (b - a).perp_dot(c - a) > 0.0;
+            let Some(raster) = Raster::of(corners, side_with_margin) else {
+                continue;
+            };
+            raster.each_pixel(|pixel, _, height| {
+                let [from_above, from_below] = &mut nearest[pixel];
+                let above = &mut from_above[usize::from(!faces_up)];
+                *above = above.max(height);
+                let below = &mut from_below[usize::from(faces_up)];
+                *below = below.max(-height);
+            });
+        }
+        [0, 1].map(|end| nearest.iter().map(|ends| shown(ends[end])).collect())
+    }
+}
+
+/// A front face hides a back face at the same depth, but for a pixel.
+fn shown([front, back]: [f32; 2]) -> Shown {
+    match (front > f32::NEG_INFINITY, back > f32::NEG_INFINITY) {
+        (false, false) => Shown::Nothing,
+        (true, _) if front >= back - 1.0 => Shown::Front,
+        _ => Shown::Back,
+    }
+}
+
+/// Of the pixels of a surface that all around them show it, too, the share that does not at the level. A front face must be
+/// one again; in place of a back face any will do.
+fn wrong_share(source: &[[Vec<Shown>; 2]; 3], level: &[[Vec<Shown>; 2]; 3], side: usize) -> f32 {
+    let width = side + 2 * MARGIN;
+    let (mut whole, mut wrong) = (0usize, 0usize);
+    let pictures = source.as_flattened().iter().zip(level.as_flattened());
+    for (source, level) in pictures {
+        for row in AROUND..width - AROUND {
+            for column in AROUND..width - AROUND {
+                let at = row * width + column;
+                let own = source[at];
+                let is_inside = || {
+                    let rows = row - AROUND..=row + AROUND;
+                    let columns = || column - AROUND..=column + AROUND;
+                    let mut all = rows.flat_map(|r| columns().map(move |c| r * width + c));
+                    all.all(|at| source[at] == own)
+                };
+                if own == Shown::Nothing || !is_inside() {
+                    continue;
+                }
+                whole += 1;
+                let is_right = match own {
+                    Shown::Front => level[at] == Shown::Front,
+                    _ => level[at] != Shown::Nothing,
+                };
+                wrong += usize::from(!is_right);
+            }
+        }
+    }
+    if whole < FEWEST_PIXELS {
+        return 0.0;
+    }
+    wrong as f32 / whole as f32
+}

@@ -1,0 +1,169 @@
+//! Primitives and meshes that meet: no crack opens between any two of their levels.
+
+mod common;
+
+use std::collections::BTreeSet;
+
+use common::gltf_file::GltfFile;
+use common::{cut, open_edges, weld};
+use fieldlod_bake::{
+    BakeConfig, BakeOutcome, SourceMesh, bake_file, bake_mesh, bake_together, fixtures,
+};
+use fieldlod_hierarchy::Hierarchy;
+use glam::Vec3;
+use serde_json::json;
+
+/// The triangles of a mesh in parts by a number of their middles, with vertices of its own each.
+fn split(mesh: &SourceMesh, part_of: impl Fn(Vec3) -> i32) -> Vec<SourceMesh> {
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let number = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        part_of((corners[0] + corners[1] + corners[2]) / 3.0)
+    };
+    let numbers: BTreeSet<i32> = triangles.iter().map(number).collect();
+    let part = |part: i32| {
+        let own = triangles.iter().filter(|triangle| number(triangle) == part);
+        let corners: Vec<u32> = own.flatten().copied().collect();
+        let used: BTreeSet<u32> = corners.iter().copied().collect();
+        let used: Vec<u32> = used.into_iter().collect();
+        let place = |v: &u32| used.binary_search(v).unwrap() as u32;
+        SourceMesh {
+            vertices: mesh.vertices.at(&used),
+            indices: corners.iter().map(place).collect(),
+            ..SourceMesh::default()
+        }
+    };
+    numbers.into_iter().map(part).collect()
+}
+
+type Edge = [[u32; 3]; 2];
+
+/// The open edges of some triangles by the bits of their ends.
+fn border(positions: &[Vec3], triangles: &[[u32; 3]]) -> BTreeSet<Edge> {
+    let bits = |v: u32| positions[v as usize].to_array().map(f32::to_bits);
+    let open = open_edges(triangles, &weld(positions));
+    open.into_keys()
+        .map(|(a, b)| {
+            let mut edge = [bits(a), bits(b)];
+            edge.sort_unstable();
+            edge
+        })
+        .collect()
+}
+
+/// Whether all levels have the open edges of the source.
+fn keeps_border(mesh: &SourceMesh, baked: &Hierarchy) -> bool {
+    let source = border(&mesh.positions, mesh.indices.as_chunks::<3>().0);
+    assert!(baked.level_count() > 2 && !source.is_empty());
+    (0..baked.level_count()).all(|level| {
+        let drawn = cut(baked, |group| baked.groups[group].level >= level);
+        border(&baked.vertices.positions, &drawn) == source
+    })
+}
+
+fn file_of(parts: &[SourceMesh]) -> GltfFile {
+    let mut file = GltfFile::empty();
+    parts.iter().for_each(|part| file.add_mesh(part));
+    file
+}
+
+fn bake(file: &mut GltfFile, config: &BakeConfig) -> BakeOutcome {
+    bake_file(&file.glb(), config, &|_| ()).unwrap()
+}
+
+fn stripes() -> Vec<SourceMesh> {
+    split(&fixtures::rock(5, 3), |p| (p.y * 3.0 + p.x).floor() as i32)
+}
+
+fn tiles() -> Vec<SourceMesh> {
+    split(&fixtures::height_field(64), |p| {
+        (p.x * 2.0).floor() as i32 * 2 + (p.z * 2.0).floor() as i32
+    })
+}
+
+/// The open edges of all parts together, each drawn at the level that has no more than this error.
+fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for part in parts {
+        let first = positions.len() as u32;
+        positions.extend(&part.vertices.positions);
+        let drawn = cut(part, |group| part.groups[group].error_in_local > error);
+        triangles.extend(drawn.iter().map(|triangle| triangle.map(|v| first + v)));
+    }
+    border(&positions, &triangles)
+}
+
+#[test]
+fn primitives_of_one_mesh_are_one_surface_at_every_error() {
+    for (parts, whole) in [
+        (stripes(), fixtures::rock(5, 3)),
+        (tiles(), fixtures::height_field(64)),
+    ] {
+        let mut file = file_of(&parts);
+        file.join_meshes();
+        let outcome = bake(&mut file, &BakeConfig::default());
+        let of_file = outcome.file.primitives.into_iter().map(|p| p.hierarchy);
+        let meshes: Vec<&SourceMesh> = parts.iter().collect();
+        let together = bake_together(&meshes, &BakeConfig::default()).into_iter();
+        let together = together.map(|baked| baked.unwrap().0);
+        let outside = |bits: &[u32; 3]| {
+            let [x, _, z] = bits.map(f32::from_bits);
+            [x, z].iter().any(|at| *at == 0.0 || *at == 1.0)
+        };
+        let is_closed = border(&whole.positions, whole.indices.as_chunks::<3>().0).is_empty();
+        for baked in [of_file.collect::<Vec<_>>(), together.collect()] {
+            let errors = baked.iter().flat_map(|part| &part.groups);
+            let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
+            assert!(errors.len() > 20);
+            // Where a part would vanish altogether it stays as it was last.
+            for error in errors.into_iter().filter(|error| *error < 0.1) {
+                let open = border_at(error, &baked);
+                let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
+                assert!(open.iter().all(is_outside), "at an error of {error}");
+            }
+        }
+    }
+}
+
+/// Whether all levels have the open edges that the source has in common with others.
+fn keeps_meeting_edges(mesh: &SourceMesh, all: &[SourceMesh], baked: &Hierarchy) -> bool {
+    let border_of = |mesh: &SourceMesh| border(&mesh.positions, mesh.indices.as_chunks::<3>().0);
+    let others = all.iter().filter(|other| *other != mesh).map(border_of);
+    let others: BTreeSet<Edge> = others.flatten().collect();
+    let own: BTreeSet<Edge> = border_of(mesh).intersection(&others).copied().collect();
+    assert!(baked.level_count() > 2 && !own.is_empty());
+    (0..baked.level_count()).all(|level| {
+        let drawn = cut(baked, |group| baked.groups[group].level >= level);
+        own.is_subset(&border(&baked.vertices.positions, &drawn))
+    })
+}
+
+#[test]
+fn meshes_placed_alike_meet_and_others_are_free() {
+    let parts = tiles();
+    let mut file = file_of(&parts);
+    let nodes = (0..parts.len()).map(|mesh| json!({ "mesh": mesh, "translation": [3, 0, 0] }));
+    file.json["nodes"] = nodes.collect();
+    let alike = bake(&mut file, &BakeConfig::default());
+    file.json["nodes"][0]["translation"] = json!([4, 0, 0]);
+    let apart = bake(&mut file, &BakeConfig::default());
+    let [alike, apart] = [alike, apart].map(|outcome| {
+        let baked = &outcome.file.primitives[0].hierarchy;
+        keeps_meeting_edges(&parts[0], &parts, baked)
+    });
+    assert_eq!([alike, apart], [true, false]);
+}
+
+#[test]
+fn locked_borders_stay_and_others_are_simplified() {
+    let tile = fixtures::height_field(48);
+    let free = bake_mesh(&tile, &BakeConfig::default()).unwrap();
+    let config = BakeConfig {
+        lock_borders: true,
+        ..BakeConfig::default()
+    };
+    let locked = bake_mesh(&tile, &config).unwrap();
+    assert!(keeps_border(&tile, &locked) && !keeps_border(&tile, &free));
+    let coarsest = locked.groups.last().unwrap();
+    assert!(locked.triangle_count_of(coarsest) < 48 * 12);
+}

@@ -1,0 +1,74 @@
+//! Levels that are torn or eaten, which samples of distances take for good: pictures show them.
+
+use fieldlod_bake::{SourceMesh, VerifyError, VerifySettings, fixtures, verify};
+use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
+use glam::Vec3;
+
+/// A mesh with one coarser level of some of its triangles, at which its error is `error`. It deviates as far as it says.
+fn with_level(mesh: &SourceMesh, triangles: &[[u32; 3]], error: f32) -> Hierarchy {
+    let mut hierarchy = Hierarchy {
+        source: mesh.source_hash(),
+        source_vertex_count: mesh.positions.len() as u32,
+        vertices: mesh.vertices.clone(),
+        ..Hierarchy::default()
+    };
+    let group = Group {
+        bounds: Sphere::around(mesh.positions.iter().copied()),
+        error_in_local: error,
+        deviation_in_local: 1.0,
+        ..Group::default()
+    };
+    let whole = mesh.indices.as_chunks::<3>().0;
+    hierarchy.push_whole_mesh(whole, group).unwrap();
+    let terminal = Group {
+        error_in_local: f32::INFINITY,
+        deviation_in_local: f32::INFINITY,
+        ..group
+    };
+    hierarchy.push_whole_mesh(triangles, terminal).unwrap();
+    hierarchy
+}
+
+fn check(mesh: &SourceMesh, triangles: &[[u32; 3]]) -> Result<f32, VerifyError> {
+    let hierarchy = with_level(mesh, triangles, 0.02);
+    assert_eq!(hierarchy.validate(), Ok(()));
+    let verified = verify(mesh, &hierarchy, &VerifySettings::default());
+    verified.map(|verified| verified.wrong_pixels)
+}
+
+#[test]
+fn a_two_sided_cloth_eaten_from_its_edges_fails() {
+    let mut cloth = fixtures::height_field(48);
+    let backs = cloth.indices.as_chunks::<3>().0.iter();
+    let backs: Vec<u32> = backs.flat_map(|&[a, b, c]| [a, c, b]).collect();
+    cloth.indices.extend(backs);
+    let whole = cloth.indices.as_chunks::<3>().0;
+    assert!(check(&cloth, whole).unwrap() < 0.01);
+    let is_inside = |triangle: &&[u32; 3]| {
+        let middle = cloth.positions[triangle[0] as usize] - Vec3::new(0.5, 0.0, 0.5);
+        middle.x.abs().max(middle.z.abs()) < 0.35
+    };
+    let eaten: Vec<[u32; 3]> = whole.iter().filter(is_inside).copied().collect();
+    let fault = check(&cloth, &eaten).unwrap_err();
+    assert!(
+        matches!(fault, VerifyError::Pictures { level: 1, .. }),
+        "{fault}"
+    );
+}
+
+#[test]
+fn a_ball_torn_to_pieces_fails() {
+    // Corners that differ by rounding join no triangles.
+    let mut ball = fixtures::flat_shaded(&fixtures::icosphere(4));
+    for (index, position) in ball.positions.iter_mut().enumerate() {
+        *position *= 1.0 + (index % 7) as f32 * 1e-7;
+    }
+    let whole = ball.indices.as_chunks::<3>().0;
+    assert!(check(&ball, whole).unwrap() < 0.01);
+    let torn: Vec<[u32; 3]> = whole.iter().step_by(2).copied().collect();
+    let fault = check(&ball, &torn).unwrap_err();
+    assert!(
+        matches!(fault, VerifyError::Pictures { level: 1, .. }),
+        "{fault}"
+    );
+}

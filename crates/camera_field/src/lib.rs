@@ -6,7 +6,7 @@
 //! throughout this crate are theirs.
 //!
 //! A pinhole camera's samples are even on its image. Carried out into the scene they thin out with
-//! distance and gather towards the edges of the view, and the field says by how much:
+//! distance and gather towards the edges of the view. The field measures both:
 //! its length is samples per unit area, its direction points to the camera, and its product with a
 //! surface's normal is how many samples a unit of that surface gets.
 //!
@@ -33,7 +33,7 @@
 //! - The field points to the camera and is zero outside the field of view.
 //! - Everything is `f32` on glam's scalar types; [`double`] has all of it in `f64`.
 //!
-//! # Where to find what
+//! # The paper's quantities in this crate
 //! | Paper | Here |
 //! |---|---|
 //! | §2.1 planar field (1–4) | [`PlanarCamera`] |
@@ -73,7 +73,7 @@
 //!    (`density_on_the_image_plane_is_one`, in `tests/field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
 //!
-//! # What the paper assumes without saying so
+//! # Unstated assumptions of the paper
 //! 1. Square pixels and an image centred on the axis. Densities hold without both; the aspect ratio
 //!    needs square pixels. (`pattern_aspect_ratio_holds_for_oblong_pixels`, in `tests/field.rs`)
 //! 2. §3.5: all cameras are in front of the surface. Cameras on both sides cancel in the
@@ -95,28 +95,28 @@
 //!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
 //!
 //! # Measured
-//! The command `fieldlod-lab paper` draws the paper's figures from this crate and prints their numbers;
-//! the tests of `fieldlod_lab` hold these:
+//! The examples `figure_09`, `figure_10`, `figure_11`, `figure_14`, `figure_15` and `figure_18` draw the paper's
+//! figures and print their numbers. Their tests check these results:
 //!
 //! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For a
 //!   disk of 0.15 of its distance, across the sight ray and 60° off axis, 33 % of the area differs;
 //!   with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is
 //!   exact.
-//! - Its claim that the convergent point merges fewer samples than the average position (Fig. 18)
-//!   holds in at least nine of ten pairs of parallel cameras if its missing focal length is that of
-//!   the convergent camera, and in eight of ten if it gives the same density.
+//! - The convergent point merges fewer samples than the average position (Fig. 18) in at least nine of
+//!   ten pairs of parallel cameras, if the camera there has the focal length of the convergent camera, and in
+//!   eight of ten, if it has the same density.
 //! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
 //!
 //! # Guarantees
 //! - No formula allocates: they take and return plain `Copy` values, and the crate's `clippy.toml`
 //!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
-//! - What level-of-detail selection uses (fields, criteria, bounds) computes with `+ − × ÷ √` and
-//!   comparisons only, so it gives the same bits on every IEEE 754 machine. The crate's
+//! - Functions of level-of-detail selection (fields, criteria, bounds) compute with `+ − × ÷ √` and
+//!   comparisons only, so they give the same bits on every IEEE 754 machine. The crate's
 //!   `clippy.toml` forbids the rest outside of the functions that take angles or return mip levels.
 //! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
 //!
 //! # Out of scope
-//! Visibility: flux and statistics count the triangles that the caller says are visible. Lens
+//! Visibility: flux and statistics count the triangles that the caller passes as visible. Lens
 //! distortion, depth of field and shutters.
 
 mod scalar {

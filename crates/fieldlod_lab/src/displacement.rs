@@ -1,13 +1,13 @@
-//! Measured truth: how far a drawn cut lies from the source surface on the screen, in pixels.
+//! Distances between a cut and the source surface on the screen, in pixels.
 //!
-//! Samples of the source surface that face the eye inside the picture are joined to the nearest
-//! point of the cut, samples of the cut to the nearest point of the source, and both ends of each
-//! are projected, in `f64`:
+//! Samples of the source surface that face the eye inside the picture are paired with the nearest point of the
+//! cut, samples of the cut with the nearest point of the source. Both points of a pair are projected, in `f64`:
 //!
 //! ```text
 //! displacement = | project(p) − project(nearest(p)) |        pixels
 //! ```
-//! Samples are the corners of triangles, their middles and the middles of their edges. What is hidden behind other parts counts as seen. Nothing is rasterised.
+//! Samples are the corners of triangles, their middles and the middles of their edges. Occlusion is ignored;
+//! nothing is rasterised.
 
 mod samples;
 
@@ -34,10 +34,9 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// Sums up the displacements of samples, in pixels.
+    /// The statistics of the displacements of samples, in pixels.
     #[must_use]
     pub fn of(mut displaced_px: Vec<f64>) -> Self {
-        // Sorted, so that shares of the samples can be read off.
         displaced_px.sort_by(f64::total_cmp);
         let samples = displaced_px.len();
         let Some(&max_px) = displaced_px.last() else {
@@ -69,7 +68,7 @@ pub struct CutSurface {
 }
 
 impl<'a> SourceSurface<'a> {
-    /// Takes about `sample_count` samples, or one for each vertex and triangle if they are fewer.
+    /// The source surface with about `sample_count` samples, or two for each triangle if they are fewer.
     #[must_use]
     pub fn new(hierarchy: &'a Hierarchy, sample_count: usize) -> Self {
         let source: Vec<u32> = hierarchy.source_units().map(|unit| unit as u32).collect();
@@ -87,7 +86,7 @@ impl<'a> SourceSurface<'a> {
         for &unit in units {
             is_drawn[unit as usize] = true;
         }
-        // Source geometry is where it was.
+        // Source units have no displacement, so they need no samples.
         let is_coarse = |unit: &u32| self.hierarchy.units[*unit as usize].producer().is_some();
         let coarse: Vec<u32> = units.iter().copied().filter(is_coarse).collect();
         CutSurface {
@@ -97,7 +96,7 @@ impl<'a> SourceSurface<'a> {
         }
     }
 
-    /// Measures a cut as `eye` sees it. `two_sided` counts surfaces that face away, too.
+    /// Measures a cut from `eye`. `two_sided` includes surfaces that face away.
     #[must_use]
     pub fn displacement(
         &self,
@@ -109,7 +108,7 @@ impl<'a> SourceSurface<'a> {
         Displacement::of(self.displacements(cut, instance, eye, two_sided))
     }
 
-    /// The displacement of every sample that is in the picture, in pixels.
+    /// The displacement of every sample in the picture, in pixels.
     #[must_use]
     pub fn displacements(
         &self,
@@ -120,7 +119,7 @@ impl<'a> SourceSurface<'a> {
     ) -> Vec<f64> {
         let projector = Projector::new(instance, eye, two_sided);
         let mut displaced_px = Vec::new();
-        // From the source to the cut; what is drawn as it was is where it was.
+        // From the source to the cut; units of the source that are drawn have no displacement.
         for sample in projector.visible(&self.samples) {
             if cut.is_drawn[sample.unit as usize] {
                 displaced_px.push(0.0);
@@ -146,12 +145,12 @@ fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
     TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
 }
 
-/// Projects local space to pixels without losing digits.
+/// Projects local space to pixels, in double precision.
 struct Projector<'a> {
     eye: &'a Eye,
     camera_from_local: DMat3,
     origin_in_camera: DVec3,
-    /// Keeps outward normals outward for mirrored instances.
+    /// -1 for mirrored instances, whose normals would point inwards.
     handedness: f64,
     two_sided: bool,
 }
@@ -180,7 +179,7 @@ impl<'a> Projector<'a> {
     }
 
     fn sees(&self, sample: &Sample) -> bool {
-        // Within the picture, before the near plane.
+        // Inside the picture and beyond the near plane.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {
@@ -199,7 +198,7 @@ impl<'a> Projector<'a> {
         self.two_sided || normal.dot(to_surface) <= 0.0
     }
 
-    /// Behind the near plane nothing is drawn: a point that ends there has no displacement.
+    /// 0 if one of the points is nearer than the near plane, where nothing is drawn.
     fn distance_px(&self, from: Vec3, to: Vec3) -> f64 {
         let project = |point: Vec3| self.eye.project_px(self.in_camera(point));
         match (project(from), project(to)) {

@@ -1,10 +1,10 @@
-//! What the methods are told: a camera somewhere, and an instance somewhere.
+//! The inputs of all methods: a camera and an instance.
 
 use camera_field::{CAMERA_FROM_VIEW, Camera};
 use fieldlod_select::View;
 use glam::{Affine3A, DMat3, DVec2, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
 
-/// A camera with its place in the world, and what only some of the baselines ask of it.
+/// A camera with its place in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
     /// Projection to pixels.
@@ -13,29 +13,23 @@ pub struct Eye {
     pub world_from_view: Affine3A,
     /// Distance of the near plane, in world units.
     pub near: f32,
-    /// How far the camera is zoomed in by a factor apart from its field of view, as three.js has
-    /// it; already in `camera`.
-    pub zoom: f32,
 }
 
-/// The place of an instance, and what only some of the baselines ask of it.
+/// The place of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
     /// The transform that every vertex is drawn with.
     pub world_from_local: Affine3A,
-    /// The part of its scale that bones apply and the node does not show.
-    pub bone_scale: f32,
     /// The margin of its box for culling, in world units (Godot's extra cull margin).
     pub cull_margin: f32,
 }
 
 impl Instance {
-    /// An instance without bones or margin.
+    /// An instance without a cull margin.
     #[must_use]
     pub fn at(world_from_local: Affine3A) -> Self {
         Self {
             world_from_local,
-            bone_scale: 1.0,
             cull_margin: 0.0,
         }
     }
@@ -51,7 +45,7 @@ impl Eye {
     /// A perspective camera at the origin.
     ///
     /// # Panics
-    /// For fields of view or windows that no camera has.
+    /// If the field of view or the window is not finite and positive.
     #[must_use]
     pub fn perspective(fovy_deg: f32, window_px: Vec2, near: f32) -> Self {
         let aspect = window_px.x / window_px.y;
@@ -59,10 +53,10 @@ impl Eye {
         Self::new(&projection, window_px, near)
     }
 
-    /// An orthographic camera at the origin that sees `height` world units.
+    /// An orthographic camera at the origin with a view `height` world units high.
     ///
     /// # Panics
-    /// For windows that no camera has.
+    /// If the window is not finite and positive.
     #[must_use]
     pub fn orthographic(height: f32, window_px: Vec2) -> Self {
         let (half_height, half_width) = (height * 0.5, height * 0.5 * window_px.x / window_px.y);
@@ -83,14 +77,13 @@ impl Eye {
             camera: camera.expect("a projection of finite, positive extent"),
             world_from_view: Affine3A::IDENTITY,
             near,
-            zoom: 1.0,
         }
     }
 
-    /// The same camera at `position`, looking at `target`, with up as near +Y as can be.
+    /// The same camera at `position`, looking at `target`, with +Y up.
     #[must_use]
     pub fn looking_at(self, position: Vec3, target: Vec3) -> Self {
-        // Only the turn is taken from the matrix: positions far away would lose digits in it.
+        // Only the rotation is taken from the matrix: positions far away would lose digits in it.
         let view = Mat4::look_to_rh(Vec3::ZERO, (target - position).normalize(), Vec3::Y);
         let rotation = Quat::from_mat4(&view).inverse().normalize();
         let world_from_view = Affine3A::from_rotation_translation(rotation, position);
@@ -123,10 +116,9 @@ impl Eye {
         self
     }
 
-    /// The same view with the middle of the picture enlarged by three.js' `camera.zoom`.
+    /// The same view with the middle of the picture enlarged, as by a zoom lens.
     #[must_use]
     pub fn zoomed(mut self, zoom: f32) -> Self {
-        self.zoom = zoom;
         if let Camera::Perspective(intrinsics) = &mut self.camera {
             intrinsics.focal_px *= zoom;
             intrinsics.slope_min /= zoom;
@@ -135,7 +127,7 @@ impl Eye {
         self
     }
 
-    /// The view that the selection takes.
+    /// The view as the selection takes it.
     #[must_use]
     pub fn view(&self) -> View {
         View::new(self.camera, &self.world_from_view)
@@ -147,12 +139,6 @@ impl Eye {
         Vec3::from(self.world_from_view.translation)
     }
 
-    /// The direction of sight in the world.
-    #[must_use]
-    pub(crate) fn forward(&self) -> Vec3 {
-        self.camera_from_world().transpose() * Vec3::Z
-    }
-
     /// Pixels per unit of slope upwards; of an orthographic camera, pixels per world unit.
     #[must_use]
     pub fn focal_px(&self) -> f32 {
@@ -162,37 +148,26 @@ impl Eye {
         }
     }
 
-    /// Whether the camera is orthographic, so that distance does not matter.
+    /// Whether the camera is orthographic.
     #[must_use]
     pub fn is_orthographic(&self) -> bool {
         matches!(self.camera, Camera::Orthographic(_))
     }
 
-    /// Height of the window in pixels.
-    #[must_use]
-    pub fn height_px(&self) -> f32 {
-        match &self.camera {
-            Camera::Perspective(intrinsics) => intrinsics.image_px().y,
-            Camera::Orthographic(intrinsics) => {
-                (intrinsics.max.y - intrinsics.min.y) * intrinsics.pixels_per_unit.y
-            }
-        }
-    }
-
-    /// Turns world directions to camera space (x right, y down, z = depth).
+    /// Rotates world directions to camera space (x right, y down, z = depth).
     #[must_use]
     pub(crate) fn camera_from_world(&self) -> Mat3 {
         CAMERA_FROM_VIEW * Mat3::from(self.world_from_view.matrix3).transpose()
     }
 
-    /// Turns world directions to camera space, in full precision.
+    /// Rotates world directions to camera space, in double precision.
     pub(crate) fn camera_from_world_exact(&self) -> DMat3 {
         let rotation = Mat3::from(self.world_from_view.matrix3).as_dmat3();
         CAMERA_FROM_VIEW.as_dmat3() * rotation.transpose()
     }
 
-    /// Where a point of camera space falls in the picture, in pixels from its principal point;
-    /// `None` in front of the near plane.
+    /// The place of a point of camera space in the picture, in pixels from the principal point; `None` if the
+    /// point is nearer than the near plane.
     pub(crate) fn project_px(&self, p: DVec3) -> Option<DVec2> {
         match &self.camera {
             Camera::Perspective(intrinsics) => {

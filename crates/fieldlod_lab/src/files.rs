@@ -1,4 +1,4 @@
-//! Files that are written whole.
+//! Output files.
 
 use std::fs;
 use std::io;
@@ -8,7 +8,7 @@ use thiserror::Error;
 
 /// A file or folder that cannot be written.
 #[derive(Debug, Error)]
-#[error("{}: cannot be written: {source}", path.display())]
+#[error("could not write {}: {source}", path.display())]
 pub struct WriteError {
     /// The file or folder.
     pub path: PathBuf,
@@ -25,12 +25,7 @@ impl WriteError {
     }
 }
 
-/// Makes a folder, and those above it, if it is missing.
-pub(crate) fn make_folder(path: &Path) -> Result<(), WriteError> {
-    fs::create_dir_all(path).map_err(|source| WriteError::new(path, source))
-}
-
-/// Writes a file that is there whole or not at all: under another name first.
+/// Writes a file under a temporary name first, so that it is never incomplete.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let temporary = path.with_added_extension("tmp");
     fs::write(&temporary, bytes)

@@ -1,4 +1,4 @@
-//! Holes and flips of cuts.
+//! Open edges of cuts, and groups that flip between frames.
 
 use std::collections::HashMap;
 
@@ -10,12 +10,12 @@ use crate::chooser::Choice;
 /// A flip is a group that changes and changes back within this many frames.
 pub const FLIP_FRAMES: usize = 5;
 
-/// How many edges of the drawn triangles have no neighbour running the other way. Vertices at one
-/// place count as one. 0 for every cut of a closed mesh that covers it once.
+/// The number of edges of the drawn triangles without a neighbour of opposite direction. Vertices with equal
+/// positions count as one. 0 for every cut of a closed mesh that covers it once.
 #[must_use]
 pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     let positions = &hierarchy.vertices.positions;
-    // How many more triangles run along an edge one way than the other.
+    // Triangles along an edge in one direction minus those in the other.
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
@@ -42,15 +42,14 @@ fn place(position: Vec3) -> [u32; 3] {
 #[derive(Clone, Debug, Default)]
 pub struct FlipCounter {
     last: Vec<bool>,
-    /// The frame of each group's last change, and whether that change could be seen.
+    /// The frame of each group's last change, and whether the group was in view.
     changed_at: Vec<Option<(usize, bool)>>,
     frames: usize,
     seen: u64,
-    all: u64,
 }
 
 impl FlipCounter {
-    /// Takes the next frame; `in_view` tells whether a group touches the picture.
+    /// Adds the next frame; `in_view` returns whether a group touches the picture.
     pub fn add(&mut self, choice: &Choice, in_view: impl Fn(usize) -> bool) {
         // The first frame changes nothing.
         if self.frames == 0 {
@@ -70,22 +69,15 @@ impl FlipCounter {
         if let Some((at, was_in_view)) = self.changed_at[group]
             && self.frames - at <= FLIP_FRAMES
         {
-            self.all += 1;
             self.seen += u64::from(in_view && was_in_view);
         }
         self.changed_at[group] = Some((self.frames, in_view));
     }
 
-    /// Flips so far with the group in the picture at both changes: flicker.
+    /// Flips with the group in the picture at both changes: visible flicker.
     #[must_use]
     pub fn seen(&self) -> u64 {
         self.seen
-    }
-
-    /// All flips so far, such as those of groups that leave the picture just after they entered it.
-    #[must_use]
-    pub fn all(&self) -> u64 {
-        self.all
     }
 }
 
@@ -102,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_change_back_within_five_frames_is_a_flip() {
+    fn change_back_within_five_frames_is_a_flip() {
         let mut counter = FlipCounter::default();
         let frames = [
             true, false, false, true, true, true, true, true, true, false,
@@ -110,20 +102,20 @@ mod tests {
         for refined in frames {
             counter.add(&frame(refined), |_| true);
         }
-        assert_eq!((counter.seen(), counter.all()), (1, 1));
+        assert_eq!(counter.seen(), 1);
     }
 
     #[test]
-    fn a_change_back_out_of_view_is_not_seen() {
+    fn change_back_out_of_view_is_not_seen() {
         let mut counter = FlipCounter::default();
         for (refined, in_view) in [(false, true), (true, true), (false, false)] {
             counter.add(&frame(refined), |_| in_view);
         }
-        assert_eq!((counter.seen(), counter.all()), (0, 1));
+        assert_eq!(counter.seen(), 0);
     }
 
     #[test]
-    fn a_missing_unit_opens_edges() {
+    fn missing_unit_opens_edges() {
         let hierarchy = bake_mesh(&fixtures::rock(4, 1), &BakeConfig::fine_grained()).unwrap();
         let units = hierarchy.units.iter().enumerate();
         let source = units.filter(|(_, unit)| unit.producer().is_none());

@@ -1,22 +1,18 @@
-//! Measures: what the level-of-detail crates claim, drawn and counted.
+//! Measurements of level of detail: what the crates of this project claim, drawn and counted.
 //!
-//! - [`paper`] redraws the figures of Lin & Lee, "Camera-Sampling Field and Its Applications"
-//!   (IEEE TVCG 2004) from the formulas of `camera_field`, and gives the numbers behind them.
-//! - [`method`] lists the methods that are compared: ours, ours without one of its terms, and those of
-//!   other systems.
-//! - [`displacement`] measures how far a cut lies from its source on the screen, [`holes`] where it
-//!   is open and what flickers.
-//! - [`promise`] measures the guarantee with random cameras and placements.
-//! - [`chart`] charts speed against accuracy, by the pictures that [`render`] draws and [`measure`]
-//!   compares; clusterlod, with the levels that it builds itself, is its baseline.
-//! - [`props`] draws the levels of whole meshes beside their sources, by size on screen.
-//! - [`scenes`] measures what it is worth to know what hides what, in worlds of several objects.
-//! - [`stability`] runs every method through the cases in which users of some saw them fail.
+//! - [`chart`] compares methods by triangles at equal image error. The baseline is clusterlod with its own
+//!   levels.
+//! - [`stability`] runs methods through cases in which users of some system reported failures.
+//! - [`promise`] measures the guarantee from random cameras under random placements.
+//! - [`scenes`] compares triangles with and without visible flux in worlds of many instances.
+//! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
-//! The command `fieldlod-lab` runs all of it. No other library depends on this one.
+//! They share [`method`] (the methods that are compared), [`displacement`] and [`holes`] (geometric errors of a
+//! cut), [`render`] (a reference renderer) and [`measure`] (image errors).
+//!
+//! The command `fieldlod-lab` runs all of them. No other library depends on this crate.
 
 mod baselines;
-mod canvas;
 pub mod chart;
 pub mod chooser;
 pub mod displacement;
@@ -27,14 +23,10 @@ pub mod measure;
 pub mod method;
 pub mod object;
 pub mod object_view;
-mod oracle;
-pub mod paper;
-mod plot;
 pub mod promise;
 pub mod props;
 pub mod render;
 pub mod scenes;
 pub mod stability;
-pub mod terms;
 
 pub use files::WriteError;

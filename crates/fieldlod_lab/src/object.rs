@@ -1,4 +1,4 @@
-//! What other systems bake beside a hierarchy: nested bounds, errors of whole levels, tuned ranges.
+//! A hierarchy with the data that other systems bake: nested bounds, errors of whole levels, tuned ranges.
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Sphere};
 use glam::{Vec3, Vec3Swizzles};
@@ -7,18 +7,18 @@ use serde::Serialize;
 /// Focal length of the reference view, in pixels: 60° high, 1080 px.
 pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
 
-/// The error of a group that the methods are given.
+/// The error of a group that all methods use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
-    /// The deviation measured at bake, an upper bound: what is left to compare is the criterion.
+    /// The deviation measured at bake, an upper bound.
     #[default]
     Measured,
-    /// The error that the simplifier reports, as these systems use it.
+    /// The error that the simplifier reports, as other systems use it.
     Reported,
 }
 
-/// A hierarchy with all that any method needs.
+/// A hierarchy with the inputs of all methods.
 #[derive(Clone, Debug)]
 pub struct LodObject {
     /// The hierarchy itself.
@@ -27,11 +27,11 @@ pub struct LodObject {
     pub errors_in_local: Vec<f32>,
     /// For each group a sphere that holds its own and the nested spheres of all finer groups.
     pub nested_bounds: Vec<Sphere>,
-    /// Error of each level, were the whole object drawn at it, in local units; 0 for level 0.
+    /// Error of the whole object drawn at each level, in local units; 0 for level 0.
     pub level_errors_in_local: Vec<f32>,
     /// Box around the source.
     pub aabb: Aabb,
-    /// Middle of the box.
+    /// Center of the box.
     pub center: Vec3,
     /// Radius around `center` that holds every vertex of the source.
     pub radius: f32,
@@ -46,7 +46,7 @@ impl LodObject {
             ErrorSource::Reported => group.error_in_local,
         };
         let errors_in_local: Vec<f32> = hierarchy.groups.iter().map(error).collect();
-        // A sphere around the middle of the source's box: the same with whichever levels.
+        // A sphere around the source's box is the same for all hierarchies of a mesh.
         let source_units = hierarchy
             .source_units()
             .map(|unit| &hierarchy.units[unit].aabb);
@@ -65,14 +65,14 @@ impl LodObject {
         }
     }
 
-    /// The number of levels, that of the source among them.
+    /// The number of levels, including the source.
     #[must_use]
     pub fn level_count(&self) -> u32 {
         self.level_errors_in_local.len() as u32
     }
 
-    /// Distance from the middle of the object at which `level` shows `threshold_px` of error on
-    /// the axis of the reference view, at unit scale: where a hand-tuned range begins.
+    /// The distance at which a hand-tuned range of `level` starts: its error is `threshold_px` on the axis of the
+    /// reference view, at unit scale.
     #[must_use]
     pub fn range_start(&self, level: u32, threshold_px: f32) -> f32 {
         if level == 0 {
@@ -121,7 +121,7 @@ impl LodObject {
     }
 }
 
-/// The positions of the source's vertices, which come before those that simplification moved.
+/// The positions of the source's vertices, which are stored first.
 fn source_positions(hierarchy: &Hierarchy) -> &[Vec3] {
     &hierarchy.vertices.positions[..hierarchy.source_vertex_count as usize]
 }
@@ -141,7 +141,7 @@ fn nested_bounds(hierarchy: &Hierarchy) -> Vec<Sphere> {
 fn merge(a: Sphere, b: Sphere) -> Sphere {
     let between = b.center - a.center;
     let distance = between.length();
-    // One may hold the other.
+    // One may contain the other.
     if distance + b.radius <= a.radius {
         return a;
     }
@@ -155,7 +155,7 @@ fn merge(a: Sphere, b: Sphere) -> Sphere {
     }
 }
 
-/// A level is drawn by simplifying all groups below it; its error is the greatest of theirs.
+/// Drawing a level simplifies all groups below it; its error is the greatest of theirs.
 fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
     // Simplifying a group makes units of the level above it.
     let mut of_level = vec![0.0f32; hierarchy.level_count() as usize];

@@ -1,4 +1,4 @@
-//! One object as one eye sees it: distances, scales and boxes that all methods' rules share.
+//! One object in one view: distances, scales and boxes that the rules of all methods share.
 
 use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{Mat3, Vec3};
@@ -6,29 +6,27 @@ use glam::{Mat3, Vec3};
 use crate::eye::{Eye, Instance};
 use crate::object::LodObject;
 
-/// An object's instance before an eye.
+/// An instance of an object in one view.
 ///
-/// Positions are taken relative to the eye before anything else, for all methods: engines differ in
-/// this, and digits lost far from the origin are not what is compared.
+/// Positions are relative to the eye for all methods, because engines differ in this and precision far from the
+/// origin is not compared.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectView<'a> {
     /// The object.
     pub object: &'a LodObject,
-    /// Where the object is.
+    /// The place of the object.
     pub instance: Instance,
-    /// The eye that sees it.
+    /// The eye.
     pub eye: Eye,
     /// Greatest scale along the local axes, in world units per local unit.
     pub max_scale: f32,
-    /// Least scale along the local axes.
-    pub min_scale: f32,
     world_from_local: Mat3,
     origin_from_eye: Vec3,
     camera_from_world: Mat3,
 }
 
 impl<'a> ObjectView<'a> {
-    /// Places `object` before `eye`.
+    /// The view of an instance of `object`.
     #[must_use]
     pub fn new(object: &'a LodObject, instance: &Instance, eye: &Eye) -> Self {
         let m = Mat3::from(instance.world_from_local.matrix3);
@@ -38,7 +36,6 @@ impl<'a> ObjectView<'a> {
             instance: *instance,
             eye: *eye,
             max_scale: scales.max_element(),
-            min_scale: scales.min_element(),
             world_from_local: m,
             origin_from_eye: Vec3::from(instance.world_from_local.translation) - eye.position(),
             camera_from_world: eye.camera_from_world(),
@@ -53,11 +50,6 @@ impl<'a> ObjectView<'a> {
     /// A local point in camera space.
     pub(crate) fn in_camera(&self, point_in_local: Vec3) -> Vec3 {
         self.camera_from_world * self.relative_to_eye(point_in_local)
-    }
-
-    /// A direction of local space in camera space; the instance keeps angles.
-    pub(crate) fn direction_in_camera(&self, direction_in_local: Vec3) -> Vec3 {
-        self.camera_from_world * (self.world_from_local * direction_in_local) / self.max_scale
     }
 
     /// Whether the sphere around a local box touches the field of view.
@@ -75,21 +67,11 @@ impl<'a> ObjectView<'a> {
         self.eye.camera.touches_sphere(center, radius)
     }
 
-    /// Those of `units` whose box's sphere touches the field of view: what any renderer's culling
-    /// leaves.
+    /// Those of `units` that survive frustum culling by the spheres around their boxes.
     pub(crate) fn units_in_view(&self, units: &[u32]) -> Vec<u32> {
         let all = &self.object.hierarchy.units;
         let touches = |unit: &&u32| self.touches_box(&all[**unit as usize].aabb);
         units.iter().filter(touches).copied().collect()
-    }
-
-    /// The units of the cut that refines the groups for which a criterion holds.
-    pub(crate) fn units_refined_by(&self, criterion: impl Fn(usize) -> bool) -> Vec<u32> {
-        let hierarchy = &self.object.hierarchy;
-        let mut refined = vec![false; hierarchy.groups.len()];
-        hierarchy.refine_by(&mut refined, |group, _| criterion(group));
-        let drawn = hierarchy.drawn_units(&refined);
-        drawn.map(|unit| unit as u32).collect()
     }
 
     /// Distance from the eye to a sphere's surface, negative inside, in world units.
@@ -97,14 +79,9 @@ impl<'a> ObjectView<'a> {
         self.relative_to_eye(sphere.center).length() - self.max_scale * sphere.radius
     }
 
-    /// Distance from the eye to the middle of the object.
+    /// Distance from the eye to the center of the object.
     pub(crate) fn distance_to_center(&self) -> f32 {
         self.relative_to_eye(self.object.center).length()
-    }
-
-    /// The direction of sight in the world.
-    pub(crate) fn forward(&self) -> Vec3 {
-        self.eye.forward()
     }
 
     /// The box around the instance's box, along the world's axes, relative to the eye, with the
@@ -112,7 +89,7 @@ impl<'a> ObjectView<'a> {
     pub(crate) fn aabb_relative_to_eye(&self) -> Aabb {
         let Aabb { min, max } = self.object.aabb;
         let half = (max - min) * 0.5;
-        // The box around a turned box.
+        // The box around a rotated box.
         let m = &self.world_from_local;
         let extent = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
         let inflated = extent + self.instance.cull_margin;

@@ -1,13 +1,11 @@
-//! The guarantee measured with random cameras and placements, in both directions.
+//! The guarantee, measured from random cameras under random placements.
 //!
-//! For each camera the cut that [`Method::Guaranteed`] chooses, that of clusterlod's metric on the same
-//! hierarchy and that of clusterlod's metric on its own hierarchy are [measured](crate::displacement):
-//! points of the source surface to the nearest of the cut, points of the cut to the nearest of the source,
-//! each pair projected. Fields of view reach from 30° to 120°, every other placement is no similarity:
-//! stretched, sheared or mirrored.
+//! For each camera, [displacements](crate::displacement) are measured of the cuts of [`Method::Guaranteed`], of
+//! clusterlod's metric on the same hierarchy and of clusterlod's metric on its own hierarchy. Fields of view range
+//! from 30° to 120°. Every other placement is stretched, sheared or mirrored.
 //!
-//! On our hierarchy both methods are given the measured deviations as errors, so that the criterion alone
-//! differs. clusterlod's own has the errors that its simplifier reports.
+//! On our hierarchy both methods use the measured deviations as errors, so that only the criterion differs.
+//! clusterlod's own hierarchy has the errors that its simplifier reports.
 
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,10 +22,10 @@ use crate::method::Method;
 use crate::object::LodObject;
 use crate::object_view::ObjectView;
 
-/// The amount of work that goes into a measurement.
+/// The size of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Cameras, each with a placement of its own.
+    /// Cameras, each with its own placement.
     pub cameras: usize,
     /// Points of a surface at which displacements are measured.
     pub samples: usize,
@@ -45,14 +43,14 @@ impl Default for Effort {
     }
 }
 
-/// Displacements found on one object.
+/// The displacements of one object.
 #[derive(Clone, Debug, Serialize)]
 pub struct PromiseRun {
     /// The object's name.
     pub name: String,
     /// The number of cameras that looked at the object.
     pub cameras: usize,
-    /// The threshold that all methods were asked for, in pixels.
+    /// The threshold of all methods, in pixels.
     pub threshold_px: f32,
     /// Ours, then clusterlod's metric on our levels and on its own.
     pub methods: Vec<MethodRun>,
@@ -79,10 +77,9 @@ pub struct MethodRun {
     pub triangles: f64,
 }
 
-/// Measures the promise of `threshold_px` on an object, and on `clusterlods`, the same object as clusterlod
-/// bakes it.
+/// Measures displacements at `threshold_px` on an object, and on `clusterlods`, the same mesh baked by clusterlod.
 ///
-/// `progress` is called with how many cameras are done.
+/// `progress` is called with the number of finished cameras.
 pub fn measure(
     name: &str,
     object: &LodObject,
@@ -101,7 +98,6 @@ pub fn measure(
         };
         let source = SourceSurface::new(&object.hierarchy, effort.samples);
         let found = scenes.par_iter().map(|(eye, instance)| {
-            // Choose a cut as the camera sees the object, and measure it.
             let view = ObjectView::new(object, instance, eye);
             let units = Chooser::new(method, threshold_px).choose(&view).units;
             let cut = source.cut(&units);
@@ -120,7 +116,7 @@ pub fn measure(
 }
 
 fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) -> MethodRun {
-    // All samples of all cameras count alike.
+    // All samples of all cameras have the same weight.
     let count = cameras.len().max(1) as f64;
     let triangles: u64 = cameras.iter().map(|(_, triangles)| triangles).sum();
     let displaced_px: Vec<f64> = cameras.into_iter().flat_map(|(px, _)| px).collect();
@@ -135,7 +131,7 @@ fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) 
     }
 }
 
-/// Cameras around and inside an object, near and far, that look at it or past it.
+/// Cameras around and inside an object, near and far, aimed near it.
 fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     let mut random = Random::new(effort.seed);
     let window_px = Vec2::new(1920.0, 1080.0);
@@ -144,7 +140,6 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
         let placement = placement(&mut random, index % 2 == 1);
         let fovy_deg = 30.0 + 90.0 * random.unit();
         let eye = Eye::perspective(fovy_deg, window_px, object.radius * 1e-3);
-        // The camera stands somewhere near or far, and looks at something near the object.
         let around = object.center + random.vector() * object.radius;
         let far = random.unit();
         let away = random.vector().normalize_or(Vec3::X) * (0.6 + 30.0 * far * far);
@@ -155,13 +150,13 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     (0..effort.cameras).map(scene).collect()
 }
 
-/// Turns, scales and moves; or stretches, shears and, half of the time, mirrors as well.
+/// A rotation, even scale and translation; if uneven, a stretch and shear, mirrored half of the time.
 fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     let mut turn = || {
         let [a, b] = [random.vector(), random.vector()];
         Mat3::from_quat(Quat::from_xyzw(a.x, a.y, a.z, b.x + 0.1).normalize())
     };
-    // All numbers are drawn in either case, so that the sequence goes on alike.
+    // Both cases draw the same count of numbers, so that later placements do not depend on the case.
     let (before, after) = (turn(), turn());
     let even = Vec3::splat(0.2 + 3.0 * random.unit());
     let uneven = Vec3::new(random.unit(), random.unit(), random.unit()) * 3.0 + 0.2;
@@ -174,7 +169,7 @@ fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     Affine3A::from_mat3_translation(linear, random.vector() * 10.0)
 }
 
-/// Writes the runs as text, one line for each method.
+/// The runs as text, one line per method.
 #[must_use]
 pub fn table(runs: &[PromiseRun]) -> String {
     let mut text = format!(

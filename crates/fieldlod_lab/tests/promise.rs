@@ -1,4 +1,4 @@
-//! The guaranteed promise holds from anywhere, under any placement, in both directions.
+//! The guarantee holds from random cameras under random placements.
 
 use fieldlod_lab::promise::{self, Effort, PromiseRun};
 use fieldlod_lab::stability::Fixture;
@@ -7,7 +7,10 @@ fn measured(fixture: Fixture, effort: Effort) -> PromiseRun {
     let (ours, clusterlods) = (fixture.bake(), fixture.bake_by_clusterlod());
     let name = format!("{fixture:?}");
     let run = promise::measure(&name, &ours, &clusterlods, 1.0, effort, &|_| ());
-    print!("{}", promise::table(std::slice::from_ref(&run)));
+    assert_eq!(
+        promise::table(std::slice::from_ref(&run)).lines().count(),
+        4
+    );
     run
 }
 
@@ -19,7 +22,7 @@ fn assert_kept(run: &PromiseRun) {
 }
 
 #[test]
-fn no_displacement_exceeds_the_promise_from_anywhere_under_any_placement() {
+fn no_displacement_exceeds_the_guarantee() {
     let mut over = Vec::new();
     for (seed, fixture) in (1..).zip(Fixture::ALL) {
         let effort = Effort {
@@ -31,6 +34,6 @@ fn no_displacement_exceeds_the_promise_from_anywhere_under_any_placement() {
         assert_kept(&run);
         over.extend(run.methods[1..].iter().map(|method| method.over));
     }
-    // The measure can fail: who bounds no corners exceeds it.
+    // The measure can fail: clusterlod's metric exceeds the threshold.
     assert!(over.iter().any(|&share| share > 0.0), "{over:?}");
 }

@@ -1,14 +1,13 @@
-//! A small world of several objects: triangles at equal error, and what the files say.
+//! A small world: fewer triangles with visible flux at equal error.
 
 mod common;
 
 use fieldlod_bake::fixtures;
 use fieldlod_lab::eye::Eye;
-use fieldlod_lab::scenes::{Options, Visibility, World, WorldResult, measure};
-use fieldlod_select::VisibleFlux;
+use fieldlod_lab::scenes::{World, measure, table};
 use glam::{Affine3A, Vec2, Vec3};
 
-/// A wall of rocks with rocks behind it, and one beside it.
+/// A large rock with small ones behind it, and one beside it.
 fn rocks_behind_rocks() -> World {
     let mut world = World::new("rocks");
     let rock = world.add_mesh(&fixtures::rock(4, 1), true).unwrap();
@@ -20,11 +19,8 @@ fn rocks_behind_rocks() -> World {
     place(pieces, 6.0, Vec3::new(0.0, 0.0, -8.0));
     for index in 0..12u8 {
         let across = f32::from(index % 4) * 1.5 - 2.2;
-        place(
-            rock,
-            1.0,
-            Vec3::new(across, f32::from(index / 4) - 1.0, -20.0),
-        );
+        let up = f32::from(index / 4) - 1.0;
+        place(rock, 1.0, Vec3::new(across, up, -20.0));
     }
     place(pieces, 2.0, Vec3::new(8.0, 0.0, -14.0));
     let eye = Eye::perspective(60.0, Vec2::new(320.0, 180.0), 0.1);
@@ -35,58 +31,16 @@ fn rocks_behind_rocks() -> World {
     world
 }
 
-fn measured(shadows: bool) -> Option<(WorldResult, tempfile::TempDir)> {
-    let (renderer, _one) = common::renderer()?;
-    let folder = tempfile::tempdir().unwrap();
-    let options = Options {
-        shadows,
-        limits: !shadows,
-    };
-    let result = measure(&renderer, &rocks_behind_rocks(), options, folder.path()).unwrap();
-    Some((result, folder))
-}
-
 #[test]
-fn what_is_hidden_takes_fewer_triangles_at_equal_error() {
-    let Some((result, folder)) = measured(false) else {
+fn visible_flux_needs_fewer_triangles_at_equal_error() {
+    let Some((renderer, _one)) = common::renderer() else {
         return;
     };
-    let share = |visibility| {
-        let row = result.rows.iter().find(|row| row.visibility == visibility);
-        row.unwrap().share
-    };
-    let flux = Visibility::Buffer {
-        least_share: VisibleFlux::default().least_share,
-    };
-    assert_eq!(share(Visibility::Unknown), 1.0);
-    assert!(share(flux) < 0.85, "{result:?}");
-    assert!(share(Visibility::HiddenInPicture) < 0.85, "{result:?}");
-    // Nothing that the picture does not show changes it.
-    assert_eq!(result.pixels_changed[1], Some(0));
-    let base = result.rows[0].rmse;
-    assert!(base > 0.0);
-    for row in &result.rows {
-        let is_limit = row.visibility == Visibility::Oracle;
-        assert!(is_limit || (row.rmse / base - 1.0).abs() < 0.25, "{row:?}");
-    }
-    // What was written is what is returned.
-    let text = std::fs::read(folder.path().join("rocks.json")).unwrap();
-    let read: WorldResult = serde_json::from_slice(&text).unwrap();
-    assert_eq!(read.rows.len(), result.rows.len());
-    let table = std::fs::read_to_string(folder.path().join("rocks.md")).unwrap();
-    assert!(table.contains("| visible flux | "), "{table}");
-    let picture = image::open(folder.path().join("rocks depth.png")).unwrap();
-    assert_eq!((picture.width(), picture.height()), (256, 144));
-}
-
-/// A caster that counts in full is drawn as without visible flux.
-#[test]
-fn hidden_casters_that_count_in_full_save_nothing() {
-    let Some((result, _)) = measured(true) else {
-        return;
-    };
-    let last = result.rows.last().unwrap();
-    assert_eq!(last.visibility, Visibility::Buffer { least_share: 1.0 });
-    assert_eq!(last.share, 1.0);
-    assert!(result.rows[1].share < 0.95, "{result:?}");
+    let result = measure(&renderer, &rocks_behind_rocks()).unwrap();
+    let [without, with] = &result.rows;
+    assert_eq!((without.share, without.visible_flux), (1.0, false));
+    assert!(with.visible_flux && with.share < 1.0, "{result:?}");
+    assert!(without.rmse > 0.0);
+    assert!((with.rmse / without.rmse - 1.0).abs() < 0.25, "{result:?}");
+    assert!(table(&result).contains("| with | "));
 }

@@ -1,7 +1,8 @@
-//! `fieldlod-lab stability`: the figures, and failures.
+//! `fieldlod-lab stability`: output and errors.
 
 use std::process::{Command, Output};
 
+use fieldlod_lab::stability::METHODS;
 use serde_json::Value;
 
 fn stability(arguments: &[&str]) -> Output {
@@ -22,7 +23,7 @@ fn prints_a_verdict_for_every_case_and_method() {
     for case in cases {
         assert_eq!(
             case["verdicts"].as_array().unwrap().len(),
-            15,
+            METHODS.len(),
             "{}",
             case["case"]
         );
@@ -30,7 +31,7 @@ fn prints_a_verdict_for_every_case_and_method() {
 }
 
 #[test]
-fn rejects_a_missing_model_in_one_line() {
+fn rejects_missing_model_in_one_line() {
     let output = stability(&["no_such_model.glb"]);
     assert_eq!(output.status.code(), Some(1));
     let error = String::from_utf8(output.stderr).unwrap();

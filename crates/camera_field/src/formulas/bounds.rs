@@ -1,4 +1,4 @@
-//! Upper bounds of the field over a sphere: what level-of-detail selection asks for.
+//! Upper bounds of the field over a sphere, for level-of-detail selection.
 //!
 //! The bounds hold over the part of the sphere that can be inside the field of view.
 //! With `sin δ = r/ρ` for a sphere of radius `r` at distance `ρ`, angle `φ` off the axis:
@@ -56,9 +56,9 @@ impl SphereBound {
     }
 }
 
-/// What a camera needs to know of a sphere to bound every quantity of its field there.
+/// The input of all bounds over a sphere.
 ///
-/// Compute it once where several bounds of one sphere are wanted.
+/// Compute it once for several bounds of one sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SphereExtent {
     /// The sphere does not touch the field of view.

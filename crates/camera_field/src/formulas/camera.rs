@@ -69,7 +69,7 @@ impl Camera {
             return Err(ProjectionError::EmptyViewport);
         }
         let rows = ProjectionRows::read(clip_from_view)?;
-        // What the image is divided by: a constant, or the distance along −z.
+        // The divisor of the image: a constant, or the distance along −z.
         let [.., w_from_z, w_constant] = rows.w;
         if w_from_z == 0.0 && w_constant > 0.0 {
             orthographic(&rows, viewport_px)

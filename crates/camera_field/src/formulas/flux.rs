@@ -78,13 +78,13 @@ impl Intrinsics {
     /// Φ = π r² (c · n) / (1 − r² (1 − n_z²) / z²)^(3/2)
     /// ```
     ///
-    /// The numerator is what eq. 15 takes for a splat's area; the denominator is what
-    /// perspective adds within the splat. Infinite or NaN if the disk reaches the camera plane.
+    /// The numerator is a splat's area by eq. 15; the denominator is the effect of perspective
+    /// within the splat. Infinite or NaN if the disk reaches the camera plane.
     pub fn flux_through_disk(&self, center: Vec3, normal: Vec3, radius: Real) -> Real {
-        // As if the whole disk had the density of its centre,
+        // The density at the centre, for the whole disk.
         let z_cubed = center.z * center.z * center.z;
         let factor = -self.constant_px2() * center.dot(normal) / z_cubed;
-        // and what the differences of depth within it add.
+        // The differences of depth within the disk.
         let slant = (1.0 - normal.z * normal.z).max(0.0);
         let rest = 1.0 - radius * radius * slant / (center.z * center.z);
         core::f64::consts::PI as Real * radius * radius * factor / (rest * rest.sqrt())

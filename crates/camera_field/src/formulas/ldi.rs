@@ -101,8 +101,8 @@ impl FieldLine {
 /// our answer for cameras that are not parallel. It equals (21) where the cameras are parallel and
 /// the points lie in a plane across their axes. `None` if the lines are all parallel.
 ///
-/// Distances without the weight are the more obvious choice; they measured worse (`fieldlod-lab paper`,
-/// figure 18: the weight was chosen on its first ten pairs and confirmed on its further pairs).
+/// Distances without the weight are the more obvious choice, but they measured worse (example `figure_18`: the
+/// weight was chosen on its first ten pairs and confirmed on its further pairs).
 pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Vec3> {
     // The normal equations: M q = b with M = Σ w (I − d dᵀ) and b = Σ w (I − d dᵀ) p.
     let mut matrix = Mat3::ZERO;

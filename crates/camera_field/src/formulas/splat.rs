@@ -22,7 +22,7 @@
 //! d_z/z = (s × curl c)·d / (3|c|)  +  s·d / ρ,      s = P/ρ
 //! ```
 //!
-//! The first term is what a disk across the sight ray has; the second comes with its tilt, is there
+//! A disk across the sight ray has the first term only. The second comes from its tilt, is present
 //! even on the axis where the curl vanishes, and belongs to the fall of the strength with distance.
 
 use super::intrinsics::Intrinsics;

@@ -89,7 +89,7 @@ impl SurfaceSamples {
 
 /// The placement with the best sampling: the highest `μ − σ`, the first of equals.
 ///
-/// The paper asks for a high mean and a low deviation without weighing them; their
+/// The paper prefers a high mean and a low deviation without weighing them; their
 /// difference, the density that most of the surface exceeds, is our choice.
 pub fn best_placement(placements: &[SurfaceSamples]) -> Option<usize> {
     let score = |samples: &SurfaceSamples| samples.mean() - samples.deviation();

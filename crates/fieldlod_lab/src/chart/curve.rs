@@ -1,45 +1,29 @@
-//! What a method gives at a range of thresholds in one pose, and that read at equal error.
+//! Curves of triangles against image error, and reading them at equal error.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::pose::Pose;
 use crate::measure::ImageError;
 use crate::method::Method;
 
-/// The thresholds that all methods run at, in pixels.
+/// The thresholds of all curves, in pixels.
 pub(super) const THRESHOLDS_PX: [f32; 13] = [
     0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
 ];
 
-/// The methods whose costs are charted: their pictures are compared by FLIP, too.
-pub(super) const CHARTED: [Method; 5] = [
-    Method::Quality,
-    Method::ClusterlodOnOurLevels,
-    Method::Clusterlod,
-    Method::Godot43,
-    Method::Oracle,
-];
-
-/// Costs and error of the cut that one threshold gives.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The cut of one threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Point {
-    /// The threshold, in pixels; of the oracle, in squared levels of error per triangle.
-    pub threshold: f64,
-    /// Triangles of the units that touch the view.
+    /// The threshold, in pixels.
+    pub threshold_px: f64,
+    /// Triangles of the units in view.
     pub triangles: u64,
-    /// The number of those units, and so of draw commands.
-    pub units: u64,
     /// The difference of the picture from the reference.
     pub error: ImageError,
-    /// Time to choose from scratch on one thread, in microseconds: ours by the `Selector`,
-    /// clusterlod's by a scan of eight groups at once, others by plain code.
-    pub select_us: f64,
-    /// Time to draw, in milliseconds.
-    pub frame_ms: f64,
 }
 
-/// One method over the thresholds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One method at all thresholds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curve {
     /// The method.
     pub method: Method,
@@ -48,19 +32,19 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The point at a threshold that the sweep ran at.
-    pub(super) fn at_threshold(&self, threshold: f64) -> Option<&Point> {
+    /// The point at one of the thresholds.
+    pub(super) fn at_threshold(&self, threshold_px: f64) -> Option<&Point> {
         let mut points = self.points.iter();
-        points.find(|point| (point.threshold - threshold).abs() < 1e-4)
+        points.find(|point| (point.threshold_px - threshold_px).abs() < 1e-4)
     }
 }
 
 /// The curves of all methods from one pose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseResult {
     /// The pose.
     pub pose: Pose,
-    /// One curve for each method.
+    /// One curve per method.
     pub curves: Vec<Curve>,
 }
 
@@ -72,14 +56,12 @@ impl PoseResult {
     }
 }
 
-/// The measure of error that is held equal between methods.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+/// A measure of image error at which methods are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
     /// Root mean squared difference of the picture.
     Rmse,
-    /// Share of pixels that are off.
-    ShareOff,
     /// Distance of outlines.
     Silhouette,
     /// FLIP.
@@ -87,15 +69,14 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Rmse, Self::ShareOff, Self::Silhouette, Self::Flip];
+    /// All measures.
+    pub const ALL: [Self; 3] = [Self::Rmse, Self::Silhouette, Self::Flip];
 
     /// A short name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Rmse => "image RMSE",
-            Self::ShareOff => "pixels off",
             Self::Silhouette => "silhouette",
             Self::Flip => "FLIP",
         }
@@ -106,17 +87,15 @@ impl Measure {
     pub fn of(self, point: &Point) -> f64 {
         match self {
             Self::Rmse => point.error.rmse,
-            Self::ShareOff => point.error.share_off,
             Self::Silhouette => point.error.silhouette_px,
-            // Nothing to compare where it was not asked for.
             Self::Flip => point.error.flip.unwrap_or(0.0),
         }
     }
 }
 
-/// The triangles that a method needs for an error: interpolated between its points, both on logarithmic
-/// scales, after the curve is made to fall (errors jitter by a few per cent; neighbours that are out
-/// of order share their mean). `None` outside of the curve.
+/// The triangles of a curve at an error: interpolated between its points on logarithmic scales, after the curve
+/// is made monotone (errors jitter by a few per cent; neighbours that are out of order get their mean). `None`
+/// outside of the curve.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let points = curve.points.iter();
     at_error(
@@ -125,16 +104,11 @@ pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) ->
     )
 }
 
-/// Any other cost of a method at a number of triangles: between the points on both sides.
-pub(super) fn cost_at_triangles(
-    curve: &Curve,
-    triangles: f64,
-    cost: impl Fn(&Point) -> f64,
-) -> Option<f64> {
-    let of_point = |point: &Point| (point.triangles as f64, cost(point));
+/// The threshold of a curve at a number of triangles, interpolated between its points.
+pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f64> {
+    let of_point = |point: &Point| (point.triangles as f64, point.threshold_px);
     let mut points: Vec<(f64, f64)> = curve.points.iter().map(of_point).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The neighbours on both sides, and what lies between them.
     let mut pairs = points.windows(2);
     let pair = pairs.find(|pair| pair[0].0 <= triangles && triangles <= pair[1].0)?;
     let [(least, from), (greatest, to)] = [pair[0], pair[1]];
@@ -148,14 +122,12 @@ pub(super) fn cost_at_triangles(
 
 /// As [`triangles_at_error`], for pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
-    // On logarithmic scales, from few triangles to many.
     let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
     let mut logs: Vec<(f64, f64)> = usable
         .map(|(cost, error)| (cost.ln(), error.ln()))
         .collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
     logs.dedup_by_key(|point| point.0);
-    // The first pair of neighbours between which the error is met.
     let falling = falling(&logs);
     let wanted = error.ln();
     let crossing = |pair: &&[(f64, f64)]| pair[0].1 >= wanted && wanted >= pair[1].1;
@@ -169,12 +141,12 @@ fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64>
     Some((cost_0 + share * (cost_1 - cost_0)).exp())
 }
 
-/// The nearest curve, by least squares, whose errors never grow with the cost: neighbours out of order
-/// are pooled (M. Ayer et al., 1955).
+/// The nearest curve, by least squares, whose errors never grow with the cost. Neighbours out of order are pooled
+/// (M. Ayer et al., 1955).
 fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut pools: Vec<(f64, usize)> = Vec::new();
     for &(_, error) in points {
-        // A point joins the pools before it for as long as its error is the greater.
+        // A point joins the pools before it while its error is greater.
         let mut pool = (error, 1usize);
         while let Some(&(before, count)) = pools.last()
             && before < pool.0
@@ -200,9 +172,9 @@ fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Error = 1000 / triangles: any error is met by 1000 / error triangles, between points too.
+    /// If the error is 1000 / triangles, any error needs 1000 / error triangles, between points too.
     #[test]
-    fn a_power_law_is_interpolated_exactly() {
+    fn power_law_is_interpolated_exactly() {
         let points = || {
             [100.0, 200.0, 500.0, 1000.0]
                 .map(|t| (t, 1000.0 / t))
@@ -220,27 +192,22 @@ mod tests {
     }
 
     #[test]
-    fn other_costs_follow_the_triangles() {
-        let point = |triangles, frame_ms| Point {
-            threshold: 1.0,
+    fn thresholds_are_interpolated_by_triangles() {
+        let point = |triangles, threshold_px| Point {
+            threshold_px,
             triangles,
-            units: 1,
             error: ImageError::default(),
-            select_us: 0.0,
-            frame_ms,
         };
-        let points = vec![point(300, 4.0), point(100, 2.0)];
         let curve = Curve {
             method: Method::Quality,
-            points,
+            points: vec![point(300, 2.0), point(100, 4.0)],
         };
-        let cost = |triangles| cost_at_triangles(&curve, triangles, |point| point.frame_ms);
-        assert_eq!(cost(150.0), Some(2.5));
-        assert_eq!(cost(301.0), None);
+        assert_eq!(threshold_at_triangles(&curve, 150.0), Some(3.5));
+        assert_eq!(threshold_at_triangles(&curve, 301.0), None);
     }
 
     #[test]
-    fn points_out_of_order_share_their_mean() {
+    fn points_out_of_order_get_their_mean() {
         let points = [(0.0, 4.0), (1.0, 1.0), (2.0, 3.0), (3.0, 0.0)];
         let expected = [(0.0, 4.0), (1.0, 2.0), (2.0, 2.0), (3.0, 0.0)];
         assert_eq!(falling(&points), expected);

@@ -1,204 +1,153 @@
-//! The charts of a report: a picture for each question, and all numbers behind them.
+//! The chart as a picture: triangles against image error.
 
+use std::error::Error;
+use std::io;
+use std::ops::Range;
 use std::path::Path;
 
-use glam::DVec2;
+use plotters::prelude::*;
 
-use super::costs::CostAtError;
-use super::curve::{CHARTED, Measure};
-use super::figure::{Figure, Panel, Series};
-use super::promise::{PROMISE_FOVS_DEG, PromiseResult};
-use super::report::Report;
-use crate::canvas::Color;
+use super::curve::Measure;
+use super::report::{Report, TrianglesAtError};
 use crate::files::{WriteError, write_file};
 use crate::method::Method;
 
-/// Writes all charts into a folder: pictures, `report.json` with their numbers, and `ablation.md`, what
-/// each term of the criterion is worth.
+const SIZE_PX: (u32, u32) = (860, 600);
+const TITLE: (&str, u32) = ("sans-serif", 24);
+const TEXT: (&str, u32) = ("sans-serif", 15);
+/// The methods that are drawn. The guarantee is a promise about displacement, not about the picture, and ranges
+/// reach the same errors as clusterlod in few poses.
+const DRAWN: [Method; 4] = [
+    Method::Clusterlod,
+    Method::ClusterlodOnOurLevels,
+    Method::Godot,
+    Method::Quality,
+];
+
+/// Writes the chart to `triangles.svg` and its numbers to `report.json` in a folder.
 ///
 /// # Errors
-/// [`WriteError`] for a folder that takes no files.
-pub fn write_charts(report: &Report, folder: &Path) -> Result<(), WriteError> {
-    let write = |name: &str, text: &str| write_file(&folder.join(name), text.as_bytes());
-    write(
-        "report.json",
-        &serde_json::to_string(report).unwrap_or_default(),
-    )?;
-    for chart in &COST_CHARTS {
-        let path = folder.join(format!("{}.png", chart.name));
-        cost_figure(report, chart).draw(&path)?;
+/// [`WriteError`] if a file could not be written.
+pub fn draw_chart(report: &Report, folder: &Path) -> Result<(), WriteError> {
+    let numbers = folder.join("report.json");
+    let json = serde_json::to_vec(report);
+    let json = json.map_err(|error| WriteError::new(&numbers, error.into()))?;
+    write_file(&numbers, &json)?;
+    let picture = folder.join("triangles.svg");
+    let mut svg = String::new();
+    let drawn = draw(report, &mut svg);
+    drawn.map_err(|error| WriteError::new(&picture, io::Error::other(error.to_string())))?;
+    write_file(&picture, svg.as_bytes())
+}
+
+fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {
+    let area = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
+    area.fill(&WHITE)?;
+    area.draw(&Text::new(title(report), (24, 20), TITLE))?;
+    for (line, text) in (0..).zip(notes(report)) {
+        area.draw(&Text::new(text, (24, 54 + 20 * line), TEXT))?;
     }
-    if !report.promise.is_empty() {
-        promise_figure(report).draw(&folder.join("promise.png"))?;
+    // Logarithmic axes around all points.
+    let drawn = |point: &&TrianglesAtError| DRAWN.contains(&point.method);
+    let points = || report.curves.iter().filter(drawn);
+    let x = range(points().map(|point| point.rmse));
+    let y = range(points().map(|point| point.triangles));
+    let (x_ticks, y_ticks) = (ticks(&x), ticks(&y));
+    let mut chart = ChartBuilder::on(&area)
+        .margin(24)
+        .margin_top(100)
+        .x_label_area_size(48)
+        .y_label_area_size(64)
+        .build_cartesian_2d(
+            x.log_scale().with_key_points(x_ticks),
+            y.log_scale().with_key_points(y_ticks),
+        )?;
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc("image error: RMSE, in levels of 255")
+        .y_desc("triangles in view")
+        .y_label_formatter(&|triangles| thousands(*triangles))
+        .light_line_style(TRANSPARENT)
+        .label_style(TEXT)
+        .draw()?;
+    for method in DRAWN {
+        let curve = points().filter(|point| point.method == method);
+        let curve: Vec<(f64, f64)> = curve.map(|point| (point.rmse, point.triangles)).collect();
+        let style = color(method).stroke_width(2);
+        // A dashed line separates the gain of the levels from that of the criterion.
+        let drawn = if method == Method::ClusterlodOnOurLevels {
+            chart.draw_series(DashedLineSeries::new(curve, 8, 6, style))?
+        } else {
+            chart.draw_series(LineSeries::new(curve, style))?
+        };
+        let sample = move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style);
+        drawn.label(method.name()).legend(sample);
     }
-    if !report.flicker.is_empty() {
-        flicker_figure(report).draw(&folder.join("flicker.png"))?;
-    }
-    if !report.ablation.is_empty() {
-        write("ablation.md", &report.ablation_table())?;
-    }
+    let mut labels = chart.configure_series_labels();
+    labels.position(SeriesLabelPosition::UpperRight);
+    labels.background_style(WHITE).label_font(TEXT).draw()?;
+    area.present()?;
     Ok(())
 }
 
-/// The models and poses that were measured.
-fn subject(report: &Report) -> String {
+fn title(report: &Report) -> String {
+    match report.all.ratio(Method::Quality, Measure::Rmse, 1.0) {
+        Some(ratio) => format!(
+            "For the same image error, fieldlod draws {:.0} % of clusterlod's triangles",
+            100.0 * ratio.mean
+        ),
+        None => "Triangles against image error".to_owned(),
+    }
+}
+
+fn notes(report: &Report) -> [String; 2] {
     let models = report.models.iter();
     let names: Vec<&str> = models.map(|model| model.name.as_str()).collect();
     let [width, height] = report.size_px;
-    format!(
-        "{}; {} poses each, pictures of {width} x {height} px",
-        names.join(", "),
-        report.poses
-    )
-}
-
-/// A chart of one cost against the error of the picture.
-struct CostChart {
-    name: &'static str,
-    label: &'static str,
-    cost: fn(&CostAtError) -> f64,
-    methods: &'static [Method],
-    note: &'static str,
-}
-
-/// How the systems differ.
-const NOTE: &str = "clusterlod has levels of its own, all others ours.\n\
-                    Godot chooses whole levels; the oracle knows the pictures.";
-
-const COST_CHARTS: [CostChart; 3] = [
-    CostChart {
-        name: "triangles",
-        label: "triangles in view",
-        cost: |c| c.triangles,
-        methods: &CHARTED,
-        note: NOTE,
-    },
-    CostChart {
-        name: "selection",
-        label: "time to choose for one object, in microseconds",
-        cost: |c| c.select_us,
-        methods: &[Method::Quality, Method::Clusterlod],
-        note: "From scratch on one thread, both eight groups at once, units gathered.",
-    },
-    CostChart {
-        name: "frame",
-        label: "time to draw a frame, in milliseconds",
-        cost: |c| c.frame_ms,
-        methods: &CHARTED,
-        note: NOTE,
-    },
-];
-
-fn cost_figure(report: &Report, chart: &CostChart) -> Figure {
-    let series = chart.methods.iter().map(|&method| {
-        let costs = report.costs.iter().filter(|cost| cost.method == method);
-        let points = costs.map(|cost| DVec2::new(cost.rmse, (chart.cost)(cost)));
-        Series::new(method, points)
-    });
-    Figure {
-        title: title_of_costs(report, chart.label),
-        note: format!(
-            "Geometric means over {}.\n{} Drawn by {}.",
-            subject(report),
-            chart.note,
+    [
+        format!(
+            "Geometric means over {}; {} poses each, pictures of {width} x {height} px.",
+            names.join(", "),
+            report.poses
+        ),
+        format!(
+            "clusterlod has its own levels, all others ours. Drawn by {}.",
             report.adapter
         ),
-        panels: vec![Panel {
-            name: String::new(),
-            x: "image error: RMSE, in levels of 255".to_owned(),
-            y: chart.label.to_owned(),
-            series: series.collect(),
-        }],
+    ]
+}
+
+fn color(method: Method) -> RGBColor {
+    match method {
+        Method::Clusterlod => RGBColor(224, 122, 20),
+        Method::ClusterlodOnOurLevels => RGBColor(150, 156, 165),
+        Method::Godot | Method::VisibilityRange => RGBColor(34, 148, 84),
+        Method::Quality | Method::Guaranteed => RGBColor(38, 98, 188),
     }
 }
 
-fn title_of_costs(report: &Report, label: &str) -> String {
-    let ratio = report.ratio(Method::Quality, Measure::Rmse, 1.0);
-    match ratio {
-        Some(ratio) if label.starts_with("triangles") => format!(
-            "For the same picture, fieldlod draws {:.0} % of clusterlod's triangles",
-            100.0 * ratio.mean
-        ),
-        _ => format!("Image error against {label}"),
-    }
-}
-
-fn promise_figure(report: &Report) -> Figure {
-    let panels = PROMISE_FOVS_DEG.map(|fov| promise_panel(report, fov));
-    let mut guaranteed = report
-        .promise
-        .iter()
-        .filter(|p| p.method == Method::Guaranteed);
-    let title = if guaranteed.all(|promise| promise.max_px <= promise.requested_px) {
-        "Guaranteed keeps what it promises, towards the picture's corner too"
+/// The range of some values, with a margin of 10 %.
+fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let ends = (f64::INFINITY, 0.0);
+    let (least, greatest) = values.fold(ends, |(a, b), v| (f64::min(a, v), f64::max(b, v)));
+    if least > 0.0 && least <= greatest {
+        least / 1.1..greatest * 1.1
     } else {
-        "Guaranteed does not keep what it promises"
-    };
-    Figure {
-        title: title.to_owned(),
-        note: format!(
-            "Displacement of the surface on screen against the pixels asked for; the worst of {}.\n\
-             Solid: greatest. Dashed: one point in a thousand is beyond. Gray: what was asked for.",
-            subject(report)
-        ),
-        panels: panels.into(),
+        0.1..10.0
     }
 }
 
-fn promise_panel(report: &Report, fovy_deg: f32) -> Panel {
-    let points = |method: Method, value: fn(&PromiseResult) -> f64| {
-        let results = report.promise.iter();
-        let of_method = results.filter(move |p| p.method == method && p.fovy_deg == fovy_deg);
-        of_method.map(move |p| DVec2::new(p.requested_px, value(p)))
-    };
-    let mut series = vec![Series {
-        name: "asked for".to_owned(),
-        color: Color::GRAY,
-        is_dashed: false,
-        points: vec![DVec2::splat(0.25), DVec2::splat(8.0)],
-    }];
-    // The greatest displacements, and those that one in a thousand exceeds.
-    for method in [Method::Guaranteed, Method::Quality, Method::Clusterlod] {
-        series.push(Series::new(method, points(method, |p| p.max_px)));
-        series.push(Series {
-            name: String::new(),
-            is_dashed: true,
-            ..Series::new(method, points(method, |p| p.p99_9_px))
-        });
-    }
-    Panel {
-        name: format!("field of view {fovy_deg} degrees"),
-        x: "pixels asked for".to_owned(),
-        y: "measured pixels".to_owned(),
-        series,
-    }
+/// 1, 2 and 5 times powers of ten.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
+    let powers = (-9..=12).map(|power| 10f64.powi(power));
+    let ticks = powers.flat_map(|power| [power, 2.0 * power, 5.0 * power]);
+    ticks.filter(|tick| range.contains(tick)).collect()
 }
 
-fn flicker_figure(report: &Report) -> Figure {
-    let methods = [
-        Method::Quality,
-        Method::Clusterlod,
-        Method::Godot43,
-        Method::VisibilityRange,
-    ];
-    let series = methods.map(|method| {
-        let results = report.flicker.iter().filter(|path| path.method == method);
-        Series::new(
-            method,
-            results.map(|path| DVec2::new(path.triangles, path.temporal_error)),
-        )
-    });
-    Figure {
-        title: "What flickers while one walks by".to_owned(),
-        note: format!(
-            "Change from frame to frame beyond the scene's own, half a second of a walk.\n{}.",
-            subject(report)
-        ),
-        panels: vec![Panel {
-            name: String::new(),
-            x: "triangles in view".to_owned(),
-            y: "temporal error: RMSE, in levels of 255".to_owned(),
-            series: series.into(),
-        }],
+/// 500, 20k.
+fn thousands(count: f64) -> String {
+    if count >= 1e3 {
+        format!("{:.0}k", count / 1e3)
+    } else {
+        format!("{count:.0}")
     }
 }

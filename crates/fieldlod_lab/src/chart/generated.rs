@@ -1,13 +1,13 @@
-//! Models that the program makes, apart for choosing constants and for reporting.
+//! Generated models: one set for choosing constants, another for reported figures.
 
 use fieldlod_bake::{SourceMesh, fixtures};
 
-/// A model that the program makes.
+/// A generated model.
 #[derive(Clone, Copy, Debug)]
 pub struct Generated {
     /// The model's name.
     pub name: &'static str,
-    /// The function that makes the model.
+    /// Generates the mesh.
     pub mesh: fn() -> SourceMesh,
 }
 
@@ -28,7 +28,7 @@ impl Generated {
         },
     ];
 
-    /// The models that are reported, of other shapes and sizes.
+    /// The models of reported figures, of other shapes and sizes.
     pub const TEST: [Self; 4] = [
         Self {
             name: "rock",
@@ -51,12 +51,12 @@ impl Generated {
     /// Plants, which are drawn as whole meshes.
     pub const PLANTS: [Self; 2] = [
         Self {
-            name: "crown",
-            mesh: || fixtures::crown(4_000, 1),
+            name: "small crown",
+            mesh: || fixtures::crown(1_500, 1),
         },
         Self {
-            name: "cards",
-            mesh: || fixtures::cards(4_000, 1),
+            name: "crown",
+            mesh: || fixtures::crown(4_000, 1),
         },
     ];
 }

@@ -1,80 +1,110 @@
-//! Speed charted against accuracy: systems of levels of detail, and methods to choose among levels, by the
-//! pictures that they give.
+//! The chart: triangles against image error, for this project and other systems.
 //!
-//! Every method chooses cuts of a model at a range of thresholds, from a set of [poses](Pose); each cut
-//! is drawn, compared with the source mesh, and its costs are counted ([`PoseResult`]). Methods are then
-//! compared *at equal error*: how many triangles one needs to be as near to the source as another
-//! ([`Ratios`]).
+//! Every method chooses cuts of a model at a range of thresholds, from several [poses](Pose). Each cut is drawn,
+//! compared with the source mesh, and its triangles are counted ([`PoseResult`]). Methods are then compared *at
+//! equal error*: how many triangles one needs for the image error of another ([`Ratios`]).
 //!
-//! # What is fair
-//! - Whole systems are compared: the baseline of all ratios is clusterlod's metric on the hierarchy that
-//!   clusterlod builds, by its defaults, of the same mesh in clusters and groups of the same size.
-//! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on our hierarchy:
-//!   what the levels gain is above that line, what the criterion gains below it. All other methods choose
-//!   from our hierarchy.
-//! - All methods see the error that the simplifier reports, as they do in their own systems; only the
-//!   promise of [`Method::Guaranteed`](crate::method::Method::Guaranteed) is about the measured deviation.
+//! # What makes the comparison fair
+//! - The baseline of all ratios is clusterlod as a whole: its metric on the hierarchy that clusterlod builds, by
+//!   its defaults, of the same mesh, with clusters and groups of the same size.
+//! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on this project's
+//!   hierarchy. It separates the gain of the levels from that of the criterion. All other methods use this
+//!   project's hierarchy.
+//! - All methods use the error that the simplifier reports, as they do in their own systems.
 //! - Only units that touch the view are counted, as if all renderers culled them.
-//! - Whole-object methods have few cuts to offer; between them, their curves are interpolated as if there
-//!   were more.
+//! - Whole-object methods have few cuts. Their curves are interpolated between them.
 //!
 //! # Training and test
-//! The constants of our criterion (the weights of visible share and silhouette, the root, and what
-//! 1 px means) were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of
-//! Khronos' glTF samples, from six poses each (`--seed 11`). What is reported is measured on
-//! [`Generated::TEST`], or on models that a user brings, from other poses.
-//!
-//! What the limit is made of, and what was tried to come nearer, is in the crate's `RECORD.md`.
+//! The constants of the criterion (the weights of visible share and silhouette, the root, and the meaning of 1 px)
+//! were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
+//! six poses each (`--seed 11`). The reported figures are measured on [`Generated::TEST`], or on a user's models,
+//! from other poses.
 //!
 //! # Simplifications
-//! Pictures are small, for adapters in software. Thresholds in pixels scale with the picture, so that
-//! a small picture of a mesh in small units stands for a large one of a finer mesh.
+//! Pictures are small, for software adapters. Thresholds in pixels scale with the picture, so a small picture of a
+//! mesh in small units represents a large picture of a finer mesh.
 
-mod ablation;
-mod costs;
-mod criterion_cost;
 mod curve;
 mod draw;
-mod fast_selection;
-mod figure;
-mod flicker;
 mod generated;
-mod model_result;
 mod pose;
-mod pose_view;
-mod promise;
 mod ratios;
 mod report;
-mod scene;
-mod store;
 mod sweep;
 
-use thiserror::Error;
+use fieldlod_hierarchy::Hierarchy;
+use glam::UVec2;
+use serde::Serialize;
 
-use crate::files::WriteError;
-use crate::render::RenderError;
+use crate::method::Method;
+use crate::render::{RenderError, Renderer};
+use pose::poses;
+use sweep::Subject;
 
-pub use ablation::AblationRow;
-pub use costs::CostAtError;
-pub use criterion_cost::{ABLATED, CriterionCost};
 pub use curve::{Curve, Measure, Point, PoseResult};
-pub use draw::write_charts;
-pub use flicker::FlickerResult;
+pub use draw::draw_chart;
 pub use generated::Generated;
-pub use model_result::{BakedModel, CHART_METHODS, ModelResult, Options, chart_model};
 pub use pose::Pose;
-pub use promise::PromiseResult;
 pub use ratios::{COMPARED_AT_PX, Ratios};
-pub use report::{ModelRatios, Report};
-pub use store::Store;
+pub use report::{ModelRatios, Report, TrianglesAtError};
 
-/// Why nothing can be charted.
-#[derive(Debug, Error)]
-pub enum ChartError {
-    /// The renderer fails.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A file or folder cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
+/// Settings of a chart.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The number of poses.
+    pub poses: usize,
+    /// The seed of the poses.
+    pub seed: u64,
+    /// Size of the pictures.
+    pub size_px: UVec2,
+    /// The methods to compare; clusterlod must be among them.
+    pub methods: Vec<Method>,
+}
+
+/// A mesh baked by both systems.
+#[derive(Clone, Debug)]
+pub struct BakedModel {
+    /// The model's name.
+    pub name: String,
+    /// This project's hierarchy.
+    pub ours: Hierarchy,
+    /// [clusterlod's hierarchy](fieldlod_bake::clusterlod_hierarchy) of the same mesh.
+    pub clusterlods: Hierarchy,
+}
+
+/// The curves of a model.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ModelResult {
+    /// The model's name.
+    pub name: String,
+    /// Triangles of the source.
+    pub triangles: u64,
+    /// The curves from each pose.
+    pub poses: Vec<PoseResult>,
+}
+
+/// Measures a model. `step` is called after each pose.
+///
+/// # Errors
+/// [`RenderError`] if the device is lost.
+pub fn chart_model(
+    renderer: &Renderer,
+    model: BakedModel,
+    options: &Options,
+    step: &dyn Fn(),
+) -> Result<ModelResult, RenderError> {
+    let name = model.name.clone();
+    let subject = Subject::new(renderer, model);
+    let object = &subject.ours.object;
+    let poses = poses(object, options.poses, options.seed).into_iter();
+    let swept = poses.map(|pose| {
+        let result = subject.sweep(&pose, options);
+        step();
+        result
+    });
+    Ok(ModelResult {
+        name,
+        triangles: object.hierarchy.source_triangle_count(),
+        poses: swept.collect::<Result<_, _>>()?,
+    })
 }

@@ -1,7 +1,7 @@
-//! Where pictures are taken from.
+//! The cameras of a chart.
 
 use glam::{Vec2, Vec3};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::eye::Eye;
@@ -9,15 +9,15 @@ use crate::object::LodObject;
 
 /// Fields of view of successive poses, in degrees upwards.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
-/// Distances from the middle of an object, in radii.
+/// Distances from the center of an object, in radii.
 const NEAREST_RADII: f32 = 1.25;
 const FARTHEST_RADII: f32 = 6.0;
-/// Heights of the eye over a ground, in radii of the ground.
+/// Heights of the eye above a ground, in radii of the ground.
 const LOWEST_RADII: f32 = 0.01;
 const HIGHEST_RADII: f32 = 0.25;
 
 /// A camera in a model's space.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pose {
     /// The camera's position.
     pub position: [f32; 3],
@@ -36,13 +36,13 @@ impl Pose {
     }
 }
 
-/// `count` poses around an object, or above and on it where it is a ground: near and far, most of
-/// them not looking straight at its middle. The same seed gives the same poses.
+/// `count` poses around an object, or above it if it is a ground: near and far, most of them not aimed at its
+/// center. The same seed gives the same poses.
 pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     let is_ground = is_ground(object);
     let pose = |index: usize| {
         let random = Random { seed, index };
-        // One of each stretch of the range, so that few poses cover it.
+        // Stratified, so that few poses cover the range.
         let share = (index as f32 + random.share(0)) / count as f32;
         let fovy_deg = FOVS_DEG[index % FOVS_DEG.len()];
         let (position, target) = if is_ground {
@@ -59,14 +59,14 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Tells whether an object is much wider than it is high, along +Y.
+/// Whether an object is much wider than it is high, along +Y.
 fn is_ground(object: &LodObject) -> bool {
     let extent = object.aabb.max - object.aabb.min;
     extent.y < 0.3 * extent.x.min(extent.z)
 }
 
 fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
-    // Near and far alike on a logarithmic scale, and a look past the middle.
+    // Distances are even on a logarithmic scale.
     let radii = NEAREST_RADII * (FARTHEST_RADII / NEAREST_RADII).powf(share);
     let position = object.center + random.direction(1) * (radii * object.radius);
     let aside = random.direction(3) * (0.5 * object.radius * random.share(5));
@@ -75,7 +75,7 @@ fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
 
 fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
-    // From a place of the ground to another, both away from its border.
+    // From one place on the ground to another, both away from its border.
     let place = |slot: u64| {
         let (x, z) = (random.share(slot), random.share(slot + 1));
         object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)
@@ -84,7 +84,7 @@ fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     (from + Vec3::Y * (height * object.radius), to)
 }
 
-/// Numbers that depend on the seed, the pose and the slot alone.
+/// Numbers that depend only on the seed, the pose and the slot.
 #[derive(Clone, Copy)]
 struct Random {
     seed: u64,

@@ -1,20 +1,19 @@
-//! Triangles of methods relative to those of clusterlod, with its own levels, at equal error, over poses
-//! and models.
+//! Triangles of methods relative to clusterlod's with its own levels, at equal error, over poses and models.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::curve::{Measure, PoseResult, triangles_at_error};
 use crate::method::Method;
 
-/// Thresholds of clusterlod at whose errors methods are compared, in pixels.
+/// Methods are compared at the errors of clusterlod at these thresholds, in pixels.
 pub const COMPARED_AT_PX: [f64; 3] = [0.4, 1.0, 2.5];
 
 /// Triangles of a method over those of clusterlod at the same error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratios {
     /// The method.
     pub method: Method,
-    /// The measure of error that is equal.
+    /// The measure of error at which both are equal.
     pub measure: Measure,
     /// Clusterlod's threshold at which the error is taken, in pixels.
     pub at_px: f64,
@@ -24,19 +23,18 @@ pub struct Ratios {
     pub least: f64,
     /// The ratio in the worst pose.
     pub greatest: f64,
-    /// Over how many poses. The others' error is not on the method's curve.
+    /// Poses compared; the others have errors outside of the method's curve.
     pub poses: usize,
 }
 
 impl Ratios {
-    /// Compares a method with clusterlod over poses; `None` where no pose can be compared.
+    /// Compares a method with clusterlod over poses; `None` if no pose can be compared.
     pub(super) fn of(
         poses: &[&PoseResult],
         method: Method,
         measure: Measure,
         at_px: f64,
     ) -> Option<Self> {
-        // Poses whose error is on the method's curve.
         let ratio = |pose: &&PoseResult| ratio(pose, method, measure, at_px);
         let found: Vec<f64> = poses.iter().filter_map(ratio).collect();
         (!found.is_empty()).then(|| Self {
@@ -59,7 +57,7 @@ fn ratio(pose: &PoseResult, method: Method, measure: Measure, at_px: f64) -> Opt
     Some(triangles_at_error(pose.curve(method)?, measure, error)? / of_base)
 }
 
-/// The geometric mean of what is positive; 0 for nothing.
+/// The geometric mean of positive values; 0 without values.
 pub(super) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
     if logs.is_empty() {

@@ -1,30 +1,19 @@
-//! What many poses and models say together.
+//! The results of all models and poses together.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::ablation::{AblationRow, ablation, markdown};
-use super::costs::{CostAtError, costs};
-use super::curve::{Measure, PoseResult};
-use super::flicker::FlickerResult;
-use super::model_result::{ModelResult, Options};
-use super::promise::PromiseResult;
+use super::curve::{
+    Curve, Measure, PoseResult, THRESHOLDS_PX, threshold_at_triangles, triangles_at_error,
+};
 use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
+use super::{ModelResult, Options};
 use crate::method::Method;
 
-/// The methods that are told apart by model.
-const BY_MODEL: [Method; 9] = [
-    Method::Quality,
-    Method::VisibleFlux,
-    Method::ClusterlodOnOurLevels,
-    Method::NoProjection,
-    Method::NoSilhouette,
-    Method::NoOffAxis,
-    Method::NoBound,
-    Method::ShareInView,
-    Method::Oracle,
-];
-/// The numbers behind all charts.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// A method is charted at an error only if at least this share of the poses can be compared.
+const LEAST_SHARE: f64 = 0.6;
+
+/// The numbers of a chart.
+#[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The adapter that drew the pictures.
     pub adapter: String,
@@ -34,69 +23,65 @@ pub struct Report {
     pub seed: u64,
     /// The number of poses of each model.
     pub poses: usize,
-    /// Triangles relative to clusterlod's at equal error, over all models' poses.
-    pub ratios: Vec<Ratios>,
+    /// The ratios of all models together.
+    pub all: ModelRatios,
     /// The ratios of each model.
     pub models: Vec<ModelRatios>,
-    /// Costs at equal image error, over all models' poses.
-    pub costs: Vec<CostAtError>,
-    /// Displacements at thresholds, in the worst model; triangles of all models together.
-    pub promise: Vec<PromiseResult>,
-    /// Flicker on a walk, over all models.
-    pub flicker: Vec<FlickerResult>,
-    /// The worth of each term of the criterion.
-    pub ablation: Vec<AblationRow>,
+    /// The curves of the chart, over all models' poses.
+    pub curves: Vec<TrianglesAtError>,
 }
 
-/// One model's ratios.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// The ratios of a model, or of all models together.
+#[derive(Clone, Debug, Serialize)]
 pub struct ModelRatios {
     /// Its name.
     pub name: String,
     /// Triangles of the source.
     pub triangles: u64,
-    /// Relative to clusterlod at equal error.
+    /// Triangles relative to clusterlod's at equal error.
     pub ratios: Vec<Ratios>,
 }
 
+/// A point of the chart: geometric means over poses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TrianglesAtError {
+    /// The method.
+    pub method: Method,
+    /// The threshold of clusterlod with that error, in pixels.
+    pub at_px: f64,
+    /// Root mean squared difference of the picture, in levels of 255.
+    pub rmse: f64,
+    /// The threshold at which the method has that error, in pixels.
+    pub threshold_px: f64,
+    /// Triangles of units in view.
+    pub triangles: f64,
+}
+
 impl Report {
-    /// Sums up models.
+    /// Summarises models.
     #[must_use]
     pub fn new(models: &[ModelResult], options: &Options, adapter: &str) -> Self {
-        let of_model = |model: &ModelResult| {
-            let poses: Vec<&PoseResult> = model.poses.iter().collect();
-            ModelRatios {
-                name: model.name.clone(),
-                triangles: model.triangles,
-                ratios: all_ratios(&poses, &BY_MODEL),
-            }
+        let of_model = |model: &ModelResult| ModelRatios {
+            name: model.name.clone(),
+            triangles: model.triangles,
+            ratios: all_ratios(&model.poses.iter().collect::<Vec<_>>(), &options.methods),
         };
-        // All models' poses count alike.
+        // The poses of all models have the same weight.
         let poses: Vec<&PoseResult> = models.iter().flat_map(|model| &model.poses).collect();
+        let all = ModelRatios {
+            name: "all models".to_owned(),
+            triangles: models.iter().map(|model| model.triangles).sum(),
+            ratios: all_ratios(&poses, &options.methods),
+        };
         Self {
             adapter: adapter.to_owned(),
             size_px: options.size_px.to_array(),
             seed: options.seed,
             poses: options.poses,
-            ratios: all_ratios(&poses, &options.methods),
+            all,
             models: models.iter().map(of_model).collect(),
-            costs: costs(&poses),
-            promise: worst_promises(models),
-            flicker: mean_flicker(models),
-            ablation: ablation(models),
+            curves: curves(&poses, &options.methods),
         }
-    }
-
-    /// The ratio of a method over all models.
-    #[must_use]
-    pub fn ratio(&self, method: Method, measure: Measure, at_px: f64) -> Option<&Ratios> {
-        find(&self.ratios, method, measure, at_px)
-    }
-
-    /// The worth of each term of the criterion, as a table in Markdown.
-    #[must_use]
-    pub fn ablation_table(&self) -> String {
-        markdown(&self.ablation)
     }
 }
 
@@ -104,13 +89,9 @@ impl ModelRatios {
     /// The ratio of a method.
     #[must_use]
     pub fn ratio(&self, method: Method, measure: Measure, at_px: f64) -> Option<&Ratios> {
-        find(&self.ratios, method, measure, at_px)
+        let mut ratios = self.ratios.iter();
+        ratios.find(|r| r.method == method && r.measure == measure && r.at_px == at_px)
     }
-}
-
-fn find(all: &[Ratios], method: Method, measure: Measure, at_px: f64) -> Option<&Ratios> {
-    all.iter()
-        .find(|r| r.method == method && r.measure == measure && r.at_px == at_px)
 }
 
 fn all_ratios(poses: &[&PoseResult], methods: &[Method]) -> Vec<Ratios> {
@@ -124,42 +105,68 @@ fn all_ratios(poses: &[&PoseResult], methods: &[Method]) -> Vec<Ratios> {
     all
 }
 
-fn worst_promises(models: &[ModelResult]) -> Vec<PromiseResult> {
-    let Some(first) = models.first() else {
-        return Vec::new();
-    };
-    let worst = |index: usize| {
-        // The worst displacements, and the triangles of all models together.
-        let of_models = models.iter().filter_map(|model| model.promise.get(index));
-        let none = PromiseResult {
-            triangles: 0.0,
-            ..first.promise[index]
-        };
-        of_models.fold(none, |worst, result| PromiseResult {
-            max_px: worst.max_px.max(result.max_px),
-            p99_9_px: worst.p99_9_px.max(result.p99_9_px),
-            mean_px: worst.mean_px.max(result.mean_px),
-            triangles: worst.triangles + result.triangles,
-            ..worst
-        })
-    };
-    (0..first.promise.len()).map(worst).collect()
+/// All methods at the errors of all of clusterlod's thresholds.
+fn curves(poses: &[&PoseResult], methods: &[Method]) -> Vec<TrianglesAtError> {
+    let at = THRESHOLDS_PX.map(f64::from);
+    let all = methods
+        .iter()
+        .flat_map(|&method| at.map(|at_px| (method, at_px)));
+    all.filter_map(|(method, at_px)| mean_point(poses, method, at_px))
+        .collect()
 }
 
-fn mean_flicker(models: &[ModelResult]) -> Vec<FlickerResult> {
-    let Some(first) = models.first() else {
-        return Vec::new();
+/// clusterlod's mean times the mean ratio to it, over the poses that have one. `None` if clusterlod draws the source
+/// itself in some pose.
+fn mean_point(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<TrianglesAtError> {
+    let pairs_of = |method| -> Vec<Pair> {
+        let pairs = poses.iter().map(|pose| Pair::new(pose, method, at_px));
+        pairs.flatten().collect()
     };
-    let mean = |index: usize| {
-        // Geometric means, but of flips, which may be 0.
-        let paths = || models.iter().filter_map(|model| model.flicker.get(index));
-        let flips: f64 = paths().map(|path| path.flips_per_frame).sum();
-        FlickerResult {
-            triangles: geometric_mean(paths().map(|path| path.triangles)),
-            temporal_error: geometric_mean(paths().map(|path| path.temporal_error)),
-            flips_per_frame: flips / models.len() as f64,
-            ..first.flicker[index]
-        }
+    let (pairs, based) = (pairs_of(method), pairs_of(Method::Clusterlod));
+    // The mean over few poses would belong to other poses than clusterlod's mean.
+    let enough = LEAST_SHARE * poses.len() as f64;
+    if pairs.is_empty() || (pairs.len() as f64) < enough || based.len() < poses.len() {
+        return None;
+    }
+    let mean = |of: fn(&CurvePlace) -> Option<f64>| {
+        let base = geometric_mean(based.iter().filter_map(|pair| of(&pair.base)));
+        let ratio = |pair: &Pair| Some(of(&pair.method)? / of(&pair.base)?);
+        base * geometric_mean(pairs.iter().filter_map(ratio))
     };
-    (0..first.flicker.len()).map(mean).collect()
+    Some(TrianglesAtError {
+        method,
+        at_px,
+        rmse: geometric_mean(based.iter().map(|pair| pair.error)),
+        threshold_px: mean(|place| threshold_at_triangles(place.curve, place.triangles)),
+        triangles: mean(|place| Some(place.triangles)),
+    })
+}
+
+/// A method and clusterlod in one pose at one error.
+struct Pair<'a> {
+    error: f64,
+    method: CurvePlace<'a>,
+    base: CurvePlace<'a>,
+}
+
+/// A place on a curve, between its points.
+struct CurvePlace<'a> {
+    curve: &'a Curve,
+    triangles: f64,
+}
+
+impl<'a> Pair<'a> {
+    fn new(pose: &'a PoseResult, method: Method, at_px: f64) -> Option<Self> {
+        let base = pose.curve(Method::Clusterlod)?;
+        let error = base.at_threshold(at_px)?.error.rmse;
+        let at = |curve: &'a Curve| {
+            let triangles = triangles_at_error(curve, Measure::Rmse, error)?;
+            Some(CurvePlace { curve, triangles })
+        };
+        Some(Self {
+            error,
+            method: at(pose.curve(method)?)?,
+            base: at(base)?,
+        })
+    }
 }

@@ -1,92 +1,115 @@
-//! All methods at all thresholds from one pose.
+//! Pictures of all methods at all thresholds from one pose.
 
-use std::time::Duration;
+use std::collections::HashMap;
 
 use super::curve::{Curve, Point, PoseResult, THRESHOLDS_PX};
-use super::fast_selection::Scratch;
 use super::pose::Pose;
-use super::pose_view::PoseView;
-use super::scene::ChartScene;
+use super::{BakedModel, Options};
+use crate::chooser::Chooser;
+use crate::eye::{Eye, Instance};
+use crate::measure::{ImageError, image_error};
 use crate::method::Method;
-use crate::oracle::Oracle;
-use crate::render::RenderError;
+use crate::object::{ErrorSource, LodObject};
+use crate::object_view::ObjectView;
+use crate::render::{DrawnModel, Picture, RenderError, Renderer};
 
-/// The number of times that a choice is made, of which the fastest counts.
-const SELECTIONS: usize = 5;
-
-/// Measures some methods from a pose.
-///
-/// # Errors
-/// [`RenderError`] from an adapter that stops.
-pub(super) fn sweep(
-    scene: &ChartScene,
-    pose: &Pose,
-    methods: &[Method],
-) -> Result<PoseResult, RenderError> {
-    let mut view = PoseView::new(scene, pose)?;
-    let curve = |&method: &Method| match method {
-        Method::Oracle => oracle_curve(&mut view),
-        _ => curve(&mut view, method),
-    };
-    let curves = methods.iter().map(curve).collect::<Result<_, _>>()?;
-    Ok(PoseResult {
-        pose: *pose,
-        curves,
-    })
+/// A model at the origin with the levels of both systems, uploaded.
+pub(super) struct Subject<'a> {
+    renderer: &'a Renderer,
+    pub(super) ours: Levels,
+    clusterlods: Levels,
 }
 
-fn curve(view: &mut PoseView, method: Method) -> Result<Curve, RenderError> {
-    let selection = &view.scene.levels(method).fast_selection;
-    let object_view = view.scene.view(method, &view.eye);
-    let mut scratch = Scratch::default();
-    let measured = THRESHOLDS_PX.map(|threshold| {
-        let choose = |_| selection.choose(method, &object_view, threshold, &mut scratch);
-        let fastest = (0..SELECTIONS).map(choose).min_by_key(|(_, time)| *time);
-        let (units, elapsed) = fastest.unwrap_or_default();
-        point(view, method, f64::from(threshold), &units, elapsed)
-    });
-    let points = measured.into_iter().collect::<Result<_, _>>()?;
-    Ok(Curve { method, points })
+/// One system's levels of a model.
+pub(super) struct Levels {
+    pub(super) object: LodObject,
+    model: DrawnModel,
 }
 
-fn oracle_curve(view: &mut PoseView) -> Result<Curve, RenderError> {
-    let method = Method::Oracle;
-    let scene = view.scene;
-    let views = [scene.view(method, &view.eye)];
-    let draw = |cuts: &Vec<Vec<u32>>| {
-        let units = views[0].units_in_view(&cuts[0]);
-        scene
-            .renderer
-            .draw_units(&scene.ours.model, &view.eye, &units)
-    };
-    let oracle = Oracle::new(&view.reference, &views, draw)?;
-    let thresholds = oracle.thresholds(THRESHOLDS_PX.len()).into_iter();
-    let measured = thresholds.map(|threshold| {
-        let cuts = oracle.choose(&views, threshold);
-        point(view, method, f64::from(threshold), &cuts[0], Duration::ZERO)
-    });
-    let points = measured.collect::<Result<_, _>>()?;
-    Ok(Curve { method, points })
+impl<'a> Subject<'a> {
+    pub(super) fn new(renderer: &'a Renderer, model: BakedModel) -> Self {
+        let levels = |hierarchy| Levels {
+            model: renderer.upload(&hierarchy),
+            object: LodObject::new(hierarchy, ErrorSource::Reported),
+        };
+        Self {
+            renderer,
+            ours: levels(model.ours),
+            clusterlods: levels(model.clusterlods),
+        }
+    }
+
+    /// The levels that a method chooses from.
+    fn levels(&self, method: Method) -> &Levels {
+        if method.has_own_levels() {
+            &self.clusterlods
+        } else {
+            &self.ours
+        }
+    }
+
+    /// Measures all methods from a pose.
+    pub(super) fn sweep(&self, pose: &Pose, options: &Options) -> Result<PoseResult, RenderError> {
+        let mut view = PoseView::new(self, pose, options)?;
+        let curves = options.methods.iter().map(|&method| view.curve(method));
+        Ok(PoseResult {
+            curves: curves.collect::<Result<_, _>>()?,
+            pose: *pose,
+        })
+    }
 }
 
-fn point(
-    view: &mut PoseView,
-    method: Method,
-    threshold: f64,
-    units: &[u32],
-    select: Duration,
-) -> Result<Point, RenderError> {
-    // Only what touches the view is drawn and counted.
-    let drawn = view.scene.view(method, &view.eye).units_in_view(units);
-    let triangles = view.scene.levels(method).object.triangle_count(&drawn);
-    let units = drawn.len() as u64;
-    let (error, frame) = view.measure(method, drawn)?;
-    Ok(Point {
-        threshold,
-        triangles,
-        units,
-        error,
-        select_us: select.as_secs_f64() * 1e6,
-        frame_ms: frame.as_secs_f64() * 1e3,
-    })
+/// A model from one pose: its reference, and the errors measured so far.
+struct PoseView<'a> {
+    subject: &'a Subject<'a>,
+    eye: Eye,
+    reference: Picture,
+    /// Different thresholds and methods often choose the same units of the same levels.
+    measured: HashMap<(Vec<u32>, bool), ImageError>,
+}
+
+impl<'a> PoseView<'a> {
+    fn new(subject: &'a Subject<'a>, pose: &Pose, options: &Options) -> Result<Self, RenderError> {
+        let ours = &subject.ours;
+        let eye = pose.eye(&ours.object, options.size_px.as_vec2());
+        let view = ObjectView::new(&ours.object, &Instance::default(), &eye);
+        let units = view.units_in_view(&ours.object.source_units());
+        Ok(Self {
+            subject,
+            eye,
+            reference: subject.renderer.draw(&ours.model, &eye, &units)?,
+            measured: HashMap::new(),
+        })
+    }
+
+    fn curve(&mut self, method: Method) -> Result<Curve, RenderError> {
+        let object = &self.subject.levels(method).object;
+        let view = ObjectView::new(object, &Instance::default(), &self.eye);
+        let point = |threshold_px: f32| {
+            let choice = Chooser::new(method, threshold_px).choose(&view);
+            // Only units that touch the view are drawn and counted.
+            let units = view.units_in_view(&choice.units);
+            Ok(Point {
+                threshold_px: threshold_px.into(),
+                triangles: object.triangle_count(&units),
+                error: self.error(method, units)?,
+            })
+        };
+        let points = THRESHOLDS_PX.into_iter().map(point);
+        let points = points.collect::<Result<_, _>>()?;
+        Ok(Curve { method, points })
+    }
+
+    /// The difference between the picture of some units and the reference.
+    fn error(&mut self, method: Method, units: Vec<u32>) -> Result<ImageError, RenderError> {
+        let key = (units, method.has_own_levels());
+        if let Some(&error) = self.measured.get(&key) {
+            return Ok(error);
+        }
+        let model = &self.subject.levels(method).model;
+        let picture = self.subject.renderer.draw(model, &self.eye, &key.0)?;
+        let error = image_error(&self.reference, &picture, true);
+        self.measured.insert(key, error);
+        Ok(error)
+    }
 }

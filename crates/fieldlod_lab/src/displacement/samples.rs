@@ -7,9 +7,9 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) position: Vec3,
-    /// Two edges of its triangle, in winding order: they make the normal in any space.
+    /// Two edges of its triangle, in winding order. Their cross product is the normal in any space.
     pub(super) edges: [Vec3; 2],
-    /// The unit it lies on.
+    /// The unit that contains it.
     pub(super) unit: u32,
 }
 
@@ -17,8 +17,7 @@ pub(super) struct Sample {
 pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> Vec<Sample> {
     let count_of = |&unit: &u32| u64::from(hierarchy.units[unit as usize].triangle_count);
     let triangles: u64 = units.iter().map(count_of).sum();
-    // A vertex belongs to two triangles for each of its own; taking one corner of each triangle
-    // still reaches nearly all of them.
+    // A mesh has twice as many triangles as vertices, so one corner of each triangle covers nearly all vertices.
     let step = (triangles as usize * 2).div_ceil(count.max(1)).max(1);
     let positions = &hierarchy.vertices.positions;
     let mut samples = Vec::new();
@@ -26,7 +25,7 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
-            // Two candidates of each triangle, of kinds that alternate.
+            // Two candidates of each triangle, of alternating kinds.
             for pick in 0..2 {
                 if next % step == 0 {
                     samples.push(sample(corners, unit, next / step + pick));

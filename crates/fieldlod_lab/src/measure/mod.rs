@@ -1,34 +1,29 @@
-//! How a picture differs from the reference, as numbers.
+//! Differences of a picture from a reference.
 
 mod flip;
 mod silhouette;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::render::Picture;
 
 pub use flip::flip_mean;
 pub use silhouette::silhouette_px;
 
-/// A channel of a pixel counts as off beyond this, of 255: about what an eye notices.
-pub const OFF_LEVELS: f32 = 4.0;
-
 /// Differences of a picture from the reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ImageError {
     /// Root of the mean squared difference of channels, of 255, over the pixels that show a surface in
     /// either picture.
     pub rmse: f64,
-    /// Share of those pixels with a channel off by more than [`OFF_LEVELS`].
-    pub share_off: f64,
     /// Area between the outlines over the length of the reference's: their mean distance in pixels.
     pub silhouette_px: f64,
     /// Mean of FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG
-    /// 2020) over those pixels, from 0 to 1, where it was asked for.
+    /// 2020) over those pixels, from 0 to 1, if requested.
     pub flip: Option<f64>,
 }
 
-/// Compares a picture with the reference; with FLIP, which takes most of the time, if asked for.
+/// Compares a picture with the reference. FLIP takes most of the time, so it is optional.
 ///
 /// # Panics
 /// If their sizes differ.
@@ -38,42 +33,20 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     // Only pixels that show a surface count.
     let shown = shown_in_either(reference, picture);
     let pixels = shown.iter().filter(|&&shown| shown).count().max(1) as f64;
-    // Differences of their channels.
-    let (mut squares, mut off) = (0.0, 0u64);
-    let pairs = reference.colors.iter().zip(&picture.colors);
-    for ((a, b), _) in pairs.zip(&shown).filter(|(_, shown)| **shown) {
+    let pairs = reference.colors.iter().zip(&picture.colors).zip(&shown);
+    let squares = pairs.filter(|(_, shown)| **shown).map(|((a, b), _)| {
         let differences = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-        squares += differences.iter().map(|d| f64::from(d * d)).sum::<f64>();
-        off += u64::from(differences.iter().any(|d| d.abs() > OFF_LEVELS));
-    }
+        differences.iter().map(|d| f64::from(d * d)).sum::<f64>()
+    });
     ImageError {
-        rmse: (squares / (3.0 * pixels)).sqrt(),
-        share_off: off as f64 / pixels,
+        rmse: (squares.sum::<f64>() / (3.0 * pixels)).sqrt(),
         silhouette_px: silhouette_px(reference, picture),
         flip: with_flip.then(|| flip_mean(reference, picture) * shown.len() as f64 / pixels),
     }
 }
 
-/// Root of the mean squared difference of what changes from one frame to the next, in the picture
-/// and in the reference: what flickers beyond the scene's own motion. Over all pixels, of 255.
-///
-/// # Panics
-/// If sizes differ.
-#[must_use]
-pub fn temporal_error(reference: [&Picture; 2], picture: [&Picture; 2]) -> f64 {
-    // Channels of both frames, of the reference and of the picture.
-    let levels = |picture: &Picture| picture.colors.as_flattened().to_vec();
-    let [r0, r1] = reference.map(levels);
-    let [p0, p1] = picture.map(levels);
-    assert!(r0.len() == p0.len() && r1.len() == p1.len() && r0.len() == r1.len());
-    let beyond = |i: usize| f64::from((p1[i] - p0[i]) - (r1[i] - r0[i]));
-    let squares: f64 = (0..r0.len()).map(|i| beyond(i).powi(2)).sum();
-    (squares / r0.len().max(1) as f64).sqrt()
-}
-
 /// Pixels with a covered texel.
 fn shown_in_either(a: &Picture, b: &Picture) -> Vec<bool> {
-    // A pixel shows a surface if any of its texels does.
     use crate::render::SUPERSAMPLING as N;
     let width = a.size_px.x * N;
     let shows = |picture: &Picture, x: u32, y: u32| {
@@ -118,7 +91,7 @@ pub(crate) mod tests {
 
     /// A step of 10 levels on a quarter of the shown pixels: √(100/4) = 5.
     #[test]
-    fn known_steps_give_known_errors() {
+    fn known_step_gives_known_rmse() {
         let size = UVec2::new(16, 8);
         let reference = flat(size, 90.0, 8);
         let mut picture = reference.clone();
@@ -129,20 +102,8 @@ pub(crate) mod tests {
         }
         let error = image_error(&reference, &picture, true);
         assert!((error.rmse - 5.0).abs() < 1e-9, "{error:?}");
-        assert!((error.share_off - 0.25).abs() < 1e-12, "{error:?}");
         assert_eq!(error.silhouette_px, 0.0);
         let flip = error.flip.unwrap();
         assert!(flip > 0.0 && flip < 0.25, "{error:?}");
-    }
-
-    #[test]
-    fn a_scene_that_brightens_by_itself_has_no_temporal_error() {
-        let size = UVec2::new(4, 4);
-        let frame = |level| flat(size, level, 4);
-        let (dark, bright) = (frame(50.0), frame(60.0));
-        let calm = temporal_error([&dark, &bright], [&frame(55.0), &frame(65.0)]);
-        assert!(calm < 1e-6, "{calm}");
-        let popping = temporal_error([&dark, &bright], [&dark, &frame(63.0)]);
-        assert!((popping - 3.0).abs() < 1e-6, "{popping}");
     }
 }

@@ -1,4 +1,4 @@
-//! How far outlines lie apart.
+//! Distance between outlines.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -12,10 +12,9 @@ use crate::render::{Picture, SUPERSAMPLING};
 #[must_use]
 pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
     let texels_to_px = 1.0 / f64::from(SUPERSAMPLING);
-    // What one covers and the other does not.
+    // The area that only one of them covers.
     let pairs = reference.covered.iter().zip(&picture.covered);
     let area = pairs.filter(|(a, b)| a != b).count() as f64 * texels_to_px * texels_to_px;
-    // How long the outline is.
     let outline = outline_steps(reference) as f64 * FRAC_PI_4 * texels_to_px;
     if outline > 0.0 { area / outline } else { 0.0 }
 }
@@ -23,7 +22,6 @@ pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
 /// Sides of texels between covered and not covered.
 fn outline_steps(picture: &Picture) -> usize {
     let width = (picture.size_px.x * SUPERSAMPLING) as usize;
-    // Neighbours along rows, and from row to row.
     let rows = || picture.covered.chunks_exact(width);
     let along = rows()
         .flat_map(|row| row.windows(2))
@@ -58,14 +56,14 @@ mod tests {
 
     /// Disks of 40 and 42 px: the ring between them is 2 px wide, and a little longer outside.
     #[test]
-    fn grown_disk_is_off_by_what_it_grew() {
+    fn distance_of_concentric_disks_is_the_ring() {
         let off = silhouette_px(&disk(100, 40.0), &disk(100, 42.0));
         let ring = (42.0f64.powi(2) - 40.0f64.powi(2)) / (2.0 * 40.0);
         assert!((off - ring).abs() < 0.03, "{off} {ring}");
     }
 
     #[test]
-    fn a_picture_without_outline_has_no_silhouette() {
+    fn picture_without_outline_has_no_distance() {
         let all = flat(UVec2::splat(8), 0.0, 8);
         assert_eq!(silhouette_px(&all, &flat(UVec2::splat(8), 0.0, 4)), 0.0);
     }

@@ -1,10 +1,9 @@
-//! Levels of whole meshes as pictures: how far each is from its source, at which size on screen.
+//! Image errors of the levels of whole meshes, by size on screen.
 //!
-//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn beside the source from directions spread over the
-//! sphere, so small that its bounding sphere has one of [`RADII_PX`], and the pictures are compared.
-//! What the selection draws at [`ASKED_PX`] of quality is drawn and compared, too.
+//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn from directions spread over the sphere and compared with
+//! the source. Its bounding sphere has each of [`RADII_PX`] on screen. The levels that the selection chooses at
+//! [`ERROR_PX`] of quality are drawn and compared, too.
 
-mod flight;
 mod prop;
 
 use std::fmt::Write;
@@ -16,15 +15,14 @@ use serde::Serialize;
 use crate::eye::Eye;
 use crate::measure::image_error;
 use crate::render::{Picture, RenderError, Renderer};
-use prop::Prop;
 
-pub use flight::{FlightFrame, Pop, fly, pop_table, pops};
+pub use prop::Prop;
 
 /// Radii of the mesh on screen, in pixels.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
-/// The screen-space error that the selection is asked for.
-pub const ASKED_PX: f32 = 1.0;
-/// Field of view of the pictures, in degrees: from far away, as small things are seen.
+/// The threshold of the selection.
+pub const ERROR_PX: f32 = 1.0;
+/// Field of view of the pictures, in degrees: narrow, because small props are far away.
 const FOVY_DEG: f32 = 10.0;
 
 /// The levels of one mesh.
@@ -34,9 +32,9 @@ pub struct PropResult {
     pub name: String,
     /// Triangles of its source.
     pub triangles: u64,
-    /// Its levels, the source left out, finest first.
+    /// Its levels without the source, finest first.
     pub levels: Vec<LevelResult>,
-    /// Triangles that the selection draws at each of [`RADII_PX`], in the mean over the directions, and how they look.
+    /// Mean triangles and errors of the selected levels at each of [`RADII_PX`].
     pub chosen: Vec<(f64, Look)>,
 }
 
@@ -45,15 +43,13 @@ pub struct PropResult {
 pub struct LevelResult {
     /// Its triangles.
     pub triangles: u32,
-    /// Whether it is cards, wholly or in part.
-    pub has_cards: bool,
-    /// The error by which it is chosen, relative to the radius of the mesh.
+    /// Its error, relative to the radius of the mesh.
     pub error: f32,
-    /// What it looks like at each of [`RADII_PX`].
+    /// Its image errors at each of [`RADII_PX`].
     pub looks: Vec<Look>,
 }
 
-/// How pictures differ from the source's, in the mean over all directions.
+/// Differences of pictures from the source's; means over all directions.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Look {
     /// Root of the mean squared difference of channels, of 255.
@@ -64,7 +60,7 @@ pub struct Look {
     pub covered: f64,
 }
 
-/// Measures the levels of a prop of one or more meshes, `baked`, seen from so many directions.
+/// Measures the levels of a prop of one or more `baked` meshes.
 ///
 /// # Errors
 /// As [`Renderer::draw`].
@@ -90,7 +86,7 @@ pub fn measure(
             for (looks, (_, units)) in looks.iter_mut().zip(&levels) {
                 looks[at].add(&look(units)?, share);
             }
-            let units = prop.chosen(&eye);
+            let units = prop.selected(&eye);
             chosen[at].0 += f64::from(prop.triangles(&units)) * share;
             chosen[at].1.add(&look(&units)?, share);
         }
@@ -100,7 +96,6 @@ pub fn measure(
         .zip(looks)
         .map(|((error, units), looks)| LevelResult {
             triangles: prop.triangles(units),
-            has_cards: prop.has_cards(units),
             error: error / prop.sphere.radius,
             looks,
         });
@@ -120,7 +115,9 @@ impl Look {
     }
 }
 
-fn look_of(reference: &Picture, picture: &Picture) -> Look {
+/// The differences of a picture from the source's.
+#[must_use]
+pub fn look_of(reference: &Picture, picture: &Picture) -> Look {
     let error = image_error(reference, picture, true);
     let area = |covered: &[bool]| covered.iter().filter(|c| **c).count() as f64;
     Look {
@@ -131,28 +128,29 @@ fn look_of(reference: &Picture, picture: &Picture) -> Look {
 }
 
 /// One of `count` directions on a spiral from pole to pole.
-fn direction(index: u32, count: u32) -> Vec3 {
+#[must_use]
+pub fn direction(index: u32, count: u32) -> Vec3 {
     let y = 1.0 - 2.0 * (index as f32 + 0.5) / count as f32;
-    // The golden angle: no two meridians meet.
+    // By the golden angle no two directions have the same meridian.
     let (sin, cos) = (index as f32 * 2.399_963).sin_cos();
     let across = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(across * cos, y, across * sin)
 }
 
-/// An eye that sees a sphere with a radius of so many pixels.
-fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
+/// An eye for which a sphere has a radius of `radius_px` on screen.
+#[must_use]
+pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
     let size_px = (2.8 * radius_px).ceil().max(16.0);
     let eye = Eye::perspective(FOVY_DEG, Vec2::splat(size_px), sphere.radius * 1e-2);
     let distance = sphere.radius * eye.focal_px() / radius_px;
     eye.looking_at(sphere.center + direction * distance, sphere.center)
 }
 
-/// A table for each mesh: a row a level, the sizes side by side.
+/// A table for each mesh: one row per level, the sizes side by side.
 #[must_use]
 pub fn table(results: &[PropResult]) -> String {
-    let mut text = String::from(
-        "of each level, by the radius on screen in pixels: RMSE of 255, FLIP, area covered; c: cards\n",
-    );
+    let mut text =
+        String::from("levels by the radius on screen in pixels: RMSE of 255, FLIP, area covered\n");
     for result in results {
         let _ = write!(
             text,
@@ -164,15 +162,14 @@ pub fn table(results: &[PropResult]) -> String {
         }
         text.push('\n');
         for level in &result.levels {
-            let kind = if level.has_cards { 'c' } else { ' ' };
-            let _ = write!(text, "{:>9} {kind} {:>7.4}", level.triangles, level.error);
+            let _ = write!(text, "{:>9}   {:>7.4}", level.triangles, level.error);
             level
                 .looks
                 .iter()
                 .for_each(|look| write_look(&mut text, look));
             text.push('\n');
         }
-        let _ = write!(text, "drawn at {ASKED_PX} px, triangles:");
+        let _ = write!(text, "selected at {ERROR_PX} px, triangles:");
         for (triangles, _) in &result.chosen {
             let _ = write!(text, " {triangles:.0}");
         }

@@ -1,26 +1,29 @@
-//! A prop of one or more meshes, each with levels of its own.
+//! A prop of one or more meshes, each with its own levels.
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use fieldlod_select::{Cut, LodSettings, select};
 use glam::Affine3A;
 
-use super::ASKED_PX;
+use super::ERROR_PX;
 use crate::eye::Eye;
 use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
 
-/// The meshes of a prop as levels of whole meshes, ready to be drawn.
-pub(super) struct Prop {
-    pub(super) meshes: Vec<Hierarchy>,
+/// The meshes of a prop as levels of whole meshes, uploaded.
+#[derive(Debug)]
+pub struct Prop {
+    meshes: Vec<Hierarchy>,
     models: Vec<DrawnModel>,
-    /// Around the sources, so that bakes of them are seen at the same size.
-    pub(super) sphere: Sphere,
+    /// Around the sources, so that different bakes have the same size on screen.
+    pub sphere: Sphere,
 }
 
-/// What is drawn of a prop: a unit of each mesh.
-pub(super) type Units = Vec<u32>;
+/// The drawn unit of each mesh.
+type Units = Vec<u32>;
 
 impl Prop {
-    pub(super) fn new(renderer: &Renderer, baked: &[Hierarchy]) -> Self {
+    /// Uploads the levels of whole meshes of `baked`.
+    #[must_use]
+    pub fn new(renderer: &Renderer, baked: &[Hierarchy]) -> Self {
         let whole = |baked: &Hierarchy| baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
         let meshes: Vec<Hierarchy> = baked.iter().map(whole).collect();
         let sources = meshes.iter().flat_map(|mesh| {
@@ -34,12 +37,13 @@ impl Prop {
         }
     }
 
-    /// All in full.
-    pub(super) fn source(&self) -> Units {
+    /// Full detail.
+    #[must_use]
+    pub fn source(&self) -> Units {
         vec![0; self.meshes.len()]
     }
 
-    /// Each level after the source, with the error by which it is chosen: all meshes as fine as that allows.
+    /// All levels but the source with their errors. At each error, all meshes are as coarse as it allows.
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
         let groups = self.meshes.iter().flat_map(|mesh| &mesh.groups);
         let mut errors: Vec<f32> = groups
@@ -60,10 +64,11 @@ impl Prop {
             .collect()
     }
 
-    /// What is drawn by [`ASKED_PX`].
-    pub(super) fn chosen(&self, eye: &Eye) -> Units {
+    /// The units selected at [`ERROR_PX`].
+    #[must_use]
+    pub fn selected(&self, eye: &Eye) -> Units {
         let settings = LodSettings {
-            error_px: Some(ASKED_PX),
+            error_px: Some(ERROR_PX),
             ..LodSettings::default()
         };
         let mut cut = Cut::default();
@@ -74,20 +79,20 @@ impl Prop {
         self.meshes.iter().map(&mut unit).collect()
     }
 
-    pub(super) fn triangles(&self, units: &[u32]) -> u32 {
+    /// Triangles of some units.
+    #[must_use]
+    pub fn triangles(&self, units: &[u32]) -> u32 {
         let pairs = self.meshes.iter().zip(units);
         pairs
             .map(|(mesh, &unit)| mesh.units[unit as usize].triangle_count)
             .sum()
     }
 
-    /// Whether a mesh is drawn as cards.
-    pub(super) fn has_cards(&self, units: &[u32]) -> bool {
-        let mut pairs = self.meshes.iter().zip(units);
-        pairs.any(|(mesh, &unit)| mesh.card_units().contains(&(unit as usize)))
-    }
-
-    pub(super) fn draw(
+    /// Draws some units.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`].
+    pub fn draw(
         &self,
         renderer: &Renderer,
         eye: &Eye,
@@ -96,6 +101,6 @@ impl Prop {
         let placed = self.models.iter().zip(units.chunks(1));
         let placed = placed.map(|(model, unit)| PlacedUnits::at_origin(model, unit));
         let placed: Vec<PlacedUnits<'_>> = placed.collect();
-        Ok(renderer.draw_scene(&placed, eye, None)?.0)
+        renderer.draw_scene(&placed, eye)
     }
 }

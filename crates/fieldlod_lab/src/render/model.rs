@@ -1,4 +1,4 @@
-//! A hierarchy on the adapter.
+//! A hierarchy on the GPU.
 
 use std::ops::Range;
 
@@ -7,8 +7,6 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::{Affine3A, Vec2, Vec3};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-use super::cards::DrawnCards;
-
 /// A hierarchy's vertices and the triangles of all its units, ready to be drawn.
 #[derive(Debug)]
 pub struct DrawnModel {
@@ -16,21 +14,17 @@ pub struct DrawnModel {
     pub(super) indices: wgpu::Buffer,
     /// The range of each unit's indices.
     pub(super) units: Vec<Range<u32>>,
-    /// Those of the units that are cards.
-    pub(super) cards: Option<DrawnCards>,
 }
 
-/// Units of a model, somewhere in the world.
+/// Units of a model at a place in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedUnits<'a> {
     /// The model.
     pub model: &'a DrawnModel,
-    /// Where it is; its scale is the same along all axes.
+    /// Its place; its scale must be the same along all axes.
     pub world_from_local: Affine3A,
     /// The units to draw.
     pub units: &'a [u32],
-    /// By how much the numbers of its units grow in a [`UnitMap`](super::UnitMap).
-    pub first_id: u32,
 }
 
 impl<'a> PlacedUnits<'a> {
@@ -41,7 +35,6 @@ impl<'a> PlacedUnits<'a> {
             model,
             world_from_local: Affine3A::IDENTITY,
             units,
-            first_id: 0,
         }
     }
 }
@@ -61,7 +54,7 @@ impl Vertex {
 }
 
 impl DrawnModel {
-    pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue, hierarchy: &Hierarchy) -> Self {
+    pub(super) fn new(device: &wgpu::Device, hierarchy: &Hierarchy) -> Self {
         let (indices, units) = indices_of(hierarchy);
         let buffer = |contents: &[u8], usage| {
             device.create_buffer_init(&BufferInitDescriptor {
@@ -75,19 +68,13 @@ impl DrawnModel {
             vertices: buffer(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer(bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             units,
-            cards: DrawnCards::new(device, queue, hierarchy),
         }
-    }
-
-    /// The indices of a unit that is cards, into those of cards.
-    pub(super) fn card_indices(&self, unit: u32) -> Option<Range<u32>> {
-        self.cards.as_ref()?.indices_of(unit)
     }
 }
 
 fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     let source = &hierarchy.vertices;
-    // Meshes without normals get smooth ones.
+    // Meshes without normals get smooth normals.
     let computed;
     let normals = if source.normals.is_empty() {
         computed = smooth_normals(hierarchy);

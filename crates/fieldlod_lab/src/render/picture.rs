@@ -1,4 +1,4 @@
-//! Pictures as they come back from the adapter.
+//! Pictures read back from the GPU.
 
 use glam::UVec2;
 
@@ -16,15 +16,6 @@ pub struct Picture {
     pub colors: Vec<[f32; 3]>,
     /// Whether each texel shows a surface, by rows; [`SUPERSAMPLING`] times as many each way.
     pub covered: Vec<bool>,
-}
-
-/// The unit that each texel of a picture shows, by rows.
-#[derive(Clone, Debug, PartialEq)]
-pub struct UnitMap {
-    /// Width and height in texels.
-    pub size_texels: UVec2,
-    /// The unit drawn; `None` where nothing is.
-    pub units: Vec<Option<u32>>,
 }
 
 impl Picture {
@@ -99,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_texels_average_to_themselves() {
+    fn equal_texels_keep_their_colour() {
         let texels = [[200, 100, 7, 255]; 4];
         let picture = Picture::of_texels(UVec2::splat(2), &texels);
         for (level, expected) in picture.colors[0].into_iter().zip([200.0, 100.0, 7.0]) {

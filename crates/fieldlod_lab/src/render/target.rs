@@ -1,4 +1,4 @@
-//! Textures that are drawn to and read back.
+//! Render targets that are read back.
 
 use glam::UVec2;
 
@@ -7,21 +7,25 @@ use super::RenderError;
 /// Rows of a copied texture start at multiples of this.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
-/// What depths are drawn to.
+/// Format of the depth buffer.
 pub(super) const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// A texture of four bytes a texel.
 #[derive(Debug)]
 pub(super) struct Target {
     texture: wgpu::Texture,
-    pub(super) view: wgpu::TextureView,
+    view: wgpu::TextureView,
 }
 
 impl Target {
     pub(super) fn new(device: &wgpu::Device, size: UVec2, format: wgpu::TextureFormat) -> Self {
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: None,
-            size: extent(size),
+            size: wgpu::Extent3d {
+                width: size.x,
+                height: size.y,
+                depth_or_array_layers: 1,
+            },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -33,14 +37,38 @@ impl Target {
         Self { texture, view }
     }
 
-    /// The texels by rows.
+    /// The color attachment of a pass that clears the target.
+    pub(super) fn cleared(&self) -> wgpu::RenderPassColorAttachment<'_> {
+        wgpu::RenderPassColorAttachment {
+            view: &self.view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        }
+    }
+
+    /// The depth attachment of a pass that clears the target.
+    pub(super) fn cleared_depth(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+        wgpu::RenderPassDepthStencilAttachment {
+            view: &self.view,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(0.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }
+    }
+
+    /// Reads the texels, row by row.
     pub(super) fn read<T: bytemuck::Pod>(
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
     ) -> Result<Vec<T>, RenderError> {
         let size = self.texture.size();
-        // A buffer for rows that begin at multiples of the alignment.
         let row_bytes = (size.width * 4).next_multiple_of(ROW_ALIGNMENT);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -48,7 +76,6 @@ impl Target {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        // Copy, wait, and map.
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
@@ -66,7 +93,7 @@ impl Target {
         buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
         wait(device)?;
         let bytes = buffer.slice(..).get_mapped_range();
-        // Rows without what pads them.
+        // Rows without their padding.
         let rows = bytes.chunks_exact(row_bytes as usize);
         let row =
             |row: &[u8]| bytemuck::pod_collect_to_vec::<u8, T>(&row[..size.width as usize * 4]);
@@ -74,16 +101,8 @@ impl Target {
     }
 }
 
-pub(super) fn extent(size: UVec2) -> wgpu::Extent3d {
-    wgpu::Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    }
-}
-
-/// Waits until all that was submitted is done.
-pub(super) fn wait(device: &wgpu::Device) -> Result<(), RenderError> {
+/// Waits until all submitted work is done.
+fn wait(device: &wgpu::Device) -> Result<(), RenderError> {
     let done = device.poll(wgpu::PollType::wait_indefinitely());
     done.map(|_| ())
         .map_err(|error| RenderError::Lost(error.to_string()))

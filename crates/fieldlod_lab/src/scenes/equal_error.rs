@@ -1,58 +1,54 @@
-//! The threshold at which a method's pictures are as near to full detail as another's, and what that draws.
+//! The threshold at which one selection has the image error of another.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::choice::Visibility;
 use super::frame::{Frame, Measured};
-use super::world::World;
 use crate::render::RenderError;
 
-/// By how much errors may differ that count as equal.
+/// Relative difference below which errors count as equal.
 const EQUAL: f64 = 0.004;
-/// Thresholds that are tried at most.
+/// The greatest number of thresholds to try.
 const MOST_TRIES: usize = 9;
-/// How errors grow with a threshold, about: to be begun with.
+/// The first guess of the power by which errors grow with a threshold.
 const FIRST_POWER: f64 = 0.4;
 
-/// What a method draws at a threshold, over all frames.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The result of one selection, over all frames.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// The method.
-    pub visibility: Visibility,
-    /// The threshold: pixels, or squared levels of error per triangle of the oracle.
-    pub threshold: f64,
+    /// Whether visible flux is enabled.
+    pub visible_flux: bool,
+    /// The threshold, in pixels.
+    pub threshold_px: f64,
     /// Mean triangles in view.
     pub triangles: f64,
-    /// Those over the ones that are drawn without knowing what hides what.
+    /// Triangles relative to those without visible flux.
     pub share: f64,
-    /// The share in the frame in which it is greatest.
+    /// The greatest share of a single frame.
     pub worst_share: f64,
-    /// Root of the mean squared error of the pictures, of 255.
+    /// Root mean squared error of the pictures, of 255.
     pub rmse: f64,
     /// Mean of FLIP, from 0 to 1.
     pub flip: f64,
 }
 
-/// One method over all frames at a threshold.
+/// All frames at one threshold.
 struct Run {
-    threshold: f64,
+    visible_flux: bool,
+    threshold_px: f64,
     frames: Vec<Measured>,
 }
 
 impl Run {
     fn new(
-        world: &World,
         frames: &[Frame],
-        visibility: Visibility,
-        threshold: f64,
+        visible_flux: bool,
+        threshold_px: f64,
         with_flip: bool,
     ) -> Result<Self, RenderError> {
-        let measure = |frame: &Frame| {
-            let cuts = visibility.choose(world, frame, threshold as f32);
-            frame.measure(&cuts, with_flip)
-        };
+        let measure = |frame: &Frame| frame.measure(threshold_px as f32, visible_flux, with_flip);
         Ok(Self {
-            threshold,
+            visible_flux,
+            threshold_px,
             frames: frames.iter().map(measure).collect::<Result<_, _>>()?,
         })
     }
@@ -69,12 +65,12 @@ impl Run {
         self.mean(|frame| frame.triangles as f64)
     }
 
-    fn row(&self, visibility: Visibility, base: &Self) -> Row {
+    fn row(&self, base: &Self) -> Row {
         let pairs = self.frames.iter().zip(&base.frames);
         let shares = pairs.map(|(frame, base)| frame.triangles as f64 / base.triangles as f64);
         Row {
-            visibility,
-            threshold: self.threshold,
+            visible_flux: self.visible_flux,
+            threshold_px: self.threshold_px,
             triangles: self.triangles(),
             share: self.triangles() / base.triangles(),
             worst_share: shares.fold(0.0, f64::max),
@@ -84,54 +80,30 @@ impl Run {
     }
 }
 
-/// What is drawn without knowing what hides what at `error_px`, and by methods at the same error of the
-/// pictures.
+/// Without visible flux at `error_px`, and with it at the same image error.
 ///
 /// # Errors
-/// [`RenderError`] from an adapter that stops.
-pub(super) fn rows(
-    world: &World,
-    frames: &[Frame],
-    error_px: f64,
-    methods: &[Visibility],
-) -> Result<Vec<Row>, RenderError> {
-    let base = Run::new(world, frames, Visibility::Unknown, error_px, true)?;
-    let mut rows = vec![base.row(Visibility::Unknown, &base)];
-    for &method in methods {
-        let first = match method {
-            Visibility::Oracle => oracle_threshold(frames),
-            _ => error_px,
-        };
-        let run = at_equal_error(base.rmse(), first, |threshold| {
-            Run::new(world, frames, method, threshold, false)
-        })?;
-        // FLIP takes longer than all else, and is looked at only here.
-        let run = Run::new(world, frames, method, run.threshold, true)?;
-        rows.push(run.row(method, &base));
-    }
-    Ok(rows)
+/// [`RenderError`] if the device is lost.
+pub(super) fn rows(frames: &[Frame], error_px: f64) -> Result<[Row; 2], RenderError> {
+    let base = Run::new(frames, false, error_px, true)?;
+    let threshold_px = threshold_at_equal_error(base.rmse(), error_px, |threshold_px| {
+        Ok(Run::new(frames, true, threshold_px, false)?.rmse())
+    })?;
+    // FLIP takes most of the time, so the search skips it.
+    let with_flux = Run::new(frames, true, threshold_px, true)?;
+    Ok([base.row(&base), with_flux.row(&base)])
 }
 
-/// A threshold of the oracle in the middle of what matters.
-fn oracle_threshold(frames: &[Frame]) -> f64 {
-    let thresholds = frames.iter().filter_map(|frame| {
-        let thresholds = frame.limits().oracle.thresholds(13);
-        thresholds.get(thresholds.len() / 2).copied()
-    });
-    let sorted = thresholds.map(f64::from).collect::<Vec<_>>();
-    sorted.iter().sum::<f64>() / sorted.len().max(1) as f64
-}
-
-/// The run whose error is nearest to `rmse`: by secants on logarithmic scales.
-fn at_equal_error(
+/// The threshold whose error is nearest to `rmse`: by secants on logarithmic scales.
+fn threshold_at_equal_error(
     rmse: f64,
     first: f64,
-    mut run: impl FnMut(f64) -> Result<Run, RenderError>,
-) -> Result<Run, RenderError> {
-    let off = |run: &Run| (run.rmse() / rmse).ln();
-    let mut best = run(first)?;
+    mut rmse_at: impl FnMut(f64) -> Result<f64, RenderError>,
+) -> Result<f64, RenderError> {
+    let mut off_at = |log: f64| Ok::<f64, RenderError>((rmse_at(log.exp())? / rmse).ln());
+    let mut tried = (first.ln(), off_at(first.ln())?);
+    let mut best = tried;
     let mut last: Option<(f64, f64)> = None;
-    let mut tried = (first.ln(), off(&best));
     for _ in 1..MOST_TRIES {
         if tried.1.abs() < EQUAL {
             break;
@@ -140,19 +112,30 @@ fn at_equal_error(
             Some((threshold, off)) => (tried.1 - off) / (tried.0 - threshold),
             None => FIRST_POWER,
         };
-        // Errors jitter where they are nearly equal.
+        // Errors that are nearly equal jitter, so the power can be anything.
         let power = if power.is_finite() {
             power.clamp(0.05, 2.0)
         } else {
             FIRST_POWER
         };
         let next = tried.0 - (tried.1 / power).clamp(-1.5, 1.5);
-        let another = run(next.exp())?;
         last = Some(tried);
-        tried = (next, off(&another));
-        if tried.1.abs() < off(&best).abs() {
-            best = another;
+        tried = (next, off_at(next)?);
+        if tried.1.abs() < best.1.abs() {
+            best = tried;
         }
     }
-    Ok(best)
+    Ok(best.0.exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn search_finds_threshold_of_a_power_law() {
+        let law = |threshold: f64| Ok(3.0 * threshold.powf(0.7));
+        let found = threshold_at_equal_error(1.8, 1.0, law).unwrap();
+        assert!((law(found).unwrap() / 1.8 - 1.0).abs() < EQUAL, "{found}");
+    }
 }

@@ -1,4 +1,4 @@
-//! Worlds that the program makes: hills with things on them, a street, a wood.
+//! Generated worlds: hills with props, a street, a wood.
 
 use std::f32::consts::TAU;
 
@@ -12,13 +12,13 @@ use crate::eye::Eye;
 
 /// Height of an eye above the ground, in metres.
 const EYE_HEIGHT: f32 = 1.7;
-/// Distance from an eye to the nearest thing at least, in metres.
+/// Least distance from an eye to an instance, in metres.
 const FREE: f32 = 2.5;
 
-/// The worlds, each with so many frames of a size in pixels.
+/// The worlds, each with `frames` frames of a size in pixels.
 ///
 /// # Errors
-/// [`MeshError`] if a mesh of theirs cannot be baked.
+/// [`MeshError`] if a mesh could not be baked.
 pub fn generated_worlds(frames: usize, size_px: Vec2) -> Result<Vec<World>, MeshError> {
     let maker = |name, side, relief| Maker::new(name, side, relief, size_px);
     Ok(vec![
@@ -28,7 +28,7 @@ pub fn generated_worlds(frames: usize, size_px: Vec2) -> Result<Vec<World>, Mesh
     ])
 }
 
-/// Hills of 19 m with rocks, knots and trees on them.
+/// Hills of 19 m with rocks, knots and trees.
 fn hills(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
     for seed in 0..3 {
         maker.scatter(&fixtures::rock(4, seed), true, 90, 0.4..2.4)?;
@@ -38,7 +38,7 @@ fn hills(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
     Ok(maker.with_eyes(frames, TAU))
 }
 
-/// Three streets with houses on both sides; trees, rocks and knots before, behind and between them.
+/// Three streets with houses on both sides; trees, rocks and knots around them.
 fn street(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
     let sizes = [[14.0, 9.0, 9.0], [14.0, 12.5, 10.0], [14.0, 6.5, 8.0]];
     let mut houses = Vec::new();
@@ -71,7 +71,7 @@ fn wood(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
     Ok(maker.with_eyes(frames, TAU))
 }
 
-/// A world that is being made, with a ground.
+/// A world in construction, with a ground.
 struct Maker {
     world: World,
     random: Random,
@@ -80,7 +80,7 @@ struct Maker {
     /// The ground in the world, cell by cell.
     ground: SourceMesh,
     cells: usize,
-    /// Middles of what stands there, and how near an eye may not come.
+    /// Centers of the instances, and the radius in which no eye is placed.
     taken: Vec<(Vec2, f32)>,
 }
 
@@ -121,7 +121,7 @@ impl Maker {
         self.taken.push((Vec2::new(at.x, at.z), radius));
     }
 
-    /// A place within a share of the ground where nothing is within a distance.
+    /// A place within a share of the ground, with no instance within a distance.
     fn free_place(&mut self, share: f32, distance: f32) -> Vec2 {
         let mut at = Vec2::ZERO;
         for _ in 0..100 {
@@ -156,7 +156,7 @@ impl Maker {
         Ok(())
     }
 
-    /// Eyes at the height of one who walks, which look along x by turns, up to half an angle aside.
+    /// Eyes at the height of a pedestrian. They look along +x and −x in turn, up to half of `spread` aside.
     fn with_eyes(mut self, frames: usize, spread: f32) -> World {
         for frame in 0..frames {
             let at = self.free_place(0.6, FREE);

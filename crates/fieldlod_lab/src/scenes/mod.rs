@@ -1,19 +1,13 @@
-//! Scenes of several objects: what it is worth to know what hides what.
+//! Scenes of many instances: triangles with and without visible flux at equal image error.
 //!
-//! Worlds are drawn from where one who walks sees them ([`generated_worlds`], or a [`World`] of one's own). At
-//! the error that today's pictures have at a threshold, each [`Visibility`] draws so many triangles
-//! ([`Row`]): the threshold is searched until the root mean squared difference from full detail, over all
-//! frames, is the same.
+//! [`generated_worlds`], or a [`World`] built by the caller, are drawn from the eye height of a pedestrian. The
+//! threshold with visible flux is searched until the root mean squared difference from full detail, over all
+//! frames, is that of [`ERROR_PX`] without it ([`Row`]).
 //!
-//! # What is fair
+//! # What makes the comparison fair
 //! - Only units that touch the view are counted, as if all renderers culled them.
-//! - Each frame is selected from scratch; no hysteresis helps or harms.
-//! - Shares known from the picture are of the picture of full detail: texels that show a group's surface
-//!   over those that its front covers.
-//! - The oracle gives a group the squared differences that drawing its level makes where it shows, over the
-//!   triangles saved. With shadows, what a caster changes elsewhere is not given to it.
+//! - Each frame is selected from scratch, without hysteresis.
 
-mod choice;
 mod equal_error;
 mod frame;
 mod generated;
@@ -21,8 +15,7 @@ mod report;
 mod shapes;
 mod world;
 
-pub use choice::Visibility;
 pub use equal_error::Row;
 pub use generated::generated_worlds;
-pub use report::{Options, WorldResult, measure, table};
+pub use report::{ERROR_PX, WorldResult, measure, table};
 pub use world::World;

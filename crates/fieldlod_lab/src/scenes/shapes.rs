@@ -1,4 +1,4 @@
-//! What stands in the generated worlds, in metres, with its foot at the origin.
+//! Shapes of the generated worlds, in metres, with their foot at the origin.
 
 use std::f32::consts::TAU;
 
@@ -48,26 +48,26 @@ pub(super) fn tree(height: f32, clumps: u32, seed: u32) -> SourceMesh {
     joined(&parts)
 }
 
-/// A sheet from a corner along two sides, dented against its normal as deep as told, in metres, by metres
-/// along both sides; not at its border.
+/// A sheet from a corner along two sides. `depth` displaces it against its normal, by metres along both sides,
+/// except at its border.
 fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> SourceMesh {
     let size = Vec2::new(along.length(), up.length());
     let cells = (size.max_element() * CELLS_PER_M) as u32;
     let mut mesh = plane(cells);
     let normal = along.cross(up).normalize();
-    for (position, uv) in mesh.positions.iter_mut().zip(&mut mesh.uvs) {
+    for vertex in 0..mesh.positions.len() {
         // The plane's rows go along x, and its front is +Y.
-        let at = Vec2::new(uv.y, uv.x);
+        let at = Vec2::new(mesh.uvs[vertex].y, mesh.uvs[vertex].x);
         let is_inside = at.min_element() > 0.0 && at.max_element() < 1.0;
         let depth = if is_inside {
             depth(at.x * size.x, at.y * size.y)
         } else {
             0.0
         };
-        *position = from + along * at.x + up * at.y - normal * depth;
-        *uv = at * size / 24.0;
+        mesh.positions[vertex] = from + along * at.x + up * at.y - normal * depth;
+        mesh.uvs[vertex] = at * size / 24.0;
     }
-    // Along × up is −Y of the plane's own x and z taken the other way around, which is its front.
+    // The plane's rows and columns are swapped, so its front becomes along × up.
     with_smooth_normals(mesh)
 }
 
@@ -79,7 +79,7 @@ fn window_depth(across: f32, up: f32) -> f32 {
     frame * 0.35 + (1.0 - frame) * (0.02 + 0.02 * joints)
 }
 
-/// A sheet that stands on x rolled to a stem that grows thinner.
+/// Rolls a sheet along x into a tapered stem.
 fn rolled(mut mesh: SourceMesh, radius: f32) -> SourceMesh {
     let height = mesh
         .positions
@@ -98,7 +98,7 @@ fn rolled(mut mesh: SourceMesh, radius: f32) -> SourceMesh {
 mod tests {
     use super::*;
 
-    /// The surface looks outwards: six times the signed volume.
+    /// Six times the signed volume, positive if the surface faces outwards.
     fn six_volumes(mesh: &SourceMesh) -> f32 {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
         let volume = |triangle: &[u32; 3]| {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_look_outwards() {
+    fn shapes_face_outwards() {
         let house = house(Vec3::new(10.0, 8.0, 6.0));
         let volume = six_volumes(&house) / 6.0;
         // The floor, at height 0, adds nothing.

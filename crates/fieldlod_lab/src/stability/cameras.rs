@@ -1,4 +1,4 @@
-//! Where cameras stand.
+//! Cameras of the cases.
 
 use glam::{Affine3A, Vec2, Vec3};
 
@@ -9,8 +9,7 @@ use crate::object::LodObject;
 /// The window of most cases, in pixels.
 pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
 
-/// A small window, in which a fixture's levels matter from near by, as those of a mesh with many times
-/// its triangles do in a large one.
+/// A small window, in which near fixtures need several levels, like larger meshes in a large window.
 pub(super) const SMALL: Vec2 = Vec2::new(640.0, 360.0);
 
 /// A perspective camera with a near plane that suits the object.
@@ -18,40 +17,40 @@ pub(super) fn eye(fovy_deg: f32, window_px: Vec2, object: &LodObject) -> Eye {
     Eye::perspective(fovy_deg, window_px, object.radius * 1e-3)
 }
 
-/// Distances just beyond those at which a level of the whole object shows 1 px on the axis: where a
-/// criterion that is short anywhere shows it.
+/// Distances just beyond those at which a level of the whole object has an error of 1 px on the axis. A criterion
+/// that underestimates the error fails there first.
 pub(super) fn distances(object: &LodObject, eye: &Eye) -> Vec<f32> {
-    // Where each level starts on the axis, but for those that start inside of the object.
+    // The starts of levels on the axis, except those inside of the object.
     let errors = object.level_errors_in_local.iter().skip(1);
     let starts = errors.map(|error| (error * eye.focal_px() + object.radius) * 1.02);
     let outside = starts.filter(|start| *start > object.radius * 1.2);
     outside.take(4).collect()
 }
 
-/// A shot from each of these distances.
+/// A shot from each of the [`distances`].
 pub(super) fn at_distances(object: &LodObject, eye: &Eye, shot: impl Fn(f32) -> Shot) -> Vec<Shot> {
     distances(object, eye).into_iter().map(shot).collect()
 }
 
-/// An eye at `distance` from the middle of the object, a little from above, looking at it.
+/// An eye at `distance` from the center of the object, slightly above it, looking at it.
 pub(super) fn from_front(eye: Eye, object: &LodObject, distance: f32) -> Eye {
     around(eye, object, distance, 0.0)
 }
 
-/// An eye likewise, but from `angle_deg` around the object.
+/// The same eye, rotated by `angle_deg` around the object.
 pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32) -> Eye {
     let (sin, cos) = (angle_deg.to_radians() + 0.4).sin_cos();
     let direction = Vec3::new(sin, 0.35, cos).normalize();
     eye.looking_at(object.center + direction * distance, object.center)
 }
 
-/// A place `height` (a share of the object's radius) above the vertex nearest to the shares `x` and
-/// `z` of the object's box.
+/// A place above the vertex nearest to the shares `x` and `z` of the object's box, by `height` as a share of the
+/// object's radius.
 pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
     object.vertex_below(x, z) + Vec3::Y * (height * object.radius)
 }
 
-/// An instance scaled around the middle of the object.
+/// An instance scaled around the center of the object.
 pub(super) fn scaled(object: &LodObject, scale: Vec3) -> Instance {
     let center = Affine3A::from_translation(object.center);
     Instance::at(center * Affine3A::from_scale(scale) * center.inverse())

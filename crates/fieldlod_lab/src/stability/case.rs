@@ -1,4 +1,4 @@
-//! What a case is: a sequence of views of an instance, and what is asked of a method in it.
+//! A case: a sequence of views of an instance, and the faults that it checks for.
 
 use serde::Serialize;
 
@@ -6,27 +6,27 @@ use super::fixtures::Fixture;
 use crate::eye::{Eye, Instance};
 use crate::object::LodObject;
 
-/// A scene in which methods may fail.
+/// A case in which methods may fail.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     /// A short name.
     pub name: &'static str,
-    /// What the case is about, in words.
+    /// A description.
     pub story: &'static str,
-    /// The reports of users, as "project number".
+    /// The reports of users, as "project issue".
     pub reported: &'static [&'static str],
-    /// The object, unless one is given.
+    /// The object of the case, unless the caller has models.
     pub fixture: Fixture,
-    /// The faults that every method is checked for, beside holes.
+    /// The faults to check for, in addition to holes.
     pub checks: &'static [Fault],
-    /// Whether surfaces that face away are seen, too.
+    /// Whether surfaces that face away are visible.
     pub is_two_sided: bool,
     /// The frames, for an object.
     pub shots: fn(&LodObject) -> Vec<Shot>,
 }
 
 impl Case {
-    /// A case that no user reported, of surfaces seen from their fronts.
+    /// A case without reports, of one-sided surfaces.
     pub(super) const fn new(
         name: &'static str,
         story: &'static str,
@@ -45,12 +45,12 @@ impl Case {
         }
     }
 
-    /// The same case, with where users reported it.
+    /// The same case with reports of users.
     pub(super) const fn reported_as(self, reported: &'static [&'static str]) -> Self {
         Self { reported, ..self }
     }
 
-    /// The same case, of surfaces seen from both sides.
+    /// The same case with two-sided surfaces.
     pub(super) const fn two_sided(self) -> Self {
         Self {
             is_two_sided: true,
@@ -63,33 +63,33 @@ impl Case {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fault {
-    /// The cut is not closed.
+    /// The cut has open edges.
     Holes,
-    /// Displacements beyond the promise.
+    /// Displacements exceed the allowance.
     Displaced,
-    /// Groups flip.
+    /// Groups flip between frames.
     Flips,
-    /// Triangles without need.
+    /// More triangles than the guaranteed cut needs.
     Wastes,
-    /// Detail that cannot be view.
+    /// Detail outside of the view.
     Idles,
 }
 
-/// Frames that follow each other; a method starts each shot without memory.
+/// Successive frames. Methods start each shot without state.
 #[derive(Clone, Debug)]
 pub struct Shot {
     /// The frames.
     pub frames: Vec<Frame>,
-    /// Displacements and holes are measured in every such frame.
+    /// Displacements and holes are measured in every n-th frame.
     pub measure_every: usize,
 }
 
 /// One frame of a shot.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// The eye that looks.
+    /// The eye.
     pub eye: Eye,
-    /// The instance that it looks at.
+    /// The instance.
     pub instance: Instance,
 }
 
@@ -107,7 +107,7 @@ impl Shot {
         }
     }
 
-    /// `count` frames by a parameter that runs from 0 to 1, about `measured` of which are measured.
+    /// `count` frames by a parameter from 0 to 1; about `measured` of them are measured.
     pub(super) fn path(count: usize, measured: usize, eye: impl Fn(f32) -> Eye) -> Self {
         let share = |frame: usize| frame as f32 / (count - 1).max(1) as f32;
         let frame = |frame: usize| Frame {

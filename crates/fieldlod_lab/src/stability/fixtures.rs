@@ -1,4 +1,4 @@
-//! The generated objects that cases run on.
+//! The generated objects of the cases.
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, clusterlod_hierarchy, fixtures};
 use serde::Serialize;
@@ -11,11 +11,11 @@ use crate::object::{ErrorSource, LodObject};
 pub enum Fixture {
     /// A boulder of radius about 1, closed.
     Rock,
-    /// A knotted tube around a free middle, closed.
+    /// A knotted tube with a free center, closed.
     Knot,
     /// A square of hills, 1 unit wide, with a border.
     Terrain,
-    /// Two spheres, 3 % apart, the inner one turned inside out: a thin shell, closed.
+    /// Two spheres, 3 % apart, the inner one facing inwards: a thin shell, closed.
     Shell,
 }
 
@@ -23,31 +23,31 @@ impl Fixture {
     /// All fixtures.
     pub const ALL: [Self; 4] = [Self::Rock, Self::Knot, Self::Terrain, Self::Shell];
 
-    /// Whether every edge has two triangles.
+    /// Whether the mesh is closed.
     #[must_use]
     pub fn is_closed(self) -> bool {
         self != Self::Terrain
     }
 
-    /// Makes and bakes it, in groups an eighth of the default's size: as many levels and groups as a
-    /// mesh of eight times the triangles has.
+    /// Generates and bakes the object. Groups are an eighth of the default's size, so that it has as many levels and
+    /// groups as a mesh of eight times the triangles.
     ///
     /// # Panics
-    /// Never, unless the baker refuses a sound mesh.
+    /// If the baker rejects the generated mesh.
     #[must_use]
     pub fn bake(self) -> LodObject {
         let hierarchy = bake_mesh(&self.mesh(), &small_groups());
-        LodObject::new(hierarchy.expect("a sound mesh"), ErrorSource::Measured)
+        LodObject::new(hierarchy.expect("a valid mesh"), ErrorSource::Measured)
     }
 
-    /// The same as clusterlod bakes it.
+    /// The same object baked by clusterlod.
     ///
     /// # Panics
-    /// Never, unless the baker refuses a sound mesh.
+    /// If the baker rejects the generated mesh.
     #[must_use]
     pub fn bake_by_clusterlod(self) -> LodObject {
         let hierarchy = clusterlod_hierarchy(&self.mesh(), &small_groups());
-        LodObject::new(hierarchy.expect("a sound mesh"), ErrorSource::Reported)
+        LodObject::new(hierarchy.expect("a valid mesh"), ErrorSource::Reported)
     }
 
     fn mesh(self) -> SourceMesh {
@@ -70,11 +70,13 @@ fn small_groups() -> BakeConfig {
 }
 
 fn shell() -> SourceMesh {
-    // The inner sphere's triangles run the other way round, as do its normals.
+    // Winding and normals of the inner sphere are flipped.
     let outer = fixtures::icosphere(5);
     let mut inner = fixtures::icosphere(5);
-    for (position, normal) in inner.positions.iter_mut().zip(&mut inner.normals) {
+    for position in &mut inner.positions {
         *position *= 0.97;
+    }
+    for normal in &mut inner.normals {
         *normal = -*normal;
     }
     for triangle in inner.indices.as_chunks_mut::<3>().0 {

@@ -1,4 +1,4 @@
-//! Cases that nobody needs to report: where geometry, precision or time is at its worst.
+//! Cases without reports: difficult geometry, precision or motion.
 
 use glam::{Affine3A, Vec2, Vec3};
 
@@ -142,7 +142,7 @@ fn inside_the_object(object: &LodObject) -> Vec<Shot> {
         .to_vec()
 }
 
-/// Looks from just above a vertex along the surface.
+/// A view from just above a vertex along the surface.
 fn near_plane(object: &LodObject) -> Vec<Shot> {
     let shot = |height: f32| {
         let camera = Eye::perspective(80.0, SMALL, object.radius * height * 0.5);
@@ -179,7 +179,7 @@ fn thin_shells(object: &LodObject) -> Vec<Shot> {
     })
 }
 
-/// The first points of Halton's sequence in bases 2 and 3, within half a pixel of the middle.
+/// The first points of Halton's sequence in bases 2 and 3, within half a pixel of the center.
 fn jitter_px(frame: usize) -> Vec2 {
     let radical_inverse = |base: usize| {
         let (mut index, mut digit, mut value) = (frame % 16 + 1, 1.0, 0.0);
@@ -196,7 +196,7 @@ fn jitter_px(frame: usize) -> Vec2 {
 fn taa_jitter(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     at_distances(object, &camera, |distance| {
-        // Turned until the edge of the picture runs through the object.
+        // Turned until the edge of the picture crosses the object.
         let still = from_front(camera, object, distance).turned(45.7, 0.0);
         let frame = |index: usize| Frame {
             eye: still.jittered(jitter_px(index)),
@@ -235,7 +235,7 @@ fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
 
 fn far_from_origin(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // Representable, so that eye and object stay in step.
+    // Exactly representable, so that eye and object move by the same distance.
     let offset = Vec3::new(1_048_576.0, 64.0, -1_048_576.0);
     at_distances(object, &camera, |distance| {
         let mut away = from_front(camera, object, distance);

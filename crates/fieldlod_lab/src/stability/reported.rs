@@ -10,17 +10,94 @@ use crate::object::LodObject;
 
 /// The cases, in the order of the table.
 pub(super) const CASES: &[Case] = &[
-    Case::new("rotate only", "the camera turns on the spot and levels jump", Fixture::Rock, &[Fault::Displaced, Fault::Flips], rotate_only).reported_as(&["godot 81995", "godot 76436"]),
-    Case::new("inside the box", "the camera stands inside the object's box, away from its surface", Fixture::Knot, &[Fault::Displaced, Fault::Wastes], inside_the_box).reported_as(&["godot 88273", "godot 79590"]),
-    Case::new("cull margin", "a box inflated for culling forces the worst level", Fixture::Rock, &[Fault::Displaced, Fault::Wastes], cull_margin).reported_as(&["godot 67890"]),
-    Case::new("orthographic", "an orthographic camera far away gets the worst level", Fixture::Rock, &[Fault::Displaced], orthographic).reported_as(&["godot 57404"]),
-    Case::new("scaled bones", "bones enlarge what the node says is small", Fixture::Rock, &[Fault::Displaced], scaled_bones).reported_as(&["godot 57895", "godot 59147"]),
-    Case::new("zoom ignored", "the camera zooms in from afar and the model stays coarse", Fixture::Rock, &[Fault::Displaced], zoom_ignored).reported_as(&["three.js 18557"]),
-    Case::new("flicker", "small movements at a threshold switch levels back and forth", Fixture::Rock, &[Fault::Flips], flicker).reported_as(&["three.js 14565"]),
-    Case::new("window size", "the same view is good in one window and bad in another", Fixture::Rock, &[Fault::Displaced], window_size).reported_as(&["cesium 4043"]),
-    Case::new("narrow fov", "a telephoto lens refines what is near and hardly in the picture", Fixture::Terrain, &[Fault::Displaced, Fault::Wastes], narrow_fov).reported_as(&["cesium-native 1138"]),
-    Case::new("shadow view", "a light sees the object in detail, from where the camera would not, or the other way round", Fixture::Rock, &[Fault::Displaced], shadow_view).reported_as(&["bevy 15084"]),
-    Case::new("non-nested", "bounds that do not nest drop or double parts of the surface", Fixture::Rock, &[], non_nested).reported_as(&["the rule's own documentation"]),
+    Case::new(
+        "rotate only",
+        "the camera turns on the spot and levels jump",
+        Fixture::Rock,
+        &[Fault::Displaced, Fault::Flips],
+        rotate_only,
+    )
+    .reported_as(&["godot 81995", "godot 76436"]),
+    Case::new(
+        "inside the box",
+        "the camera stands inside the object's box, away from its surface",
+        Fixture::Knot,
+        &[Fault::Displaced, Fault::Wastes],
+        inside_the_box,
+    )
+    .reported_as(&["godot 88273", "godot 79590"]),
+    Case::new(
+        "cull margin",
+        "a box inflated for culling forces the worst level",
+        Fixture::Rock,
+        &[Fault::Displaced, Fault::Wastes],
+        cull_margin,
+    )
+    .reported_as(&["godot 67890"]),
+    Case::new(
+        "orthographic",
+        "an orthographic camera far away gets the worst level",
+        Fixture::Rock,
+        &[Fault::Displaced],
+        orthographic,
+    )
+    .reported_as(&["godot 57404"]),
+    Case::new(
+        "scaled bones",
+        "the object is scaled by 100, as by bones",
+        Fixture::Rock,
+        &[Fault::Displaced],
+        scaled_bones,
+    )
+    .reported_as(&["godot 57895", "godot 59147"]),
+    Case::new(
+        "zoom ignored",
+        "the camera zooms in from afar and the model stays coarse",
+        Fixture::Rock,
+        &[Fault::Displaced],
+        zoom_ignored,
+    )
+    .reported_as(&["three.js 18557"]),
+    Case::new(
+        "flicker",
+        "small movements at a threshold switch levels back and forth",
+        Fixture::Rock,
+        &[Fault::Flips],
+        flicker,
+    )
+    .reported_as(&["three.js 14565"]),
+    Case::new(
+        "window size",
+        "the same view is good in one window and bad in another",
+        Fixture::Rock,
+        &[Fault::Displaced],
+        window_size,
+    )
+    .reported_as(&["cesium 4043"]),
+    Case::new(
+        "narrow fov",
+        "a telephoto lens refines near parts at the edge of the picture",
+        Fixture::Terrain,
+        &[Fault::Displaced, Fault::Wastes],
+        narrow_fov,
+    )
+    .reported_as(&["cesium-native 1138"]),
+    Case::new(
+        "shadow view",
+        "a light and a camera need different levels",
+        Fixture::Rock,
+        &[Fault::Displaced],
+        shadow_view,
+    )
+    .reported_as(&["bevy 15084"]),
+    Case::new(
+        "non-nested",
+        "bounds that do not nest drop or double parts of the surface",
+        Fixture::Rock,
+        &[],
+        non_nested,
+    )
+    .reported_as(&["the rule's own documentation"]),
 ];
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {
@@ -65,10 +142,7 @@ fn scaled_bones(object: &LodObject) -> Vec<Shot> {
     let scale = 100.0;
     let camera = eye(60.0, HD, object);
     at_distances(object, &camera, |distance| {
-        let instance = Instance {
-            bone_scale: scale,
-            ..scaled(object, Vec3::splat(scale))
-        };
+        let instance = scaled(object, Vec3::splat(scale));
         Shot::of_instance(from_front(camera, object, distance * scale), instance)
     })
 }
@@ -80,8 +154,7 @@ fn zoom_ignored(object: &LodObject) -> Vec<Shot> {
     })
 }
 
-/// A sway of 3 % of the distance with a period of six frames, on a slow walk through the start of a
-/// level's range.
+/// A sway of 3 % of the distance with a period of six frames, on a slow walk across the start of a level's range.
 fn flicker(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     // Around the start of the second level's range.
@@ -119,7 +192,7 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
     shots
 }
 
-/// Looks from above the middle of the ground down to a spot near its border.
+/// A view from above the center of the ground to a place near its border.
 fn narrow_fov(object: &LodObject) -> Vec<Shot> {
     let shot = |fovy_deg: f32| {
         let camera = eye(fovy_deg, SMALL, object);
@@ -130,8 +203,7 @@ fn narrow_fov(object: &LodObject) -> Vec<Shot> {
     [4.0, 2.0, 1.0].map(shot).to_vec()
 }
 
-/// The camera from near by and far away, and the sun's view: a map of shadows that the object fills, of a
-/// near cascade, and one in which it is small.
+/// A camera near and far, and a light's view: a shadow map that the object fills, and one in which it is small.
 fn shadow_view(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     // The camera, then the light.

@@ -1,4 +1,4 @@
-//! Runs methods through cases and judges them.
+//! Runs methods through cases.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -18,13 +18,13 @@ use crate::object_view::ObjectView;
 /// Results of all cases on all objects.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// The threshold that all methods were asked for, in pixels.
+    /// The threshold of all methods, in pixels.
     pub threshold_px: f32,
     /// See [`PROMISE_ALLOWANCE`].
     pub promise_allowance: f64,
     /// See [`THRIFT_RATIO`].
     pub thrift_ratio: f64,
-    /// The runs: one for the generated fixtures, or one for each model.
+    /// One run for the generated fixtures, or one per model.
     pub objects: Vec<ObjectRun>,
 }
 
@@ -46,7 +46,7 @@ pub struct CaseResult {
     pub story: &'static str,
     /// [`Case::reported`].
     pub reported: &'static [&'static str],
-    /// The verdicts on [`METHODS`], in their order.
+    /// The verdicts on [`METHODS`], in the same order.
     pub verdicts: Vec<Verdict>,
 }
 
@@ -63,28 +63,25 @@ pub struct Verdict {
     pub mean_px: f64,
     /// Groups that changed back within five frames while in the picture, per frame.
     pub flips_per_frame: f64,
-    /// Groups that changed back within five frames, in the picture or not, per frame.
-    pub churn_per_frame: f64,
     /// Most open edges of a cut; `None` if the source itself is open.
     pub open_edges: Option<u64>,
     /// Mean triangles of the units in the picture.
     pub triangles_drawn: f64,
     /// Mean triangles of all units chosen, in the picture or not.
     pub triangles_chosen: f64,
-    /// Triangles of all units chosen, relative to our guaranteed cut.
+    /// Triangles of all units chosen, relative to the guaranteed cut.
     pub triangles_to_ours: f64,
     /// Triangles of all units chosen, relative to the coarsest cut.
     pub triangles_to_coarsest: f64,
-    /// The faults found, of those that the case checks for.
+    /// The faults, of those that the case checks for.
     pub faults: Vec<Fault>,
 }
 
 /// Runs all cases: each on its fixture, or all on the given objects.
 ///
-/// `progress` hears how many cases are done of how many, from several threads.
+/// `progress` is called with the numbers of finished and of all cases, from several threads.
 #[must_use]
 pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sync)) -> Report {
-    // All cases run on each model, or once on their own fixtures.
     let rounds = models.len().max(1);
     let total = cases().count() * rounds;
     let done = AtomicUsize::new(0);
@@ -123,7 +120,7 @@ fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
 }
 
 fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> ObjectRun {
-    // Open edges are holes only in cuts of a closed mesh.
+    // Open edges are holes only if the source is closed.
     let is_closed = open_edges(&object.hierarchy, &object.source_units()) == 0;
     let all: Vec<&Case> = cases().collect();
     let results = all.par_iter().map(|case| {
@@ -139,7 +136,6 @@ fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> Objec
 
 fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     let source = SourceSurface::new(&object.hierarchy, SAMPLES);
-    // All methods see the same frames.
     let shots = (case.shots)(object);
     let mut verdicts = METHODS.map(|method| {
         let mut trial = Trial {
@@ -160,7 +156,7 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
         }
         trial.verdict()
     });
-    // What depends on our own cut comes last.
+    // Ratios to the guaranteed cut need all verdicts.
     let ours = METHODS.iter().position(|m| *m == Method::Guaranteed);
     let ours_chosen = ours.map_or(0.0, |ours| verdicts[ours].triangles_chosen);
     for verdict in &mut verdicts {
@@ -175,14 +171,14 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     }
 }
 
-/// One method in one case, whose frames are added up in a verdict.
+/// One method in one case; frames are added to a verdict.
 struct Trial<'a> {
     source: &'a SourceSurface<'a>,
     object: &'a LodObject,
     is_two_sided: bool,
     frames: usize,
     measured: usize,
-    /// The surface measured last, for frames with the same cut.
+    /// The last measured surface, for frames with the same cut.
     last: Option<(Vec<u32>, CutSurface)>,
     /// Sums over frames, until [`Trial::verdict`] divides them.
     sums: Verdict,
@@ -197,7 +193,6 @@ impl Trial<'_> {
             let view = ObjectView::new(self.object, &frame.instance, &frame.eye);
             let choice = chooser.choose(&view);
             flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
-            // What is drawn and what is chosen.
             let in_view = view.units_in_view(&choice.units);
             self.sums.triangles_drawn += self.object.triangle_count(&in_view) as f64;
             self.sums.triangles_chosen += self.object.triangle_count(&choice.units) as f64;
@@ -207,11 +202,9 @@ impl Trial<'_> {
         }
         self.frames += shot.frames.len();
         self.sums.flips_per_frame += flips.seen() as f64;
-        self.sums.churn_per_frame += flips.all() as f64;
     }
 
     fn measure(&mut self, view: &ObjectView, choice: &Choice) {
-        // The surface is made anew where the cut is another.
         let last = self.last.take().filter(|(units, _)| *units == choice.units);
         let (units, cut) = last.unwrap_or_else(|| {
             if let Some(most) = &mut self.sums.open_edges {
@@ -219,7 +212,6 @@ impl Trial<'_> {
             }
             (choice.units.clone(), self.source.cut(&choice.units))
         });
-        // How far it lies from the source.
         let (instance, eye) = (&view.instance, &view.eye);
         let found = self
             .source
@@ -231,14 +223,13 @@ impl Trial<'_> {
         self.last = Some((units, cut));
     }
 
-    /// The means over all frames, all but what depends on other methods.
+    /// The means over all frames, without ratios to other methods.
     fn verdict(self) -> Verdict {
         let (frames, sums) = (self.frames.max(1) as f64, self.sums);
         let coarsest = self.object.coarsest_triangle_count() as f64 * frames;
         Verdict {
             mean_px: sums.mean_px / self.measured.max(1) as f64,
             flips_per_frame: sums.flips_per_frame / frames,
-            churn_per_frame: sums.churn_per_frame / frames,
             triangles_drawn: sums.triangles_drawn / frames,
             triangles_chosen: sums.triangles_chosen / frames,
             triangles_to_coarsest: sums.triangles_chosen / coarsest.max(1.0),
@@ -247,7 +238,7 @@ impl Trial<'_> {
     }
 }
 
-/// The faults of a method that a case checks for, and holes in any case.
+/// The faults of a method that a case checks for, and holes.
 fn faults(verdict: &Verdict, case: &Case) -> Vec<Fault> {
     let promised_px = f64::from(THRESHOLD_PX) * PROMISE_ALLOWANCE;
     let fails = |fault: Fault| match fault {

@@ -1,4 +1,4 @@
-//! The report as text: one row a case, one column a method.
+//! The report as text: one row per case, one column per method.
 
 use std::fmt::Write;
 
@@ -7,10 +7,10 @@ use super::case::Fault;
 use super::run::{ObjectRun, Verdict};
 use crate::method::Method;
 
-/// A compact table: ✓, or the figure in which the method fails.
+/// A table of ✓, or the figure of the first fault.
 ///
-/// `px` is the greatest displacement, `fl` flips per frame, `he` open edges (holes), `x` triangles
-/// chosen relative to our guaranteed cut, `xc` to the coarsest.
+/// `px` is the greatest displacement, `fl` flips per frame, `he` open edges (holes), `x` triangles chosen relative
+/// to the guaranteed cut, `xc` relative to the coarsest cut.
 #[must_use]
 pub fn table(run: &ObjectRun) -> String {
     let mut text = format!("{:<18}", run.name);
@@ -45,7 +45,7 @@ fn cell(verdict: &Verdict) -> String {
     }
 }
 
-/// Three digits or so.
+/// About three digits.
 fn figure(value: f64, unit: &str) -> String {
     if value < 0.095 {
         format!("{value:.3}{unit}")

@@ -1,15 +1,15 @@
-//! The adapter, or a skip that is heard.
+//! The adapter of rendering tests, which are skipped without one.
 
 use std::io::Write;
 use std::sync::{Mutex, MutexGuard};
 
 use fieldlod_lab::render::{RenderError, Renderer};
 
-/// One picture at a time: adapters in software use all cores for each.
+/// One picture at a time, because software adapters use all cores for each.
 static ONE: Mutex<()> = Mutex::new(());
 
-/// A renderer; `None`, said loudly, without an adapter, which `FIELDLOD_REQUIRE_ADAPTER` makes a
-/// failure.
+/// A renderer, or `None` without an adapter. With the environment variable `FIELDLOD_REQUIRE_ADAPTER`, a missing
+/// adapter fails the test.
 pub(crate) fn renderer() -> Option<(Renderer, MutexGuard<'static, ()>)> {
     let guard = ONE
         .lock()
@@ -21,7 +21,7 @@ pub(crate) fn renderer() -> Option<(Renderer, MutexGuard<'static, ()>)> {
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
                 "{error}"
             );
-            // Not `eprintln!`, which the test harness keeps to itself when a test passes.
+            // The test harness hides `eprintln!` of tests that pass.
             let line = format!("SKIPPED: {error}\n");
             std::io::stderr().write_all(line.as_bytes()).unwrap();
             None

@@ -1,14 +1,14 @@
-//! `fieldlod-lab chart`: speed against accuracy, for ours and other systems' criteria.
+//! `fieldlod-lab chart`: triangles against image error, for this project and other systems.
 
 use std::fmt::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::BakeConfig;
 use fieldlod_cli::output::{Failure, print, progress_bar};
 use fieldlod_lab::chart::{
-    CHART_METHODS, COMPARED_AT_PX, Generated, Measure, Options, Ratios, Report, Store, chart_model,
-    write_charts,
+    COMPARED_AT_PX, Generated, Measure, ModelRatios, Options, Report, chart_model, draw_chart,
 };
 use fieldlod_lab::method::Method;
 use fieldlod_lab::render::Renderer;
@@ -16,35 +16,28 @@ use indicatif::ProgressBar;
 
 use crate::models::Model;
 
-/// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart
-/// their triangles, times and promises against the error of their pictures. The baseline is
-/// clusterlod as a whole: its metric on the levels that it builds itself.
+/// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart their triangles
+/// against the error of their pictures. The baseline is clusterlod as a whole: its metric on the levels that it
+/// builds itself.
 ///
-/// Needs a graphics adapter; one in software will do. A run that was stopped goes on where it was
-/// when started again with the same folder. Meshes are baked in small units, so that a small picture
-/// of a mesh stands for a large one of a finer mesh; .fieldlod files are taken as they are, and only
-/// clusterlod's levels are built anew.
+/// Needs a graphics adapter; a software adapter is enough. Meshes are baked in small units, so that a small picture
+/// of a mesh represents a large picture of a finer mesh. Hierarchies of .fieldlod files are used as they are; only
+/// clusterlod's levels are built from them.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf, .glb or .fieldlod files [default: models that the program makes]. Of each, the
-    /// primitive with most triangles is taken.
+    /// The .gltf, .glb or .fieldlod files [default: generated models]. The primitive of each file with the most
+    /// triangles is measured.
     models: Vec<PathBuf>,
-    /// The folder for charts and numbers.
+    /// The folder for the chart and its numbers; created if it is missing.
     #[arg(short, long)]
     out: PathBuf,
     /// Poses of the camera for each model.
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=1000))]
     poses: u32,
-    /// Another number gives other poses.
+    /// Seed of the poses.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Size of the pictures in pixels.
-    #[arg(long, default_value = "640x360", value_parser = parse_size)]
-    size: (u32, u32),
-    /// Only the comparison of triangles, without promises and the path.
-    #[arg(long)]
-    brief: bool,
-    /// Add the generated models on which constants are chosen, or take only those.
+    /// Measure the generated models on which constants are chosen, in addition to the named files.
     #[arg(long)]
     training: bool,
     /// Print all figures as a JSON object instead of a table.
@@ -52,30 +45,20 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let parse = |side: &str| side.parse().ok().filter(|side| (16..=4096).contains(side));
-    let sides = text.split_once('x');
-    sides
-        .and_then(|(width, height)| Some((parse(width)?, parse(height)?)))
-        .ok_or_else(|| "expected two sizes from 16 to 4096, such as 480x270".to_owned())
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // Fail before the work where nothing can be written or drawn.
+    // Fail before the long part.
     let out = &arguments.out;
-    let store = Store::new(&out.join("results"))?;
+    fs::create_dir_all(out).map_err(|error| Failure::new(out, error))?;
     let renderer = Renderer::new()?;
     let options = Options {
         poses: arguments.poses as usize,
         seed: arguments.seed,
-        size_px: arguments.size.into(),
-        methods: CHART_METHODS.to_vec(),
-        with_extras: !arguments.brief,
+        size_px: (640, 360).into(),
+        methods: Method::ALL.to_vec(),
     };
-    // Measure model by model.
     let models = models(arguments);
     let bar = progress_bar("{bar:40} {pos}/{len}  {elapsed}, {eta} left  {msg}");
-    bar.set_length((models.len() * options.steps()) as u64);
+    bar.set_length((models.len() * options.poses) as u64);
     let mut results = Vec::new();
     for model in &models {
         let name = model.name();
@@ -83,13 +66,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let baked = model.bake(&BakeConfig::fine_grained())?;
         bar.set_message(name.clone());
         let step = || advance(&bar, &name);
-        let result = chart_model(&renderer, baked, &options, &store, &step)?;
-        results.push(result);
+        results.push(chart_model(&renderer, baked, &options, &step)?);
     }
     bar.finish_and_clear();
-    // Sum up, draw, and tell.
     let report = Report::new(&results, &options, renderer.adapter());
-    write_charts(&report, out)?;
+    draw_chart(&report, out)?;
     print(&report, arguments.json, |report| text(report, out))
 }
 
@@ -104,92 +85,52 @@ fn models(arguments: &Arguments) -> Vec<Model> {
     models
 }
 
-/// One step more; where no bar is drawn, a line for each.
+/// Advances the bar; prints a line if the bar is hidden.
 fn advance(bar: &ProgressBar, name: &str) {
     bar.inc(1);
     if bar.is_hidden() {
         let (done, all) = (bar.position(), bar.length().unwrap_or_default());
         let seconds = bar.elapsed().as_secs();
-        eprintln!("{name}: step {done} of {all}, {seconds} s");
+        eprintln!("{name}: pose {done} of {all}, {seconds} s");
     }
 }
 
-/// What the printed tables hold equal; `report.json` has more.
-const TABLE: [Measure; 3] = [Measure::Rmse, Measure::Silhouette, Measure::Flip];
-
-/// What is told apart by model: both gains, of levels with the criterion and of levels alone, and the limit.
-const BY_MODEL: [Method; 4] = [
-    Method::Quality,
-    Method::VisibleFlux,
-    Method::ClusterlodOnOurLevels,
-    Method::Oracle,
-];
-
-/// What the columns of the last table are.
-const ABLATION: &str = "\
-the criterion's terms, each left out: triangles relative to clusterlod's at the image error of its 1 px
-(mean, worst pose), at its silhouette's error, and at a threshold of 1 px towards the picture's corner;
-displaced pixels there, of 1 promised; nanoseconds for a group by plain code and as in a frame";
-
-/// Triangles relative to clusterlod at equal error.
+/// Triangles relative to clusterlod's at equal error.
 fn text(report: &Report, out: &Path) -> String {
     let mut text = String::from(
-        "triangles relative to those of clusterlod, its metric on its own levels, at equal error: at the error\n\
-         of its 0.4, 1 and 2.5 px (geometric mean over all poses; in brackets the worst pose)\n\n",
+        "triangles relative to clusterlod's, with its metric on its own levels, at the error of its 0.4, 1 and\n\
+         2.5 px (geometric mean over all poses; in brackets the worst pose)\n\n",
     );
-    // A row for each method, a column for each measure.
-    text.push_str(&head());
-    for method in CHART_METHODS {
-        let find = |measure, at_px| report.ratio(method, measure, at_px);
-        text.push_str(&row(&method.label(), find));
-    }
-    // How models differ.
-    for model in &report.models {
+    let head = Measure::ALL.map(|measure| format!("  {:34}", measure.name()));
+    let _ = writeln!(text, "{:22}{}", "", head.concat());
+    for model in report.models.iter().chain([&report.all]) {
         let _ = writeln!(text, "\n{}, {} triangles", model.name, model.triangles);
-        for method in BY_MODEL {
-            let find = |measure, at_px| model.ratio(method, measure, at_px);
-            text.push_str(&row(&method.label(), find));
-        }
+        text.extend(Method::ALL.map(|method| row(model, method)));
     }
-    // What our threshold means, and what each term is worth.
     text.push_str(&thresholds_text(report));
-    if !report.ablation.is_empty() {
-        let _ = write!(text, "\n{ABLATION}\n\n{}", report.ablation_table());
-    }
-    let _ = write!(text, "\ncharts and numbers: {}", out.display());
+    let _ = write!(text, "\nchart and numbers: {}", out.display());
     text
 }
 
-fn head() -> String {
-    let measures = TABLE.map(|measure| format!("  {:34}", measure.name()));
-    format!("{:22}{}\n", "", measures.concat())
-}
-
 /// One method's ratios, by all measures.
-fn row<'a>(label: &str, find: impl Fn(Measure, f64) -> Option<&'a Ratios>) -> String {
-    let cells = TABLE.map(|measure| {
-        let at = COMPARED_AT_PX.map(|at_px| match find(measure, at_px) {
+fn row(model: &ModelRatios, method: Method) -> String {
+    let cells = Measure::ALL.map(|measure| {
+        let at = COMPARED_AT_PX.map(|at_px| match model.ratio(method, measure, at_px) {
             Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
             None => "-".to_owned(),
         });
         format!("  {:34}", at.join(" "))
     });
-    format!("{label:22}{}\n", cells.concat())
+    format!("{:22}{}\n", method.name(), cells.concat())
 }
 
-/// What our threshold means beside that of others.
+/// Our thresholds with the image errors at which methods are compared.
 fn thresholds_text(report: &Report) -> String {
-    // Our thresholds with the errors that methods are compared at.
-    let of_quality = report
-        .costs
-        .iter()
-        .filter(|cost| cost.method == Method::Quality);
-    let at = of_quality.filter(|cost| {
-        COMPARED_AT_PX
-            .iter()
-            .any(|px| (px - cost.at_px).abs() < 1e-4)
-    });
-    let pairs = at.map(|cost| format!("{:.1} px: {:.2} px", cost.at_px, cost.threshold_px));
+    let curves = report.curves.iter();
+    let of_quality = curves.filter(|point| point.method == Method::Quality);
+    let is_compared = |at_px: f64| COMPARED_AT_PX.iter().any(|px| (px - at_px).abs() < 1e-4);
+    let at = of_quality.filter(|point| is_compared(point.at_px));
+    let pairs = at.map(|point| format!("{:.1} px: {:.2} px", point.at_px, point.threshold_px));
     let pairs: Vec<String> = pairs.collect();
     format!(
         "\nour error_px with the image error of clusterlod's  {}\n",

@@ -1,4 +1,4 @@
-//! The models that commands measure, from files or generated.
+//! The models of commands, from files or generated.
 
 use std::path::{Path, PathBuf};
 
@@ -28,8 +28,8 @@ impl Model {
         }
     }
 
-    /// The primitive with most triangles, baked by both systems. Of files that are baked already, our
-    /// hierarchy is taken as it is, whatever `config` says.
+    /// The primitive with the most triangles, baked by both systems. Hierarchies of .fieldlod files are used as they
+    /// are; `config` then applies only to clusterlod.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
         let (mesh, baked) = self.load()?;
         Ok(BakedModel {
@@ -39,13 +39,13 @@ impl Model {
         })
     }
 
-    /// The same, by ours alone.
+    /// The primitive with the most triangles, baked by this project.
     pub(crate) fn bake_ours(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
         let (mesh, baked) = self.load()?;
         self.hierarchy_of(&mesh, baked, config)
     }
 
-    /// All primitives of the glTF mesh with most triangles, together if they are a plant.
+    /// All primitives of the glTF mesh with the most triangles, baked together.
     pub(crate) fn bake_plant(&self, config: &BakeConfig) -> Result<Vec<Hierarchy>, Failure> {
         let path = match self {
             Self::File(path) if path.extension().is_none_or(|it| it != "fieldlod") => path,
@@ -87,7 +87,7 @@ impl Model {
         }
     }
 
-    /// The mesh of the primitive with most triangles, and its hierarchy if the file holds one.
+    /// The mesh of the primitive with the most triangles, and its hierarchy if the file contains one.
     fn load(&self) -> Result<(SourceMesh, Option<Hierarchy>), Failure> {
         match self {
             Self::Generated(generated) => Ok(((generated.mesh)(), None)),
@@ -114,24 +114,25 @@ impl Model {
 }
 
 fn no_primitives(path: &Path) -> Failure {
-    Failure::new(path, "it has no primitives")
+    Failure::new(path, "the file has no primitives")
 }
 
-/// The mesh that a hierarchy was baked from, its triangles in the order of the units.
+/// The source mesh of a hierarchy, with its triangles in the order of the units.
 fn source_mesh(hierarchy: &Hierarchy) -> SourceMesh {
     let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
     let (count, vertices) = (hierarchy.source_vertex_count as usize, &hierarchy.vertices);
-    SourceMesh {
-        positions: first(&vertices.positions, count),
-        normals: first(&vertices.normals, count),
-        uvs: first(&vertices.uvs, count),
+    let mut mesh = SourceMesh {
         indices: triangles.flatten().collect(),
         ..SourceMesh::default()
-    }
+    };
+    mesh.positions = first(&vertices.positions, count);
+    mesh.normals = first(&vertices.normals, count);
+    mesh.uvs = first(&vertices.uvs, count);
+    mesh
 }
 
-/// The first values of an attribute, or none.
+/// The first values of an attribute, or none if the mesh lacks it.
 fn first<V: Copy>(values: &[V], count: usize) -> Vec<V> {
     values.iter().take(count).copied().collect()
 }

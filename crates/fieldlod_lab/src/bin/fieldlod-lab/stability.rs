@@ -1,4 +1,4 @@
-//! `fieldlod-lab stability`: ours and other systems' criteria in the cases in which some fail.
+//! `fieldlod-lab stability`: all methods in cases in which some fail.
 
 use std::path::{Path, PathBuf};
 
@@ -12,19 +12,18 @@ use indicatif::ProgressBar;
 
 use crate::models::Model;
 
-/// Run every level-of-detail criterion through the cases in which users of some saw them fail.
+/// Run all methods through cases in which users of some system reported failures.
 ///
-/// Without models each case runs on an object that the program makes. Of a model, the primitive
-/// with most triangles is taken.
+/// Without models, each case runs on a generated object. The primitive of a model with the most triangles is used.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files to run on instead.
     models: Vec<PathBuf>,
-    /// Measure the guaranteed promise of 1 px instead, and clusterlod's metric beside it, on the same
-    /// hierarchy and on its own, from random cameras, each with a placement of its own.
+    /// Measure the guarantee of 1 px instead, from random cameras, each with its own placement; also clusterlod's
+    /// metric on the same hierarchy and on its own.
     #[arg(long)]
     promise: bool,
-    /// How many cameras that is.
+    /// Number of cameras.
     #[arg(long, default_value_t = 500, requires = "promise")]
     cameras: usize,
     /// Print all figures as a JSON object instead of a table.
@@ -61,7 +60,6 @@ fn run_promise(
     } else {
         models
     };
-    // As many cameras for each object.
     let effort = Effort {
         cameras: arguments.cameras,
         ..Effort::default()
@@ -89,7 +87,7 @@ fn run_promise(
     print(&runs, arguments.json, |runs| promise::table(runs))
 }
 
-/// An object with our levels and with clusterlod's own.
+/// An object with our levels and with clusterlod's.
 struct Object {
     name: String,
     ours: LodObject,
@@ -97,7 +95,7 @@ struct Object {
 }
 
 impl Object {
-    /// By the default settings, as users bake.
+    /// Bakes with the default settings.
     fn bake(path: &Path) -> Result<Self, Failure> {
         let baked = Model::File(path.to_owned()).bake(&BakeConfig::default())?;
         Ok(Self {
@@ -123,10 +121,10 @@ fn text(report: &Report) -> String {
         text.push('\n');
     }
     text.push_str(
-        "px: greatest displacement of what is drawn, where 1 px is asked for (fails above 1.5);\n\
+        "px: greatest displacement at a threshold of 1 px (fails above 1.5);\n\
          fl: groups per frame that change and change back within 5 frames; he: open edges;\n\
-         x: triangles chosen, relative to ours, guaranteed; xc: relative to the coarsest cut, of what\n\
-         cannot be seen (fail above 1.25).",
+         x: triangles chosen, relative to fieldlod guaranteed; xc: relative to the coarsest cut, for objects\n\
+         out of view (both fail above 1.25).",
     );
     text
 }

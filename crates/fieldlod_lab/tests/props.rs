@@ -1,0 +1,88 @@
+//! Levels of plants: changes of level on a flight, and the gain of baking meshes together.
+
+mod common;
+
+use fieldlod_bake::{BakeConfig, bake_mesh, bake_together, fixtures};
+use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
+
+/// A promise for props: on the way to one, a change of level alters FLIP by a factor of 1.6 and the covered area by
+/// 0.02 at most. Full detail has no error to compare with.
+#[test]
+fn changes_of_level_on_approach_are_small() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let crown = fixtures::crown(1500, 1);
+    let prop = Prop::new(
+        &renderer,
+        &[bake_mesh(&crown, &BakeConfig::default()).unwrap()],
+    );
+    // 3 m/s at 60 frames per second, 3 m away.
+    let radii = std::iter::successors(Some(3.0f32), |radius_px| Some(radius_px * 61.0 / 60.0));
+    let frames = radii
+        .take_while(|radius_px| *radius_px < 160.0)
+        .map(|radius_px| {
+            let eye = props::eye(&prop.sphere, props::direction(3, 8), radius_px);
+            let units = prop.selected(&eye);
+            let draw = |units: &[u32]| prop.draw(&renderer, &eye, units).unwrap();
+            let look = props::look_of(&draw(&prop.source()), &draw(&units));
+            (prop.triangles(&units), look)
+        });
+    let frames: Vec<_> = frames.collect();
+    let mut changes = 0;
+    for pair in frames.windows(2) {
+        let [(before, a), (after, b)] = pair else {
+            continue;
+        };
+        if before != after && a.flip > 0.0 && b.flip > 0.0 {
+            let (ratio, step) = (a.flip / b.flip, b.covered - a.covered);
+            assert!(
+                (1.0 / 1.6..=1.6).contains(&ratio),
+                "{before} {after}: {ratio}"
+            );
+            assert!(step.abs() <= 0.02, "{before} {after}: {step}");
+            changes += 1;
+        }
+    }
+    assert!(changes > 0);
+}
+
+/// Triangles that levels need for a FLIP at one of the sizes, interpolated between levels.
+fn triangles_at(result: &PropResult, size: usize, flip: f64) -> Option<f64> {
+    let of_level = |level: &LevelResult| (f64::from(level.triangles), level.looks[size].flip);
+    result.levels.windows(2).find_map(|pair| {
+        let [(more, low), (less, high)] = [&pair[0], &pair[1]].map(of_level);
+        let share = (flip - low) / (high - low);
+        ((0.0..=1.0).contains(&share)).then(|| more * (less / more).powf(share))
+    })
+}
+
+/// Baking bark and leaves together is never worse than baking each alone.
+#[test]
+fn meshes_baked_together_need_fewer_triangles() {
+    let Some((renderer, _one)) = common::renderer() else {
+        return;
+    };
+    let [bark, leaves] = fixtures::tree_in_parts(4000, 1);
+    let config = BakeConfig::default();
+    let apart = [&bark, &leaves].map(|mesh| bake_mesh(mesh, &config).unwrap());
+    let together = bake_together(&[&bark, &leaves], &config).into_iter();
+    let together: Vec<_> = together.map(|baked| baked.unwrap().0).collect();
+    let apart = props::measure(&renderer, "apart", &apart, 8).unwrap();
+    let together = props::measure(&renderer, "together", &together, 8).unwrap();
+    for (size, radius_px) in RADII_PX.iter().enumerate() {
+        let levels = together.levels.iter();
+        let levels = levels.filter(|level| (100..4_000).contains(&level.triangles));
+        let ratios: Vec<f64> = levels
+            .filter_map(|level| {
+                let apart = triangles_at(&apart, size, level.looks[size].flip)?;
+                Some(f64::from(level.triangles) / apart)
+            })
+            .collect();
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        assert!(
+            ratios.len() > 3 && mean < 1.0,
+            "{radius_px} px: {ratios:.2?}"
+        );
+    }
+}

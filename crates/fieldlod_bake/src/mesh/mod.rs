@@ -10,8 +10,10 @@ mod source_mesh;
 pub(crate) mod srgb;
 pub(crate) mod surface;
 pub(crate) mod surfaces;
+pub(crate) mod topology;
 pub(crate) mod triangle;
 pub(crate) mod triangle_tree;
 mod triangles_4;
+pub(crate) mod two_sided;
 
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};

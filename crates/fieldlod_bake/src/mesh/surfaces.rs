@@ -66,9 +66,14 @@ impl Surfaces {
         self.parts.iter().any(|part| part.surface.is_some())
     }
 
+    /// Which part a vertex of the source belongs to.
+    pub(crate) fn part_of(&self, vertex: u32) -> usize {
+        self.parts.partition_point(|part| part.end <= vertex)
+    }
+
     /// The surface of a vertex of the source, if known.
     pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
-        let part = self.parts.partition_point(|part| part.end <= vertex);
+        let part = self.part_of(vertex);
         self.parts.get(part)?.surface.as_deref()
     }
 

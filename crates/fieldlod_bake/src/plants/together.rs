@@ -14,6 +14,7 @@ use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MOST_VERTICES;
@@ -71,7 +72,11 @@ fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
         && [0, meshes.len()].contains(&with_normals.count())
         && config.validate().is_ok()
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
-        && is_aggregate(&as_one_mesh(meshes))
+        && is_plant(&as_one_mesh(meshes))
+}
+
+fn is_plant(mesh: &SourceMesh) -> bool {
+    is_aggregate(mesh, &Topology::of(mesh, &Surfaces::default()).place)
 }
 
 /// The vertices of each mesh among those of all.

@@ -33,10 +33,8 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<OccluderMesh> {
     let mut wanted = LEVELS.iter().copied().peekable();
     // A hierarchy may come without its geometry.
     let has_geometry = !hierarchy.unit_vertices.is_empty();
-    // One can see through cards.
-    let of_triangles = hierarchy.card_units().start as u32;
     let level_count = if has_geometry {
-        hierarchy.level_count().min(of_triangles)
+        hierarchy.level_count()
     } else {
         0
     };
@@ -131,39 +129,5 @@ impl OccluderPart {
         self.triangles
             .iter()
             .map(move |triangle| triangle.map(corner))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
-
-    use super::*;
-
-    #[test]
-    fn cards_hide_nothing() {
-        let mut mesh = fixtures::grid_pyramid(3);
-        let without = occluder_levels(&mesh.whole_mesh_levels().unwrap());
-        mesh.cards = Some(fixtures::leafy_cards(64));
-        let with = mesh.whole_mesh_levels().unwrap();
-        assert!(!with.card_units().is_empty());
-        let triangles: Vec<usize> = occluder_levels(&with)
-            .iter()
-            .map(OccluderMesh::triangle_count)
-            .collect();
-        let of_cards = with
-            .card_units()
-            .map(|unit| with.units[unit].triangle_count as usize);
-        assert!(
-            of_cards
-                .into_iter()
-                .all(|count| !triangles.contains(&count))
-        );
-        assert!(triangles.len() <= without.len());
-        // Nor where nothing else was read.
-        let primitives = vec![BakedPrimitive::new(0, 0, "", with)];
-        let bytes = BakedFile { primitives }.to_bytes();
-        let coarse = BakedFile::from_bytes_coarse(&bytes, 1).unwrap();
-        assert_eq!(occluder_levels(&coarse.primitives[0].hierarchy), []);
     }
 }

@@ -7,6 +7,8 @@ use crate::levels::assemble::assemble;
 use crate::levels::build::build_levels;
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
+use crate::mesh::two_sided::Sheets;
 use crate::mesh::used_vertices::Compact;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::appearance::measure_levels;
@@ -61,15 +63,26 @@ pub(crate) fn bake_valid_mesh(
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> (Hierarchy, BakeReport) {
+    // Which vertices are one, and which sheets are drawn from both sides: one side is simplified.
+    let topology = Topology::of(mesh, &surfaces);
+    let rounded_vertices = topology.rounded;
+    let sheets = Sheets::of(mesh, &topology);
+    let front = sheets.as_ref().map(|sheets| sheets.front_of(mesh));
+    let simplified = front.as_ref().unwrap_or(mesh);
     // Vertices, scaled, with weighted attributes.
-    let mut vertices = LevelVertices::of(mesh, surfaces.clone(), NORMAL_WEIGHT);
+    let mut vertices = LevelVertices::of(simplified, topology, surfaces.clone(), NORMAL_WEIGHT);
     vertices.keep((0..kept.len()).filter(|&vertex| kept[vertex]));
     if config.lock_borders {
         let is_border = vertices.is_border.clone();
         vertices.keep((0..is_border.len()).filter(|&vertex| is_border[vertex]));
     }
     // Cluster, group, simplify and measure, level by level.
-    let (groups, report) = build_levels(mesh, &mut vertices, config, on_triangles);
+    let (mut groups, mut report) = build_levels(simplified, &mut vertices, config, on_triangles);
+    report.rounded_vertices = rounded_vertices;
+    if let Some(sheets) = &sheets {
+        sheets.add_backs(&mut groups, &mut vertices);
+        report.two_sided_triangles = 2 * sheets.back_count();
+    }
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
     // Plants: measure on pictures how good each level looks. Errors of surfaces need no pictures; pictures are

@@ -11,6 +11,10 @@ pub struct BakeReport {
     pub whole_mesh_levels: usize,
     /// Whether some groups are aggregates of many loose pieces, such as leaves.
     pub has_aggregates: bool,
+    /// Vertices that were taken for others, whose positions differ by rounding.
+    pub rounded_vertices: usize,
+    /// Triangles of which another at the same places faces the other way: one side was simplified.
+    pub two_sided_triangles: usize,
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
     /// Fallbacks for groups that no regular simplification could reduce. If `coarsest_triangles` is above

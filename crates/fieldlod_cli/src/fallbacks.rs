@@ -14,6 +14,8 @@ pub(crate) struct PrimitiveBake {
     stuck_groups: usize,
     tail_levels: usize,
     coarsest_triangles: usize,
+    rounded_vertices: usize,
+    two_sided_triangles: usize,
     /// Whether no fallback could simplify the mesh far enough.
     stuck: bool,
     fallbacks: Vec<Step>,
@@ -41,6 +43,8 @@ impl PrimitiveBake {
             stuck_groups: report.stuck_groups,
             tail_levels: report.whole_mesh_levels,
             coarsest_triangles: report.coarsest_triangles,
+            rounded_vertices: report.rounded_vertices,
+            two_sided_triangles: report.two_sided_triangles,
             stuck: report.is_stuck(),
             fallbacks: report.fallbacks.iter().map(step).collect(),
         }
@@ -65,6 +69,19 @@ pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
             text,
             "\nfallback: {title}: {kind} from {from} to {to} triangles"
         );
+    }
+    let found = [
+        (
+            report.rounded_vertices,
+            "vertices differ from others by rounding and were joined",
+        ),
+        (
+            report.two_sided_triangles,
+            "triangles lie back to back; one side was simplified",
+        ),
+    ];
+    for (count, what) in found.into_iter().filter(|(count, _)| *count > 0) {
+        let _ = write!(text, "\nfound: {title}: {} {what}", thousands(count as u64));
     }
     if report.is_stuck() {
         let left = thousands(report.coarsest_triangles as u64);

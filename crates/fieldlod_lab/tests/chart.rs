@@ -19,6 +19,7 @@ fn report(renderer: &Renderer) -> Report {
         name: "rock".to_owned(),
         ours: bake_mesh(&mesh, &config).unwrap(),
         clusterlods: clusterlod_hierarchy(&mesh, &config).unwrap(),
+        surface: None,
     };
     let options = Options {
         poses: 2,

@@ -32,6 +32,7 @@ use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::SourceMesh;
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, times the size of the mesh, are rounding.
@@ -85,7 +86,12 @@ pub(crate) fn deviation_in_local(
     levels: &[&[[u32; 3]]],
 ) -> Vec<f32> {
     let source_count = mesh.positions.len();
-    let vertices = LevelVertices::of(mesh, Surfaces::default(), NORMAL_WEIGHT);
+    let vertices = LevelVertices::of(
+        mesh,
+        Topology::exact(mesh),
+        Surfaces::default(),
+        NORMAL_WEIGHT,
+    );
     let source = SourceSurface::of(mesh, &vertices);
     let consumed = [Cluster {
         produced_by: NO_GROUP,

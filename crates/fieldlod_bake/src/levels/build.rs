@@ -36,7 +36,7 @@ pub(crate) fn build_levels(
     );
     let mut groups = Groups::default();
     let mut report = BakeReport::default();
-    let mut plant = Plant::of(mesh);
+    let mut plant = Plant::of(mesh, &vertices.same_position);
     let mut group_clusters = config.group_clusters;
     while triangle_count(&clusters) > FEWEST_TRIANGLES {
         let before = triangle_count(&clusters);

@@ -9,6 +9,7 @@ use crate::levels::clusters::Cluster;
 use crate::levels::groups::Groups;
 use crate::levels::vertices::{LevelVertices, adapter};
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 
 /// How much clusterlod's demo weighs a change of the unit normal by 1.
@@ -53,7 +54,12 @@ fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
     known.tangents.clear();
     known.uvs_1.clear();
     known.colors.clear();
-    LevelVertices::of(&known, Surfaces::default(), NORMAL_WEIGHT)
+    LevelVertices::of(
+        &known,
+        Topology::exact(mesh),
+        Surfaces::default(),
+        NORMAL_WEIGHT,
+    )
 }
 
 /// The groups of all levels, finer before coarser; those that were not simplified are terminal.

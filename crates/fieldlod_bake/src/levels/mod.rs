@@ -10,9 +10,10 @@ mod closed;
 #[cfg(any(test, feature = "test-support"))]
 pub(crate) mod clusterlod;
 pub(crate) mod clusters;
-mod groups;
+pub(crate) mod groups;
 pub(crate) mod neighbours;
 pub(crate) mod simplified_group;
 pub(crate) mod simplify;
 mod step;
+mod uv_ranges;
 pub(crate) mod vertices;

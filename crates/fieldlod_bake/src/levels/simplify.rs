@@ -1,8 +1,11 @@
 //! The simplification of one group, on a copy of its vertices.
 
+use std::sync::OnceLock;
+
 use meshopt::{SimplifyOptions, SimplifyVertex};
 
 use crate::config::BakeConfig;
+use crate::levels::uv_ranges::UvRanges;
 use crate::levels::vertices::{LevelVertices, Piece, adapter};
 use crate::mesh::components::{Component, components_of};
 
@@ -35,6 +38,8 @@ pub(crate) struct Task<'a> {
     pub(crate) same_position: Vec<u32>,
     /// For each own vertex, whether it must stay, since other groups use its position.
     pub(crate) is_locked: Vec<bool>,
+    /// Measured on first use; `None` without texture coordinates.
+    pub(crate) uv_ranges: OnceLock<Option<UvRanges>>,
     /// The share of the triangles that should be left.
     pub(crate) ratio: f32,
     /// Whether there are no other groups.
@@ -160,7 +165,7 @@ impl Task<'_> {
             &mut simplified.rows,
             &layout.weights,
             layout.width() * size_of::<f32>(),
-            Some(&self.locks(Method::Moved)),
+            Some(&self.locks(simplified.method)),
             target,
             most_error,
             options(),
@@ -266,6 +271,9 @@ impl Task<'_> {
     pub(crate) fn mark_new_vertices(&self, simplified: &mut Simplified) {
         let layout = &self.vertices.layout;
         let width = layout.width();
+        let ranges = self
+            .uv_ranges
+            .get_or_init(|| UvRanges::of(&self.piece, self.vertices));
         // Vertices at one position move together or not at all.
         let mut has_moved = vec![false; self.piece.vertices.len()];
         for &own in &simplified.corners {
@@ -293,6 +301,9 @@ impl Task<'_> {
                 continue;
             }
             layout.mend(row, before);
+            if let Some(ranges) = ranges {
+                ranges.clamp(own, row, layout);
+            }
             simplified.is_new[own] = true;
         }
     }

@@ -1,5 +1,7 @@
 //! One level: all its groups are simplified, in parallel.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use crate::config::BakeConfig;
@@ -91,7 +93,7 @@ impl LevelStep<'_> {
     fn task(&self, part: &[Cluster]) -> Task<'_> {
         let vertices = self.vertices;
         let corners = part.iter().flat_map(|cluster| &cluster.corners);
-        let piece = Piece::of(corners.copied(), vertices);
+        let piece = Piece::of(corners.map(|&v| vertices.corner[v as usize]), vertices);
         let own = || piece.vertices.iter().map(|&vertex| vertex as usize);
         let is_locked = own().map(|vertex| self.is_shared[vertices.same_position[vertex] as usize]);
         let seen = self.plant.seen.as_ref();
@@ -99,6 +101,7 @@ impl LevelStep<'_> {
             vertices,
             config: self.config,
             same_position: piece.same_position(vertices),
+            uv_ranges: OnceLock::new(),
             is_locked: is_locked.collect(),
             seen: seen.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
             ratio: self.plant.ratio,

@@ -11,6 +11,7 @@ use crate::levels::attributes::AttributeLayout;
 use crate::mesh::SourceMesh;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
 
 pub(crate) use crate::levels::attributes::NORMAL_WEIGHT;
 
@@ -25,6 +26,8 @@ pub(crate) struct LevelVertices {
     attributes: Vec<f32>,
     /// For each vertex, the first vertex at the same position.
     pub(crate) same_position: Vec<u32>,
+    /// For each vertex, the first that looks the same there.
+    pub(crate) corner: Vec<u32>,
     /// For each vertex, whether it lies on a texture seam to keep.
     pub(crate) protection: Vec<SimplifyVertex>,
     /// For each vertex, whether the source has an open edge at its position.
@@ -48,14 +51,25 @@ pub(crate) struct NewVertex {
 }
 
 impl LevelVertices {
-    /// The vertices of the source, which must be valid. A change of the unit normal by 1 counts as `normal_weight`.
-    pub(crate) fn of(mesh: &SourceMesh, surfaces: Surfaces, normal_weight: f32) -> Self {
+    /// The vertices of the source, which must be valid, and which of them are one. A change of the unit normal
+    /// by 1 counts as `normal_weight`.
+    pub(crate) fn of(
+        mesh: &SourceMesh,
+        topology: Topology,
+        surfaces: Surfaces,
+        normal_weight: f32,
+    ) -> Self {
         let local_from_scaled = power_of_two_above(&mesh.positions);
         let scaled_from_local = local_from_scaled.recip();
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
-        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(scaled).collect();
+        let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(scaled).collect();
         let layout = AttributeLayout::of(mesh, normal_weight);
-        let same_position = meshopt::generate_position_remap(&adapter(&positions));
+        // The simplifier takes equal positions alone for one place.
+        let Topology { place, corner, .. } = topology;
+        for (vertex, &first) in place.iter().enumerate() {
+            positions[vertex] = positions[first as usize];
+        }
+        let same_position = place;
         let count = positions.len();
         let mut vertices = Self {
             attributes: layout.rows_of(mesh),
@@ -69,6 +83,7 @@ impl LevelVertices {
             local_from_scaled,
             layout,
             same_position,
+            corner,
         };
         vertices.protect_seams();
         vertices
@@ -139,6 +154,7 @@ impl LevelVertices {
         self.positions.push(new.position);
         self.attributes.extend_from_slice(row);
         self.same_position.push(new.same_position.unwrap_or(vertex));
+        self.corner.push(vertex);
         self.protection.push(self.protection[before]);
         self.is_border.push(self.is_border[before]);
         self.origin.push(self.origin[before]);

@@ -10,9 +10,11 @@ mod source_mesh;
 pub(crate) mod srgb;
 pub(crate) mod surface;
 pub(crate) mod surfaces;
+pub(crate) mod topology;
 pub(crate) mod triangle;
 pub(crate) mod triangle_tree;
 mod triangles_4;
+pub(crate) mod two_sided;
 pub(crate) mod used_vertices;
 
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};

@@ -195,6 +195,13 @@ impl Surface {
         self.texture.is_none() && self.is_opaque && self.base_color.truncate() == Vec3::ONE
     }
 
+    /// The sizes and texels of its texture, each half as large as the one before, if it has one: by rows, red, green
+    /// and blue in sRGB, and the opacity.
+    pub fn mips(&self) -> impl Iterator<Item = (UVec2, &[[u8; 4]])> {
+        let mips = self.texture.iter().flat_map(|texture| &texture.mips);
+        mips.map(|mip| (mip.size, &*mip.texels))
+    }
+
     /// The mapping of the texture, if there is one.
     #[must_use]
     pub fn mapping(&self) -> Option<TextureMapping> {
@@ -226,7 +233,8 @@ impl Surface {
     }
 
     /// The linear colour that textures and vertices are multiplied with.
-    fn base_color(&self) -> Vec3 {
+    #[must_use]
+    pub fn base_color(&self) -> Vec3 {
         self.base_color.truncate()
     }
 

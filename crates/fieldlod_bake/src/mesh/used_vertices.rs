@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use fieldlod_hierarchy::Hierarchy;
 
+use super::surfaces::Surfaces;
+use super::topology::Topology;
 use super::{MeshError, SourceMesh};
 
 /// The vertices that triangles use, ascending; `None` if these are all of `vertex_count`, or if there are no triangles.
@@ -68,6 +70,19 @@ impl<'a> Compact<'a> {
             Some(used) if !values.is_empty() => used.iter().map(|&v| values[v as usize]).collect(),
             _ => Cow::Borrowed(values),
         }
+    }
+
+    /// For each vertex of the whole mesh, the first used one at its place; itself for one that is not used.
+    pub(crate) fn places(&self) -> Vec<u32> {
+        let place = Topology::of(&self.mesh, &Surfaces::default()).place;
+        let Some(used) = &self.used else {
+            return place;
+        };
+        let mut of_whole: Vec<u32> = (0..self.whole.positions.len() as u32).collect();
+        for (&vertex, first) in used.iter().zip(place) {
+            of_whole[vertex as usize] = used[first as usize];
+        }
+        of_whole
     }
 
     /// The hierarchy of the whole mesh from that of the compact one.

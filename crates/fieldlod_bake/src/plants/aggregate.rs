@@ -15,7 +15,6 @@
 use glam::Vec3;
 
 use crate::levels::simplify::{Method, Simplified, Task};
-use crate::levels::vertices::adapter;
 use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
 
@@ -41,10 +40,10 @@ const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles.
 const LEAST_LEFT: f32 = 0.125;
 
-/// Whether many triangles of a mesh are those of several loose pieces, such as leaves and fronds.
-pub(crate) fn is_aggregate(mesh: &SourceMesh) -> bool {
+/// Whether many triangles of a mesh are those of several loose pieces, such as leaves and fronds. `place` holds for each
+/// vertex the first at its place.
+pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
     let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
-    let same_position = meshopt::generate_position_remap(&adapter(&positions));
     // At any scale areas are numbers.
     let coordinates = positions.as_flattened_mut();
     let extent = coordinates
@@ -54,7 +53,7 @@ pub(crate) fn is_aggregate(mesh: &SourceMesh) -> bool {
         .iter_mut()
         .for_each(|at| *at /= extent.max(f32::MIN_POSITIVE));
     let is_locked = vec![false; positions.len()];
-    let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
+    let components = components_of(&mesh.indices, &positions, place, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
     let is_element = |c: &&Component| share(c.triangles.len()) <= MOST_OF_GROUP && c.area > 0.0;
     let elements = components.iter().filter(is_element);

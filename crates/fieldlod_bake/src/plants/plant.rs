@@ -56,11 +56,11 @@ pub(crate) struct PlantLevel<'a> {
 }
 
 impl<'a> Plant<'a> {
-    pub(crate) fn of(mesh: &'a SourceMesh) -> Self {
+    pub(crate) fn of(mesh: &'a SourceMesh, place: &[u32]) -> Self {
         let is_small = mesh.positions.len() <= MOST_VERTICES as usize;
         Self {
             mesh,
-            is_plant: is_small && is_aggregate(mesh),
+            is_plant: is_small && is_aggregate(mesh, place),
             coverage: OnceCell::new(),
             area_gain: 1.0,
             has_elements: false,

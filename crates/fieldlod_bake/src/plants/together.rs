@@ -15,6 +15,7 @@ use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MOST_VERTICES;
@@ -100,9 +101,13 @@ enum Joint {
 }
 
 fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
-    (2..=MOST_TOGETHER).contains(&meshes.len())
-        && can_be_one(meshes, config)
-        && is_aggregate(&as_one_mesh(meshes, Joint::Plant))
+    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_one(meshes, config) && is_plant(meshes)
+}
+
+fn is_plant(meshes: &[&SourceMesh]) -> bool {
+    let mesh = as_one_mesh(meshes, Joint::Plant);
+    let parts = Surfaces::of(meshes.iter().copied());
+    is_aggregate(&mesh, &Topology::of(&mesh, &parts).place)
 }
 
 /// Whether each mesh meets another one.

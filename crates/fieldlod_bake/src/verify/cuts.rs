@@ -89,7 +89,7 @@ struct Facing {
 
 impl<'a> Source<'a> {
     fn of(subject: &'a Subject<'a>) -> Self {
-        let weld = weld(&subject.positions);
+        let weld = weld(&subject.positions, &subject.place);
         let border = open_edges(subject.source_triangles(), &weld);
         Self {
             border: border.into_iter().flat_map(|(a, b)| [a, b]).collect(),
@@ -245,14 +245,17 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, b, c].min([b, c, a]).min([c, a, b])
 }
 
-/// The first vertex at the place of each.
-fn weld(positions: &[Vec3]) -> Vec<u32> {
+/// For each vertex, the first at its place. `place` has those of the source, by tolerance.
+fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
     // Adding zero makes one of the two zeros.
     let bits = |p: &Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let vertices = positions.iter().enumerate();
     vertices
-        .map(|(v, p)| *first_at.entry(bits(p)).or_insert(v as u32))
+        .map(|(v, p)| {
+            let p = place.get(v).map_or(p, |&first| &positions[first as usize]);
+            *first_at.entry(bits(p)).or_insert(v as u32)
+        })
         .collect()
 }
 

@@ -25,12 +25,12 @@ pub fn verify(
     settings: &VerifySettings,
 ) -> Result<Verified, VerifyError> {
     // The other checks rely on these.
-    Compact::of(mesh)?;
+    let compact = Compact::of(mesh)?;
     hierarchy.validate()?;
     if hierarchy.source != mesh.source_hash() {
         return Err(VerifyError::OtherSource);
     }
-    let subject = Subject::new(mesh, hierarchy, settings);
+    let subject = Subject::new(mesh, &compact, hierarchy, settings);
     let mut verified = Verified::default();
     samples::check(&subject, &mut verified)?;
     cuts::check(&subject, &mut verified)?;

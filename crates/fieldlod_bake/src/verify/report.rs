@@ -32,7 +32,7 @@ impl Default for VerifySettings {
             most_samples: 2_000_000,
             tolerance: 0.05,
             flipped_area: 0.01,
-            wrong_pixels: 0.1,
+            wrong_pixels: 0.15,
         }
     }
 }

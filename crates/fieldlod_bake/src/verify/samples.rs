@@ -203,6 +203,7 @@ fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::used_vertices::Compact;
     use crate::{BakeConfig, VerifySettings, bake_mesh, fixtures};
 
     /// Searches that end early miss nothing: checked against every triangle for every point.
@@ -210,8 +211,8 @@ mod tests {
     fn no_point_is_worse_than_the_worst_that_is_found() {
         for mesh in [fixtures::rock(3, 1), fixtures::non_manifold_fan(300)] {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
-            let settings = VerifySettings::default();
-            let subject = Subject::new(&mesh, &hierarchy, &settings);
+            let (settings, compact) = (VerifySettings::default(), Compact::of(&mesh).unwrap());
+            let subject = Subject::new(&mesh, &compact, &hierarchy, &settings);
             let drawn = subject.cut(|group| hierarchy.groups[group].level >= 1);
             let drawn = subject.triangles_of(&drawn);
             let tree = TriangleTree::new(drawn.iter().map(|t| subject.corners(t.corners)));

@@ -6,6 +6,7 @@ use glam::Vec3;
 use super::report::VerifySettings;
 use crate::levels::vertices::power_of_two_above;
 use crate::mesh::SourceMesh;
+use crate::mesh::used_vertices::Compact;
 
 /// A hierarchy, the mesh it should come from, and how much is to be checked.
 pub(super) struct Subject<'a> {
@@ -15,6 +16,8 @@ pub(super) struct Subject<'a> {
     /// Positions of all vertices in scaled units, in which squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
+    /// For each vertex of the source, the first at its place.
+    pub(super) place: Vec<u32>,
 }
 
 /// A triangle of a cut.
@@ -28,10 +31,11 @@ pub(super) struct CutTriangle {
 impl<'a> Subject<'a> {
     pub(super) fn new(
         mesh: &'a SourceMesh,
+        compact: &Compact<'_>,
         hierarchy: &'a Hierarchy,
         settings: &'a VerifySettings,
     ) -> Self {
-        let scaled_from_local = power_of_two_above(&mesh.positions).recip();
+        let scaled_from_local = power_of_two_above(&compact.mesh.positions).recip();
         let positions = hierarchy
             .vertices
             .positions
@@ -43,6 +47,7 @@ impl<'a> Subject<'a> {
             settings,
             positions: positions.collect(),
             scaled_from_local,
+            place: compact.places(),
         }
     }
 

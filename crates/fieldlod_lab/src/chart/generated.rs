@@ -29,7 +29,7 @@ impl Generated {
     ];
 
     /// The models of reported figures, of other shapes and sizes.
-    pub const TEST: [Self; 4] = [
+    pub const TEST: [Self; 6] = [
         Self {
             name: "rock",
             mesh: || fixtures::rock(6, 7),
@@ -45,6 +45,14 @@ impl Generated {
         Self {
             name: "hills",
             mesh: || fixtures::height_field(768),
+        },
+        Self {
+            name: "machine",
+            mesh: || fixtures::machine(5),
+        },
+        Self {
+            name: "kit",
+            mesh: || fixtures::kit(5),
         },
     ];
 

@@ -10,6 +10,7 @@
 //! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on this project's
 //!   hierarchy. It separates the gain of the levels from that of the criterion. All other methods use this
 //!   project's hierarchy.
+//! - Both are drawn with the texture of the file, if it can be read, else with a fine pattern.
 //! - All methods use the error that the simplifier reports, as they do in their own systems.
 //! - Only units that touch the view are counted, as if all renderers culled them.
 //! - Whole-object methods have few cuts. Their curves are interpolated between them.
@@ -32,6 +33,9 @@ mod ratios;
 mod report;
 mod sweep;
 
+use std::sync::Arc;
+
+use fieldlod_bake::Surface;
 use fieldlod_hierarchy::Hierarchy;
 use glam::UVec2;
 use serde::Serialize;
@@ -70,6 +74,8 @@ pub struct BakedModel {
     pub ours: Hierarchy,
     /// [clusterlod's hierarchy](fieldlod_bake::clusterlod_hierarchy) of the same mesh.
     pub clusterlods: Hierarchy,
+    /// The surface that both are drawn with, if it is known.
+    pub surface: Option<Arc<Surface>>,
 }
 
 /// The curves of a model.

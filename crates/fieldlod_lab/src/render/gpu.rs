@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use fieldlod_bake::Surface;
 use fieldlod_hierarchy::Hierarchy;
 use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -10,6 +11,7 @@ use super::camera::{Uniform, WorldView};
 use super::model::{DrawnModel, PlacedUnits, Vertex};
 use super::picture::Picture;
 use super::target::{DEPTH_BUFFER, Target};
+use super::texture;
 use super::{RenderError, SUPERSAMPLING};
 use crate::eye::Eye;
 
@@ -78,7 +80,13 @@ impl Renderer {
     /// Uploads a hierarchy.
     #[must_use]
     pub fn upload(&self, hierarchy: &Hierarchy) -> DrawnModel {
-        DrawnModel::new(&self.device, hierarchy)
+        self.upload_textured(hierarchy, None)
+    }
+
+    /// Uploads a hierarchy that is drawn with the colour and the texture of a surface.
+    #[must_use]
+    pub fn upload_textured(&self, hierarchy: &Hierarchy, surface: Option<&Surface>) -> DrawnModel {
+        DrawnModel::new(&self.device, &self.queue, hierarchy, surface)
     }
 
     /// Draws some units of a model at the origin.
@@ -140,6 +148,7 @@ impl Renderer {
         for (index, placed) in placed.iter().enumerate() {
             let model = placed.model;
             pass.set_bind_group(0, &bindings, &[(index * stride) as u32]);
+            pass.set_bind_group(1, &model.texture, &[]);
             pass.set_vertex_buffer(0, model.vertices.slice(..));
             pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
             for &unit in placed.units {
@@ -197,7 +206,7 @@ fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::include_wgsl!("shader.wgsl"));
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        bind_group_layouts: &[Some(layout)],
+        bind_group_layouts: &[Some(layout), Some(&texture::layout(device))],
         ..wgpu::PipelineLayoutDescriptor::default()
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

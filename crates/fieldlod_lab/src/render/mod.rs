@@ -4,9 +4,9 @@
 //! returns colours and coverage. The same adapter, software or not, always returns the same picture.
 //!
 //! # Shading
-//! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals. A pattern of waves on
-//! the texture coordinates replaces textures, so that sliding texture coordinates become visible; it is multiplied
-//! by vertex colours. Both sides of a triangle are drawn.
+//! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals. The base colour
+//! texture of a surface is drawn where it is known, else a pattern of waves on the texture coordinates, so that sliding
+//! texture coordinates become visible; both are multiplied by vertex colours. Both sides of a triangle are drawn.
 //!
 //! # Out of scope
 //! Materials, shadows, transparency, orthographic views.
@@ -16,6 +16,7 @@ mod gpu;
 mod model;
 mod picture;
 mod target;
+mod texture;
 
 use thiserror::Error;
 

@@ -3,9 +3,12 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
+use fieldlod_bake::Surface;
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec3};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use super::texture;
 
 /// A hierarchy's vertices and the triangles of all its units, ready to be drawn.
 #[derive(Debug)]
@@ -14,6 +17,8 @@ pub struct DrawnModel {
     pub(super) indices: wgpu::Buffer,
     /// The range of each unit's indices.
     pub(super) units: Vec<Range<u32>>,
+    /// The base colour texture.
+    pub(super) texture: wgpu::BindGroup,
 }
 
 /// Units of a model at a place in the world.
@@ -54,7 +59,12 @@ impl Vertex {
 }
 
 impl DrawnModel {
-    pub(super) fn new(device: &wgpu::Device, hierarchy: &Hierarchy) -> Self {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        hierarchy: &Hierarchy,
+        surface: Option<&Surface>,
+    ) -> Self {
         let (indices, units) = indices_of(hierarchy);
         let buffer = |contents: &[u8], usage| {
             device.create_buffer_init(&BufferInitDescriptor {
@@ -63,16 +73,17 @@ impl DrawnModel {
                 usage,
             })
         };
-        let vertices = vertices_of(hierarchy);
+        let vertices = vertices_of(hierarchy, surface);
         Self {
             vertices: buffer(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer(bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             units,
+            texture: texture::bind_group(device, queue, surface),
         }
     }
 }
 
-fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
+fn vertices_of(hierarchy: &Hierarchy, surface: Option<&Surface>) -> Vec<Vertex> {
     let source = &hierarchy.vertices;
     // Meshes without normals get smooth normals.
     let computed;
@@ -82,14 +93,25 @@ fn vertices_of(hierarchy: &Hierarchy) -> Vec<Vertex> {
     } else {
         &source.normals
     };
+    let tint = surface.map_or(Vec3::ONE, Surface::base_color);
+    let mapping = surface.and_then(Surface::mapping).unwrap_or_default();
+    let uvs = match mapping.uses_uvs_1 {
+        true => &source.uvs_1,
+        false => &source.uvs,
+    };
     let color = |index: usize| {
         let color = source.colors.get(index);
-        color.map_or([1.0; 3], |color| color.truncate().to_array())
+        let color = color.map_or(Vec3::ONE, |color| color.truncate());
+        (color * tint).to_array()
+    };
+    let uv = |index: usize| {
+        let uv = uvs.get(index).copied().unwrap_or_default();
+        mapping.transform.transform_point2(uv).to_array()
     };
     let vertex = |index: usize| Vertex {
         position: source.positions[index].to_array(),
         normal: normals[index].to_array(),
-        uv: source.uvs.get(index).map_or([0.0; 2], Vec2::to_array),
+        uv: uv(index),
         color: color(index),
     };
     (0..source.positions.len()).map(vertex).collect()

@@ -5,6 +5,8 @@ struct View {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
+@group(1) @binding(0) var base_color: texture_2d<f32>;
+@group(1) @binding(1) var base_sampler: sampler;
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -39,12 +41,14 @@ const WAVES: f32 = 24.0;
 /// Albedo of a surface without texture coordinates.
 const PLAIN: f32 = 0.55;
 
-/// A pattern of waves that fades where it is finer than the picture.
-fn albedo(uv: vec2<f32>) -> f32 {
+/// The texture; if it has a single texel, a pattern of waves that fades where it is finer than the picture.
+fn albedo(uv: vec2<f32>) -> vec4<f32> {
+    let texel = textureSample(base_color, base_sampler, uv);
     let width = fwidth(uv) * WAVES;
     let fade = exp(-4.0 * dot(width, width));
     let waves = sin(2.0 * PI * WAVES * uv);
-    return PLAIN + 0.25 * fade * waves.x * waves.y;
+    let pattern = vec4(vec3(PLAIN + 0.25 * fade * waves.x * waves.y), 1.0);
+    return select(texel, pattern, all(textureDimensions(base_color) == vec2(1u)));
 }
 
 fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
@@ -67,5 +71,9 @@ fn facing(in: Corner) -> vec3<f32> {
 @fragment
 fn color(in: Corner) -> @location(0) vec4<f32> {
     let to_eye = normalize(view.eye_in_local.xyz - in.position);
-    return vec4(shade(facing(in), to_eye, albedo(in.uv) * in.color), 1.0);
+    let albedo = albedo(in.uv);
+    if albedo.a < 0.5 {
+        discard;
+    }
+    return vec4(shade(facing(in), to_eye, albedo.rgb * in.color), 1.0);
 }

@@ -36,6 +36,7 @@ impl Model {
             name: self.name(),
             ours: self.hierarchy_of(&mesh, baked, config)?,
             clusterlods: clusterlod_hierarchy(&mesh, config).map_err(|e| self.failure(e))?,
+            surface: mesh.surface,
         })
     }
 

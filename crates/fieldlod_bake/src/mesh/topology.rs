@@ -1,0 +1,282 @@
+//! Which vertices of a mesh are one: one place, and one corner of it.
+//!
+//! Files hold vertices many times: at texture seams, at hard edges, and for each triangle of a triangle soup. Exporters
+//! round them differently, so equal bits are not asked for. A *place* is a position up to [`PLACE_TOLERANCE`] of the
+//! local edge length. A *corner* is a place with attributes that a picture cannot tell apart.
+//!
+//! Only vertices at open edges are looked at: where the surface is closed by equal bits, nothing is to be joined.
+
+use glam::{Vec2, Vec3, Vec4};
+use rustc_hash::FxHashMap;
+
+use crate::levels::vertices::adapter;
+use crate::mesh::SourceMesh;
+use crate::mesh::edges::Links;
+use crate::mesh::surfaces::Surfaces;
+
+/// Positions nearer than this share of the local edge length are one place: ten times what files of games and scans
+/// round by, and a hundredth of a pixel where an edge is as long as a picture.
+const PLACE_TOLERANCE: f32 = 2e-5;
+/// So are positions that differ by this share of their largest coordinate: four steps of 32 bits.
+const ROUNDING: f32 = 4.8e-7;
+/// Whatever coordinates are rounded by, no edge is shortened by more than this share.
+const MOST_OF_EDGE: f32 = 1e-3;
+/// Texture coordinates of one corner: half a texel of 2,048.
+pub(crate) const SAME_UV: f32 = 1.0 / 4096.0;
+/// Unit normals of one corner: half a degree.
+const SAME_NORMAL: f32 = 0.01;
+/// Colours of one corner: less than a step of 8 bits.
+const SAME_COLOR: f32 = 0.003;
+/// Tangents of one corner: less than 60° apart. They steer a normal map, and otherwise follow from the rest.
+const SAME_TANGENT: f32 = 0.5;
+/// A vertex is compared with so many corners of its place: the tip of a cone may have thousands.
+const MOST_CORNERS: usize = 16;
+
+/// Which vertices of a mesh are one.
+pub(crate) struct Topology {
+    /// For each vertex, the first at its place.
+    pub(crate) place: Vec<u32>,
+    /// For each vertex, the first at its place that looks the same.
+    pub(crate) corner: Vec<u32>,
+    /// How many vertices are at the place of others whose positions differ.
+    pub(crate) rounded: usize,
+}
+
+impl Topology {
+    /// Of a valid mesh, by equal positions alone.
+    pub(crate) fn exact(mesh: &SourceMesh) -> Self {
+        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+        Self {
+            place: meshopt::generate_position_remap(&adapter(&positions)),
+            corner: (0..positions.len() as u32).collect(),
+            rounded: 0,
+        }
+    }
+
+    /// Of a valid mesh. Vertices of different parts are never one corner, and one place only if their positions are equal.
+    pub(crate) fn of(mesh: &SourceMesh, parts: &Surfaces) -> Self {
+        let Self {
+            place: exact,
+            corner,
+            ..
+        } = Self::exact(mesh);
+        let mut place = exact.clone();
+        join_near(mesh, parts, &mut place);
+        let pairs = place.iter().zip(&exact);
+        let rounded = pairs.filter(|(place, exact)| place != exact).count();
+        let corner = corners_of(mesh, parts, &place, corner);
+        Self {
+            place,
+            corner,
+            rounded,
+        }
+    }
+}
+
+/// Leads places with open edges to the first place within their tolerance.
+fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
+    let mut links = Links::of(place.len());
+    links.add(mesh.indices.iter().map(|&v| place[v as usize]));
+    let tolerance = tolerances(mesh, place);
+    let is_open = |v: u32| place[v as usize] == v && links.is_open(v);
+    let open = (0..place.len() as u32).filter(|&v| is_open(v) && tolerance[v as usize] > 0.0);
+    let open: Vec<u32> = open.collect();
+    // Cells of 4 to 64 tolerances, so that few points are near a border, and edges are far longer.
+    let cell_level = |v: u32| (tolerance[v as usize].to_bits() >> 23) as i32 / 4 - 31;
+    let mut levels: Vec<i32> = open.iter().map(|&v| cell_level(v)).collect();
+    levels.sort_unstable();
+    levels.dedup();
+    // A tolerance is below 16 to the power of its level.
+    let cell_size = |level: i32| 8.0 * 16f64.powi(level);
+    // Each open place is in the cell of its own level; others with smaller tolerances look it up there.
+    let mut cells: FxHashMap<(i32, [i64; 3]), Vec<u32>> = FxHashMap::default();
+    for &v in &open {
+        let level = cell_level(v);
+        let at = mesh.positions[v as usize].as_dvec3() / cell_size(level);
+        let key = (level, at.floor().as_i64vec3().to_array());
+        cells.entry(key).or_default().push(v);
+    }
+    for &v in &open {
+        let own = cell_level(v);
+        let (at, reach) = (mesh.positions[v as usize], tolerance[v as usize]);
+        for &level in levels.iter().filter(|&&level| level >= own) {
+            let size = cell_size(level);
+            let corner = |sign: f64| {
+                let corner = (at.as_dvec3() + f64::from(reach) * sign) / size;
+                corner.floor().as_i64vec3().to_array()
+            };
+            let (low, high) = (corner(-1.0), corner(1.0));
+            for x in low[0]..=high[0] {
+                for y in low[1]..=high[1] {
+                    for z in low[2]..=high[2] {
+                        let near = cells.get(&(level, [x, y, z])).into_iter().flatten();
+                        let near = near.copied().filter(|&other| {
+                            let reach = reach.min(tolerance[other as usize]);
+                            other != v
+                                && mesh.positions[other as usize].distance(at) <= reach
+                                && parts.part_of(other) == parts.part_of(v)
+                        });
+                        for other in near {
+                            let (a, b) = (first_of(place, v), first_of(place, other));
+                            place[a.max(b) as usize] = a.min(b);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    for v in 0..place.len() as u32 {
+        place[v as usize] = first_of(place, v);
+    }
+}
+
+/// How far a place reaches, for the first vertex at each: by the shortest of its triangles, each as long as its
+/// longest edge.
+fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
+    let mut shortest = vec![f32::INFINITY; place.len()];
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+        let longest = (a - b).length().max((b - c).length()).max((c - a).length());
+        if longest > 0.0 {
+            for &v in triangle {
+                let shortest = &mut shortest[place[v as usize] as usize];
+                *shortest = shortest.min(longest);
+            }
+        }
+    }
+    let tolerance = |(edge, position): (f32, &Vec3)| {
+        let rounding = position.abs().max_element() * ROUNDING;
+        let tolerance = (edge * PLACE_TOLERANCE)
+            .max(rounding)
+            .min(edge * MOST_OF_EDGE);
+        if tolerance.is_finite() {
+            tolerance
+        } else {
+            0.0
+        }
+    };
+    shortest
+        .into_iter()
+        .zip(&mesh.positions)
+        .map(tolerance)
+        .collect()
+}
+
+/// Follows places to the first, and shortens the way.
+pub(crate) fn first_of(place: &mut [u32], mut v: u32) -> u32 {
+    while place[v as usize] != v {
+        let next = place[v as usize];
+        place[v as usize] = place[next as usize];
+        v = next;
+    }
+    v
+}
+
+/// For each vertex, the first of its place and its part that looks the same.
+fn corners_of(
+    mesh: &SourceMesh,
+    parts: &Surfaces,
+    place: &[u32],
+    mut corner: Vec<u32>,
+) -> Vec<u32> {
+    // What else a vertex has is not known.
+    if mesh.has_other_attributes {
+        return corner;
+    }
+    let mut corners_at: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for v in 0..place.len() as u32 {
+        let first = place[v as usize];
+        if first == v {
+            continue;
+        }
+        let corners = corners_at.entry(first).or_insert_with(|| vec![first]);
+        let is_one =
+            |other: u32| parts.part_of(other) == parts.part_of(v) && looks_alike(mesh, v, other);
+        match corners.iter().find(|&&other| is_one(other)) {
+            Some(&other) => corner[v as usize] = other,
+            None if corners.len() < MOST_CORNERS => corners.push(v),
+            None => {}
+        }
+    }
+    corner
+}
+
+fn looks_alike(mesh: &SourceMesh, a: u32, b: u32) -> bool {
+    let [a, b] = [a, b].map(|v| v as usize);
+    let uv = |uvs: &[Vec2]| uvs.is_empty() || is_near(uvs[a] - uvs[b], SAME_UV);
+    let normal = |n: &[Vec3]| n.is_empty() || (n[a] - n[b]).length() <= SAME_NORMAL;
+    let color = |c: &[Vec4]| c.is_empty() || (c[a] - c[b]).abs().max_element() <= SAME_COLOR;
+    let tangent = |t: &[Vec4]| {
+        t.is_empty()
+            || t[a] == t[b]
+            || t[a].w == t[b].w && t[a].truncate().dot(t[b].truncate()) >= SAME_TANGENT
+    };
+    uv(&mesh.uvs)
+        && uv(&mesh.uvs_1)
+        && normal(&mesh.normals)
+        && color(&mesh.colors)
+        && tangent(&mesh.tangents)
+}
+
+fn is_near(difference: Vec2, tolerance: f32) -> bool {
+    difference.abs().max_element() <= tolerance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+
+    fn places(mesh: &SourceMesh) -> usize {
+        let place = Topology::of(mesh, &Surfaces::default()).place;
+        place
+            .iter()
+            .zip(0..)
+            .filter(|&(&first, v)| first == v)
+            .count()
+    }
+
+    #[test]
+    fn rounded_corners_are_one_place() {
+        let ball = fixtures::icosphere(4);
+        for rounding in [0.0, 1e-8, 1e-7] {
+            assert_eq!(
+                places(&fixtures::soup(&ball, rounding)),
+                ball.positions.len()
+            );
+        }
+    }
+
+    #[test]
+    fn small_parts_keep_their_places_beside_large_ones() {
+        let mut ball = fixtures::soup(&fixtures::icosphere(3), 0.0);
+        for position in &mut ball.positions {
+            *position = *position * 1e-5 + Vec3::X;
+        }
+        let of_ball = places(&ball);
+        let both = fixtures::joined(&[ball, fixtures::soup(&fixtures::plane(1), 0.0)]);
+        assert_eq!(places(&both), of_ball + 4);
+    }
+
+    #[test]
+    fn corners_of_hard_edges_and_seams_stay_apart() {
+        let flat = fixtures::flat_shaded(&fixtures::icosphere(2));
+        let topology = Topology::of(&flat, &Surfaces::default());
+        let corners = topology
+            .corner
+            .iter()
+            .zip(0..)
+            .filter(|&(&first, v)| first == v);
+        assert_eq!(corners.count(), flat.positions.len());
+        let knot = fixtures::torus_knot(24, 8);
+        let topology = Topology::of(&knot, &Surfaces::default());
+        assert!(
+            topology
+                .place
+                .iter()
+                .zip(&topology.corner)
+                .any(|(place, corner)| place != corner)
+        );
+    }
+}

@@ -1,0 +1,216 @@
+//! Sheets that are drawn from both sides by triangles of their own: cloth and leaves of which each triangle has a
+//! twin at the same places that faces the other way.
+//!
+//! A simplifier takes the two sides for one closed surface without thickness and collapses its border, so that the
+//! sheet shrinks. So one side is simplified, whose borders are borders, and what is made of it is drawn from both.
+
+use std::collections::VecDeque;
+
+use rustc_hash::FxHashMap;
+
+use crate::levels::groups::Groups;
+use crate::levels::vertices::{LevelVertices, NewVertex};
+use crate::mesh::SourceMesh;
+use crate::mesh::topology::{Topology, first_of};
+
+const NONE: u32 = u32::MAX;
+
+/// The sheets of a mesh.
+pub(crate) struct Sheets {
+    /// For each triangle of a front, by its vertices with the least first, that of the back.
+    backs: FxHashMap<[u32; 3], [u32; 3]>,
+    /// For each vertex of a front, one of the back at the same place; itself, if both sides share it.
+    back_vertex: FxHashMap<u32, u32>,
+    /// All triangles but backs.
+    front: Vec<u32>,
+}
+
+impl Sheets {
+    /// Those components of a mesh of which every triangle has one twin; `None` without any.
+    pub(crate) fn of(mesh: &SourceMesh, topology: &Topology) -> Option<Self> {
+        let place = &topology.place;
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let twin = twins_of(triangles, place)?;
+        let is_sheet = are_sheets(triangles, &twin, place);
+        let is_back = backs_of(triangles, &twin, &is_sheet, place);
+        let mut sheets = Self {
+            backs: FxHashMap::default(),
+            back_vertex: FxHashMap::default(),
+            front: Vec::new(),
+        };
+        for (index, &triangle) in triangles.iter().enumerate() {
+            if is_back[index] {
+                continue;
+            }
+            sheets.front.extend(triangle);
+            if is_sheet[index] {
+                let back = triangles[twin[index] as usize];
+                for vertex in triangle {
+                    let at = |other: &&u32| place[**other as usize] == place[vertex as usize];
+                    let other = back.iter().find(at).copied().unwrap_or(vertex);
+                    // Levels have the first vertex that looks the same.
+                    for own in [vertex, topology.corner[vertex as usize]] {
+                        sheets.back_vertex.entry(own).or_insert(other);
+                    }
+                }
+                sheets.backs.insert(least_first(triangle), back);
+            }
+        }
+        (!sheets.backs.is_empty()).then_some(sheets)
+    }
+
+    /// How many triangles are the backs of others.
+    pub(crate) fn back_count(&self) -> usize {
+        self.backs.len()
+    }
+
+    /// The mesh without the backs.
+    pub(crate) fn front_of(&self, mesh: &SourceMesh) -> SourceMesh {
+        SourceMesh {
+            indices: self.front.clone(),
+            ..mesh.clone()
+        }
+    }
+
+    /// Lets all groups draw the backs of what they draw of fronts.
+    pub(crate) fn add_backs(&self, groups: &mut Groups, vertices: &mut LevelVertices) {
+        let mut made = FxHashMap::default();
+        for unit in groups.0.iter_mut().flat_map(|group| &mut group.units) {
+            let backs = unit.clusters.iter().map(|corners| {
+                let (triangles, _) = corners.as_chunks::<3>();
+                let backs = triangles
+                    .iter()
+                    .filter_map(|&triangle| self.back_of(triangle, vertices, &mut made));
+                backs.flatten().collect()
+            });
+            let backs: Vec<Vec<u32>> = backs.collect();
+            unit.clusters.extend(
+                backs
+                    .into_iter()
+                    .filter(|corners: &Vec<u32>| !corners.is_empty()),
+            );
+        }
+    }
+
+    /// The back of a triangle of any level, if all its vertices are those of fronts.
+    fn back_of(
+        &self,
+        triangle: [u32; 3],
+        vertices: &mut LevelVertices,
+        made: &mut FxHashMap<u32, u32>,
+    ) -> Option<[u32; 3]> {
+        if let Some(&back) = self.backs.get(&least_first(triangle)) {
+            return Some(back);
+        }
+        let [a, b, c] = triangle;
+        let is_front = |v: &u32| self.back_vertex.contains_key(&vertices.origin[*v as usize]);
+        if !triangle.iter().all(is_front) {
+            return None;
+        }
+        Some([a, c, b].map(|v| self.back_at(v, vertices, made)))
+    }
+
+    fn back_at(&self, v: u32, vertices: &mut LevelVertices, made: &mut FxHashMap<u32, u32>) -> u32 {
+        let origin = vertices.origin[v as usize];
+        let of_origin = self.back_vertex[&origin];
+        if of_origin == origin {
+            return v;
+        }
+        if v == origin {
+            return of_origin;
+        }
+        *made.entry(v).or_insert_with(|| {
+            let [own, front, back] =
+                [v, origin, of_origin].map(|vertex| vertices.row(vertex).to_vec());
+            let row = vertices.layout.turned(&own, &front, &back);
+            let new = NewVertex {
+                before: of_origin,
+                position: vertices.positions[v as usize],
+                same_position: Some(vertices.same_position[v as usize]),
+            };
+            vertices.push(&new, &row)
+        })
+    }
+}
+
+/// For each triangle, the one at the same places that faces the other way; `None` if none has any.
+fn twins_of(triangles: &[[u32; 3]], place: &[u32]) -> Option<Vec<u32>> {
+    let mut twin = vec![NONE; triangles.len()];
+    let mut first: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    let mut any = false;
+    for (index, triangle) in triangles.iter().enumerate() {
+        let places = least_first(triangle.map(|v| place[v as usize]));
+        let [a, b, c] = places;
+        if a == b || b == c || c == a {
+            continue;
+        }
+        if let Some(&other) = first.get(&[a, c, b])
+            && twin[other as usize] == NONE
+        {
+            (twin[other as usize], twin[index]) = (index as u32, other);
+            any = true;
+        } else {
+            first.insert(places, index as u32);
+        }
+    }
+    any.then_some(twin)
+}
+
+/// For each triangle, whether all of its component have twins.
+fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> {
+    let mut component = place.to_vec();
+    for triangle in triangles {
+        for pair in triangle.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|v| first_of(&mut component, v));
+            component[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let roots = triangles.iter().map(|t| first_of(&mut component, t[0]));
+    let roots: Vec<u32> = roots.collect();
+    let mut is_mixed = vec![false; place.len()];
+    for (&root, &twin) in roots.iter().zip(twin) {
+        is_mixed[root as usize] |= twin == NONE;
+    }
+    roots.iter().map(|&root| !is_mixed[root as usize]).collect()
+}
+
+/// Which triangles are backs: from the first of each sheet, neighbours that pass an edge the other way are of the same
+/// side.
+fn backs_of(triangles: &[[u32; 3]], twin: &[u32], is_sheet: &[bool], place: &[u32]) -> Vec<bool> {
+    let edges_of = |index: u32| {
+        let [a, b, c] = triangles[index as usize].map(|v| place[v as usize]);
+        [(a, b), (b, c), (c, a)]
+    };
+    let of_sheets = || (0..triangles.len() as u32).filter(|&index| is_sheet[index as usize]);
+    let mut by_edge: FxHashMap<(u32, u32), Vec<u32>> = FxHashMap::default();
+    for index in of_sheets() {
+        for edge in edges_of(index) {
+            by_edge.entry(edge).or_default().push(index);
+        }
+    }
+    let mut is_back = vec![false; triangles.len()];
+    let mut is_done = vec![false; triangles.len()];
+    let mut waiting = VecDeque::new();
+    for first in of_sheets() {
+        waiting.push_back(first);
+        while let Some(index) = waiting.pop_front() {
+            let back = twin[index as usize];
+            if std::mem::replace(&mut is_done[index as usize], true) {
+                continue;
+            }
+            is_done[back as usize] = true;
+            is_back[back as usize] = true;
+            for (from, to) in edges_of(index) {
+                let others = by_edge.get(&(to, from)).into_iter().flatten();
+                waiting.extend(others.filter(|&&other| !is_done[other as usize]));
+            }
+        }
+    }
+    is_back
+}
+
+fn least_first(mut triangle: [u32; 3]) -> [u32; 3] {
+    let first = (0..3).min_by_key(|&corner| triangle[corner]);
+    triangle.rotate_left(first.unwrap_or(0));
+    triangle
+}

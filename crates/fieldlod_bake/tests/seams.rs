@@ -1,0 +1,71 @@
+//! Props with seams, hard edges and an atlas: textures stay where they were, and tangents make no seams.
+
+use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{UVec2, Vec2};
+
+fn bake(mesh: &SourceMesh) -> Hierarchy {
+    bake_mesh(mesh, &BakeConfig::fine_grained()).unwrap()
+}
+
+/// With the source vertex of each moved vertex.
+fn machine() -> SourceMesh {
+    let mut machine = fixtures::machine(3);
+    machine.has_other_attributes = true;
+    machine
+}
+
+/// The cell of the atlas of the machine.
+fn cell(uv: Vec2) -> UVec2 {
+    (uv * 8.0).as_uvec2()
+}
+
+#[test]
+fn texture_coordinates_stay_in_their_cell_of_the_atlas() {
+    let machine = machine();
+    let baked = bake(&machine);
+    let moved = baked.source_vertex_count..baked.vertices.positions.len() as u32;
+    assert!(moved.len() > 1_000);
+    for vertex in moved {
+        let origin = baked.origin_of(vertex).unwrap();
+        let [uv, of_origin] = [vertex, origin].map(|v| baked.vertices.uvs[v as usize]);
+        assert_eq!(cell(uv), cell(of_origin), "{uv} from {of_origin}");
+    }
+}
+
+#[test]
+fn no_triangle_of_a_level_spans_two_cells_of_the_atlas() {
+    let baked = bake(&machine());
+    let cuts = baked.whole_mesh_cuts();
+    let cuts = cuts.iter().filter(|cut| cut.triangles.len() > 500);
+    for triangle in cuts.flat_map(|cut| &cut.triangles) {
+        let [a, b, c] = triangle.map(|v| cell(baked.vertices.uvs[v as usize]));
+        assert!(a == b && b == c, "{a} {b} {c}");
+    }
+}
+
+#[test]
+fn tangents_are_no_seams() {
+    let mut knot = fixtures::torus_knot(96, 24);
+    let without = bake(&knot);
+    knot.tangents = knot
+        .normals
+        .iter()
+        .map(|n| n.any_orthonormal_vector().extend(1.0))
+        .collect();
+    let with = bake(&knot);
+    assert_eq!(with.vertices.positions, without.vertices.positions);
+    assert_eq!(with.indices, without.indices);
+    for (tangent, normal) in with.vertices.tangents.iter().zip(&with.vertices.normals) {
+        assert!(tangent.truncate().dot(*normal).abs() < 1e-3);
+        assert!((tangent.truncate().length() - 1.0).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn props_of_games_pass_verification() {
+    for mesh in [fixtures::machine(3), fixtures::kit(3)] {
+        let baked = bake(&mesh);
+        verify(&mesh, &baked, &VerifySettings::default()).unwrap();
+    }
+}

@@ -120,7 +120,7 @@ fn quantized_attributes(document: &Document) -> Vec<usize> {
             match semantic {
                 gltf::Semantic::TexCoords(_) => add(Some(accessor), true),
                 gltf::Semantic::Positions | gltf::Semantic::Normals | gltf::Semantic::Tangents => {
-                    add(Some(accessor), false)
+                    add(Some(accessor), false);
                 }
                 _ => {}
             }

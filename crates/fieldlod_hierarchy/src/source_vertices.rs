@@ -36,8 +36,7 @@ impl Hierarchy {
         Ok(self)
     }
 
-    /// The source vertices, in the order of the source mesh. Positions are NaN if they
-    /// [are missing](Self::lacks_source_vertices).
+    /// The source's vertices, in its order; NaN where they [are missing](Self::lacks_source_vertices).
     #[must_use]
     pub fn source_vertices(&self) -> Vertices {
         let mut vertices = self.vertices.clone();
@@ -80,7 +79,7 @@ impl Vertices {
     }
 }
 
-/// Replaces the first `count` values of an attribute. Fails if only one side has the attribute.
+/// Replaces the first `count` of an attribute that both have, or neither.
 fn replace<V: Copy>(
     values: &mut [V],
     source: &[V],

@@ -137,7 +137,7 @@ fn json_is_one_object_on_standard_output() {
 }
 
 #[test]
-fn verify_passes_a_bake_and_fails_that_of_another_mesh() {
+fn verify_passes_a_bake_and_rejects_another_mesh() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 48);
     let file = input.with_extension("fieldlod");

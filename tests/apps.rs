@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use bevy::app::PluginGroupBuilder;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
+use bevy::ecs::system::RunSystemOnce;
 use bevy::log::LogPlugin;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
@@ -14,7 +15,7 @@ use bevy::render::settings::WgpuSettings;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{BakeConfig, SourceMesh};
+use fieldlod_bake::SourceMesh;
 
 /// Bevy's default plugins without a window and without its log, which only one app of a process can
 /// have.
@@ -70,6 +71,17 @@ pub fn run_until_ready(app: &mut App, ready: u32) {
     (0..5).for_each(|_| app.update());
 }
 
+/// The level of a prop that is drawn; `None` if `camera` does not draw the prop or it has no levels.
+///
+/// # Panics
+/// If the cut of the camera has more than one level of it.
+pub fn drawn_level(world: &mut World, prop: Entity, camera: Entity) -> Option<u32> {
+    let find = move |levels: LodLevels| levels.in_view(prop, camera);
+    let levels = world.run_system_once(find).unwrap()?;
+    assert_eq!(levels.start(), levels.end());
+    Some(*levels.start())
+}
+
 /// A camera that draws to an image of its own.
 pub fn spawn_camera(world: &mut World, size_px: UVec2, pose: Transform) -> Entity {
     let format = TextureFormat::Rgba8UnormSrgb;
@@ -90,16 +102,4 @@ pub fn bevy_mesh(source: &SourceMesh) -> Mesh {
         mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, to_arrays(&source.normals));
     }
     mesh
-}
-
-/// Asks for whole meshes, with levels of cards.
-pub fn with_cards() -> AutoLod {
-    AutoLod {
-        kind: LodKind::WholeMesh,
-        bake: Some(BakeConfig {
-            cards: true,
-            ..default()
-        }),
-        ..default()
-    }
 }

@@ -50,16 +50,12 @@ impl Soak {
     pub fn new(seed: u64) -> Self {
         let mut app = rendererless_app();
         let world = app.world_mut();
-        let mut config = world.resource_mut::<FieldLodConfig>();
-        config.idle_frames = 20;
-        config.units_per_frame = Some(6);
-        config.upload_bytes_per_frame = Some(200_000);
         let cameras = [40.0, 120.0].map(|distance| {
             let pose = Transform::from_xyz(0.0, 0.0, distance);
             let target = RenderTarget::None {
                 size: UVec2::new(1280, 720),
             };
-            let fine = FieldLodSettings::with_error_px(0.2);
+            let fine = FieldLodCamera::with_error_px(0.2);
             world.spawn((Camera3d::default(), fine, target, pose)).id()
         });
         let mut soak = Self {
@@ -129,11 +125,12 @@ impl Soak {
             self.app.world_mut().despawn(object.entity);
         }
         self.sources.clear();
-        (0..60).for_each(|_| self.app.update());
+        // Longer than the entities of units outlive their last view.
+        (0..64).for_each(|_| self.app.update());
     }
 
     fn happen(&mut self) {
-        match self.below(15) {
+        match self.below(12) {
             0 | 1 => self.spawn(),
             2 => self.despawn(),
             3 => self.clone_one(),
@@ -168,20 +165,6 @@ impl Soak {
                 pose.translation.z = distance;
             }
             10 if self.below(20) == 0 => self.change_mesh(),
-            11 => {
-                let forced_level = [None, Some(0), Some(2)][self.below(3)];
-                self.change(|object, world| {
-                    if let Some(mut auto_lod) = world.get_mut::<AutoLod>(object.entity) {
-                        auto_lod.forced_level = forced_level;
-                    }
-                });
-            }
-            12 => self.follow(),
-            13 => {
-                let most = [None, Some(1), Some(6)][self.below(3)];
-                let mut config = self.app.world_mut().resource_mut::<FieldLodConfig>();
-                config.units_per_frame = most;
-            }
             _ => {}
         }
     }
@@ -246,15 +229,6 @@ impl Soak {
         let changed = (RenderTarget::None { size }, Projection::default());
         let world = self.app.world_mut();
         world.entity_mut(self.cameras[which]).insert(changed);
-    }
-
-    /// Lets the second camera draw the cut of the first, or no longer.
-    fn follow(&mut self) {
-        let [first, second] = self.cameras;
-        let mut second = self.app.world_mut().entity_mut(second);
-        if second.take::<FieldLodCutOf>().is_none() {
-            second.insert(FieldLodCutOf(first));
-        }
     }
 
     fn change_mesh(&mut self) {

@@ -2,10 +2,9 @@
 
 use std::collections::HashSet;
 
-use bevy::camera::visibility::NoAutoAabb;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodSource, LodUnit};
+use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
 use fieldlod_tests::apps::finish;
 
 use crate::headless::{
@@ -29,7 +28,7 @@ fn despawn_all(
 }
 
 #[test]
-fn what_is_despawned_in_the_middle_of_a_frame_is_no_panic() {
+fn despawn_in_any_phase_does_not_panic() {
     use FieldLodSystems::{Filter, Prepare, Select, Track};
     for phase in [Track, Prepare, Select, Filter] {
         for frames in 0..2 {
@@ -60,7 +59,7 @@ fn what_is_despawned_in_the_middle_of_a_frame_is_no_panic() {
 }
 
 #[test]
-fn a_slot_is_given_to_one_entity() {
+fn reused_record_spawns_one_entity() {
     let (mut app, camera, first) = before_a_camera(6, 3.0);
     let mesh = app.world().get::<Mesh3d>(first).unwrap().clone();
     for _ in 0..3 {
@@ -85,15 +84,19 @@ fn a_slot_is_given_to_one_entity() {
 }
 
 #[test]
-fn what_despawns_itself_as_it_changes_is_no_panic() {
+fn despawn_in_observer_does_not_panic() {
     for subdivisions in [4, 5] {
         let mut app = app();
-        app.add_observer(|added: On<Add, NoAutoAabb>, mut commands: Commands| {
-            commands.entity(added.entity).try_despawn();
+        app.add_observer(|ready: On<LodReady>, mut commands: Commands| {
+            commands.entity(ready.entity).try_despawn();
         });
-        app.add_observer(|added: On<Add, LodSource>, mut commands: Commands| {
-            commands.entity(added.entity).try_despawn();
-        });
+        app.add_observer(
+            |changed: On<Insert, LodState>, states: Query<&LodState>, mut commands: Commands| {
+                if let Ok(LodState::Ready(_)) = states.get(changed.entity) {
+                    commands.entity(changed.entity).try_despawn();
+                }
+            },
+        );
         spawn_rock(&mut app, subdivisions);
         run_until(&mut app, "it is gone", |app| entity_count(app) == 0);
         app.update();

@@ -2,11 +2,13 @@
 
 use std::any::TypeId;
 use std::fmt::{Debug, Write};
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
 use bevy::camera::visibility::VisibleEntities;
+use bevy::ecs::system::RunSystemOnce;
 use bevy::log::tracing::field::{Field, Visit};
 use bevy::log::tracing::{Event, Level, Subscriber};
 use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
@@ -64,6 +66,9 @@ pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     app
 }
 
+/// More frames than the entities of units outlive their last view.
+pub(crate) const IDLE_FRAMES: u32 = 64;
+
 /// All events so far.
 #[derive(Resource, Default)]
 pub(crate) struct Events(pub(crate) Vec<FieldLodEvent>);
@@ -107,6 +112,17 @@ pub(crate) fn ready(app: &mut App, count: u32) {
 /// What a camera drew in the last frame.
 pub(crate) fn stats(app: &App, camera: Entity) -> FieldLodViewStats {
     *app.world().get::<FieldLodViewStats>(camera).unwrap()
+}
+
+/// The level of a prop that is drawn; `None` if `camera` does not draw it.
+pub(crate) fn level(app: &mut App, prop: Entity, camera: Entity) -> Option<u32> {
+    apps::drawn_level(app.world_mut(), prop, camera)
+}
+
+/// The levels of an object in the cut of `camera`.
+pub(crate) fn levels(app: &mut App, object: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
+    let find = move |levels: LodLevels| levels.in_view(object, camera);
+    app.world_mut().run_system_once(find).unwrap()
 }
 
 /// The meshes that a camera draws.

@@ -2,9 +2,9 @@
 
 mod background;
 mod cache;
-mod cards;
 mod copies;
 mod despawns;
+mod game_code;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
 #[expect(
     dead_code,
@@ -14,10 +14,10 @@ mod gltf_file;
 mod headless;
 mod kinds;
 mod life;
-mod pages;
 mod processed;
 mod rejects;
 mod scenes;
+mod settings;
 mod soak;
 mod standalone;
 mod stock;
@@ -26,4 +26,3 @@ mod surfaces;
 mod textures;
 mod views;
 mod visible_flux;
-mod wishes;

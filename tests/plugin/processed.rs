@@ -85,7 +85,7 @@ fn embedded(glb: &[u8]) -> &[u8] {
 }
 
 #[test]
-fn a_processed_file_needs_no_bake() {
+fn processed_file_needs_no_bake() {
     let mut file = rock();
     file.json["nodes"] = json!([{ "mesh": 0 }]);
     file.json["scenes"] = json!([{ "nodes": [0] }]);
@@ -112,7 +112,7 @@ fn a_processed_file_needs_no_bake() {
 }
 
 #[test]
-fn leaves_are_processed_by_textures_beside_their_file() {
+fn processor_reads_textures_beside_file() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "mesh.glb", &tree().glb_bytes());
     let glb = sources.join("mesh.glb");
@@ -130,7 +130,7 @@ fn leaves_are_processed_by_textures_beside_their_file() {
 }
 
 #[test]
-fn leaves_are_processed_without_a_texture_that_is_missing() {
+fn processor_ignores_missing_texture() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "mesh.glb", &tree().glb_bytes());
     let glb = sources.join("mesh.glb");
@@ -141,7 +141,7 @@ fn leaves_are_processed_without_a_texture_that_is_missing() {
 }
 
 #[test]
-fn a_file_that_cannot_be_baked_is_processed_as_it_is() {
+fn unbakeable_file_is_copied() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "odd-one.glb", b"no glTF at all");
     let mut app = unfinished(assets(&sources, true));
@@ -150,7 +150,7 @@ fn a_file_that_cannot_be_baked_is_processed_as_it_is() {
     let copy = folder.path().join("processed/odd-one.glb");
     run_until(&mut app, "the file is copied", |_| copy.exists());
     run_until(&mut app, "the log names it", |_| {
-        logged(Level::WARN, &["odd-one.glb", "without levels of detail"])
+        logged(Level::WARN, &["odd-one.glb", "could not bake"])
     });
     assert_eq!(std::fs::read(copy).unwrap(), b"no glTF at all");
 }

@@ -10,44 +10,50 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 
 use crate::headless::{
-    Events, app, insert, logged, progress, run_until, spawn_camera, spawn_object, spawn_rock,
-    visible,
+    Events, app, insert, logged, logged_times, progress, run_until, spawn_camera, spawn_object,
+    spawn_rock, visible,
 };
 
-/// Whether `object` stays plain and visible, and one line tells its id and all of `words`.
-fn assert_plain(app: &mut App, camera: Entity, object: Entity, level: Level, words: &[&str]) {
+/// Checks that `object` stays plain and visible, and that one line has its id and all of `words`. Returns whether the
+/// failure was reported.
+fn assert_plain(
+    app: &mut App,
+    camera: Entity,
+    object: Entity,
+    level: Level,
+    words: &[&str],
+) -> bool {
     run_until(app, "the mesh is given up", |app| progress(app).plain == 1);
     app.update();
     assert_eq!(visible(app, camera), [object]);
-    let id = app.world().get::<Mesh3d>(object).unwrap().id();
-    let id = format!("{:?}", id.untyped());
+    let id = app.world().get::<Mesh3d>(object).unwrap().id().to_string();
     let words: Vec<&str> = words.iter().copied().chain([id.as_str()]).collect();
     assert!(logged(level, &words), "{words:?}");
     let expected = app.world().get::<Mesh3d>(object).unwrap().id();
     let events = &app.world().resource::<Events>().0;
     let failed = |event: &FieldLodEvent| matches!(event, FieldLodEvent::Failed { mesh, .. } if *mesh == expected);
-    assert_eq!(events.iter().any(failed), level == Level::ERROR);
+    events.iter().any(failed)
 }
 
-fn rejects(mesh: Mesh, words: &[&str]) {
+fn rejects(mesh: Mesh, level: Level, words: &[&str]) {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_object(&mut app, mesh);
-    assert_plain(&mut app, camera, object, Level::ERROR, words);
+    assert!(assert_plain(&mut app, camera, object, level, words));
 }
 
 #[test]
 fn rejects_positions_of_nan() {
     let mut rock = fieldlod_tests::rock(3, 1);
     rock.positions[7].y = f32::NAN;
-    rejects(bevy_mesh(&rock), &["vertex 7"]);
+    rejects(bevy_mesh(&rock), Level::ERROR, &["vertex 7"]);
 }
 
 #[test]
 fn rejects_indices_out_of_range() {
     let mut rock = fieldlod_tests::rock(3, 1);
     rock.indices[5] = 1_000_000;
-    rejects(bevy_mesh(&rock), &["1000000"]);
+    rejects(bevy_mesh(&rock), Level::ERROR, &["1000000"]);
 }
 
 #[test]
@@ -55,14 +61,34 @@ fn rejects_lines() {
     let mesh = Mesh::new(PrimitiveTopology::LineList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 3000])
         .with_inserted_indices(Indices::U32((0..3000).collect()));
-    rejects(mesh, &["LineList"]);
+    rejects(mesh, Level::INFO, &["LineList"]);
 }
 
 #[test]
-fn rejects_what_only_the_gpu_has() {
+fn rejects_render_world_mesh() {
     let mut mesh = bevy_mesh(&fieldlod_tests::rock(3, 1));
     mesh.asset_usage = RenderAssetUsages::RENDER_WORLD;
-    rejects(mesh, &["MAIN_WORLD"]);
+    rejects(mesh, Level::INFO, &["MAIN_WORLD"]);
+}
+
+#[test]
+fn unsupported_meshes_are_logged_once_with_name() {
+    let mut app = app();
+    spawn_camera(&mut app, 10.0);
+    for name in ["first rope", "second rope"] {
+        let mesh = Mesh::new(PrimitiveTopology::LineStrip, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 3000]);
+        let object = spawn_object(&mut app, mesh);
+        insert(&mut app, object, Name::new(name));
+        app.update();
+    }
+    run_until(&mut app, "both are given up", |app| {
+        progress(app).plain == 2
+    });
+    let count = |name| logged_times(Level::INFO, &[name, "LineStrip"]);
+    assert_eq!(count("first rope") + count("second rope"), 1);
+    assert!(!logged(Level::ERROR, &["LineStrip"]));
+    assert!(!logged(Level::INFO, &["rope", "TypeId"]));
 }
 
 /// What entities told, in order.
@@ -70,7 +96,7 @@ fn rejects_what_only_the_gpu_has() {
 struct Told(Vec<(Entity, Entity, bool)>);
 
 #[test]
-fn entities_tell_what_became_of_them() {
+fn entity_events_propagate_to_parents() {
     let mut app = app();
     spawn_camera(&mut app, 10.0);
     app.init_resource::<Told>();
@@ -106,19 +132,31 @@ fn entities_tell_what_became_of_them() {
 }
 
 #[test]
-fn leaves_skinned_meshes_as_they_are() {
+fn skinned_mesh_stays_plain() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_rock(&mut app, 5);
     insert(&mut app, object, SkinnedMesh::default());
-    assert_plain(&mut app, camera, object, Level::INFO, &["skinned"]);
+    assert!(!assert_plain(
+        &mut app,
+        camera,
+        object,
+        Level::INFO,
+        &["skinned"]
+    ));
 }
 
 #[test]
-fn leaves_morphed_meshes_as_they_are() {
+fn morphed_mesh_stays_plain() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_rock(&mut app, 5);
     insert(&mut app, object, MeshMorphWeights::Reference(object));
-    assert_plain(&mut app, camera, object, Level::INFO, &["morph"]);
+    assert!(!assert_plain(
+        &mut app,
+        camera,
+        object,
+        Level::INFO,
+        &["morph"]
+    ));
 }

@@ -5,17 +5,16 @@ use std::path::Path;
 use bevy::gltf::{GltfLoaderSettings, convert_coordinates::GltfConvertCoordinates};
 use bevy::log::tracing::Level;
 use bevy::prelude::*;
+use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{LodOrigin, LodSource};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
-use fieldlod_tests::apps::{bevy_mesh, with_cards};
+use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
 
 use crate::gltf_file::GltfFile;
 use crate::headless::{
-    Events, add, app_in, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
-    stats,
+    Events, app_in, level, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
 };
 
 /// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
@@ -105,16 +104,7 @@ fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
 }
 
 #[test]
-fn a_scene_is_baked_in_the_background() {
-    let mut file = two_rocks();
-    file.glb();
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-}
-
-#[test]
-fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
+fn file_matches_meshes_loaded_by_bevy() {
     let mut file = two_rocks();
     let glb = file.glb();
     for bytes in bake_both(&glb) {
@@ -128,7 +118,7 @@ fn a_fieldlod_file_fits_the_meshes_that_bevy_loads() {
 }
 
 #[test]
-fn a_file_does_not_fit_meshes_in_other_coordinates() {
+fn file_does_not_match_converted_coordinates() {
     let mut file = one_rock(4, 1);
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
@@ -149,7 +139,7 @@ fn a_file_does_not_fit_meshes_in_other_coordinates() {
 }
 
 #[test]
-fn a_file_beside_the_asset_is_found() {
+fn file_beside_asset_is_found() {
     let mut file = two_rocks();
     let glb = file.glb();
     for bytes in bake_both(&glb) {
@@ -162,20 +152,7 @@ fn a_file_beside_the_asset_is_found() {
 }
 
 #[test]
-fn a_file_beside_the_asset_is_not_looked_for_if_not_wanted() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    file.write("mesh.fieldlod", &bake(&glb));
-    let mut app = app_in(file.folder());
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
-    config.look_beside_assets = false;
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-}
-
-#[test]
-fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
+fn stale_file_beside_asset_is_logged() {
     let mut file = two_rocks();
     let glb = file.glb();
     file.write("mesh.fieldlod", &bake(&glb));
@@ -190,43 +167,7 @@ fn a_stale_file_beside_the_asset_is_logged_and_the_mesh_baked() {
 }
 
 #[test]
-fn a_corrupt_file_beside_the_asset_is_logged_and_the_mesh_baked() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    let mut bytes = bake(&glb);
-    bytes[1000] ^= 1;
-    file.write("mesh.fieldlod", &bytes);
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-    assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
-}
-
-#[test]
-fn a_reloaded_file_is_baked_anew() {
-    let mut file = one_rock(4, 1);
-    file.glb();
-    let mut app = app_in(file.folder());
-    let camera = spawn_camera(&mut app, 3.0);
-    // Without a watcher, the asset server reloads what someone holds.
-    let whole: Handle<Gltf> = app.world().resource::<AssetServer>().load("mesh.glb");
-    spawn_scene(&mut app, None);
-    ready(&mut app, 1);
-    assert_eq!(stats(&app, camera).triangles_full, 5120);
-    let mut changed = one_rock(3, 1);
-    file.write("mesh.glb", &changed.glb_bytes());
-    app.world().resource::<AssetServer>().reload("mesh.glb");
-    run_until(&mut app, "the changed mesh is drawn", |app| {
-        stats(app, camera).triangles_full == 1280
-    });
-    ready(&mut app, 1);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-    drop(whole);
-}
-
-#[test]
-fn a_reloaded_fieldlod_file_is_followed() {
+fn reloaded_file_is_applied() {
     let mut file = two_rocks();
     let good = bake(&file.glb());
     let stale = bake(&one_rock(4, 10).glb());
@@ -264,7 +205,7 @@ fn a_reloaded_fieldlod_file_is_followed() {
 }
 
 #[test]
-fn scenes_that_come_and_go_leave_nothing_behind() {
+fn repeated_scenes_leak_nothing() {
     let mut file = two_rocks();
     file.glb();
     let mut app = app_in(file.folder());
@@ -346,42 +287,45 @@ fn rejects_a_missing_fieldlod_file() {
     });
 }
 
-/// The triangles of all that is drawn of a tree on the way up to it, bark and leaves.
-fn triangles_on_the_way(app: &mut App) -> Vec<[usize; 2]> {
+/// The levels of bark and leaves of a tree on the way up to it.
+fn levels_on_the_way(app: &mut App) -> Vec<[Option<u32>; 2]> {
     let camera = spawn_camera(app, 400.0);
+    let parts = parts_of_tree(app).map(|(entity, _)| entity);
     let mut drawn = Vec::new();
     let mut distance = 400.0f32;
     while distance > 4.0 {
         move_camera(app, camera, distance);
         app.update();
         app.update();
-        let mut objects = app.world_mut().query::<(&Mesh3d, &LodSource)>();
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        let count = |(mesh, source): (&Mesh3d, &LodSource)| {
-            let count = |mesh| meshes.get(mesh).unwrap().indices().unwrap().len() / 3;
-            (count(&source.mesh), count(&mesh.0))
-        };
-        let mut counts: Vec<_> = objects.iter(app.world()).map(count).collect();
-        counts.sort_unstable();
-        drawn.push([counts[0].1, counts[1].1]);
+        drawn.push(parts.map(|part| level(app, part, camera)));
         distance *= 0.97;
     }
     drawn
 }
 
+/// The two entities of a tree, the one with fewer triangles first.
+fn parts_of_tree(app: &mut App) -> [(Entity, AssetId<Mesh>); 2] {
+    let mut parts = app.world_mut().query::<(Entity, &Mesh3d)>();
+    let parts = parts.iter(app.world());
+    let mut parts: Vec<_> = parts.map(|(entity, mesh)| (entity, mesh.id())).collect();
+    let meshes = app.world().resource::<Assets<Mesh>>();
+    parts.sort_by_key(|(_, mesh)| meshes.get(*mesh).unwrap().indices().unwrap().len());
+    parts.try_into().unwrap()
+}
+
 #[test]
-fn bark_and_leaves_of_a_tree_change_their_levels_together() {
+fn bark_and_leaves_change_levels_together() {
     let mut file = one_tree();
     let glb = file.glb();
     let cache = tempfile::tempdir().unwrap();
     let on_the_way = |origin: LodOrigin| {
         let mut app = app_in(file.folder());
-        let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+        let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
         config.cache_folder = Some(cache.path().into());
         spawn_scene(&mut app, None);
         ready(&mut app, 2);
         assert_eq!(origins(&app), [origin; 2]);
-        triangles_on_the_way(&mut app)
+        levels_on_the_way(&mut app)
     };
     let baked = on_the_way(LodOrigin::Baked);
     assert_eq!(on_the_way(LodOrigin::Cache), baked);
@@ -392,7 +336,7 @@ fn bark_and_leaves_of_a_tree_change_their_levels_together() {
 }
 
 /// In every step in which one changes, so does the other, until leaves are too few to change.
-fn assert_changes_together(drawn: &[[usize; 2]]) {
+fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     let steps = drawn
         .windows(2)
         .map(|pair| [0, 1].map(|part| pair[0][part] != pair[1][part]));
@@ -406,7 +350,7 @@ fn assert_changes_together(drawn: &[[usize; 2]]) {
 
 /// Whether levels were baked at run time or read from a file.
 #[test]
-fn leaves_that_a_program_changes_change_with_the_bark_again() {
+fn changed_leaves_are_baked_with_bark_again() {
     let mut file = one_tree();
     let glb = file.glb();
     for origin in [LodOrigin::Baked, LodOrigin::BesideAsset] {
@@ -417,91 +361,19 @@ fn leaves_that_a_program_changes_change_with_the_bark_again() {
         spawn_scene(&mut app, None);
         ready(&mut app, 2);
         assert_eq!(origins(&app), [origin; 2]);
-        let mut sources = app.world_mut().query::<&LodSource>();
-        let sources: Vec<_> = sources.iter(app.world()).map(|s| s.mesh.id()).collect();
+        let [_, (_, leaves)] = parts_of_tree(&mut app);
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        let count = |mesh: &AssetId<Mesh>| meshes.get(*mesh).unwrap().indices().unwrap().len();
-        let leaves = sources.into_iter().max_by_key(count).unwrap();
         let [_, fewer] = fieldlod_tests::tree_in_parts(300, 2);
         *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
         run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
         ready(&mut app, 2);
-        assert_changes_together(&triangles_on_the_way(&mut app));
+        assert_changes_together(&levels_on_the_way(&mut app));
         assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
     }
 }
 
-/// Bark and leaves with materials of these kinds: whether each is drawn as cards far away, and the triangles of both far
-/// away and then near by, from the nearest on.
-fn tree_with(file: &Path, alpha_modes: [AlphaMode; 2]) -> ([bool; 2], Vec<u64>) {
-    let mut app = app_in(file);
-    let camera = spawn_camera(&mut app, 120.0);
-    let parts = [0, 1].map(|primitive| {
-        let label = GltfAssetLabel::Primitive { mesh: 0, primitive };
-        let assets = app.world().resource::<AssetServer>();
-        let mesh: Handle<Mesh> = assets.load(label.from_asset("mesh.glb"));
-        let material = StandardMaterial {
-            alpha_mode: alpha_modes[primitive],
-            ..StandardMaterial::from(Color::linear_rgb(0.2, 0.5, 0.1))
-        };
-        let material = add(&mut app, material);
-        let part = (Mesh3d(mesh), MeshMaterial3d(material), with_cards());
-        app.world_mut().spawn(part).id()
-    });
-    ready(&mut app, 2);
-    app.update();
-    let are_cards = parts.map(|part| {
-        let mesh = app.world().get::<Mesh3d>(part).unwrap();
-        let meshes = app.world().resource::<Assets<Mesh>>();
-        let mesh = meshes.get(mesh).unwrap();
-        // The source has no tangents.
-        mesh.contains_attribute(Mesh::ATTRIBUTE_TANGENT)
-    });
-    let mut triangles = vec![stats(&app, camera).triangles_drawn];
-    for step in 0..60 {
-        move_camera(&mut app, camera, 10.0 * 1.04f32.powi(step));
-        triangles.push(stats(&app, camera).triangles_drawn);
-    }
-    (are_cards, triangles)
-}
-
 #[test]
-fn bark_and_leaves_become_cards_each_as_its_material_allows() {
-    let mut file = one_tree();
-    file.glb();
-    let opaque = AlphaMode::Opaque;
-    let (are_cards, both) = tree_with(file.folder(), [opaque; 2]);
-    assert_eq!(are_cards, [true; 2]);
-    assert!(both[0] <= 128, "{both:?}");
-    // What a picture cannot stand for is drawn with its triangles, and the other with cards still.
-    let (are_cards, of_leaves) = tree_with(file.folder(), [AlphaMode::Blend, opaque]);
-    assert_eq!(are_cards, [false, true]);
-    let (are_cards, of_bark) = tree_with(file.folder(), [opaque, AlphaMode::Blend]);
-    assert_eq!(are_cards, [true, false]);
-    let (are_cards, neither) = tree_with(file.folder(), [AlphaMode::Blend; 2]);
-    assert_eq!(are_cards, [false; 2]);
-    // Whatever draws the one, the other changes where both change as it does: at levels of cards, or of triangles.
-    let changes = |triangles: &[u64]| -> Vec<usize> {
-        let pairs = triangles[1..].windows(2).enumerate();
-        let changes = pairs.filter(|(_, pair)| pair[0] != pair[1]);
-        changes.map(|(step, _)| step).collect()
-    };
-    let [both, neither] = [both, neither].map(|drawn| changes(&drawn));
-    assert!(both.len() > 3 && neither.len() > 3, "{both:?}, {neither:?}");
-    for one in [of_leaves, of_bark] {
-        let one = changes(&one);
-        let is_change = |step: &usize| both.contains(step) || neither.contains(step);
-        assert!(one.iter().all(is_change), "{one:?}, {both:?}, {neither:?}");
-        // Its cards and its triangles change.
-        for all in [&both, &neither] {
-            let shared = all.iter().filter(|step| one.contains(step)).count();
-            assert!(shared > 3, "{one:?}, {all:?}");
-        }
-    }
-}
-
-#[test]
-fn bark_that_two_trees_of_a_file_share_changes_with_the_leaves_of_each() {
+fn shared_bark_changes_with_leaves_of_each_tree() {
     let mut file = second_of_two_trees();
     let bytes = bake(&file.glb());
     file.write("mesh.fieldlod", &bytes);
@@ -509,5 +381,5 @@ fn bark_that_two_trees_of_a_file_share_changes_with_the_leaves_of_each() {
     spawn_scene(&mut app, None);
     ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
-    assert_changes_together(&triangles_on_the_way(&mut app));
+    assert_changes_together(&levels_on_the_way(&mut app));
 }

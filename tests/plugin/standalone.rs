@@ -32,7 +32,7 @@ fn spawn(app: &mut App, primitive: u32, more: impl Bundle) -> Entity {
 }
 
 #[test]
-fn a_file_alone_is_drawn_with_its_levels() {
+fn file_without_gltf_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     for precision in [Precision::Lossless, Precision::Quantized16] {
         write_rocks(folder.path(), precision.into());
@@ -60,13 +60,14 @@ fn a_file_alone_is_drawn_with_its_levels() {
         assert_eq!(world.get::<AutoLod>(prop).map(|lod| lod.bias), Some(2.0));
         assert!(world.get::<Aabb>(large).is_some());
         assert!(!units(&mut app).is_empty());
-        let triangles = stats(&app, camera).triangles_drawn;
-        assert!((1..100_000).contains(&triangles), "{triangles}");
+        let stats = stats(&app, camera);
+        let fewer = 1..stats.triangles_full;
+        assert!(fewer.contains(&stats.triangles_drawn), "{stats:?}");
     }
 }
 
 #[test]
-fn without_the_component_nothing_is_left() {
+fn removed_component_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     write_rocks(folder.path(), FileOptions::default());
     let mut app = app_in(folder.path());
@@ -99,7 +100,7 @@ fn failure(folder: &Path, primitive: u32) -> LodError {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = || "rocks.fieldlod".to_owned();
     write_rocks(folder.path(), FileOptions::default());

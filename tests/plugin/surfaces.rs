@@ -106,7 +106,7 @@ fn baked(
 /// Lets the app keep what it bakes in a folder in this one, and returns that.
 fn keep_bakes(app: &mut App, folder: &Path) -> PathBuf {
     let cache = folder.join("cache");
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(cache.clone());
     cache
 }
@@ -146,7 +146,7 @@ fn baked_ahead(glb: &Path) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn cards_are_baked_by_what_the_texture_of_their_material_leaves() {
+fn leaves_are_baked_with_their_texture() {
     let folder = tempfile::tempdir().unwrap();
     let wide = |app: &mut App| add(app, image(6, RenderAssetUsages::all()));
     let narrow = |app: &mut App| add(app, image(1, RenderAssetUsages::all()));
@@ -167,8 +167,8 @@ fn tinted_copies_of_a_rock_are_baked_once() {
     let mut app = app_in(folder.path());
     let cache = keep_bakes(&mut app, folder.path());
     // One after the other.
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
-    config.bake_threads = Some(1);
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+    config.advanced.bake_threads = Some(1);
     for red in [0.2, 0.5, 0.8] {
         let mesh = Mesh3d(add(&mut app, rock(4, 1)));
         let tinted = StandardMaterial::from_color(Color::srgb(red, 0.5, 0.5));
@@ -183,7 +183,7 @@ fn tinted_copies_of_a_rock_are_baked_once() {
 }
 
 #[test]
-fn a_texture_that_is_still_loading_is_waited_for() {
+fn bake_waits_for_loading_texture() {
     let folder = tempfile::tempdir().unwrap();
     save(folder.path(), 3);
     let load = |app: &mut App| app.world().resource::<AssetServer>().load("needles.png");
@@ -191,7 +191,7 @@ fn a_texture_that_is_still_loading_is_waited_for() {
 }
 
 #[test]
-fn a_texture_that_cannot_be_read_leaves_the_surface_unknown() {
+fn unreadable_texture_leaves_surface_unknown() {
     let missing = |app: &mut App| app.world().resource::<AssetServer>().load("none.png");
     let on_gpu = |app: &mut App| add(app, image(3, RenderAssetUsages::RENDER_WORLD));
     let compressed = |app: &mut App| {
@@ -209,7 +209,7 @@ fn a_texture_that_cannot_be_read_leaves_the_surface_unknown() {
 }
 
 #[test]
-fn bark_and_leaves_are_baked_by_both_their_materials() {
+fn bark_and_leaves_are_baked_with_both_materials() {
     let mut file = tree();
     let glb = file.glb();
     let unknown = baked_ahead(&glb);

@@ -6,7 +6,7 @@ use bevy_fieldlod::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail}
 use crate::headless::{app_with, insert, move_camera, ready, spawn_camera, spawn_object};
 
 #[test]
-fn textures_are_needed_as_finely_as_they_are_seen() {
+fn texture_demand_follows_distance() {
     let mut app = app_with(FieldLodTexturePlugin);
     let camera = spawn_camera(&mut app, 100.0);
     // One unit of texture coordinates to a unit of length, give or take the ends.

@@ -26,7 +26,7 @@ fn wall(heat_map: FieldLodHeatMap) -> Option<RgbaImage> {
         place,
     ));
     let pose = Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
     let wide = PerspectiveProjection {
         fov: 2.0,
         ..default()
@@ -55,7 +55,7 @@ fn middle_and_corner(picture: &RgbaImage) -> (i32, i32) {
 }
 
 #[test]
-fn the_pattern_is_stretched_in_the_corners() {
+fn aspect_heat_map_is_hot_in_corners() {
     let Some(picture) = wall(FieldLodHeatMap::AspectRatio) else {
         return;
     };
@@ -64,7 +64,7 @@ fn the_pattern_is_stretched_in_the_corners() {
 }
 
 #[test]
-fn the_curl_vanishes_in_the_middle() {
+fn curl_heat_map_is_cold_in_middle() {
     let Some(picture) = wall(FieldLodHeatMap::Curl) else {
         return;
     };
@@ -84,41 +84,12 @@ fn stage_with_a_rock() -> Option<(Stage, Transform)> {
     Some((stage, pose))
 }
 
-/// The depth image shows what hides others, and goes when it is not wanted.
 #[test]
-fn the_depth_image_is_shown_in_the_corner() {
+fn bounds_use_own_gizmo_group() {
     let Some((mut stage, pose)) = stage_with_a_rock() else {
         return;
     };
-    let flux = FieldLodSettings {
-        visible_flux: true,
-        ..default()
-    };
-    let eye = stage.add_eye(pose, css::BLACK.into(), flux);
-    stage.insert(eye.entity, IsDefaultUiCamera);
-    stage.run_until_ready();
-    assert!(stage.stats(&eye).occluder_triangles > 0);
-    let [without] = stage.shoot([&eye]);
-    let set = |stage: &mut Stage, is_shown| {
-        let world = stage.app.world_mut();
-        world.resource_mut::<FieldLodDebug>().depth_image = is_shown;
-        (0..3).for_each(|_| stage.app.update());
-    };
-    set(&mut stage, true);
-    let [with] = stage.shoot([&eye]);
-    let changed = count(&difference(&without, &with));
-    assert!(changed > 1000, "{changed} pixels of the depth image");
-    set(&mut stage, false);
-    let [again] = stage.shoot([&eye]);
-    assert_eq!(count(&difference(&without, &again)), 0);
-}
-
-#[test]
-fn boxes_are_gizmos_of_a_group_of_their_own() {
-    let Some((mut stage, pose)) = stage_with_a_rock() else {
-        return;
-    };
-    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
     stage.run_until_ready();
     let [without] = stage.shoot([&eye]);
     stage.app.world_mut().resource_mut::<FieldLodDebug>().bounds = true;

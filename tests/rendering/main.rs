@@ -4,10 +4,9 @@
 //! is set (as in continuous integration), which makes that a failure.
 
 mod cameras;
-mod cards;
-mod casters;
 mod debug;
 mod device;
+mod drawn_meshes;
 mod gpu_culling;
 mod holes;
 mod motion;

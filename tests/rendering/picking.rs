@@ -3,18 +3,17 @@
 use bevy::asset::RenderAssetUsages;
 use bevy::color::palettes::css;
 use bevy::ecs::system::RunSystemOnce;
-use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings, SimplifiedMesh};
+use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
-use bevy_fieldlod::LodSimplified;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::Stage;
 
 #[test]
-fn rays_hit_the_source_and_never_its_units() {
+fn rays_hit_source_only() {
     Stage::with_each_culling().for_each(check_rays);
 }
 
@@ -23,7 +22,7 @@ fn check_rays(mut stage: Stage) {
     let stone = stage.add(StandardMaterial::default());
     let object = stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.run_until_ready();
     stage.app.update();
     assert!(stage.stats(&eye).units_drawn > 0);
@@ -42,47 +41,28 @@ fn hits(stage: &mut Stage) -> Vec<Entity> {
 }
 
 #[test]
-fn rays_hit_the_simplified_mesh_of_a_source_that_the_gpu_has_not() {
+fn main_world_source_is_drawn_and_hit() {
     for subdivisions in [4, 5] {
         let Some(mut stage) = Stage::new() else {
             return;
         };
-        stage.app.add_observer(pick_by_level);
         let mut rock = bevy_mesh(&fieldlod_tests::rock(subdivisions, 5));
         rock.asset_usage = RenderAssetUsages::MAIN_WORLD;
         let rock = stage.add(rock);
         let stone = stage.add(StandardMaterial::from(Color::WHITE));
-        let auto_lod = AutoLod {
-            simplified_level: Some(1),
-            ..default()
-        };
-        let object = stage.spawn((Mesh3d(rock.clone()), MeshMaterial3d(stone), auto_lod));
+        let material = MeshMaterial3d(stone);
+        let object = stage.spawn((Mesh3d(rock.clone()), material, AutoLod::default()));
         stage.spawn((DirectionalLight::default(), Transform::default()));
         let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-        let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+        let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
         stage.run_until_ready();
         stage.app.update();
-        // It is drawn, and not by its source.
         let [picture] = stage.shoot([&eye]);
         let covered = picture.pixels().filter(|pixel| pixel.0[0] > 20).count();
         assert!(covered > 5_000, "{covered} pixels");
         let render_world = stage.app.sub_app(RenderApp).world();
         let on_gpu = render_world.resource::<RenderAssets<RenderMesh>>();
         assert!(on_gpu.get(&rock).is_none());
-        let simplified = stage.app.world().get::<LodSimplified>(object).unwrap();
-        assert!(on_gpu.get(&simplified.mesh).is_none());
-        // The ray hits the level, at about the same place.
         assert_eq!(hits(&mut stage), [object]);
-    }
-}
-
-fn pick_by_level(
-    ready: On<Insert, LodSimplified>,
-    meshes: Query<&LodSimplified>,
-    mut commands: Commands,
-) {
-    if let Ok(simplified) = meshes.get(ready.entity) {
-        let mesh = SimplifiedMesh(simplified.mesh.clone());
-        commands.entity(ready.entity).insert(mesh);
     }
 }

@@ -10,7 +10,6 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{RenderApp, RenderPlugin, RenderStartup};
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap};
 use fieldlod_bake::{BakeConfig, bake_mesh};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile};
 use fieldlod_tests::apps::windowless;
@@ -48,8 +47,7 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
             ..default()
         });
     let mut stage = Stage::unfinished_with(plugins)?;
-    stage.app.add_plugins(FieldLodDebugPlugin);
-    stage.app.insert_resource(FieldLodConfig {
+    stage.app.insert_resource(FieldLodAppConfig {
         memory,
         ..default()
     });
@@ -62,7 +60,7 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
     let file = stage.app.world().resource::<AssetServer>().load(file);
     stage.spawn((LodMesh3d::new(file, 0, 0), MeshMaterial3d(white)));
     let pose = Transform::from_xyz(0.0, 0.0, 2.2).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
+    let eye = stage.add_eye(pose, BACKGROUND, FieldLodCamera::default());
     let deadline = Instant::now() + Duration::from_secs(60);
     while stage.app.world().resource::<FieldLodProgress>().ready == 0 {
         assert!(Instant::now() < deadline, "never ready");
@@ -92,7 +90,7 @@ fn run_until_sharp(stage: &mut Stage, eye: &Eye) {
 }
 
 #[test]
-fn what_is_read_in_parts_looks_as_the_whole_does() {
+fn streamed_picture_equals_whole_picture() {
     let folder = tempfile::tempdir().unwrap();
     write_rock(folder.path());
     let roomy = LodMemory::default();
@@ -122,7 +120,7 @@ fn what_is_read_in_parts_looks_as_the_whole_does() {
 }
 
 #[test]
-fn with_little_memory_pictures_are_whole_and_the_gpu_gets_it_back() {
+fn small_budget_pictures_have_no_holes() {
     let folder = tempfile::tempdir().unwrap();
     write_rock(folder.path());
     let little = LodMemory {
@@ -163,42 +161,4 @@ fn with_little_memory_pictures_are_whole_and_the_gpu_gets_it_back() {
     };
     let bytes: u64 = on_gpu.iter().map(bytes).sum();
     assert!(bytes < little.gpu_bytes, "{bytes}");
-}
-
-#[test]
-fn what_is_missing_is_painted_red_and_what_is_there_blue() {
-    let folder = tempfile::tempdir().unwrap();
-    write_rock(folder.path());
-    // As few bytes as let nothing but the coarsest level be loaded.
-    let nothing = LodMemory {
-        gpu_bytes: 1000,
-        main_bytes: 1000,
-        ..default()
-    };
-    for (memory, is_there) in [(LodMemory::default(), true), (nothing, false)] {
-        let Some((mut stage, eye)) = stage_of(folder.path(), "rock.fieldpages", memory) else {
-            return;
-        };
-        if is_there {
-            run_until_sharp(&mut stage, &eye);
-        }
-        stage.app.insert_resource(FieldLodDebug {
-            heat_map: Some(FieldLodHeatMap::Missing),
-            ..default()
-        });
-        stage.app.update();
-        let [picture] = stage.shoot([&eye]);
-        let background = image::Rgba([255, 0, 255, 255]);
-        let of_rock = picture.pixels().filter(|pixel| **pixel != background);
-        let (red, blue): (Vec<&image::Rgba<u8>>, Vec<&image::Rgba<u8>>) =
-            of_rock.partition(|pixel| pixel[0] > pixel[2]);
-        let (right, wrong) = if is_there { (blue, red) } else { (red, blue) };
-        assert!(right.len() > 1000, "{} and {}", right.len(), wrong.len());
-        assert!(
-            wrong.len() * 100 < right.len(),
-            "{} of {}",
-            wrong.len(),
-            right.len()
-        );
-    }
 }

@@ -15,147 +15,109 @@
 //!     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("statue.glb"));
 //!     commands.spawn((WorldAssetRoot(scene), AutoLod::default()));
 //!     // One pixel of error is the default; a camera may want another.
-//!     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(2.0)));
+//!     commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(2.0)));
 //! }
 //! ```
 //!
 //! # Five minutes
-//! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or
-//!    mark nothing and set [`FieldLodConfig::whole_world`].
-//!    `cargo run --release -p bevy_fieldlod --example minimal` is such an app, of 40 lines.
-//! 2. Run. Meshes are baked in background tasks and drawn in full meanwhile; [`FieldLodProgress`]
-//!    tells how far that is, [`FieldLodEvent`] what became of each mesh, [`LodReady`] of each entity. A million triangles take some
-//!    seconds of one core if dependencies are optimised, and longer if not: put
-//!    `[profile.dev.package."*"]` with `opt-level = 3` into `Cargo.toml`, as for Bevy itself.
-//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] says what to
-//!    turn.
-//! 4. Bake no more at run time: set [`FieldLodConfig::cache_folder`] while you work; ship the files
-//!    that `FieldLodProcessorPlugin` makes, or those of the command `fieldlod bake statue.glb`, whose
-//!    `statue.fieldlod` is found beside the asset. [`LodMesh3d`] draws such a file by itself, without the
-//!    glTF file.
+//! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or mark nothing and
+//!    set [`FieldLodAppConfig::whole_world`]. `cargo run --release -p bevy_fieldlod --example minimal` is a complete app of
+//!    40 lines.
+//! 2. Run. Meshes are baked in background tasks while their source is drawn. [`FieldLodProgress`] counts them,
+//!    [`FieldLodEvent`] reports the result for each mesh, and [`LodReady`] for each entity. A million triangles take
+//!    some seconds of one core with optimised dependencies: put `[profile.dev.package."*"]` with `opt-level = 3` into
+//!    `Cargo.toml`, as for Bevy itself.
+//! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
+//! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work. Ship the assets that
+//!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb`; the plugin finds
+//!    `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
 //!
-//! Coming from hand-made levels: [`guide::migration`]. What works with what: [`guide::compatibility`].
+//! Coming from hand-made levels: [`guide::migration`]. Limits: [`guide::compatibility`].
 //!
-//! # What happens
-//! By the number of its triangles ([`LodKind`]) a mesh is treated in one of three ways:
-//! - Small meshes stay as they are.
-//! - Props are drawn as *whole meshes*: the entity's [`Mesh3d`] becomes that of a level, so that
-//!   instances of a level are still drawn together. Of all views that see the prop, the one that
-//!   asks for the finest level decides.
-//! - Of large meshes, each view draws its own *cut*: every piece of the surface at the coarsest level
-//!   that errs by no more than the pixels that its camera allows. The entities of the pieces
-//!   (*units*, [`LodUnit`]) are children of the mesh's entity, spawned when a view first draws them.
-//!   Each camera's list of what it draws, and those of its shadow maps, have only what its cut draws: where the
-//!   GPU culls, the render world's lists are kept up to date as cuts change; elsewhere those that Bevy's
-//!   culling makes anew in each frame are filtered.
+//! # Three kinds of meshes
+//! The number of triangles selects one of three kinds ([`LodKind`]):
+//! - Small meshes have no levels.
+//! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
+//!   [`Mesh3d`], so Bevy still batches instances of a level. The component does not change. All views draw the finest
+//!   level that a view needs.
+//! - For large meshes, each view draws its own *cut*: each piece of the surface at the coarsest level whose error is
+//!   below the threshold of the camera. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
+//!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. Where the GPU
+//!   culls, the plugin updates the lists of the render world as cuts change; elsewhere it filters the lists of Bevy's
+//!   culling.
 //!
-//! The standard renderer draws all of them, with the material of their mesh, whatever it is; no shader
-//! and no special hardware is involved. [`FieldLodSystems`] names what happens in a frame, in order.
+//! The standard renderer draws all of them with the material of their mesh, of any type. The plugin needs no shader and
+//! no special hardware. [`FieldLodSystems`] names the phases of a frame.
 //!
-//! Errors are counted in pixels by the camera-sampling field (Lin and Lee, 2004): field of view,
-//! resolution, scale and position in the image count for as much as they show.
+//! Errors are measured in pixels by the camera-sampling field (Lin and Lee, 2004). It accounts for field of view,
+//! resolution, scale and position in the image.
 //!
 //! # Names
-//! What begins with `FieldLod` belongs to the plugin, a camera or the whole app: plugins, resources,
-//! messages, and the components of cameras. Marks and components of mesh entities read as English:
-//! [`AutoLod`], [`NoLod`], [`LodUnit`].
+//! Names with `FieldLod` belong to a camera or the whole app: plugins, resources, messages, and the components of
+//! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes are left as they are. Where the GPU culls
-//! ([`FieldLodConfig::gpu_culling`]), the plugin puts `NoCpuCulling` on what has levels and takes it off again, and
-//! `VisibleEntities` of cameras and lights have none of it. Whoever reads the [`Mesh3d`] of a prop gets that of a level,
-//! and the source from [`LodSource`]; removing [`AutoLod`] puts it back.
+//! Skinned and morphed meshes have no levels. Where the GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts
+//! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
-//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets
-//!   are used, and no C++ is linked.
+//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and
+//!   no C++ is linked.
 //! - `debug`: `FieldLodDebugPlugin`.
 
-mod auto_lod;
-mod baked_lods;
-mod card_levels;
-mod cards;
-mod casters;
-mod changed;
-mod config;
-mod count;
-mod cut_of;
+mod api;
+mod assets;
 #[cfg(feature = "debug")]
 mod debug;
-mod debug_options;
-mod deferred_cuts;
-pub mod diagnostics;
-mod draw_records;
-mod events;
-mod file_parts;
-mod filter;
-mod glb;
-mod gpu_culling;
-mod gpu_lists;
-mod inherit;
-mod levels;
-mod list_changes;
-mod lod_mesh;
-mod lod_pages;
-mod lod_scene;
-mod mesh_in_pages;
-mod meshes;
-mod motion;
+mod draw;
 mod pages;
-#[cfg(feature = "bake")]
-mod processor;
-mod released_sources;
-mod restart;
-mod scene_pages;
-mod settings;
-mod shadow_lights;
-mod standalone;
-mod stats;
-mod systems;
+mod prepare;
+mod scene;
+mod select;
 mod textures;
-mod track;
-mod unit_mesh;
-mod units;
-mod upload;
-mod view_cut;
-mod views;
-mod whole_meshes;
+mod visible_flux;
 
+use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
-pub use auto_lod::{AutoLod, NoLod};
-pub use baked_lods::BakedLods;
-pub use config::{FieldLodConfig, LodKind, LodMemory};
-pub use cut_of::FieldLodCutOf;
+pub use api::auto_lod::{AutoLod, NoLod};
+pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory};
+pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
+pub use api::levels::LodLevels;
+pub use api::settings::FieldLodCamera;
+pub use api::stats::{FieldLodProgress, FieldLodViewStats};
+pub use api::systems::FieldLodSystems;
+pub use assets::baked_lods::BakedLods;
+#[cfg(feature = "bake")]
+pub use assets::processor::FieldLodProcessorPlugin;
+pub use assets::standalone::LodMesh3d;
 #[cfg(feature = "debug")]
-pub use debug::{FieldLodDebugPlugin, FieldLodGizmos};
-pub use debug_options::{FieldLodDebug, FieldLodHeatMap};
-pub use events::{FieldLodEvent, FieldLodSharp, LodError, LodFailed, LodOrigin, LodReady};
+pub use debug::{FieldLodDebug, FieldLodDebugPlugin, FieldLodGizmos, FieldLodHeatMap};
+pub use draw::inherit::FieldLodAppExt;
+pub use draw::units::LodUnit;
 #[cfg(feature = "bake")]
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
-pub use fieldlod_select::LodSettings;
-pub use inherit::FieldLodAppExt;
-pub use levels::LodLevels;
-pub use lod_mesh::{LodSimplified, LodSource, LodState};
-pub use pages::FieldLodMemory;
-#[cfg(feature = "bake")]
-pub use processor::FieldLodProcessorPlugin;
-pub use settings::FieldLodSettings;
-pub use standalone::LodMesh3d;
-pub use stats::{FieldLodProgress, FieldLodViewStats};
-pub use systems::FieldLodSystems;
+pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
+pub use scene::lod_mesh::LodState;
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
-pub use units::LodUnit;
+pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 
-/// What a game imports.
+/// The types that most games import.
 pub mod prelude {
+    #[cfg(feature = "debug")]
+    pub use crate::FieldLodDebug;
     pub use crate::{
-        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodCutOf, FieldLodDebug,
-        FieldLodEvent, FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodSettings,
-        FieldLodSharp, FieldLodViewStats, LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d,
-        LodReady, LodState, NoLod,
+        AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt, FieldLodCamera, FieldLodEvent,
+        FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodViewStats, FieldLodVisibleFlux,
+        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState, NoLod,
     };
+}
+
+/// Paths of the plugin's values in Bevy's diagnostics.
+pub mod diagnostics {
+    pub use crate::api::diagnostics::*;
+    pub use crate::pages::{LOADING_BYTES, MISSING_PAGES, RESIDENT_BYTES, WANTED_BYTES};
 }
 
 /// Guides.
@@ -172,44 +134,44 @@ pub mod guide {
     pub mod settings {}
 }
 
-/// Automatic levels of detail for everything under an [`AutoLod`].
+/// Automatic levels of detail for every mesh under an [`AutoLod`]: [`FieldLodCorePlugin`] and the opt-in features that
+/// cost nothing while they are not used.
+///
+/// ```no_run
+/// use bevy::prelude::*;
+/// use bevy_fieldlod::{FieldLodPagesPlugin, prelude::*};
+///
+/// // Without streaming.
+/// let plugins = FieldLodPlugin.build().disable::<FieldLodPagesPlugin>();
+/// App::new().add_plugins((DefaultPlugins, plugins)).run();
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodPlugin;
 
-impl Plugin for FieldLodPlugin {
+impl PluginGroup for FieldLodPlugin {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(FieldLodCorePlugin)
+            .add(FieldLodPagesPlugin)
+            .add(FieldLodVisibleFluxPlugin)
+    }
+}
+
+/// From a mesh to levels, to a cut for each camera, to the entities that Bevy draws.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FieldLodCorePlugin;
+
+impl Plugin for FieldLodCorePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FieldLodConfig>()
-            .init_resource::<FieldLodDebug>()
-            .init_resource::<lod_scene::LodScene>()
+        app.init_resource::<FieldLodAppConfig>()
+            .init_resource::<scene::lod_scene::LodScene>()
             .add_plugins((
-                systems::plugin,
-                baked_lods::plugin,
-                scene_pages::plugin,
-                standalone::plugin,
-                upload::plugin,
-                pages::plugin,
-            ))
-            // What happens in a frame, in the order of `FieldLodSystems`.
-            .add_plugins((
-                restart::plugin,
-                track::plugin,
-                meshes::plugin,
-                inherit::plugin,
-                cards::plugin,
-                views::plugin,
-                whole_meshes::plugin,
-                casters::plugin,
-                units::plugin,
-                filter::plugin,
-                count::plugin,
-                diagnostics::plugin,
-            ))
-            .add_plugins((
-                gpu_culling::plugin,
-                list_changes::plugin,
-                gpu_lists::plugin,
-                motion::plugin,
-                released_sources::plugin,
+                api::systems::plugin,
+                api::diagnostics::plugin,
+                assets::plugin,
+                prepare::plugin,
+                select::views::plugin,
+                draw::plugin,
             ));
     }
 }

@@ -1,8 +1,6 @@
-//! Selection of props, each drawn as a whole at one level: run with
-//! `cargo bench -p fieldlod_select --bench props`; sizes of the field may follow. `-- views` selects for several views, one
-//! after the other and at once.
-//!
-//! The field and the walk of the whole-frame bench of the repository, without Bevy.
+//! Selection of fields of rocks, as props that are drawn as a whole at one level and as meshes in clusters: run with
+//! `cargo bench -p fieldlod_select --bench props`. Numbers of rocks may follow; `clusters` takes meshes in clusters;
+//! `views` selects for several views, one after the other and at once.
 
 mod common;
 
@@ -10,83 +8,225 @@ use std::time::{Duration, Instant};
 
 use common::{look_from_afar, look_through, medians};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Offscreen, Scene, Selector, ShadowLight, Statistics, View};
+use fieldlod_select::{
+    AdvancedSettings, Cut, InstanceId, LodSettings, Offscreen, Scene, Selector, ShadowLight, View,
+    select,
+};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Props are this far apart, in their radii.
+/// Rocks are this far apart, in their radii.
 const SPACING: f32 = 5.0;
-const WARM_UP: u32 = 120;
-const FRAMES: u32 = 600;
+const WARM_UP: u32 = 20;
+const FRAMES: u32 = 300;
 
 fn main() {
-    let mut sizes: Vec<u32> = std::env::args()
-        .filter_map(|arg| arg.parse().ok())
-        .collect();
-    if sizes.is_empty() {
-        sizes.extend([10_000, 100_000, 1_000_000]);
-    }
+    let args: Vec<String> = std::env::args().collect();
+    let has = |word: &str| args.iter().any(|arg| arg == word);
+    let mut sizes: Vec<u32> = args.iter().filter_map(|arg| arg.parse().ok()).collect();
     let config = fieldlod_bake::BakeConfig::default();
-    let rock = fieldlod_bake::bake_mesh(&fieldlod_bake::fixtures::rock(4, 1), &config).unwrap();
-    let levels = rock.whole_mesh_levels().unwrap();
-    if std::env::args().any(|arg| arg == "views") {
+    let bake = |detail| {
+        let rock = fieldlod_bake::fixtures::rock(detail, 1);
+        fieldlod_bake::bake_mesh(&rock, &config).unwrap()
+    };
+    let levels = match has("clusters") {
+        true => bake(6),
+        false => bake(4).whole_mesh_levels().unwrap(),
+    };
+    if sizes.is_empty() {
+        sizes.extend([1_000, 10_000, 100_000]);
+        if !has("clusters") {
+            sizes.push(1_000_000);
+        }
+    }
+    if has("views") {
         sizes.iter().for_each(|&size| views(&levels, size));
         return;
     }
-    println!(
-        "props, casters: first us, walking mean us, median us, most us; nodes, tested, decided, changes a frame"
-    );
+    println!("rocks, lens, casters, way: first us, then median and most of {FRAMES} frames");
     for size in sizes {
-        let scene = field(&levels, size, Vec3::ONE);
+        let field = Field::new(&levels, size);
         for lens in [Lens::Perspective, Lens::Orthographic] {
             for has_sun in [false, true] {
-                for zooms in [false, true] {
-                    let path = Path {
-                        lens,
-                        has_sun,
-                        zooms,
-                    };
-                    measure(&scene, size, &path);
+                for way in [Way::Still, Way::Walk, Way::Turn, Way::Zoom, Way::Jump] {
+                    field.measure(&Path { lens, has_sun, way });
                 }
             }
         }
-        let stretched = field(&levels, size, Vec3::new(1.0, 1.3, 1.0));
-        print!("stretched");
-        measure(&stretched, size, &Path::WALK);
     }
 }
 
-#[derive(Clone, Copy, PartialEq)]
+/// Rocks in a square.
+struct Field<'a> {
+    levels: &'a Hierarchy,
+    scene: Scene,
+    placements: Vec<Affine3A>,
+    ids: Vec<InstanceId>,
+}
+
+impl<'a> Field<'a> {
+    fn new(levels: &'a Hierarchy, count: u32) -> Self {
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(levels);
+        let side = (count as f32).sqrt().ceil() as u32;
+        let place = |index: u32| {
+            let cell = Vec2::new((index % side) as f32, (index / side) as f32);
+            let at = (cell - Vec2::splat(side as f32 * 0.5)) * SPACING;
+            let turn = Quat::from_rotation_y(index as f32);
+            Affine3A::from_rotation_translation(turn, Vec3::new(at.x, 0.0, at.y))
+        };
+        let placements: Vec<Affine3A> = (0..count).map(place).collect();
+        let ids = placements
+            .iter()
+            .map(|at| scene.add_instance(mesh, *at, 1.0))
+            .collect();
+        scene.update();
+        Self {
+            levels,
+            scene,
+            placements,
+            ids,
+        }
+    }
+
+    fn measure(&self, path: &Path) {
+        let settings = path.settings();
+        let mut selector = Selector::default();
+        let mut select_at = |step: u32| {
+            let view = path.view(step);
+            let start = Instant::now();
+            selector.select(&self.scene, &view, &settings);
+            start.elapsed()
+        };
+        let first = select_at(0);
+        for step in 1..=WARM_UP {
+            select_at(step);
+        }
+        let mut times: Vec<Duration> = (1..=FRAMES).map(|step| select_at(WARM_UP + step)).collect();
+        times.sort_unstable();
+        self.check(path);
+        let us = |time: Duration| time.as_secs_f64() * 1e6;
+        println!(
+            "{:8} {:?} {} {:?}: {:.1}, {:.1}, {:.1}",
+            self.ids.len(),
+            path.lens,
+            if path.has_sun { "sun" } else { "none" },
+            path.way,
+            us(first),
+            us(times[times.len() / 2]),
+            us(times[times.len() - 1]),
+        );
+    }
+
+    /// Asserts that the cuts of a first frame are those of one instance at a time, where all casters count.
+    fn check(&self, path: &Path) {
+        let settings = path.settings();
+        let view = path.view(0);
+        let mut selector = Selector::default();
+        selector.select(&self.scene, &view, &settings);
+        let step = self.ids.len() / 500 + 1;
+        for (id, placement) in self.ids.iter().zip(&self.placements).step_by(step) {
+            let mut cut = Cut::default();
+            select(self.levels, placement, &view, &settings, &mut cut);
+            let units = selector.units(&self.scene, *id);
+            // What casts no shadow into the view is coarser.
+            assert!(units == cut.units() || path.has_sun && units.len() <= cut.units().len());
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Lens {
     Perspective,
     /// From above at a slant.
     Orthographic,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    Still,
+    /// On a circle: 1.8 m/s at 60 Hz.
+    Walk,
+    /// Half a turn in 1.7 s.
+    Turn,
+    /// Between 60 and 30 degrees, or images 60 and 30 m high, in 3.3 s, while walking.
+    Zoom,
+    /// To another place in each frame.
+    Jump,
+}
+
 /// How the camera goes.
 struct Path {
     lens: Lens,
     has_sun: bool,
-    zooms: bool,
+    way: Way,
 }
 
 impl Path {
     const WALK: Self = Self {
         lens: Lens::Perspective,
         has_sun: false,
-        zooms: false,
+        way: Way::Walk,
     };
+
+    fn settings(&self) -> LodSettings {
+        LodSettings {
+            advanced: AdvancedSettings {
+                offscreen_margin: 0.1,
+                offscreen: match self.has_sun {
+                    true => Offscreen::OnAxis { bias: 0.3 },
+                    false => Offscreen::Coarsest,
+                },
+                ..AdvancedSettings::default()
+            },
+            ..LodSettings::default()
+        }
+    }
+
+    fn view(&self, step: u32) -> View {
+        let walked = match self.way {
+            Way::Still | Way::Turn => 0,
+            Way::Walk | Way::Zoom => step,
+            Way::Jump => step * 977,
+        };
+        let turn = Quat::from_rotation_y(walked as f32 * -0.03 / 20.0);
+        let ahead = match self.way {
+            Way::Turn => Quat::from_rotation_y(step as f32 * 0.03),
+            _ => turn,
+        };
+        let zoom = match self.way {
+            Way::Zoom => 0.5 + 0.005 * (step % 200).abs_diff(100) as f32,
+            _ => 1.0,
+        };
+        let radius = match self.way {
+            Way::Jump => 20.0 + (step % 13) as f32 * 20.0,
+            _ => 20.0,
+        };
+        let eye = turn * Vec3::new(radius, 1.7, 0.0);
+        let view = match self.lens {
+            Lens::Perspective => {
+                look_through(60.0 * zoom, eye, eye + ahead * Vec3::new(0.0, -0.05, 1.0))
+            }
+            Lens::Orthographic => {
+                let slant = ahead * Vec3::new(0.0, -1.0, 1.0);
+                look_from_afar(60.0 * zoom, eye - slant * 100.0, eye)
+            }
+        };
+        let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
+        let lights = if self.has_sun { &[sun][..] } else { &[] };
+        view.with_shadow_lights(lights)
+    }
 }
 
 /// Several views along the walk, one after the other and each on a thread of a pool.
 fn views(levels: &Hierarchy, size: u32) {
-    let scene = field(levels, size, Vec3::ONE);
+    let field = Field::new(levels, size);
     let settings = LodSettings::default();
     for count in [1, 2, 4] {
         let new = || (0..count).map(|view| (view * 1000, Selector::default()));
         let (mut in_turn, mut at_once): (Vec<_>, Vec<_>) = (new().collect(), new().collect());
         let select = |step: u32, (ahead, selector): &mut (u32, Selector)| {
-            selector.select(&scene, &Path::WALK.view(step + *ahead), &settings);
+            selector.select(&field.scene, &Path::WALK.view(step + *ahead), &settings);
         };
         let (mut step, mut other_step) = (0, 0);
         let mut frame_in_turn = || {
@@ -104,107 +244,6 @@ fn views(levels: &Hierarchy, size: u32) {
         }
         let times = medians(FRAMES as usize, [&mut frame_in_turn, &mut frame_at_once]);
         let [in_turn, at_once] = times.map(|time| time.as_secs_f64() * 1e6);
-        println!("{size:8} props, {count} views: {in_turn:.1} us in turn, {at_once:.1} at once");
-    }
-}
-
-fn measure(scene: &Scene, size: u32, path: &Path) {
-    let settings = LodSettings {
-        offscreen_margin: 0.1,
-        offscreen: if path.has_sun {
-            Offscreen::OnAxis { bias: 0.3 }
-        } else {
-            Offscreen::Coarsest
-        },
-        ..LodSettings::default()
-    };
-    let mut selector = Selector::default();
-    let start = Instant::now();
-    selector.select(scene, &path.view(0), &settings);
-    let first = start.elapsed();
-    let mut times = Vec::new();
-    let mut sums = [0usize; 4];
-    for step in 1..=WARM_UP + FRAMES {
-        let view = path.view(step);
-        let start = Instant::now();
-        selector.select(scene, &view, &settings);
-        let time = start.elapsed();
-        if step > WARM_UP {
-            times.push(time);
-            let Statistics {
-                nodes_visited,
-                instances_tested,
-                instances_decided,
-                ..
-            } = selector.statistics();
-            let changes = selector.changes().count();
-            for (sum, one) in
-                sums.iter_mut()
-                    .zip([nodes_visited, instances_tested, instances_decided, changes])
-            {
-                *sum += one;
-            }
-        }
-    }
-    times.sort_unstable();
-    let us = |time: Duration| time.as_secs_f64() * 1e6;
-    let mean = us(times.iter().sum()) / f64::from(FRAMES);
-    let a_frame = sums.map(|sum| sum as f64 / f64::from(FRAMES));
-    println!(
-        "{size:8} {:12} {:8} {:8} {:9.1} {mean:9.1} {:9.1} {:9.1}   {a_frame:.1?} {}",
-        match path.lens {
-            Lens::Perspective => "perspective",
-            Lens::Orthographic => "orthographic",
-        },
-        if path.has_sun { "a sun" } else { "none" },
-        if path.zooms { "zooming" } else { "" },
-        us(first),
-        us(times[times.len() / 2]),
-        us(times[times.len() - 1]),
-        selector.triangle_count(),
-    );
-}
-
-/// Props in a square, each stretched alike.
-fn field(levels: &Hierarchy, count: u32, scale: Vec3) -> Scene {
-    let mut scene = Scene::default();
-    let mesh = scene.add_mesh(levels);
-    let side = (count as f32).sqrt().ceil() as u32;
-    for index in 0..count {
-        let cell = Vec2::new((index % side) as f32, (index / side) as f32);
-        let at = (cell - Vec2::splat(side as f32 * 0.5)) * SPACING;
-        let turn = Quat::from_rotation_y(index as f32);
-        let at = Vec3::new(at.x, 0.0, at.y);
-        let placement = Affine3A::from_scale_rotation_translation(scale, turn, at);
-        scene.add_instance(mesh, placement, 1.0);
-    }
-    scene.update();
-    scene
-}
-
-impl Path {
-    /// A brisk walk on a wide circle: 1.8 m/s at 60 Hz. The lens zooms to and fro between 60 and 30 degrees in 3.3 s,
-    /// if it does; an orthographic one between images 60 and 30 m high.
-    fn view(&self, step: u32) -> View {
-        let turn = Quat::from_rotation_y(step as f32 * -0.03 / 20.0);
-        let to_and_fro = (step % 200).abs_diff(100) as f32 * 0.01;
-        let zoom = if self.zooms {
-            0.5 + 0.5 * to_and_fro
-        } else {
-            1.0
-        };
-        let eye = turn * Vec3::new(20.0, 1.7, 0.0);
-        let view = match self.lens {
-            Lens::Perspective => {
-                look_through(60.0 * zoom, eye, eye + turn * Vec3::new(0.0, -0.05, 1.0))
-            }
-            Lens::Orthographic => {
-                let slant = turn * Vec3::new(0.0, -1.0, 1.0);
-                look_from_afar(60.0 * zoom, eye - slant * 100.0, eye)
-            }
-        };
-        let sun = ShadowLight::Sun(Vec3::new(-1.0, -0.8, -0.3).normalize());
-        let lights = if self.has_sun { &[sun][..] } else { &[] };
-        view.with_shadow_lights(lights)
+        println!("{size:8} rocks, {count} views: {in_turn:.1} us in turn, {at_once:.1} at once");
     }
 }

@@ -40,17 +40,13 @@ fn field_of_rocks(count: u32) -> Scene {
 /// What it costs to know what is hidden.
 fn main() {
     println!(
-        "\ninstances  depth image us  certain too us  from scratch us  with flux us  walking us  with flux us  still ns  triangles  with flux"
+        "\ninstances  depth image us  from scratch us  with flux us  walking us  with flux us  still ns  triangles  with flux"
     );
     let flux = VisibleFlux::default();
     let plain = settings();
     let counting = LodSettings {
         visible_flux: Some(flux),
         ..plain
-    };
-    let guaranteed = LodSettings {
-        visible_flux: Some(flux),
-        ..LodSettings::guaranteed(1.0)
     };
     for count in [1_000, 10_000, 100_000] {
         let scene = field_of_rocks(count);
@@ -63,16 +59,12 @@ fn main() {
         let next = || step.replace(step.get() + 1);
         let [mut fresh, mut fresh_flux, mut kept, mut kept_flux] =
             [const { None }; 4].map(Option::<Selector>::unwrap_or_default);
-        let [image, certain, scratch, scratch_flux, walking, walking_flux] = medians(
+        let [image, scratch, scratch_flux, walking, walking_flux] = medians(
             60,
             [
                 &mut || {
                     let buffer = OcclusionBuffer::new(&scene, &at(next()), flux.occluder_triangles);
                     black_box(&buffer);
-                },
-                &mut || {
-                    let view = at(step.get());
-                    black_box(&OcclusionBuffer::of_selection(&scene, &view, &guaranteed));
                 },
                 &mut || {
                     fresh.clear();
@@ -101,9 +93,8 @@ fn main() {
         );
         let us = |time: Duration| time.as_secs_f64() * 1e6;
         println!(
-            "{count:9}  {:14.1}  {:14.1}  {:15.1}  {:12.1}  {:10.1}  {:12.1}  {:8.0}  {:9}  {:9}",
+            "{count:9}  {:14.1}  {:15.1}  {:12.1}  {:10.1}  {:12.1}  {:8.0}  {:9}  {:9}",
             us(image),
-            us(certain),
             us(scratch),
             us(scratch_flux),
             us(walking),

@@ -26,13 +26,15 @@
 //! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
 //! upper bound of a displacement.
 
+pub(crate) mod error_bounds;
 mod extent;
+pub(crate) mod limits;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
-use crate::lane::{Lane, M3, V3};
+use crate::lanes::{Lane, M3, V3};
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
@@ -92,9 +94,8 @@ pub fn group_error_px(
 }
 
 /// The same of a group of which the share `visible_share` is not hidden: what a
-/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. A share of 0 says that it is
-/// hidden for certain: nothing of it counts. What only seems hidden has a greater one, and its displacements
-/// count in full.
+/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. Displacements count in full, since
+/// the share is an estimate.
 #[must_use]
 pub fn visible_error_px(
     group: &Group,
@@ -208,8 +209,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 displacement_px,
             )
         };
-        // Those that count, unless all is hidden for certain.
-        let error_px = match (self.weights.counts_error, self.weights.displacement_weight) {
+        // Those that count.
+        match (self.weights.counts_error, self.weights.displacement_weight) {
             (true, None) => screen_error(),
             (false, Some(weight)) => displacement() * L::splat(weight),
             (true, Some(weight)) => {
@@ -218,8 +219,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 L::choose(b.is_below(a) | a.not_a_number(), a, b)
             }
             (false, None) => L::zero(),
-        };
-        L::choose(group.share.is_at_most(L::zero()), L::zero(), error_px)
+        }
     }
 
     #[inline]
@@ -307,7 +307,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     #[inline]
     fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn(L) -> L) -> L {
         let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
-        let outside = match self.settings.offscreen {
+        let outside = match self.settings.advanced.offscreen {
             Offscreen::Coarsest => L::zero(),
             Offscreen::OnAxis { bias } => finite(on_axis(L::splat(bias))),
         };
@@ -324,7 +324,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         extent: &SeenExtent<L>,
         bound: L,
     ) -> L {
-        let max_curl = self.settings.max_curl;
+        let max_curl = self.settings.advanced.max_curl;
         if max_curl == 0.0 {
             return bound;
         }
@@ -390,7 +390,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// meets the axis; at least that of the widest corner.
     #[inline]
     fn relaxation(&self, seen: &SeenSphere<L>) -> L {
-        let min_aspect_ratio = self.settings.min_aspect_ratio;
+        let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;
         let is_perspective = matches!(self.instance.camera, Camera::Perspective(_));
         if !(is_perspective && min_aspect_ratio > 0.0) {
             return L::one();

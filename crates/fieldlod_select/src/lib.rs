@@ -38,31 +38,20 @@
 //! [`LodSettings::visible_flux`] counts errors by the share of each instance, and of each piece of a large
 //! one, that nothing hides. An [`OcclusionBuffer`] knows it, which a [`Selector`] draws when the view or the
 //! scene has changed. What comes out of hiding is refined in the same frame, what goes into it is
-//! coarsened some frames later. A displacement is left out only where something is hidden for certain:
-//! `tests/certain_hiding.rs` shows that no pixel changes by that.
+//! coarsened some frames later. Displacements count in full, since the share is an estimate.
 //!
 //! # Speed
-//! A [`Selector`] asks the full criterion only where nothing cheaper knows its answer. Each of these
-//! steps answers only where it is certain that the criterion would answer the same:
-//! 1. A tree over the instances: a frame visits only those nodes whose answer the camera's moves
-//!    since the last visit could have changed.
-//! 2. Nodes and instances that are wholly outside the view, or far enough, are answered at once.
-//! 3. Within a mesh, 64 groups are decided by one sphere around them; what is left, eight groups by a
-//!    bound that knows depth and facing; then single groups by the same bound, and by an interval
-//!    of the criterion that can tell both "refine" and "do not". The few that remain go to the
-//!    criterion. What each of these is worth is in `benches/RECORD.md`.
-//! 4. The same interval, taken over all places and turns that the camera can reach within a distance,
-//!    tells for how long the decisions on 64 groups stay valid: a walking camera decides few of them
-//!    anew.
-//! 5. Of a mesh that is drawn as a whole ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) an instance keeps its level and for how far the
-//!    camera may move and turn with it, sought so that it is about as far as it can be. `benches/props.rs` walks
-//!    through a million of them.
+//! A [`Selector`] decides everything anew in each frame, and eight at a time:
+//! 1. One pass over the spheres of all instances finds those that certainly stay as they are: outside of the view,
+//!    too small, or within the limits of their level. 64 instances that follow each other are passed at once where
+//!    one sphere around them tells that. `benches/props` walks through a million.
+//! 2. What is left is near. Of a mesh that is drawn as a whole
+//!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) the criterion decides the
+//!    levels, of another one its groups, but for those in bounds of 64 and of eight groups that are certainly below
+//!    the threshold.
 //!
-//! A first frame lists every instance, since whoever draws them has to hear of each: its time is
-//! linear in their number, at 3 to 4 ns for each that is outside the view or far away. Later frames
-//! depend on what is near and on what changes alone.
-//!
-//! `benches/selection` compares all this with the sphere test of clusterlod, in one run.
+//! A first frame lists every instance, since whoever draws them has to know of each. `benches/selection` compares
+//! this with the sphere test of clusterlod, in one run.
 //!
 //! # Determinism
 //! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute what one scalar would, in
@@ -72,44 +61,27 @@
 //! Morphing between levels; skinned meshes; culling, but of what is smaller than
 //! [`LodSettings::cull_below_px`].
 
-mod bits;
-mod boxes;
-mod budget;
 mod criterion;
 mod cut;
-mod decide;
-mod error_bounds;
-mod error_scale;
-mod lane;
+mod hidden;
+mod lanes;
 pub mod naive;
-mod object_test;
-mod occlusion;
 mod scene;
+mod select;
 mod selector;
 mod settings;
-mod shadow_lights;
-mod shares;
-mod sides;
-mod size_test;
-mod stretch;
-#[cfg(test)]
-#[path = "../tests/common/synthetic.rs"]
-mod synthetic;
-mod table;
-mod tree;
-mod validity;
 mod view;
-mod view_parts;
-mod zoom;
 
 pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
 pub use cut::{Cut, select, select_with};
-pub use decide::refine;
-pub use occlusion::OcclusionBuffer;
-pub use scene::{InstanceId, MeshId, Scene};
-pub use selector::{Change, GroupDemand, Selector, Statistics};
-pub use settings::{LodSettings, Offscreen, VisibleFlux};
-pub use shadow_lights::ShadowLight;
-pub use table::GroupTable;
-pub use tree::Tally;
+pub use hidden::OcclusionBuffer;
+pub use scene::table::GroupTable;
+pub use scene::{InstanceId, MeshId, Scene, Tally};
+pub use select::changes::Change;
+pub use select::cuts::Statistics;
+pub use select::decision::refine;
+pub use select::demand::GroupDemand;
+pub use selector::Selector;
+pub use settings::{AdvancedSettings, LodSettings, Offscreen, VisibleFlux};
+pub use view::shadow_lights::ShadowLight;
 pub use view::{InstanceView, View};

@@ -51,11 +51,12 @@ pub fn select(
 /// [`LodSettings::cull_below_px`]. Infinite for an instance without a place; of no meaning once removed.
 #[must_use]
 pub fn size_px(scene: &Scene, instance: InstanceId, view: &View, settings: &LodSettings) -> f32 {
-    let node = &scene.instances[instance.index()].node;
-    let diameter = 2.0 * node.radii[0] * settings.resolution_scale;
+    let placed = &scene.instances[instance.index()];
+    let radius = scene.columns.size(instance.index());
+    let diameter = 2.0 * radius * settings.resolution_scale;
     match view.camera {
         Camera::Perspective(camera) => {
-            let distance = node.bounds.sphere.center.distance(view.eye_in_world);
+            let distance = placed.sphere.center.distance(view.eye_in_world);
             diameter * camera.focal_px.max_element() / distance
         }
         Camera::Orthographic(camera) => {

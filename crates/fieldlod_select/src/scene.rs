@@ -1,13 +1,19 @@
 //! What there is to select from: meshes and where they stand.
 
-use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, Mat3, Vec4};
+pub(crate) mod columns;
+mod journal;
+pub(crate) mod table;
+mod tally;
 
-use crate::boxes::AxisBox;
-use crate::error_bounds::or_infinity;
-use crate::stretch::largest_stretch;
-use crate::table::GroupTable;
-use crate::tree::{FAN, Node, Tally, Tree};
+use fieldlod_hierarchy::{Hierarchy, Sphere};
+use glam::{Affine3A, Mat3};
+
+use crate::criterion::error_bounds::{or_infinity, placed_sphere};
+use crate::view::stretch::{largest_stretch, least_stretch};
+use columns::{Columns, NOTHING};
+use journal::Journal;
+use table::GroupTable;
+pub use tally::Tally;
 
 /// A mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,13 +41,16 @@ impl InstanceId {
     }
 }
 
+/// An instance as it was placed.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
-    /// The level at which all views draw it.
-    pub(crate) forced_level: Option<u32>,
-    pub(crate) node: Node,
+    /// Around all of its groups, in the world.
+    pub(crate) sphere: Sphere,
+    /// By how much lengths grow at least and at most.
+    stretch: [f32; 2],
+    numbers: Option<[u32; 3]>,
 }
 
 /// Which instance has an index now.
@@ -50,8 +59,12 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
+    /// Counts changes of anything but its place and bias, from 1 on.
+    pub(crate) version: u32,
     /// The layers that it is on.
     pub(crate) layers: u64,
+    /// The level at which all views draw it.
+    pub(crate) forced_level: Option<u32>,
     /// Whether it may hide others.
     pub(crate) is_occluder: bool,
 }
@@ -79,8 +92,8 @@ struct Mesh {
 /// threads, select from it, each with settings of its own.
 ///
 /// Instances come, move and go at any time: call [`Scene::update`] after changes and before
-/// selection. A change costs the same in a scene of any size, but for a sort of all instances each
-/// time that a quarter of them has come, gone or moved far.
+/// selection. A change costs the same in a scene of any size. Instances that are added one after the other and
+/// stand close together are selected fastest: views skip 64 of them at once.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -90,14 +103,12 @@ pub struct Scene {
     /// Apart from the instances: all that is read of one at its coarsest.
     pub(crate) entries: Vec<InstanceEntry>,
     free: Vec<u32>,
-    pub(crate) tree: Tree,
-    /// Counts rebuilds of the tree.
-    pub(crate) tree_revision: u64,
-    /// Counts changes.
+    pub(crate) columns: Columns,
+    pub(crate) journal: Journal,
+    /// Counts changes of what is drawn or hides others.
     pub(crate) revision: u64,
     /// Counts changes of what is at hand.
     pub(crate) available_revision: u64,
-    changed: Vec<u32>,
 }
 
 impl Scene {
@@ -155,27 +166,29 @@ impl Scene {
         world_from_local: Affine3A,
         bias: f32,
     ) -> InstanceId {
-        self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count += 1;
         // The index of an instance that was removed is used again, under a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
+            version: 1,
             layers: u64::MAX,
+            forced_level: None,
             is_occluder: true,
         };
-        let instance = self.instance(mesh, world_from_local, bias, None, entry.layers);
+        let instance = self.instance(mesh, world_from_local, bias);
         let index = if let Some(index) = self.free.pop() {
-            entry.generation = self.entries[index as usize].generation + 1;
-            self.instances[index as usize] = instance;
+            let last = &self.entries[index as usize];
+            (entry.generation, entry.version) = (last.generation + 1, last.version + 1);
             self.entries[index as usize] = entry;
+            self.instances[index as usize] = instance;
             index
         } else {
             self.instances.push(instance);
             self.entries.push(entry);
             self.instances.len() as u32 - 1
         };
-        self.changed.push(index);
+        self.note_changed(index);
         InstanceId {
             index,
             generation: entry.generation,
@@ -184,31 +197,24 @@ impl Scene {
 
     /// Moves an instance; nothing if it was removed.
     pub fn set_placement(&mut self, instance: InstanceId, world_from_local: Affine3A) {
-        let Instance {
-            bias, forced_level, ..
-        } = self.instances[instance.index()];
-        self.set(instance, world_from_local, bias, forced_level);
+        let bias = self.instances[instance.index()].bias;
+        self.place(instance, world_from_local, bias);
     }
 
     /// Changes an instance's bias; nothing if it was removed.
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
-        let Instance {
-            world_from_local,
-            forced_level,
-            ..
-        } = self.instances[instance.index()];
-        self.set(instance, world_from_local, bias, forced_level);
+        let world_from_local = self.instances[instance.index()].world_from_local;
+        self.place(instance, world_from_local, bias);
     }
 
     /// Draws an instance at this level of its mesh in all views, 0 being the finest, or lets each view choose
     /// again; the coarsest where the mesh has fewer. Nothing if it was removed.
     pub fn set_forced_level(&mut self, instance: InstanceId, forced_level: Option<u32>) {
-        let Instance {
-            world_from_local,
-            bias,
-            ..
-        } = self.instances[instance.index()];
-        self.set(instance, world_from_local, bias, forced_level);
+        if self.mesh_of(instance).is_some() {
+            self.entries[instance.index()].forced_level = forced_level;
+            self.entries[instance.index()].version += 1;
+            self.note_changed(instance.index);
+        }
     }
 
     /// Puts an instance on layers, each a bit: views that share none of them draw nothing of it and do not
@@ -216,7 +222,8 @@ impl Scene {
     pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
         if self.mesh_of(instance).is_some() && self.entries[instance.index()].layers != layers {
             self.entries[instance.index()].layers = layers;
-            self.set_placement(instance, self.instances[instance.index()].world_from_local);
+            self.entries[instance.index()].version += 1;
+            self.note_changed(instance.index);
         }
     }
 
@@ -234,39 +241,14 @@ impl Scene {
         }
     }
 
-    fn set(
-        &mut self,
-        instance: InstanceId,
-        world_from_local: Affine3A,
-        bias: f32,
-        forced_level: Option<u32>,
-    ) {
+    fn place(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        self.revision += 1;
-        let tally = self.instances[instance.index()].node.tally;
-        let layers = self.entries[instance.index()].layers;
-        let mut changed = self.instance(mesh, world_from_local, bias, forced_level, layers);
-        changed.node.tally = tally;
-        self.instances[instance.index()] = changed;
-        self.changed.push(instance.index);
-    }
-
-    /// Gives an instance numbers that [`Scene::tally_within`] adds up, or takes them off; to begin with it has
-    /// none. That changes nothing that is selected. Nothing if it was removed.
-    pub fn set_numbers(&mut self, instance: InstanceId, numbers: Option<[u32; 3]>) {
-        if self.mesh_of(instance).is_none() {
-            return;
-        }
-        let tally = Tally::of(numbers);
-        let was = std::mem::replace(&mut self.instances[instance.index()].node.tally, tally);
-        // What has changed, or has not been there, is counted when the tree is brought up to date.
-        if !self.is_up_to_date() {
-            self.changed.push(instance.index);
-        } else if was != tally {
-            self.tree.replace_tally(instance.index, &was, &tally);
-        }
+        let numbers = self.instances[instance.index()].numbers;
+        let placed = self.instance(mesh, world_from_local, bias);
+        self.instances[instance.index()] = Instance { numbers, ..placed };
+        self.note_changed(instance.index);
     }
 
     /// Removes an instance: its cut is empty from now on. Nothing if it was removed before.
@@ -274,16 +256,35 @@ impl Scene {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        self.revision += 1;
         self.meshes[mesh.0 as usize].instance_count -= 1;
-        // The node stays in the tree, with no bounds, until that is built anew.
         self.entries[instance.index()].mesh = None;
-        self.instances[instance.index()].node = Node {
-            changed_at: self.revision,
-            ..Node::EMPTY
-        };
+        self.entries[instance.index()].version += 1;
+        self.instances[instance.index()].sphere = NOTHING;
         self.free.push(instance.index);
-        self.changed.push(instance.index);
+        self.note_changed(instance.index);
+    }
+
+    /// Puts what an instance is now into the columns, and tells selectors of it.
+    fn note_changed(&mut self, index: u32) {
+        self.revision += 1;
+        self.journal.push(index);
+        let instance = &self.instances[index as usize];
+        let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
+        let (mut size, mut occluder_radius) = (0.0, 0.0);
+        if let Some(mesh) = self.entries[index as usize].mesh {
+            let table = &self.meshes[mesh.0 as usize].table;
+            size = or_infinity(table.radius * error_scale[1]);
+            if !table.occluders.is_empty() {
+                occluder_radius = instance.sphere.radius;
+            }
+        }
+        self.columns.set(
+            index as usize,
+            &instance.sphere,
+            error_scale,
+            size,
+            occluder_radius,
+        );
     }
 
     /// The mesh of an instance; `None` if that was removed.
@@ -303,52 +304,13 @@ impl Scene {
 
     /// Brings the bounds of the scene up to date.
     pub fn update(&mut self) {
-        // What has changed goes to the leaves that have to be fitted again.
-        for &index in &self.changed {
-            self.tree.put(index, &self.instances[index as usize].node);
-        }
-        self.changed.clear();
-        // A tree that has become too loose is built anew.
-        if self.tree.needs_rebuild() {
-            let nodes: Vec<Node> = self.instances.iter().map(|i| i.node).collect();
-            self.tree = Tree::new(&nodes);
-            self.tree_revision += 1;
-        } else {
-            let instances = &self.instances;
-            self.tree.refit(&|i| instances[i as usize].node);
-        }
+        self.columns.refit();
+        self.journal.trim(self.instances.len());
     }
 
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
-        self.changed.is_empty()
-    }
-
-    /// The tally of instances on one of `layers` that have numbers and are certainly on the inner side of all
-    /// `planes`, each a normal of length 1 and a distance along it, as those of a frustum are. Visits every other
-    /// instance on those layers that may have something there; with it, whether all of it certainly is. With `sums`
-    /// off it visits all of them; with it on, instances on none of the layers must have no numbers, or zeros.
-    pub fn tally_within(
-        &self,
-        planes: &[Vec4],
-        layers: u64,
-        sums: bool,
-        visit: &mut impl FnMut(InstanceId, bool),
-    ) -> Tally {
-        let mut tally = Tally::default();
-        if !self.tree.order.is_empty() {
-            let root = self.tree.levels.len() - 1;
-            let mut within = Within {
-                scene: self,
-                planes,
-                layers,
-                sums,
-                visit,
-                tally: &mut tally,
-            };
-            within.visit_node(root, 0, false);
-        }
-        tally
+        self.columns.is_up_to_date()
     }
 
     /// How many instances there are.
@@ -369,105 +331,18 @@ impl Scene {
         &self.meshes[mesh.0 as usize].table
     }
 
-    fn instance(
-        &self,
-        mesh: MeshId,
-        world_from_local: Affine3A,
-        bias: f32,
-        forced_level: Option<u32>,
-        layers: u64,
-    ) -> Instance {
+    fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
         let table = self.table(mesh);
-        let bounds = table.bounds.placed(&world_from_local, bias);
-        let radius = bounds.sphere.radius;
-        let stretch = largest_stretch(&Mat3::from(world_from_local.matrix3));
-        let seen_radius = or_infinity(table.radius * stretch * bias);
+        let linear = Mat3::from(world_from_local.matrix3);
+        let largest = largest_stretch(&linear);
+        let least = least_stretch(&linear, largest);
         Instance {
             world_from_local,
             bias,
-            forced_level,
-            node: Node {
-                radii: [seen_radius; 2],
-                layers,
-                is_forced: forced_level.is_some(),
-                bounds,
-                occluder_radius: if table.occluders.is_empty() {
-                    0.0
-                } else {
-                    radius
-                },
-                surface_box: AxisBox::placed(&table.surface_box, &world_from_local),
-                changed_at: self.revision,
-                tally: Tally::of(None),
-            },
+            sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
+            // Beyond what rounding moves it by.
+            stretch: [least * 0.999, largest],
+            numbers: None,
         }
     }
-}
-
-/// The traversal of what is within planes.
-struct Within<'a, F> {
-    scene: &'a Scene,
-    planes: &'a [Vec4],
-    layers: u64,
-    sums: bool,
-    visit: &'a mut F,
-    tally: &'a mut Tally,
-}
-
-impl<F: FnMut(InstanceId, bool)> Within<'_, F> {
-    fn visit_node(&mut self, level: usize, index: usize, is_within: bool) {
-        let tree = &self.scene.tree;
-        let Some(is_within) = self.side(&tree.levels[level][index], is_within) else {
-            return;
-        };
-        let first = index * FAN;
-        if level > 0 {
-            let end = tree.levels[level - 1].len().min(first + FAN);
-            for child in first..end {
-                self.visit_node(level - 1, child, is_within);
-            }
-            return;
-        }
-        let end = tree.order.len().min(first + FAN);
-        for &instance in &tree.order[first..end] {
-            let node = &self.scene.instances[instance as usize].node;
-            if let Some(is_within) = self.side(node, is_within) {
-                (self.visit)(self.scene.instance_at(instance), is_within);
-            }
-        }
-    }
-
-    /// Whether a node is certainly within; `None` if there is nothing to visit, or it was counted.
-    fn side(&mut self, node: &Node, is_within: bool) -> Option<bool> {
-        if node.layers & self.layers == 0 {
-            return None;
-        }
-        let is_within = side(node, self.planes, is_within)?;
-        if is_within && self.sums && node.tally.without_numbers == 0 {
-            self.tally.add(&node.tally);
-            return None;
-        }
-        Some(is_within)
-    }
-}
-
-/// Whether a node is certainly on the inner side of all planes; `None` if it is certainly not.
-fn side(node: &Node, planes: &[Vec4], is_within: bool) -> Option<bool> {
-    let sphere = &node.bounds.sphere;
-    if node.bounds.is_empty() {
-        return None;
-    }
-    if is_within {
-        return Some(true);
-    }
-    let inside_by = |plane: &Vec4| plane.dot(sphere.center.extend(1.0));
-    let mut all = true;
-    for plane in planes {
-        let inside_by = inside_by(plane);
-        if inside_by < -sphere.radius {
-            return None;
-        }
-        all &= inside_by > sphere.radius;
-    }
-    Some(all)
 }

@@ -1,57 +1,23 @@
 //! The cut of a whole scene in one view, from frame to frame.
 
-mod changes;
-mod chunk_validity;
-mod decide_context;
-mod demand;
-mod hidden_test;
-mod instance_cut;
-mod level_cuts;
-mod memory;
-mod pool;
-mod scene_cuts;
-mod share_memory;
-#[cfg(test)]
-mod tests;
-mod traversal;
-mod visible_shares;
-
-use crate::budget::BudgetSearch;
-use crate::object_test::ObjectTest;
-use crate::occlusion::OcclusionBuffer;
+use crate::hidden::OcclusionBuffer;
 use crate::scene::{InstanceId, Scene};
+use crate::select::budget::BudgetSearch;
+use crate::select::changes::Change;
+use crate::select::cuts::{SceneCuts, Statistics};
+use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
-use crate::shares::Shares;
-use crate::size_test::SizeTest;
-use crate::validity::CameraTravel;
 use crate::view::View;
-use crate::view_parts::ViewParts;
-pub use changes::Change;
-use decide_context::DecideContext;
-pub use demand::GroupDemand;
-use hidden_test::HiddenTest;
-use instance_cut::InstanceCut;
-use scene_cuts::SceneCuts;
-pub use scene_cuts::Statistics;
-use traversal::TraversalContext;
 
-/// Selects, for one view, the cut of every instance of a scene, and remembers it: for the
-/// hysteresis, for what changed, and for how long each answer is valid.
+/// Selects, for one view, the cut of every instance of a scene, and remembers it for the hysteresis and for what
+/// changed.
 ///
-/// A frame visits the nodes of a tree over the instances whose answer may have changed since they
-/// were last visited: because the camera has moved or turned so far, or because an instance did. A
-/// node that is wholly outside the view or far enough is answered at once; what remains is decided
-/// group by group; of a mesh that is drawn as a whole, that is one level. Groups are
-/// decided again only when the camera has moved, turned or zoomed as far as their decisions tolerate: in an orthographic
-/// view moves change nothing but what is in the image. The cuts are those
-/// that deciding every group anew would give. Where hidden things count less
-/// ([`LodSettings::visible_flux`]), the depth image is drawn anew for each new view and each change of
-/// the scene, and what it leaves visible is asked for anew: of nodes that stay at their coarsest because they are
-/// hidden, of instances that do, and of what is refined. A node that is not hidden any more leads to what is below. An
-/// instance as a whole is decided again if more of it is visible than at its last answer, or if less is held; of what is
-/// decided group by group, those are in chunks where what counts has changed.
-/// With nothing changed a frame costs nothing; once its
-/// storage has grown to the scene, none allocates.
+/// If anything has changed since the last frame, one pass over all instances, eight at a time, finds those that may
+/// not stay as they are: all others are certainly outside of the view, or within the limits of their level. Of those
+/// that are left, levels and groups are decided by the criterion. The cuts are those that deciding every group of
+/// every instance would give.
+///
+/// With nothing changed a frame costs nothing.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -75,38 +41,11 @@ use traversal::TraversalContext;
 /// ```
 #[derive(Debug, Default)]
 pub struct Selector {
-    travel: CameraTravel,
-    last: Option<Frame>,
+    last: Option<Input>,
     cuts: SceneCuts,
     budget: BudgetSearch,
-    /// The frame that a threshold was last sought for, and how often.
-    sought: Option<(Frame, u32)>,
     /// Whether this selection has taken notice of what is visible.
     has_seen: bool,
-}
-
-/// Searches for the threshold of a budget in one and the same frame: each changes what the hysteresis
-/// remembers, and so what the next one finds.
-const MOST_SEARCHES: u32 = 3;
-
-/// All that a cut depends on, but for its memory.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Frame {
-    view: View,
-    settings: LodSettings,
-    revision: u64,
-    tree_revision: u64,
-}
-
-impl Frame {
-    fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
-        Self {
-            view: *view,
-            settings: *settings,
-            revision: scene.revision,
-            tree_revision: scene.tree_revision,
-        }
-    }
 }
 
 impl Selector {
@@ -118,137 +57,32 @@ impl Selector {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.cuts.begin();
         self.has_seen = false;
-        let wide_view = view.with_margins(settings);
-        let budget = settings
-            .triangle_budget
-            .filter(|_| settings.forced_level.is_none());
-        let Some(budget) = budget else {
-            return self.select_with_thresholds(scene, &wide_view, settings);
-        };
-        // The threshold that kept to the budget last; if it does not any more, another.
-        let last_settings = self.budget.settings(settings);
-        self.select_with_thresholds(scene, &wide_view, &last_settings);
-        let frame = Frame::new(scene, view, settings);
-        let searches = match self.sought {
-            Some((sought, searches)) if sought == frame => searches,
-            _ => 0,
-        };
-        let is_due = self.budget.is_due(budget, self.cuts.triangle_count);
-        if is_due && searches < MOST_SEARCHES {
-            self.sought = Some((frame, searches + 1));
-            self.search(scene, &wide_view, settings, budget);
+        let view = view.with_margins(settings);
+        // With a budget, first by the threshold that kept to it last.
+        self.select_frame(scene, &view, &self.budget.settings(settings));
+        if let Some(settings) = self.budget.search(&mut self.cuts, scene, &view, settings) {
+            self.select_frame(scene, &view, &settings);
+            self.budget.note_found(self.cuts.triangle_count);
         }
     }
 
-    /// Seeks the threshold that keeps to a budget, and selects with it.
-    fn search(&mut self, scene: &Scene, view: &View, settings: &LodSettings, budget: u64) {
-        self.cuts.statistics.budget_searches += 1;
-        self.budget.begin();
-        let hidden = HiddenTest::new(self.cuts.visible.buffer.as_ref(), settings);
-        let mut forced_triangles = 0;
-        for index in 0..scene.instances.len() {
-            if self.cuts.is_culled(index) {
-                continue;
-            }
-            let cut = self.cuts.cut(index);
-            // Those of forced levels are drawn at any threshold.
-            if scene.instances[index].forced_level.is_some() {
-                forced_triangles += cut.map_or(0, |cut| cut.drawn().1);
-                continue;
-            }
-            let refined = cut.map(InstanceCut::refined);
-            let refined = refined.or_else(|| self.cuts.refined_at_level(index));
-            let steps = self.cuts.level_steps(index);
-            let shares = match (cut, &steps, hidden) {
-                (Some(cut), ..) => cut.shares().shares(settings),
-                (None, Some(steps), Some(hidden)) => Shares::new(steps, hidden.least_share),
-                (None, _, hidden) => {
-                    hidden.map_or(Shares::FULL, |hidden| hidden.shares(scene, index))
-                }
-            };
-            self.budget
-                .add(scene, index, refined, shares, view, settings);
-        }
-        let budget_left = budget.saturating_sub(forced_triangles);
-        let settings = self.budget.finish(budget_left, settings);
-        self.select_with_thresholds(scene, view, &settings);
-        self.budget.note_found(budget, self.cuts.triangle_count);
-    }
-
-    /// One selection without a budget; changes add up.
-    fn select_with_thresholds(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
-        let frame = Frame::new(scene, view, settings);
-        self.cuts.update_available(scene);
+    /// One selection by its thresholds; changes add up.
+    fn select_frame(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+        let input = Input::new(scene, view, settings);
         // A view of NaN equals none.
-        let is_awake = !self.has_seen && self.cuts.has_unsettled_shares;
-        if self.last == Some(frame) && !is_awake {
+        let is_settled = self.has_seen || !self.cuts.has_unsettled_shares;
+        if self.last == Some(input) && is_settled {
             return;
         }
-        // What stays valid of the last frame.
-        let last = self.last.replace(frame);
-        let is_first = last.is_none();
-        let last_step = self.travel(last.as_ref(), &frame);
-        let is_new_tree = last.is_none_or(|last| last.tree_revision != frame.tree_revision);
-        self.cuts.resize(scene, is_first, is_new_tree);
+        let is_first = self.last.replace(input).is_none();
         let are_shares_known = std::mem::replace(&mut self.has_seen, true);
-        if !are_shares_known {
-            self.cuts.update_shares(scene, view, settings);
-        }
-        // Whole nodes and instances, as far as those can be told.
-        let parts = ViewParts::new(&view.camera, &view.kept_camera, settings);
-        let visible = std::mem::take(&mut self.cuts.visible);
-        let test = ObjectTest::new(view, &parts, self.travel);
-        let context = TraversalContext {
-            scene,
-            layers: view.layers,
-            test: &test,
-            size: SizeTest::new(view, settings, self.travel, test.is_usable()),
-            forced_level: settings.forced_level,
-            now: self.travel,
-            // On other layers, every answer may be another one.
-            seen_revision: last
-                .filter(|last| last.view.layers == view.layers)
-                .map_or(0, |last| last.revision),
-            is_first,
-            hidden: HiddenTest::new(visible.buffer.as_ref(), settings),
-            are_shares_known,
-            view,
-            parts: &parts,
-            last_step,
-        };
-        self.cuts.traverse(&context);
-        // What remains, group by group.
-        self.cuts.visible = visible;
-        let context = DecideContext {
-            view,
-            parts: &parts,
-            test: &test,
-            now: self.travel,
-            last_step,
-        };
-        self.cuts.decide_pending(scene, &context);
-        if is_first {
-            self.cuts.emit_coarsest(scene, view.layers);
-        }
-    }
+        let frame = Frame::new(scene, view, settings, is_first, are_shares_known);
 
-    /// Adds the way from the last frame to the camera's travel, and returns it.
-    fn travel(&mut self, last: Option<&Frame>, frame: &Frame) -> CameraTravel {
-        let step = last.map(|last| CameraTravel::between(&last.view, &frame.view));
-        let is_comparable = !matches!(step, Some(None));
-        let step = step.flatten().unwrap_or_default();
-        self.travel.add(&step);
-        let lights = last.and_then(|last| CameraTravel::of_lights(&last.view, &frame.view));
-        if let Some(lights) = &lights {
-            self.travel.add(lights);
-        }
-        let is_same_criterion = last.is_some_and(|last| last.settings == frame.settings);
-        if is_same_criterion && is_comparable && lights.is_some() && self.travel.is_finite() {
-            self.travel.go_on();
-        } else {
-            self.travel.reset();
-        }
-        step
+        self.cuts.update_limits(&frame);
+        self.cuts.update_shares(&frame);
+        self.cuts.find_near(&frame);
+        self.cuts.decide_near(&frame);
+        self.cuts.enter_rest(&frame);
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
@@ -297,13 +131,16 @@ impl Selector {
         self.cuts.visible.buffer.as_ref().filter(|_| flux.is_some())
     }
 
+    /// What the last selection remembers, and its view with margins and settings.
+    pub(crate) fn last_cuts(&self) -> Option<(&SceneCuts, &View, &LodSettings)> {
+        let last = self.last.as_ref()?;
+        Some((&self.cuts, &last.view, &last.settings))
+    }
+
     /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
-        // There is no validity left that another camera's travel could end.
-        self.travel = CameraTravel::default();
         self.cuts.clear();
         self.budget = BudgetSearch::default();
-        self.sought = None;
     }
 }

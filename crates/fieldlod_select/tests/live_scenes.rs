@@ -11,8 +11,8 @@ use common::{
 };
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen, Scene, Selector,
-    ShadowLight, View, group_error_px, naive, select_with,
+    AdvancedSettings, Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen,
+    Scene, Selector, ShadowLight, View, group_error_px, naive, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -223,7 +223,7 @@ impl Watcher {
             return true;
         };
         let memory = match self.drawn.contains(&id) {
-            true => self.settings.hysteresis.min(1.0),
+            true => self.settings.advanced.hysteresis.min(1.0),
             false => 1.0,
         };
         let size_px = naive::size_px(&world.scene, id, &self.view, &self.settings);
@@ -381,36 +381,6 @@ fn of_whole_mesh_levels_one_is_drawn() {
     assert_eq!((drawn[0], drawn[5]), (0, 5));
 }
 
-/// What one change among many instances costs: the nodes above it, and those beside it.
-#[test]
-fn a_change_costs_the_same_in_a_scene_of_any_size() {
-    let visited = |count: u16| {
-        let mut scene = Scene::default();
-        let mesh = scene.add_mesh(&hierarchies()[3]);
-        let place = |index: u16| {
-            let (x, z) = (f32::from(index % 64), f32::from(index / 64));
-            Affine3A::from_translation(Vec3::new(x * 3.0 - 96.0, 0.0, -400.0 - z * 3.0))
-        };
-        let ids: Vec<InstanceId> = (0..count)
-            .map(|index| scene.add_instance(mesh, place(index), 1.0))
-            .collect();
-        scene.update();
-        let mut selector = Selector::default();
-        selector.select(&scene, &one_view(), &LodSettings::default());
-        scene.set_placement(ids[7], place(8));
-        scene.remove(ids[90]);
-        scene.add_instance(mesh, place(90), 1.0);
-        scene.add_instance(mesh, place(count), 1.0);
-        scene.update();
-        selector.select(&scene, &one_view(), &LodSettings::default());
-        let statistics = selector.statistics();
-        statistics.nodes_visited + statistics.instances_tested
-    };
-    let (few, many) = (visited(500), visited(30_000));
-    // One more level of the tree for each of the three places.
-    assert!(many <= few + 6, "{few} {many}");
-}
-
 #[test]
 fn what_is_small_leaves_at_a_lower_size_than_it_comes_at() {
     let mut scene = Scene::default();
@@ -471,12 +441,7 @@ proptest! {
             (scene.add_instance(*mesh, Affine3A::from_translation(at), 1.0), at)
         }).collect();
         scene.update();
-        let settings = LodSettings {
-            offscreen: Offscreen::OnAxis { bias: 1.0 },
-            hysteresis: 1.0,
-            edge_hysteresis: 0.0,
-            ..LodSettings::default()
-        };
+        let settings = LodSettings { advanced: AdvancedSettings { offscreen: Offscreen::OnAxis { bias: 1.0 }, hysteresis: 1.0, edge_hysteresis: 0.0, ..AdvancedSettings::default() }, ..LodSettings::default() };
         let (mut all, mut lit) = (Selector::default(), Selector::default());
         let mut fewer = 0;
         let lens = if is_orthographic { orthographic() } else { perspective(0.8) };

@@ -3,7 +3,6 @@
 mod common;
 
 use common::{hierarchies, look, perspective};
-use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_select::{InstanceId, LodSettings, Scene, Selector, Statistics, View, VisibleFlux};
 use glam::{Affine3A, Vec3};
 
@@ -118,38 +117,6 @@ fn two_views_do_not_share_what_they_hide() {
         seen.units(&scene, rock),
         seen_units(&scene, rock, &view(true))
     );
-}
-
-#[test]
-fn a_guarantee_counts_nothing_of_what_is_hidden_for_certain() {
-    let mut scene = Scene::default();
-    let ball = bake_mesh(&fixtures::icosphere(5), &BakeConfig::default()).unwrap();
-    let [wall, rock] = [&ball, &hierarchies()[0]].map(|mesh| scene.add_mesh(mesh));
-    let flat = Affine3A::from_scale(Vec3::new(2.5, 2.5, 0.3));
-    let wall = scene.add_instance(wall, Affine3A::from_translation(Vec3::Z * -5.0) * flat, 1.0);
-    let rock = scene.add_instance(rock, Affine3A::from_translation(Vec3::Z * -12.0), 1.0);
-    scene.update();
-    let guaranteed = LodSettings {
-        visible_flux: settings().visible_flux,
-        ..LodSettings::guaranteed(1.0)
-    };
-    let mut selectors = [Selector::default(), Selector::default()];
-    selectors[0].select(&scene, &view(false), &guaranteed);
-    selectors[1].select(&scene, &view(false), &LodSettings::guaranteed(1.0));
-    let units = |id| [0, 1].map(|index| selectors[index].units(&scene, id).len());
-    let [hidden, seen] = units(rock);
-    assert!(hidden * 4 < seen, "{hidden} of {seen} units");
-    let [front, all] = units(wall);
-    assert!(front * 3 > all, "{front} of {all} units");
-    // What only seems hidden counts in full.
-    scene.set_placement(
-        wall,
-        Affine3A::from_translation(Vec3::new(1.7, 0.0, -5.0)) * flat,
-    );
-    scene.update();
-    let mut selector = Selector::default();
-    selector.select(&scene, &view(false), &guaranteed);
-    assert_eq!(selector.units(&scene, rock).len(), seen);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use fieldlod_hierarchy::{Page, PagedMesh};
-use fieldlod_select::{LodSettings, Offscreen};
+use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 use fieldlod_stream::{Residency, StreamPageId, StreamSettings};
 use glam::Vec3;
 use proptest::prelude::*;
@@ -257,7 +257,8 @@ proptest! {
         let run = || {
             let mut world = World::new(&ROCKS, settings, disk);
             let offscreen = if is_on_axis { Offscreen::OnAxis { bias: 1.0 } } else { Offscreen::Coarsest };
-            world.settings = LodSettings { offscreen, ..LodSettings::with_error_px(1.0) };
+            let advanced = AdvancedSettings { offscreen, ..AdvancedSettings::default() };
+            world.settings = LodSettings { advanced, ..LodSettings::with_error_px(1.0) };
             let mut ordered_bytes = 0;
             for &(eye, target, frames) in &jumps {
                 for _ in 0..frames {

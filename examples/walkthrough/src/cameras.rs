@@ -57,11 +57,9 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
 fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
     // A camera that renders pictures is off until it is placed, so that baking gets all cores.
     let is_active = matches!(target.0, RenderTarget::Window(_));
-    let lod = FieldLodSettings::default();
-    let full_detail = FieldLodSettings {
-        forced_level: Some(0),
-        ..lod
-    };
+    let lod = FieldLodCamera::default();
+    let mut full_detail = lod;
+    full_detail.forced_level = Some(0);
     let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);
     commands.spawn((camera(0, is_active, &target, &quality), main));
     let twin = (FullDetailCamera, full_detail);
@@ -103,14 +101,19 @@ fn follow(
 
 /// Applies [`ViewOptions`] to viewports and thresholds.
 fn apply_options(
+    mut commands: Commands,
     options: Res<ViewOptions>,
-    main: Single<(&mut Camera, &mut FieldLodSettings), With<MainCamera>>,
+    main: Single<(Entity, &mut Camera, &mut FieldLodCamera), With<MainCamera>>,
     twin: Single<&mut Camera, (With<FullDetailCamera>, Without<MainCamera>)>,
 ) {
-    let (mut main, mut settings) = main.into_inner();
+    let (entity, mut main, mut settings) = main.into_inner();
     let mut twin = twin.into_inner();
     settings.error_px = Some(options.error_px);
-    settings.visible_flux = options.visible_flux;
+    if options.visible_flux {
+        commands.entity(entity).insert(FieldLodVisibleFlux);
+    } else {
+        commands.entity(entity).remove::<FieldLodVisibleFlux>();
+    }
     twin.is_active = options.split && main.is_active;
     let Some(size) = main.physical_target_size() else {
         return;

@@ -33,7 +33,7 @@ fn finer_pages() -> Vec<std::ops::Range<usize>> {
 }
 
 #[test]
-fn a_page_that_is_corrupt_leaves_its_place_coarser() {
+fn corrupt_page_falls_back_to_coarser() {
     let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
     // The second and the third finer page: others depend on them.
     for page in &finer_pages()[1..3] {
@@ -56,7 +56,7 @@ fn a_page_that_is_corrupt_leaves_its_place_coarser() {
 }
 
 #[test]
-fn a_corrupt_coarsest_level_costs_its_mesh_alone() {
+fn corrupt_first_page_fails_its_mesh_only() {
     let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
     let file = PagedFile::from_contents(&PAGES).unwrap();
     bytes[file.meshes[0].pages[0].bytes.start as usize + 9] ^= 0x10;
@@ -79,7 +79,7 @@ fn a_corrupt_coarsest_level_costs_its_mesh_alone() {
 }
 
 #[test]
-fn a_file_that_is_missing_is_named() {
+fn missing_file_is_named() {
     let (mut app, _) = app_of(&Shelf::default(), ROOMY);
     app.init_resource::<Failures>().add_observer(note_failure);
     spawn(&mut app, "missing.fieldpages", 0);
@@ -90,34 +90,7 @@ fn a_file_that_is_missing_is_named() {
 }
 
 #[test]
-fn a_truncated_file_is_drawn_as_far_as_it_goes() {
-    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
-    bytes.truncate(finer_pages()[5].start + 100);
-    shelf.put("short.fieldpages", bytes);
-    let (mut app, camera) = app_of(&shelf, ROOMY);
-    spawn(&mut app, "short.fieldpages", 0);
-    ready(&mut app, 1);
-    run_until_failed(&mut app, camera, 1);
-    assert!(memory(&app).loaded_pages > 3, "{:?}", memory(&app));
-    let said = logged_times(Level::ERROR, &["shelf://short.fieldpages", "truncated"]);
-    assert_eq!(said, 1);
-}
-
-#[test]
-fn a_file_that_goes_while_in_use_is_drawn_as_far_as_it_was_read() {
-    let (shelf, mut app, camera) = one_rock("going.fieldpages", ROOMY);
-    run_until_sharp(&mut app);
-    let before = drawn(&app, camera);
-    shelf.remove("going.fieldpages");
-    move_camera(&mut app, camera, 2.7);
-    run_until_failed(&mut app, camera, 1);
-    assert!(drawn(&app, camera).len() >= before.len());
-    let said = logged_times(Level::ERROR, &["shelf://going.fieldpages", "not found"]);
-    assert_eq!(said, 1);
-}
-
-#[test]
-fn a_file_that_is_replaced_is_never_mixed_with_the_other() {
+fn replaced_file_is_never_mixed() {
     let (shelf, mut app, camera) = one_rock("new.fieldpages", ROOMY);
     // Another rock, whose pages are elsewhere.
     let mut other = super::ROCKS.clone();
@@ -154,7 +127,7 @@ fn a_file_that_is_replaced_is_never_mixed_with_the_other() {
 }
 
 #[test]
-fn a_reader_that_stalls_stops_nothing() {
+fn stalled_reader_blocks_no_frame() {
     let (shelf, mut app, camera) = one_rock("slow.fieldpages", ROOMY);
     shelf.stall(true);
     let coarse = drawn(&app, camera);
@@ -177,7 +150,7 @@ fn a_reader_that_stalls_stops_nothing() {
 }
 
 #[test]
-fn with_less_memory_than_the_coarsest_levels_take_they_are_drawn() {
+fn coarsest_levels_exceed_tiny_budget() {
     let tiny = LodMemory {
         gpu_bytes: 100,
         main_bytes: 100,

@@ -12,7 +12,7 @@ use crate::gltf_file::GltfFile;
 use crate::headless::{ready, run_until, stats};
 
 #[test]
-fn a_scene_draws_its_large_meshes_from_the_file_that_it_names() {
+fn scene_streams_meshes_named_in_extras() {
     let shelf = Shelf::default();
     // A rock of 20 triangles in place of one of 81,920.
     let mut scene = GltfFile::of(&fixtures::rock(0, 1));

@@ -34,10 +34,6 @@ impl Shelf {
         self.0.files.lock().unwrap().insert(name.into(), bytes);
     }
 
-    pub(super) fn remove(&self, name: &str) {
-        self.0.files.lock().unwrap().remove(name);
-    }
-
     /// Lets whoever reads wait from now on, or no longer.
     pub(super) fn stall(&self, stalls: bool) {
         self.0.stalls.store(stalls, Ordering::Release);
@@ -123,9 +119,10 @@ impl AsyncSeek for ShelfReader {
 
 impl Reader for ShelfReader {
     fn seekable(&mut self) -> Result<&mut dyn SeekableReader, ReaderNotSeekableError> {
-        match self.can_seek {
-            true => Ok(self),
-            false => Err(ReaderNotSeekableError),
+        if self.can_seek {
+            Ok(self)
+        } else {
+            Err(ReaderNotSeekableError)
         }
     }
 }

@@ -30,7 +30,7 @@ fn rock_in(folder: &Path, file: &str, shelf: &Shelf) -> (App, Entity) {
 }
 
 #[test]
-fn of_a_file_in_the_folder_no_more_is_read_than_is_wanted() {
+fn asset_folder_file_is_read_in_parts() {
     let (_, mut other, its_camera) = one_rock("as-ever.fieldpages", ROOMY);
     run_until_sharp(&mut other);
     let (folder, shelf) = (tempfile::tempdir().unwrap(), Shelf::default());
@@ -54,24 +54,4 @@ fn of_a_file_in_the_folder_no_more_is_read_than_is_wanted() {
     run_until(&mut app, "all is there", |app| {
         memory(app).missing_pages == 0
     });
-}
-
-#[test]
-fn a_default_source_that_has_another_file_is_asked() {
-    let (folder, shelf) = (tempfile::tempdir().unwrap(), Shelf::default());
-    let mut changed = PAGES.clone();
-    *changed.last_mut().unwrap() ^= 1;
-    for (name, bytes) in [
-        ("longer", [PAGES.as_slice(), &[0; 9]].concat()),
-        ("changed", changed),
-        ("short", vec![7; 9]),
-    ] {
-        let name = format!("{name}.fieldpages");
-        std::fs::write(folder.path().join(&name), bytes).unwrap();
-        shelf.put(&name, PAGES.clone());
-        let (app, camera) = rock_in(folder.path(), &name, &shelf);
-        assert_no_hole(&app, camera);
-        assert_eq!(memory(&app).failures, 0);
-    }
-    assert!(shelf.bytes_read() > PAGES.len() as u64);
 }

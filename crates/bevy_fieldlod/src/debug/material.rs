@@ -1,16 +1,16 @@
-//! The material that paints levels of detail and heat-maps.
+//! The material that paints levels of detail and heat maps.
 
 use bevy::pbr::Material;
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 
-use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
+use super::{FieldLodDebug, FieldLodHeatMap};
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
-/// What is the same for the whole entity comes by its mesh tag: the level in the upper eight bits, below
-/// it the upper bits of a 32-bit float: the error in world units, or a share.
+/// The mesh tag of an entity holds its level in the upper eight bits, and below it the upper bits of a 32-bit float:
+/// the error in world units.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Copy, Debug, Default)]
 pub(crate) struct LodDebugMaterial {
     #[uniform(0)]
@@ -23,14 +23,14 @@ impl Material for LodDebugMaterial {
     }
 }
 
-/// One material for each quantity that can be painted.
+/// One material per quantity.
 #[derive(Resource)]
-pub(super) struct DebugMaterials([Handle<LodDebugMaterial>; 6]);
+pub(super) struct DebugMaterials([Handle<LodDebugMaterial>; 5]);
 
 impl FromWorld for DebugMaterials {
     fn from_world(world: &mut World) -> Self {
         let mut materials = world.resource_mut::<Assets<LodDebugMaterial>>();
-        Self([0, 1, 2, 3, 4, 5].map(|mode| {
+        Self([0, 1, 2, 3, 4].map(|mode| {
             materials.add(LodDebugMaterial {
                 mode: UVec4::new(mode, 0, 0, 0),
             })
@@ -39,14 +39,13 @@ impl FromWorld for DebugMaterials {
 }
 
 impl DebugMaterials {
-    /// The material that is asked for, if any is.
+    /// The enabled material, if any.
     pub(super) fn wanted(&self, debug: &FieldLodDebug) -> Option<&Handle<LodDebugMaterial>> {
         let index = match debug.heat_map {
             Some(FieldLodHeatMap::SamplingDensity) => 1,
             Some(FieldLodHeatMap::AspectRatio) => 2,
             Some(FieldLodHeatMap::Curl) => 3,
             Some(FieldLodHeatMap::PixelError) => 4,
-            Some(FieldLodHeatMap::VisibleShare | FieldLodHeatMap::Missing) => 5,
             None if debug.color_levels => 0,
             None => return None,
         };
@@ -54,14 +53,12 @@ impl DebugMaterials {
     }
 }
 
-/// The mesh tag of an entity at `level`, with the error of its surface in world units or a share
-/// from 0 to 1.
-pub(super) fn mesh_tag(level: u32, quantity: f32) -> u32 {
-    level.min(255) << 24 | quantity.to_bits() >> 8
+/// The mesh tag of an entity at `level`, with the error of its surface in world units.
+pub(super) fn mesh_tag(level: u32, error_in_world: f32) -> u32 {
+    level.min(255) << 24 | error_in_world.to_bits() >> 8
 }
 
-/// The colour in which the shader paints a level: steps of 5/12 of the circle keep neighbouring levels far
-/// apart.
+/// The colour of a level. Steps of 5/12 of the colour circle make neighbouring levels distinct.
 pub(super) fn level_color(level: u32) -> Color {
     Color::hsl((level * 5 % 12) as f32 * 30.0, 0.75, 0.55)
 }

@@ -8,7 +8,6 @@ const LEVELS: u32 = 0u;
 const SAMPLING_DENSITY: u32 = 1u;
 const ASPECT_RATIO: u32 = 2u;
 const CURL: u32 = 3u;
-const PIXEL_ERROR: u32 = 4u;
 
 fn hsl(hue: f32, saturation: f32, lightness: f32) -> vec3<f32> {
     let chroma = (1.0 - abs(2.0 * lightness - 1.0)) * saturation;
@@ -25,8 +24,7 @@ fn heat(share: f32) -> vec3<f32> {
 fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     let tag = mesh_functions::get_tag(in.instance_index);
     let level = tag >> 24u;
-    // The error in world units, or the visible share.
-    let quantity = bitcast<f32>(tag << 8u);
+    let error_in_world = bitcast<f32>(tag << 8u);
 
     let position = (view.view_from_world * vec4<f32>(in.world_position.xyz, 1.0)).xyz;
     let is_orthographic = view.clip_from_view[3][3] == 1.0;
@@ -61,11 +59,8 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
             // From a thousandth to once a unit.
             color = heat(1.0 + log2(max(relative_curl, 1e-6)) / 10.0);
         }
-        case PIXEL_ERROR: {
-            color = heat(quantity * sqrt(strength / aspect_ratio));
-        }
         default: {
-            color = heat(quantity);
+            color = heat(error_in_world * sqrt(strength / aspect_ratio));
         }
     }
     // A light at the camera shows the shape.

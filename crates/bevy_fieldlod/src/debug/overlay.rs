@@ -1,9 +1,9 @@
-//! The numbers of all cameras, over the picture.
+//! The statistics of all cameras, as text.
 
 use bevy::prelude::*;
 
-use crate::debug_options::FieldLodDebug;
-use crate::stats::{FieldLodProgress, FieldLodViewStats};
+use super::FieldLodDebug;
+use crate::api::stats::{FieldLodProgress, FieldLodViewStats};
 
 /// The text of [`FieldLodDebug::overlay`].
 #[derive(Component)]
@@ -53,7 +53,7 @@ fn text(views: &Query<(&Camera, &FieldLodViewStats)>, progress: &FieldLodProgres
         );
         if stats.missing_pieces > 0 {
             text += &format!(
-                "\n{} pieces are not in memory, by up to {:.1} px",
+                "\n{} pieces are not in memory; errors up to {:.1} px",
                 stats.missing_pieces, stats.missing_px
             );
         }

@@ -1,22 +1,19 @@
-//! Swaps the materials of what is drawn for the debug view's, and restores them.
+//! Replaces the materials of drawn entities by that of the debug view, and restores them.
 
 use bevy::mesh::MeshTag;
-use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use fieldlod_select::{InstanceId, OcclusionBuffer};
 
+use super::FieldLodDebug;
 use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
-use crate::debug_options::{FieldLodDebug, FieldLodHeatMap};
-use crate::inherit::InheritedComponents;
-use crate::lod_mesh::LodPiece;
-use crate::lod_scene::{LodInstance, LodScene};
-use crate::units::LodUnit;
-use crate::view_cut::ViewCut;
+use crate::draw::inherit::InheritedComponents;
+use crate::draw::units::LodUnit;
+use crate::scene::lod_mesh::LodPiece;
+use crate::scene::lod_scene::{LodInstance, LodScene};
 
 /// An entity that is painted.
 #[derive(Component)]
 pub(super) struct Painted {
-    /// An entity that keeps the materials of a whole mesh meanwhile; units inherit theirs.
+    /// An entity that stores the materials of a whole mesh. Units inherit theirs again.
     saved_materials: Option<Entity>,
 }
 
@@ -29,12 +26,11 @@ pub(super) fn is_wanted(
     materials.wanted(&debug).is_some() || !painted.is_empty()
 }
 
-/// Paints all that is drawn, or restores it.
+/// Paints drawn entities, or restores them.
 pub(super) fn paint_units(world: &mut World) {
     let debug = *world.resource::<FieldLodDebug>();
     let wanted = world.resource::<DebugMaterials>().wanted(&debug).cloned();
-    let drawn = painted_pieces(world, debug.heat_map);
-    // Paint what is drawn.
+    let drawn = painted_pieces(world);
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         if let Some(material) = &wanted {
@@ -42,7 +38,6 @@ pub(super) fn paint_units(world: &mut World) {
                 paint(world, &inherited, entity, material, tag);
             }
         }
-        // What is drawn no longer, or not to be painted any more, gets its own materials back.
         let mut painted = world.query_filtered::<Entity, With<Painted>>();
         let painted: Vec<Entity> = painted.iter(world).collect();
         for entity in painted {
@@ -54,68 +49,19 @@ pub(super) fn paint_units(world: &mut World) {
     });
 }
 
-/// Everything that can be drawn, with the tag of its paint.
-fn painted_pieces(world: &mut World, heat_map: Option<FieldLodHeatMap>) -> Vec<(Entity, MeshTag)> {
-    let mut views = world.query::<&ViewCut>();
-    let world: &World = world;
-    let buffers = views.iter(world).filter_map(|cut| cut.selector.occlusion());
-    let buffers: Vec<&OcclusionBuffer> = buffers.collect();
+/// Everything that can be drawn, with the mesh tag that the shader reads.
+fn painted_pieces(world: &World) -> Vec<(Entity, MeshTag)> {
     let scene = world.resource::<LodScene>();
-    // The most that is visible of an object from any view.
-    let visible_share = |instance: &LodInstance| {
-        let shares = buffers.iter().map(|buffer| {
-            let of_groups = buffer.visible_shares(&scene.scene, instance.id);
-            of_groups.iter().sum::<f32>() / of_groups.len().max(1) as f32
-        });
-        shares.reduce(f32::max).unwrap_or(1.0)
-    };
-    let shares_wanted = heat_map == Some(FieldLodHeatMap::VisibleShare);
-    let missing = match heat_map {
-        Some(FieldLodHeatMap::Missing) => Some(missing_px(views.iter(world), scene)),
-        _ => None,
-    };
-    scene
-        .instances()
-        .flat_map(|instance| {
-            let share = shares_wanted.then(|| visible_share(instance));
-            let missing = missing.as_ref();
-            scene.pieces_of(instance).map(move |(entity, piece)| {
-                // Errors are in local units, what the shader shows in those of the world.
-                let transform = world.get::<GlobalTransform>(entity);
-                let scale = transform.map_or(1.0, |at| at.scale().abs().max_element());
-                let missing = missing.map(|missing| {
-                    let px = piece
-                        .produced_by
-                        .and_then(|group| missing.get(&(instance.id, group)));
-                    px.map_or(0.0, |px| px / MOST_MISSING_PX)
-                });
-                let share = share.or(missing);
-                let quantity = share.unwrap_or(piece.error_in_local * scale);
-                (entity, MeshTag(mesh_tag(piece.level, quantity)))
-            })
-        })
-        .collect()
-}
-
-/// What is painted red.
-const MOST_MISSING_PX: f32 = 8.0;
-
-/// The groups that some view would refine and that are not in memory, with the error of what is drawn instead: of
-/// each instance, the units that these have produced.
-fn missing_px<'a>(
-    views: impl Iterator<Item = &'a ViewCut>,
-    scene: &LodScene,
-) -> HashMap<(InstanceId, u32), f32> {
-    let mut missing = HashMap::default();
-    for cut in views {
-        cut.selector.demand(&scene.scene, |demand| {
-            if let Some(px) = demand.missing_px {
-                let most: &mut f32 = missing.entry((demand.instance, demand.group)).or_default();
-                *most = most.max(px);
-            }
-        });
-    }
-    missing
+    let tagged = scene.drawn_pieces().map(|(entity, piece)| {
+        // The shader needs the error in world units.
+        let transform = world.get::<GlobalTransform>(entity);
+        let scale = transform.map_or(1.0, |at| at.scale().abs().max_element());
+        (
+            entity,
+            MeshTag(mesh_tag(piece.level, piece.error_in_local * scale)),
+        )
+    });
+    tagged.collect()
 }
 
 /// Paints one entity that is drawn.
@@ -141,7 +87,6 @@ fn paint(
     let painted = there.get::<Painted>();
     let saved = painted.and_then(|painted| painted.saved_materials);
     let is_first = painted.is_none();
-    // A whole mesh keeps its materials aside; a unit inherits them again.
     let saved_materials = if is_unit {
         inherited.remove_materials(world, entity);
         None
@@ -157,7 +102,7 @@ fn paint(
     ));
 }
 
-/// Gives an entity its own materials and tag back.
+/// Restores the materials and the tag of an entity.
 fn restore(world: &mut World, inherited: &InheritedComponents, entity: Entity) {
     let mut painted = world.entity_mut(entity);
     painted.remove::<(MeshMaterial3d<LodDebugMaterial>, MeshTag)>();
@@ -171,18 +116,18 @@ fn restore(world: &mut World, inherited: &InheritedComponents, entity: Entity) {
 }
 
 impl LodScene {
-    /// Everything that can be drawn, with its mesh.
+    /// Every entity that can be drawn, with its piece.
     pub(super) fn drawn_pieces(&self) -> impl Iterator<Item = (Entity, &LodPiece)> {
         self.instances()
             .flat_map(|instance| self.pieces_of(instance))
     }
 
-    /// What can be drawn of an instance.
+    /// The pieces of an instance that can be drawn.
     fn pieces_of<'a>(
         &'a self,
         instance: &'a LodInstance,
     ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
-        let whole_mesh = instance.piece.map(|piece| (instance.entity, piece));
+        let whole_mesh = instance.level.map(|level| (instance.entity, level));
         let spawned = instance
             .units
             .iter()

@@ -1,4 +1,4 @@
-//! Reads `.fieldpages` files: what stays in memory, and single pages.
+//! Reads `.fieldpages` files: the resident beginning, and single pages.
 
 use std::io::{self, SeekFrom};
 use std::ops::Range;
@@ -14,11 +14,11 @@ use bevy::tasks::AsyncComputeTaskPool;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
 use thiserror::Error;
 
-use crate::file_parts::{AssetFolder, read_part};
-use crate::lod_pages::{LodPages, PagePlace};
-use crate::mesh_in_pages::{MeshInPages, UnitOfPage};
+use crate::assets::file_parts::{AssetFolder, read_part};
+use crate::assets::lod_pages::{LodPages, PagePlace};
+use crate::pages::mesh_in_pages::{MeshInPages, UnitOfPage};
 
-/// Why a page is not there.
+/// Why a page could not be read.
 #[derive(Debug, Error)]
 pub(super) enum PageError {
     #[error(transparent)]
@@ -36,7 +36,7 @@ pub(super) enum PageError {
 }
 
 impl LodPages {
-    /// Reads the table of contents and the first pages; all of a file that cannot be read in parts.
+    /// Reads the table of contents and the first pages, or the whole file if its reader cannot seek.
     pub(crate) async fn read(
         reader: &mut dyn Reader,
         path: AssetPath<'static>,
@@ -83,16 +83,16 @@ impl LodPages {
     }
 }
 
-/// What of a file was read so far.
+/// The beginning of a file that was read so far.
 struct Beginning<'a> {
     bytes: Vec<u8>,
-    /// Where it is read from, if not by the reader.
+    /// The file to read instead of using the reader.
     file: Option<PathBuf>,
     reader: &'a mut dyn Reader,
 }
 
 impl Beginning<'_> {
-    /// Reads on until there are so many bytes, or no more.
+    /// Reads up to the byte `end`, or to the end of the file.
     async fn read_up_to(&mut self, end: u64) -> io::Result<()> {
         let start = self.bytes.len() as u64;
         let more = match &self.file {
@@ -104,7 +104,7 @@ impl Beginning<'_> {
     }
 }
 
-/// The next bytes of a reader, so many or fewer. No more memory is taken than bytes come, whatever a file says.
+/// Up to `count` bytes of a reader. Memory grows with the bytes that arrive, so a corrupt count does no harm.
 async fn read_next(reader: &mut dyn Reader, count: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     AsyncReadExt::take(reader, count)
@@ -150,7 +150,7 @@ impl MeshInPages {
     }
 }
 
-/// The bytes of an asset in a range, or fewer if it ends before.
+/// The bytes of an asset in a range, or fewer if the asset is shorter.
 async fn read_asset_part(
     assets: &AssetServer,
     path: &AssetPath<'static>,

@@ -2,29 +2,33 @@
 //! `cargo bench -p fieldlod_select`.
 //!
 //! Each result is checked before it is timed. Ratios are of medians of interleaved rounds, so that what
-//! else the machine does weighs on both alike. `FIELDLOD_SIZES_SVG=PATH` writes the picture of cost
-//! against the size of the scene; `RECORD.md` has both.
+//! else the machine does weighs on both alike.
 
 mod baseline;
 #[path = "../common/mod.rs"]
 mod common;
-mod sizes;
 #[path = "../../tests/common/synthetic.rs"]
 mod synthetic;
 
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use baseline::SphereTable;
 use common::{look, medians, settings};
-use criterion::{Criterion, criterion_group, criterion_main};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
+    AdvancedSettings, GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px,
+    refine,
 };
 use glam::{Affine3A, Vec3};
 
 const FOCAL_PX: f32 = 935.3;
+
+fn main() {
+    criterion_over_groups();
+    whole_frames();
+    scene_sizes();
+}
 
 fn ns(time: Duration, count: usize) -> f64 {
     time.as_secs_f64() * 1e9 / count as f64
@@ -36,10 +40,8 @@ fn ball_with_coarsest_error(levels: u32, error: f32) -> Hierarchy {
 }
 
 /// The criterion over all groups of one mesh.
-fn criterion_over_groups(criterion: &mut Criterion) {
-    println!(
-        "\ngroups   height  ours ns/group  baseline ns/group  ratio  refined  baseline GB/s, of 20 bytes a group"
-    );
+fn criterion_over_groups() {
+    println!("\ngroups   height  ours ns/group  baseline ns/group  ratio  refined");
     let settings = settings();
     for levels in [6, 8, 10] {
         let hierarchy = ball_with_coarsest_error(levels, 0.02);
@@ -80,16 +82,10 @@ fn criterion_over_groups(criterion: &mut Criterion) {
             );
             let refined: u32 = bits.iter().map(|word| word.count_ones()).sum();
             let (ours, baseline) = (ns(ours, count * repeats), ns(baseline, count * repeats));
-            let gb_per_s = 20.0 / baseline;
             println!(
-                "{count:8} {height:6}  {ours:13.3}  {baseline:14.3}  {:5.2}  {refined:7}  {gb_per_s:6.1}",
+                "{count:8} {height:6}  {ours:13.3}  {baseline:14.3}  {:5.2}  {refined:7}",
                 ours / baseline
             );
-            if levels == 8 {
-                criterion.bench_function(&format!("criterion_87k_groups_height_{height}"), |b| {
-                    b.iter(|| refine(&table, black_box(&instance), &settings, &[], &mut bits));
-                });
-            }
         }
     }
 }
@@ -161,18 +157,11 @@ fn walk(step: u32) -> (Vec3, View) {
     )
 }
 
-fn whole_frames(criterion: &mut Criterion) {
+fn whole_frames() {
     let plain = Plain::new();
     for settings in [LodSettings::with_error_px(1.0), settings()] {
         frames_at(&plain, &settings);
     }
-    let (settings, mut kept, mut step) = (settings(), Selector::default(), 0);
-    criterion.bench_function("walking_11664_instances", |b| {
-        b.iter(|| {
-            step += 1;
-            kept.select(&plain.scene, &walk(step % 2000).1, &settings);
-        });
-    });
 }
 
 fn frames_at(plain: &Plain, settings: &LodSettings) {
@@ -183,8 +172,11 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
     ];
     let mut bits = Vec::new();
     let no_memory = LodSettings {
-        hysteresis: 1.0,
-        edge_hysteresis: 0.0,
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            edge_hysteresis: 0.0,
+            ..settings.advanced
+        },
         ..*settings
     };
     for step in 0..100 {
@@ -254,12 +246,11 @@ fn scene_of_size(count: u32, hierarchy: &Hierarchy) -> (Scene, Vec<Vec3>) {
     (scene, places)
 }
 
-fn scene_sizes(_: &mut Criterion) {
+fn scene_sizes() {
     println!("\ninstances  from scratch us  incremental us  scan us  triangles near");
     let settings = settings();
     let hierarchy = synthetic::ball(3, 0.004);
     let spheres = SphereTable::new(&hierarchy);
-    let mut found = Vec::new();
     for instances in [1u32, 10, 100, 1_000, 10_000, 100_000] {
         let (scene, places) = scene_of_size(instances, &hierarchy);
         let [mut fresh, mut kept] = [Selector::default(), Selector::default()];
@@ -291,41 +282,5 @@ fn scene_sizes(_: &mut Criterion) {
             "{instances:9}  {scratch_us:15.2}  {walking_us:14.2}  {scan_us:7.2}  {}",
             kept.triangle_count()
         );
-        found.push(sizes::Size {
-            instances,
-            scratch_us,
-            walking_us,
-            scan_us,
-        });
     }
-    sizes::write_if_asked(&found);
 }
-
-/// What the machine reads from memory, on one thread: the best of a few sums over 256 MiB.
-fn bandwidth(_: &mut Criterion) {
-    let words = vec![1u64; 1 << 25];
-    let lanes = || {
-        let (chunks, _) = words.as_chunks::<8>();
-        chunks.iter().fold([0u64; 8], |sum, chunk| {
-            std::array::from_fn(|lane| sum[lane].wrapping_add(chunk[lane]))
-        })
-    };
-    let best = (0..9).map(|_| {
-        let start = Instant::now();
-        black_box(lanes());
-        start.elapsed()
-    });
-    let seconds = best.min().map_or(f64::NAN, |time| time.as_secs_f64());
-    let bytes = size_of_val(words.as_slice()) as f64;
-    println!(
-        "\nmemory: {:.1} GB/s read on one thread",
-        bytes / seconds / 1e9
-    );
-}
-
-criterion_group! {
-    name = benches;
-    config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = bandwidth, criterion_over_groups, whole_frames, scene_sizes
-}
-criterion_main!(benches);

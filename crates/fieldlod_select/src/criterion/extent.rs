@@ -3,7 +3,7 @@
 
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 
-use crate::lane::{Lane, V3};
+use crate::lanes::{Lane, V3};
 
 /// Rounding of a few operations, relative, as in `camera_field`'s bounds.
 pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;

@@ -7,7 +7,9 @@ use std::time::Duration;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile, PagedMesh};
-use fieldlod_select::{InstanceId, LodSettings, MeshId, Offscreen, Scene, Selector, View};
+use fieldlod_select::{
+    AdvancedSettings, InstanceId, LodSettings, MeshId, Offscreen, Scene, Selector, View,
+};
 use fieldlod_stream::{Residency, StreamMeshId, StreamPageId, StreamSettings};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
@@ -116,8 +118,11 @@ impl World {
             selector: Selector::default(),
             residency,
             settings: LodSettings {
-                // Keeps pages of rocks beside the view, in case it turns.
-                offscreen: Offscreen::OnAxis { bias: 1.0 },
+                advanced: AdvancedSettings {
+                    // Keeps pages of rocks beside the view, in case it turns.
+                    offscreen: Offscreen::OnAxis { bias: 1.0 },
+                    ..AdvancedSettings::default()
+                },
                 ..LodSettings::with_error_px(1.0)
             },
             rocks,

@@ -1,0 +1,11 @@
+//! The types that a game uses: components, resources, messages and settings. Opt-in features keep theirs in their own
+//! folders.
+
+pub(crate) mod auto_lod;
+pub(crate) mod config;
+pub(crate) mod diagnostics;
+pub(crate) mod events;
+pub(crate) mod levels;
+pub(crate) mod settings;
+pub(crate) mod stats;
+pub(crate) mod systems;

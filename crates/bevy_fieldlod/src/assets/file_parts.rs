@@ -1,0 +1,81 @@
+//! Reads parts of files in the asset folder.
+//!
+//! Bevy's file reader reads ahead up to 8 MiB after a seek, so files in the asset folder are read without it.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::PathBuf;
+
+use bevy::asset::io::{AssetSourceId, Reader};
+use bevy::asset::{AssetMode, AssetPath, AsyncSeekExt};
+use bevy::prelude::*;
+
+/// Number of bytes at the end of a file that are compared to identify it.
+const END_BYTES: i64 = 64;
+
+/// The asset folder of Bevy's default source.
+#[derive(Clone, Debug)]
+pub(crate) struct AssetFolder(PathBuf);
+
+impl AssetFolder {
+    /// The folder of an app's [`AssetPlugin`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn of(app: &App) -> Option<Self> {
+        let plugins = app.get_added_plugins::<AssetPlugin>();
+        let plugin = plugins.first()?;
+        let folder = match plugin.mode {
+            AssetMode::Unprocessed => &plugin.file_path,
+            AssetMode::Processed => &plugin.processed_file_path,
+        };
+        let base = bevy::asset::io::file::FileAssetReader::get_base_path();
+        Some(Self(base.join(folder)))
+    }
+
+    /// There is no folder on the web.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn of(_app: &App) -> Option<Self> {
+        None
+    }
+
+    /// The file in the folder that `reader` reads from; `None` if a custom source reads from elsewhere. Rewinds the
+    /// reader.
+    pub(crate) async fn find(
+        &self,
+        asset: &AssetPath<'static>,
+        reader: &mut dyn Reader,
+    ) -> Option<PathBuf> {
+        if *asset.source() != AssetSourceId::Default {
+            return None;
+        }
+        let file = self.0.join(asset.path());
+        let reader = reader.seekable().ok()?;
+        // There is nothing to read ahead at the end.
+        let start = reader.seek(SeekFrom::End(-END_BYTES)).await.ok();
+        let mut end = Vec::new();
+        let is_read = reader.read_to_end(&mut end).await.is_ok();
+        reader.seek(SeekFrom::Start(0)).await.ok()?;
+        let range = start.filter(|_| is_read)?..u64::MAX;
+        let same = read_part(file.clone(), range).await.ok()? == end;
+        same.then_some(file)
+    }
+}
+
+/// The bytes of a file in a range, or fewer if it ends before.
+pub(crate) async fn read_part(path: PathBuf, range: Range<u64>) -> io::Result<Vec<u8>> {
+    let read = move || {
+        let mut file = File::open(path)?;
+        let end = range.end.min(file.metadata()?.len());
+        let length = end.saturating_sub(range.start);
+        let mut bytes = Vec::with_capacity(length as usize);
+        file.seek(SeekFrom::Start(range.start))?;
+        file.take(length).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    // A slow disk must not block Bevy's threads.
+    #[cfg(not(target_arch = "wasm32"))]
+    let bytes = blocking::unblock(read).await;
+    #[cfg(target_arch = "wasm32")]
+    let bytes = read();
+    bytes
+}

@@ -1,0 +1,268 @@
+//! Draws primitives of `.fieldlod` and `.fieldpages` files without their glTF file.
+
+use std::sync::Arc;
+
+use bevy::asset::AssetId;
+use bevy::ecs::system::SystemParam;
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
+
+use crate::api::auto_lod::AutoLod;
+use crate::api::events::{LodError, LodFailed, asset_name};
+use crate::api::systems::FieldLodSystems;
+use crate::assets::baked_lods::BakedLods;
+use crate::prepare::track::AutoLodLookup;
+use crate::scene::unit_mesh::source_mesh;
+
+/// Draws a primitive of a `.fieldlod` or `.fieldpages` file, without the glTF file that it was baked from. Add a
+/// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
+///
+/// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of an
+/// existing [`AutoLod`]. Entities of the same primitive share both. They are removed together with this component.
+/// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
+/// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
+///   in the background as views need them, and evicted to keep the budgets of
+///   [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). Missing pages fall back to coarser geometry. The mesh is
+///   always drawn as units.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands, assets: Res<AssetServer>, mut materials: ResMut<Assets<StandardMaterial>>) {
+///     let statue = LodMesh3d::new(assets.load("statue.fieldlod"), 0, 0);
+///     commands.spawn((statue, MeshMaterial3d(materials.add(StandardMaterial::default()))));
+/// }
+/// # bevy::ecs::system::assert_is_system(setup);
+/// ```
+#[derive(Component, Clone, Debug, PartialEq, Reflect)]
+#[reflect(Component, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct LodMesh3d {
+    /// The file.
+    pub file: Handle<BakedLods>,
+    /// Index of the mesh in the glTF file that was baked.
+    pub mesh_index: u32,
+    /// Index of the primitive in that mesh.
+    pub primitive_index: u32,
+}
+
+impl LodMesh3d {
+    /// A primitive, by its indices in the glTF file that was baked.
+    #[must_use]
+    pub fn new(file: Handle<BakedLods>, mesh_index: u32, primitive_index: u32) -> Self {
+        Self {
+            file,
+            mesh_index,
+            primitive_index,
+        }
+    }
+
+    pub(crate) fn key(&self) -> PrimitiveKey {
+        (self.file.id(), self.mesh_index, self.primitive_index)
+    }
+}
+
+/// File, mesh and primitive.
+pub(crate) type PrimitiveKey = (AssetId<BakedLods>, u32, u32);
+
+/// The meshes of primitives that are drawn without a glTF file, as long as their file exists.
+#[derive(Resource, Default)]
+pub(crate) struct StandaloneMeshes(
+    pub(crate) HashMap<PrimitiveKey, Result<StandaloneMesh, LodError>>,
+);
+
+#[derive(Clone)]
+pub(crate) struct StandaloneMesh {
+    pub(crate) source: Handle<Mesh>,
+    /// The levels; `None` if the source has a provider.
+    pub(crate) lods: Option<Handle<BakedLods>>,
+}
+
+/// An entity whose file is being loaded.
+#[derive(Component)]
+pub(crate) struct AwaitsFile;
+
+/// The steps of drawing primitives without a glTF file, before [`FieldLodSystems::Track`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum StandaloneSteps {
+    /// Finds entities whose file is being loaded.
+    Await,
+    /// Opt-in features add meshes to [`StandaloneMeshes`] here.
+    Make,
+    /// Inserts the meshes.
+    Give,
+}
+
+/// Inserts meshes as files are loaded.
+pub(crate) fn plugin(app: &mut App) {
+    use StandaloneSteps::{Await, Give, Make};
+    app.init_resource::<StandaloneMeshes>()
+        .add_observer(remove_mesh)
+        .configure_sets(
+            PostUpdate,
+            (
+                Await,
+                (Make, Give)
+                    .chain()
+                    .run_if(any_with_component::<AwaitsFile>),
+            )
+                .chain()
+                .before(FieldLodSystems::Track),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                (
+                    forget_changed_files.run_if(on_message::<AssetEvent<BakedLods>>),
+                    await_files,
+                )
+                    .chain()
+                    .in_set(Await),
+                give_meshes.in_set(Give),
+            ),
+        );
+}
+
+/// Drops the meshes of files that were reloaded or removed.
+fn forget_changed_files(
+    mut events: MessageReader<AssetEvent<BakedLods>>,
+    mut known: ResMut<StandaloneMeshes>,
+    entities: Query<(Entity, &LodMesh3d)>,
+    mut commands: Commands,
+) {
+    for event in events.read() {
+        let (AssetEvent::Modified { id } | AssetEvent::Removed { id }) = event else {
+            continue;
+        };
+        let count = known.0.len();
+        known.0.retain(|(file, ..), _| file != id);
+        if known.0.len() == count {
+            continue;
+        }
+        for (entity, _) in entities.iter().filter(|(_, mesh)| mesh.file.id() == *id) {
+            commands.entity(entity).try_insert(AwaitsFile);
+        }
+    }
+}
+
+fn await_files(mut commands: Commands, changed: Query<Entity, Changed<LodMesh3d>>) {
+    for entity in &changed {
+        commands.entity(entity).try_insert(AwaitsFile);
+    }
+}
+
+/// Makes the meshes of primitives.
+#[derive(SystemParam)]
+struct MeshMaker<'w> {
+    known: ResMut<'w, StandaloneMeshes>,
+    files: ResMut<'w, Assets<BakedLods>>,
+    meshes: ResMut<'w, Assets<Mesh>>,
+    assets: Res<'w, AssetServer>,
+}
+
+impl MeshMaker<'_> {
+    /// The mesh of a primitive; `None` while its file is being loaded.
+    fn find_or_make(&mut self, wanted: &LodMesh3d) -> Option<Result<StandaloneMesh, LodError>> {
+        if let Some(made) = self.known.0.get(&wanted.key()) {
+            return Some(made.clone());
+        }
+        let file = asset_name(&self.assets, wanted.file.id());
+        let Some(loaded) = self.files.get(&wanted.file) else {
+            let has_failed = self.assets.load_state(&wanted.file).is_failed();
+            return has_failed.then_some(Err(LodError::FileNotLoaded { file }));
+        };
+        let primitive = if loaded.pages.is_some() {
+            Err(LodError::InPages { file })
+        } else {
+            find(&loaded.file, wanted, &file)
+        };
+        let made = primitive.cloned().map(|primitive| self.make(primitive));
+        self.known.insert(wanted, made.clone());
+        Some(made)
+    }
+
+    fn make(&mut self, mut primitive: BakedPrimitive) -> StandaloneMesh {
+        let hierarchy = &mut primitive.hierarchy;
+        let indices = source_indices(hierarchy);
+        let source = source_mesh(hierarchy, indices.clone());
+        // The order of triangles differs from that of the baked mesh.
+        hierarchy.source = hierarchy.source_vertices().source_hash(&indices);
+        let primitives = vec![primitive];
+        let file = Arc::new(BakedFile { primitives });
+        StandaloneMesh {
+            source: self.meshes.add(source),
+            lods: Some(self.files.add(BakedLods::new(file))),
+        }
+    }
+}
+
+impl StandaloneMeshes {
+    /// Stores the mesh of a primitive, or logs why it cannot be drawn.
+    pub(crate) fn insert(&mut self, wanted: &LodMesh3d, made: Result<StandaloneMesh, LodError>) {
+        if let Err(error) = &made {
+            error!("could not draw a LodMesh3d: {error}");
+        }
+        self.0.insert(wanted.key(), made);
+    }
+}
+
+/// Inserts the meshes of loaded files.
+fn give_meshes(
+    mut commands: Commands,
+    waiting: Query<(Entity, &LodMesh3d, Option<&AutoLod>), With<AwaitsFile>>,
+    auto_lods: AutoLodLookup,
+    mut maker: MeshMaker,
+) {
+    for (entity, wanted, auto_lod) in &waiting {
+        let Some(made) = maker.find_or_make(wanted) else {
+            continue;
+        };
+        let mut commands = commands.entity(entity);
+        commands.try_remove::<AwaitsFile>();
+        match made {
+            Ok(StandaloneMesh { source, lods }) => {
+                commands.try_insert(Mesh3d(source));
+                // With a provider, any `AutoLod` will do, such as that of a scene.
+                if lods.is_some() || auto_lods.find(entity).is_none() {
+                    commands.try_insert(AutoLod {
+                        baked: lods,
+                        ..auto_lod.cloned().unwrap_or_default()
+                    });
+                }
+            }
+            Err(error) => {
+                commands.trigger(|entity| LodFailed { entity, error });
+            }
+        }
+    }
+}
+
+fn find<'a>(
+    file: &'a BakedFile,
+    wanted: &LodMesh3d,
+    name: &str,
+) -> Result<&'a BakedPrimitive, LodError> {
+    let (mesh, primitive) = (wanted.mesh_index, wanted.primitive_index);
+    let found = file.find(mesh, primitive).ok_or(LodError::NoPrimitive {
+        file: name.into(),
+        mesh,
+        primitive,
+    })?;
+    if found.hierarchy.lacks_source_vertices() {
+        return Err(LodError::VerticesLeftOut { file: name.into() });
+    }
+    Ok(found)
+}
+
+fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
+    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
+    triangles.flatten().collect()
+}
+
+/// Removes the mesh together with the [`LodMesh3d`].
+fn remove_mesh(removal: On<Remove, LodMesh3d>, mut commands: Commands) {
+    let mut commands = commands.entity(removal.entity);
+    commands.try_remove::<(AwaitsFile, Mesh3d, AutoLod)>();
+}

@@ -1,0 +1,177 @@
+//! Draws entities with another mesh than their [`Mesh3d`]. Only the render world knows: no component changes.
+//!
+//! After Bevy has extracted mesh entities, and before it looks up where their meshes lie in the buffers of the GPU, the
+//! id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
+//! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
+//! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bevy::asset::AssetId;
+use bevy::pbr::{
+    MeshExtractionSystems, MeshesToReextractNextFrame, RenderMeshInstanceGpuQueue,
+    RenderMeshInstanceGpuQueues, RenderMeshInstanceSharedFlat, RenderMeshInstanceSharedFlatBlob,
+    RenderMeshInstances,
+};
+use bevy::prelude::*;
+use bevy::render::camera::{
+    DirtySpecializationSystems, DirtySpecializations, DirtyWireframeSpecializations,
+};
+use bevy::render::mesh::RenderMesh;
+use bevy::render::render_asset::RenderAssets;
+use bevy::render::render_resource::AtomicPod;
+use bevy::render::sync_world::{MainEntity, MainEntityHashMap};
+use bevy::render::{Extract, ExtractSchedule, RenderApp};
+
+/// The queue of changes for the render world.
+///
+/// `None` without a renderer.
+#[derive(Resource, Default)]
+pub(crate) struct DrawnMeshes(Option<Mutex<Vec<(Entity, Change)>>>);
+
+/// A change of one entity in the render world.
+#[derive(Clone, Copy, Debug)]
+enum Change {
+    /// Draws it with this mesh; with `None`, with its [`Mesh3d`].
+    Draw(Option<AssetId<Mesh>>),
+    /// Extracts it again.
+    ExtractAgain,
+}
+
+impl DrawnMeshes {
+    /// Draws an entity with `mesh` from this frame on; with `None`, with its [`Mesh3d`], which is also drawn while the
+    /// GPU does not have `mesh`.
+    pub(crate) fn set(&self, entity: Entity, mesh: Option<AssetId<Mesh>>) {
+        self.push(entity, Change::Draw(mesh));
+    }
+
+    /// Extracts an entity again in this frame, after a change that Bevy does not detect.
+    pub(crate) fn extract_again(&self, entity: Entity) {
+        self.push(entity, Change::ExtractAgain);
+    }
+
+    fn push(&self, entity: Entity, change: Change) {
+        if let Some(mut changes) = self.lock() {
+            changes.push((entity, change));
+        }
+    }
+
+    fn lock(&self) -> Option<MutexGuard<'_, Vec<(Entity, Change)>>> {
+        let changes = self.0.as_ref()?;
+        Some(changes.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// The mesh of each entity that is drawn with another mesh than its [`Mesh3d`].
+#[derive(Resource, Default)]
+struct OtherMeshes(MainEntityHashMap<AssetId<Mesh>>);
+
+/// Draws other meshes, if there is a renderer.
+pub(crate) fn plugin(app: &mut App) {
+    let mut drawn = DrawnMeshes::default();
+    if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+        drawn.0 = Some(Mutex::default());
+        render_app.init_resource::<OtherMeshes>().add_systems(
+            ExtractSchedule,
+            (
+                extract_changes
+                    .before(MeshExtractionSystems)
+                    .in_set(DirtySpecializationSystems::CheckForChanges),
+                draw_other_meshes.after(MeshExtractionSystems),
+            ),
+        );
+    }
+    app.insert_resource(drawn);
+}
+
+/// Applies the queue, and adds its entities to Bevy's lists of changed entities.
+fn extract_changes(
+    changes: Extract<Res<DrawnMeshes>>,
+    entities: Extract<Query<(), With<Mesh3d>>>,
+    mut others: ResMut<OtherMeshes>,
+    mut to_extract: Option<ResMut<MeshesToReextractNextFrame>>,
+    mut to_bin: ResMut<DirtySpecializations>,
+    mut wireframes_to_bin: ResMut<DirtyWireframeSpecializations>,
+) {
+    for (entity, change) in changes
+        .lock()
+        .iter_mut()
+        .flat_map(|changes| changes.drain(..))
+    {
+        let is_there = entities.contains(entity);
+        let entity = MainEntity::from(entity);
+        match change {
+            Change::Draw(Some(mesh)) if is_there => {
+                others.0.insert(entity, mesh);
+            }
+            Change::ExtractAgain if is_there => {}
+            _ => {
+                others.0.remove(&entity);
+            }
+        }
+        // Bevy would never remove the instance of a despawned entity that is in the first list.
+        if is_there {
+            // Despite its name, Bevy reads the list in this frame. It is missing where the CPU builds instances, since
+            // all entities are extracted in each frame there.
+            if let Some(to_extract) = &mut to_extract {
+                to_extract.insert(entity);
+            }
+            to_bin.changed_renderables.insert(entity);
+            wireframes_to_bin.changed_renderables.insert(entity);
+        }
+    }
+}
+
+/// Replaces the mesh ids of the instances that were extracted in this frame.
+fn draw_other_meshes(
+    others: Res<OtherMeshes>,
+    meshes: Res<RenderAssets<RenderMesh>>,
+    instances: Res<RenderMeshInstances>,
+    queues: Option<ResMut<RenderMeshInstanceGpuQueues>>,
+) {
+    if others.0.is_empty() {
+        return;
+    }
+    let is_on_gpu = |mesh: &AssetId<Mesh>| meshes.get(*mesh).is_some();
+    if let RenderMeshInstances::CpuBuilding(instances) = &*instances {
+        for (entity, mesh) in &others.0 {
+            if is_on_gpu(mesh)
+                && let Some(instance) = instances.get(entity)
+            {
+                instance.set_mesh_asset_id(*mesh);
+            }
+        }
+    }
+    let draw_other = |entity: &MainEntity, shared: &mut RenderMeshInstanceSharedFlat| {
+        if let Some(mesh) = others.0.get(entity).filter(|mesh| is_on_gpu(mesh)) {
+            // Only the blob has a setter.
+            let blob = RenderMeshInstanceSharedFlatBlob::from(&*shared);
+            blob.set_mesh_asset_id(*mesh);
+            *shared = RenderMeshInstanceSharedFlat::read_from_blob(&blob);
+        }
+    };
+    let Some(mut queues) = queues else {
+        return;
+    };
+    for queue in queues.iter_mut() {
+        match queue {
+            RenderMeshInstanceGpuQueue::None => {}
+            RenderMeshInstanceGpuQueue::CpuCulling { changed, .. } => {
+                for (entity, builder) in changed {
+                    draw_other(entity, &mut builder.shared);
+                }
+            }
+            RenderMeshInstanceGpuQueue::GpuCulling {
+                changed_cpu_culling,
+                changed_gpu_culling,
+                ..
+            } => {
+                for (entity, builder, _) in
+                    changed_cpu_culling.iter_mut().chain(changed_gpu_culling)
+                {
+                    draw_other(entity, &mut builder.shared);
+                }
+            }
+        }
+    }
+}

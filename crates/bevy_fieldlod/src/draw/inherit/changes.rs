@@ -1,0 +1,77 @@
+//! Finds objects with a changed component that their units inherit, and renews the units.
+
+use bevy::ecs::change_detection::Tick;
+use bevy::ecs::component::ComponentId;
+use bevy::ecs::lifecycle::RemovedComponents;
+use bevy::ecs::resource::IsResource;
+use bevy::ecs::system::SystemChangeTick;
+use bevy::prelude::*;
+
+use super::components::InheritedComponents;
+use crate::scene::lod_mesh::LodObject;
+use crate::scene::lod_scene::LodScene;
+
+/// Objects that may have units, which are their children.
+type HasUnits = (With<LodObject>, With<Children>);
+
+/// Objects without a [`StandardMaterial`].
+type OtherMaterials = (
+    HasUnits,
+    Without<MeshMaterial3d<StandardMaterial>>,
+    Without<IsResource>,
+);
+
+/// Renews the units of objects on which `C` was changed or removed.
+pub(super) fn renew_units_of_changed<C: Component>(
+    changed: Query<Entity, (HasUnits, Changed<C>)>,
+    mut removed: RemovedComponents<C>,
+    commands: Commands,
+) {
+    renew(changed.iter().chain(removed.read()).collect(), commands);
+}
+
+/// Renews the units of objects with a changed material of a game's own type.
+///
+/// The types are not known at compile time, so each object without a standard material is checked by component id.
+pub(super) fn renew_units_of_other_materials(
+    inherited: Res<InheritedComponents>,
+    others: Query<EntityRef, OtherMaterials>,
+    ticks: SystemChangeTick,
+    commands: Commands,
+) {
+    let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
+    let has_changed = |entity: &EntityRef| {
+        inherited.materials().iter().any(|&id: &ComponentId| {
+            let ticks = entity.get_change_ticks_by_id(id);
+            ticks.is_some_and(|ticks| is_new(ticks.changed))
+        })
+    };
+    let changed = others.iter().filter(has_changed);
+    renew(changed.map(|entity| entity.id()).collect(), commands);
+}
+
+/// Renews the units of objects in a command, because copying components needs the whole world.
+fn renew(objects: Vec<Entity>, mut commands: Commands) {
+    if !objects.is_empty() {
+        commands.queue(move |world: &mut World| renew_units_of(world, &objects));
+    }
+}
+
+fn renew_units_of(world: &mut World, objects: &[Entity]) {
+    world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
+        inherited.update(world);
+        for &object in objects {
+            for unit in units_of(world.resource::<LodScene>(), object) {
+                inherited.renew(world, object, unit);
+            }
+        }
+    });
+}
+
+/// The entities that draw the units of an object.
+fn units_of(scene: &LodScene, object: Entity) -> Vec<Entity> {
+    let units = scene.instance_of(object).map(|instance| &instance.units);
+    let units = units.into_iter().flatten();
+    let spawned = units.filter_map(|&(_, record)| scene.records.entity(record));
+    spawned.collect()
+}

@@ -1,0 +1,88 @@
+//! Units inherit components of their object: its material, of any type, and the other components that affect how it
+//! is drawn.
+
+mod changes;
+mod components;
+
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
+use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
+use bevy::mesh::MeshTag;
+use bevy::pbr::Lightmap;
+use bevy::pbr::wireframe::{
+    NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
+};
+use bevy::prelude::*;
+use bevy::render::batching::NoAutomaticBatching;
+
+use crate::api::systems::FieldLodSystems;
+use crate::scene::lod_scene::LodScene;
+use changes::{renew_units_of_changed, renew_units_of_other_materials};
+pub(crate) use components::InheritedComponents;
+
+/// Copies changed components of objects to their units.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct RenewUnits;
+
+/// Copies changed components of objects to their units.
+pub(crate) fn plugin(app: &mut App) {
+    let has_units = |scene: Res<LodScene>| scene.has_units();
+    app.init_resource::<InheritedComponents>()
+        .register_type::<MeshMaterial3d<StandardMaterial>>()
+        .configure_sets(
+            PostUpdate,
+            RenewUnits
+                .run_if(has_units)
+                .in_set(FieldLodSystems::Inherit),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                renew_units_of_changed::<MeshMaterial3d<StandardMaterial>>,
+                renew_units_of_other_materials,
+            )
+                .in_set(RenewUnits),
+        )
+        .inherit_in_lod_units::<RenderLayers>()
+        .inherit_in_lod_units::<NotShadowCaster>()
+        .inherit_in_lod_units::<NotShadowReceiver>()
+        .inherit_in_lod_units::<TransmittedShadowReceiver>()
+        .inherit_in_lod_units::<NoFrustumCulling>()
+        .inherit_in_lod_units::<Lightmap>()
+        .inherit_in_lod_units::<MeshTag>()
+        .inherit_in_lod_units::<VisibilityRange>()
+        .inherit_in_lod_units::<NoAutomaticBatching>()
+        .inherit_in_lod_units::<Wireframe>()
+        .inherit_in_lod_units::<NoWireframe>()
+        .inherit_in_lod_units::<WireframeColor>()
+        .inherit_in_lod_units::<WireframeLineWidth>()
+        .inherit_in_lod_units::<WireframeTopology>();
+}
+
+/// Adds to the components that units inherit from their object.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// /// A renderer extension reads it on every entity that it draws.
+/// #[derive(Component, Clone)]
+/// struct Outlined;
+///
+/// let mut app = App::new();
+/// app.inherit_in_lod_units::<Outlined>();
+/// ```
+pub trait FieldLodAppExt {
+    /// Units inherit `C` and follow its changes: for components that a renderer extension reads on every entity
+    /// that it draws. Units always inherit materials, render layers, visibility ranges, lightmaps, mesh tags,
+    /// wireframes, and the components that control shadows.
+    fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self;
+}
+
+impl FieldLodAppExt for App {
+    fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self {
+        let world = self.world_mut();
+        let component = world.register_component::<C>();
+        world.init_resource::<InheritedComponents>();
+        world.resource_mut::<InheritedComponents>().add(component);
+        self.add_systems(PostUpdate, renew_units_of_changed::<C>.in_set(RenewUnits))
+    }
+}

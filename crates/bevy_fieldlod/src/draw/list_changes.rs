@@ -1,0 +1,151 @@
+//! Sends changes of what views draw to the render world, where the GPU culls.
+
+use std::sync::{Mutex, PoisonError};
+
+use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
+use bevy::light::NotShadowCaster;
+use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy::render::sync_world::MainEntity;
+
+use crate::api::systems::FieldLodSystems;
+use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
+use crate::draw::drawn_meshes::DrawnMeshes;
+use crate::scene::lod_scene::LodScene;
+use crate::scene::view_cut::{ViewCut, ViewState};
+
+/// A change of what views draw.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ListChange {
+    /// Only views that mark this entity draw it. Views that mark an entity without `Add` do not draw it.
+    Add(MainEntity),
+    /// An entity was despawned or lost its levels.
+    Remove(MainEntity),
+    /// A view starts or stops marking an entity.
+    Mark {
+        view: MainEntity,
+        entity: MainEntity,
+        is_marked: bool,
+    },
+    /// The layers of an entity, or whether it casts shadows, changed.
+    Touch(MainEntity),
+    /// A view was removed.
+    RemoveView(MainEntity),
+    /// The view whose cut is drawn into the shadow maps of point and spot lights.
+    ShareShadows(Option<MainEntity>),
+}
+
+/// The queue of changes for the render world.
+#[derive(Resource, Default)]
+pub(crate) struct ListChanges(Mutex<Vec<ListChange>>);
+
+impl ListChanges {
+    fn extend(&self, changes: impl IntoIterator<Item = ListChange>) {
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.extend(changes);
+    }
+
+    pub(crate) fn take(&self) -> Vec<ListChange> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Records changes in each frame, if there is a renderer.
+pub(crate) fn plugin(app: &mut App) {
+    if app.get_sub_app(RenderApp).is_none() {
+        return;
+    }
+    app.init_resource::<ListChanges>()
+        .add_observer(note_removed_view)
+        .add_systems(
+            PostUpdate,
+            (
+                note_changes,
+                note_shadow_view,
+                note_changed::<RenderLayers>,
+                note_changed::<NotShadowCaster>,
+            )
+                .in_set(FieldLodSystems::Filter),
+        );
+}
+
+/// Records which units and sources were added, removed, or are drawn by other views.
+fn note_changes(
+    mut scene: ResMut<LodScene>,
+    mut views: Query<(Entity, &mut ViewCut)>,
+    changes: Res<ListChanges>,
+) {
+    let (placed, dropped) = scene.records.take_moves();
+    let mut all: Vec<ListChange> = dropped
+        .into_iter()
+        .map(|entity| ListChange::Remove(entity.into()))
+        .collect();
+    let placed: Vec<(u32, Entity)> = placed
+        .into_iter()
+        .filter_map(|record| Some((record, scene.records.entity(record)?)))
+        .collect();
+    all.extend(
+        placed
+            .iter()
+            .map(|&(_, entity)| ListChange::Add(entity.into())),
+    );
+    for (view, mut cut) in &mut views {
+        let mark = |entity: Entity, is_marked: bool| ListChange::Mark {
+            view: view.into(),
+            entity: entity.into(),
+            is_marked,
+        };
+        // New entities, and changes of the cut.
+        let changed = cut.visibility.take_changed();
+        let changed = changed
+            .into_iter()
+            .filter_map(|record| Some((record, scene.records.entity(record)?)));
+        // Views without a cut draw sources.
+        let draws_sources = cut.state == ViewState::FullDetail;
+        let sources = (std::mem::replace(&mut cut.lists_sources, draws_sources) != draws_sources)
+            .then(|| scene.sources());
+        for (record, entity) in changed.chain(placed.iter().copied()) {
+            let is_source = draws_sources && scene.records.is_source(record);
+            all.push(mark(entity, is_source || cut.visibility.contains(record)));
+        }
+        let sources = sources.into_iter().flatten();
+        all.extend(sources.map(|entity| mark(entity, draws_sources)));
+    }
+    if !all.is_empty() {
+        changes.extend(all);
+    }
+}
+
+/// Records whose cut is drawn into the shadow maps that all cameras share.
+fn note_shadow_view(
+    cameras: ShadowCasters,
+    mut shadow_view: Local<Option<Entity>>,
+    changes: Res<ListChanges>,
+) {
+    let shared = shared_shadow_cut(&cameras).map(|(entity, _)| entity);
+    if *shadow_view != shared {
+        *shadow_view = shared;
+        changes.extend([ListChange::ShareShadows(shared.map(MainEntity::from))]);
+    }
+}
+
+/// Records entities with a changed or removed `C`. Bevy does not extract an entity again when its layers change or
+/// when it starts or stops casting shadows.
+fn note_changed<C: Component>(
+    changed: Query<Entity, (With<NoCpuCulling>, Changed<C>)>,
+    mut removed: RemovedComponents<C>,
+    culled_by_gpu: Query<(), With<NoCpuCulling>>,
+    drawn: Res<DrawnMeshes>,
+    changes: Res<ListChanges>,
+) {
+    for entity in changed.iter().chain(removed.read()) {
+        if culled_by_gpu.contains(entity) {
+            drawn.extract_again(entity);
+            changes.extend([ListChange::Touch(entity.into())]);
+        }
+    }
+}
+
+fn note_removed_view(removal: On<Remove, ViewCut>, changes: Res<ListChanges>) {
+    changes.extend([ListChange::RemoveView(removal.entity.into())]);
+}

@@ -1,0 +1,149 @@
+//! Spawns the entity of a unit when a view first draws it, and despawns it when no view has drawn it for a while.
+
+use bevy::camera::primitives::Aabb;
+use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
+use bevy::pbr::PreviousGlobalTransform;
+use bevy::prelude::*;
+
+use crate::api::systems::FieldLodSystems;
+use crate::draw::inherit::InheritedComponents;
+use crate::scene::lod_scene::LodScene;
+
+/// An entity that draws one unit of a large mesh. It is a child of the mesh entity.
+#[derive(Component, Clone, Copy, Debug, Reflect)]
+#[reflect(Component, Clone)]
+#[require(NoAutoAabb)]
+pub struct LodUnit {
+    /// The level of detail; 0 is the finest.
+    pub level: u32,
+    /// The mesh entity.
+    pub object: Entity,
+}
+
+/// Spawns and despawns units as the cuts of views change.
+pub(crate) fn plugin(app: &mut App) {
+    let any_to_spawn = |scene: Res<LodScene>| !scene.units_to_spawn.is_empty();
+    let any_idle = |scene: Res<LodScene>| !scene.idle_units.is_empty();
+    let systems = (
+        spawn_units.run_if(any_to_spawn),
+        despawn_idle_units.run_if(any_idle),
+    );
+    app.add_observer(respawn_lost_unit).add_systems(
+        PostUpdate,
+        (
+            despawn_copied_units.in_set(FieldLodSystems::Track),
+            systems.chain().in_set(FieldLodSystems::Spawn),
+        ),
+    );
+}
+
+/// A unit to spawn.
+struct UnitSpawn {
+    record: u32,
+    mesh: Handle<Mesh>,
+    aabb: Aabb,
+    unit: LodUnit,
+}
+
+/// Spawns the units that views draw and that have no entity yet.
+pub(crate) fn spawn_units(world: &mut World) {
+    let spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
+    world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
+        inherited.update(world);
+        for spawn in spawns {
+            let (record, object) = (spawn.record, spawn.unit.object);
+            // A record may be listed twice: for a despawned unit, and for the unit that reuses the record.
+            if world
+                .resource::<LodScene>()
+                .records
+                .entity(record)
+                .is_some()
+            {
+                continue;
+            }
+            let Some(unit) = spawn_unit(world, spawn) else {
+                continue;
+            };
+            inherited.copy(world, object, unit);
+            let mut scene = world.resource_mut::<LodScene>();
+            scene.records.set_entity(record, unit);
+        }
+    });
+}
+
+fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
+    let records = std::mem::take(&mut scene.units_to_spawn).into_iter();
+    let unit_spawn = |record: u32| {
+        let (instance, unit) = scene.records.unit(record)?;
+        let instance = scene.instance(instance)?;
+        let piece = &instance.mesh.pieces[unit as usize];
+        Some(UnitSpawn {
+            record,
+            mesh: instance.mesh.mesh_of_unit(unit)?,
+            aabb: piece.aabb(),
+            unit: LodUnit {
+                level: piece.level,
+                object: instance.entity,
+            },
+        })
+    };
+    records.filter_map(unit_spawn).collect()
+}
+
+/// Spawns a unit with the global transform of its object, because Bevy has already propagated transforms.
+fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
+    let object = world.get_entity(spawn.unit.object).ok()?;
+    let transform = object.get::<GlobalTransform>().copied();
+    let visibility = object.get::<InheritedVisibility>().copied();
+    let last_transform = object.get::<PreviousGlobalTransform>().cloned();
+    let is_culled_on_gpu = object.contains::<NoCpuCulling>();
+    let unit = world.spawn((
+        spawn.unit,
+        Mesh3d(spawn.mesh),
+        spawn.aabb,
+        transform.unwrap_or_default(),
+        visibility.unwrap_or_default(),
+        ChildOf(spawn.unit.object),
+    ));
+    let unit = unit.id();
+    if is_culled_on_gpu {
+        world.entity_mut(unit).insert(NoCpuCulling);
+    }
+    // Motion vectors of the first frame need it.
+    if let Some(last_transform) = last_transform {
+        world.entity_mut(unit).insert(last_transform);
+    }
+    Some(unit)
+}
+
+/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second, so that
+/// a camera that turns back finds its units.
+const IDLE_FRAMES: u32 = 60;
+/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together.
+const MOST_DESPAWNED: usize = 256;
+
+/// Despawns units that no view has drawn for [`IDLE_FRAMES`].
+fn despawn_idle_units(mut scene: ResMut<LodScene>, mut commands: Commands) {
+    for unit in scene.take_idle_units(IDLE_FRAMES, MOST_DESPAWNED) {
+        commands.entity(unit).try_despawn();
+    }
+}
+
+/// Despawns copies of units that were cloned or loaded with their object: the copy of the object gets its own
+/// units.
+fn despawn_copied_units(
+    mut commands: Commands,
+    added: Query<Entity, Added<LodUnit>>,
+    scene: Res<LodScene>,
+) {
+    let is_copied = |unit: &Entity| scene.records.find(*unit).is_none();
+    for unit in added.iter().filter(is_copied) {
+        commands.entity(unit).try_despawn();
+    }
+}
+
+/// Spawns a unit again that other code despawned.
+fn respawn_lost_unit(removal: On<Remove, LodUnit>, mut scene: ResMut<LodScene>) {
+    let record = scene.records.detach_entity(removal.entity);
+    scene.units_to_spawn.extend(record);
+}

@@ -1,0 +1,105 @@
+//! The memory that streamed meshes take, as a resource and as diagnostics.
+
+use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
+use bevy::prelude::*;
+use fieldlod_stream::Residency;
+
+/// Bytes of streamed meshes on the GPU ([`FieldLodMemory`]).
+pub const RESIDENT_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/resident_bytes");
+/// Bytes on the GPU of all streamed pages that views need.
+pub const WANTED_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/wanted_bytes");
+/// Bytes of main memory of pages that are being loaded.
+pub const LOADING_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/loading_bytes");
+/// Pages that views need and that are not loaded.
+pub const MISSING_PAGES: DiagnosticPath = DiagnosticPath::const_new("field_lod/missing_pages");
+
+/// Measures at the end of each frame.
+pub(super) fn plugin(app: &mut App) {
+    app.init_resource::<FieldLodMemory>()
+        .register_diagnostic(Diagnostic::new(RESIDENT_BYTES))
+        .register_diagnostic(Diagnostic::new(WANTED_BYTES))
+        .register_diagnostic(Diagnostic::new(LOADING_BYTES))
+        .register_diagnostic(Diagnostic::new(MISSING_PAGES))
+        .add_systems(Last, measure.run_if(resource_changed::<FieldLodMemory>));
+}
+
+fn measure(mut diagnostics: Diagnostics, memory: Res<FieldLodMemory>) {
+    diagnostics.add_measurement(&RESIDENT_BYTES, || memory.resident_bytes as f64);
+    diagnostics.add_measurement(&WANTED_BYTES, || memory.wanted_bytes as f64);
+    diagnostics.add_measurement(&LOADING_BYTES, || memory.loading_bytes as f64);
+    diagnostics.add_measurement(&MISSING_PAGES, || f64::from(memory.missing_pages));
+}
+
+/// The memory that meshes of `.fieldpages` files take, under the budgets of
+/// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::FieldLodMemory;
+/// fn show(memory: Res<FieldLodMemory>) {
+///     if memory.is_changed() && memory.missing_pages > 0 {
+///         println!("{} pages are missing", memory.missing_pages);
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(show);
+/// ```
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Clone, Default, PartialEq)]
+pub struct FieldLodMemory {
+    /// Bytes of meshes on the GPU.
+    pub resident_bytes: u64,
+    /// Bytes on the GPU that are reserved for pages that are being loaded.
+    pub coming_bytes: u64,
+    /// Bytes of main memory of pages that are being loaded.
+    pub loading_bytes: u64,
+    /// Bytes on the GPU of all pages that views needed in the last frame.
+    pub wanted_bytes: u64,
+    /// Pages that views needed in the last frame and that are not loaded. Coarser geometry is drawn instead.
+    pub missing_pages: u32,
+    /// Total number of loaded pages.
+    pub loaded_pages: u64,
+    /// Total bytes of loaded pages in their files. Readers may read more bytes around them.
+    pub loaded_file_bytes: u64,
+    /// Total number of evicted pages.
+    pub evicted_pages: u64,
+    /// Total number of failed reads.
+    pub failures: u64,
+    /// Factor of the error thresholds of views, so that the pages they need fit: 1 if all pages fit.
+    pub coarsening: f32,
+}
+
+impl Default for FieldLodMemory {
+    /// Nothing is loaded; the coarsening is 1.
+    fn default() -> Self {
+        Self {
+            resident_bytes: 0,
+            coming_bytes: 0,
+            loading_bytes: 0,
+            wanted_bytes: 0,
+            missing_pages: 0,
+            loaded_pages: 0,
+            loaded_file_bytes: 0,
+            evicted_pages: 0,
+            failures: 0,
+            coarsening: 1.0,
+        }
+    }
+}
+
+impl FieldLodMemory {
+    pub(super) fn of(residency: &Residency) -> Self {
+        let statistics = residency.statistics();
+        Self {
+            resident_bytes: statistics.resident_bytes,
+            coming_bytes: statistics.loading_gpu_bytes,
+            loading_bytes: statistics.loading_bytes,
+            wanted_bytes: statistics.wanted_bytes,
+            missing_pages: statistics.missing_pages,
+            loaded_pages: statistics.loaded,
+            loaded_file_bytes: statistics.loaded_file_bytes,
+            evicted_pages: statistics.evicted,
+            failures: statistics.failed,
+            coarsening: residency.coarsening(),
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Prepares meshes of `.fieldpages` files: their coarsest level, which is always resident.
+
+use std::sync::{Arc, OnceLock};
+
+use bevy::prelude::*;
+use fieldlod_select::GroupTable;
+
+use super::mesh_in_pages::MeshInPages;
+use super::streams::PageStreams;
+use crate::api::config::LodKind;
+use crate::api::events::{FieldLodEvent, LodError, LodOrigin, asset_name};
+use crate::assets::baked_lods::BakedLods;
+use crate::assets::lod_pages::LodPages;
+use crate::assets::standalone::{AwaitsFile, LodMesh3d, StandaloneMesh, StandaloneMeshes};
+use crate::prepare::{LodMeshes, PreparedMesh, SourceArrays, piece_of};
+use crate::scene::lod_scene::LodScene;
+
+/// Makes the meshes of entities whose `.fieldpages` file is loaded.
+pub(super) fn make_meshes(
+    waiting: Query<&LodMesh3d, With<AwaitsFile>>,
+    files: Res<Assets<BakedLods>>,
+    mut known: ResMut<StandaloneMeshes>,
+    mut lods: ResMut<LodMeshes>,
+    mut streams: ResMut<PageStreams>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    assets: Res<AssetServer>,
+) {
+    for wanted in &waiting {
+        let file = files.get(&wanted.file);
+        let Some(pages) = file.and_then(|file| file.pages.as_ref()) else {
+            continue;
+        };
+        if known.0.contains_key(&wanted.key()) {
+            continue;
+        }
+        let name = asset_name(&assets, wanted.file.id());
+        let made = find_coarsest(pages, wanted, &name).map(|(mesh, coarsest)| {
+            let source = meshes.add(coarsest);
+            streams.sources.insert(source.id(), mesh.clone());
+            let provider = move |coarsest: Mesh| -> bevy::tasks::BoxedFuture<'static, _> {
+                Box::pin(prepare(mesh.clone(), coarsest))
+            };
+            lods.set_provider(source.id(), Arc::new(provider));
+            StandaloneMesh { source, lods: None }
+        });
+        known.insert(wanted, made);
+    }
+}
+
+/// A mesh of a file, and its coarsest level.
+fn find_coarsest(
+    pages: &Arc<LodPages>,
+    wanted: &LodMesh3d,
+    name: &str,
+) -> Result<(MeshInPages, Mesh), LodError> {
+    let place = (wanted.mesh_index, wanted.primitive_index);
+    let mesh = MeshInPages::find(pages, place, name)?;
+    let coarsest = mesh.coarsest()?;
+    Ok((mesh, coarsest))
+}
+
+/// Prepares the first page of a mesh. `coarsest` is its coarsest level.
+async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodError> {
+    let hierarchy = &mesh.paged().graph;
+    let units = hierarchy.units.iter();
+    let mut pieces: Vec<_> = units
+        .map(|unit| (piece_of(hierarchy, unit, OnceLock::new()), None))
+        .collect();
+    for unit in mesh.first_page()? {
+        let (piece, mesh) = &mut pieces[unit.index as usize];
+        piece.aabb = OnceLock::from(unit.aabb);
+        *mesh = Some(unit.mesh);
+    }
+    Ok(PreparedMesh {
+        kind: LodKind::Clusters,
+        origin: LodOrigin::File,
+        table: GroupTable::new(hierarchy),
+        pieces,
+        triangles_full: hierarchy.source_triangle_count() as u32,
+        is_measured: hierarchy.is_measured(),
+        uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),
+    })
+}
+
+/// Streams the pages of meshes whose first page is in the scene.
+pub(super) fn stream_ready_meshes(
+    mut events: MessageReader<FieldLodEvent>,
+    lods: Res<LodMeshes>,
+    mut streams: ResMut<PageStreams>,
+    mut scene: ResMut<LodScene>,
+) {
+    for event in events.read() {
+        if let FieldLodEvent::Ready { mesh, .. } = event
+            && let Some(source) = streams.sources.get(mesh).cloned()
+            && let Some(lod) = lods.ready(*mesh).next()
+        {
+            streams.add(lod, source, &mut scene);
+        }
+    }
+}
+
+/// Drops the data of source meshes that were removed.
+pub(super) fn forget_removed_sources(
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    mut streams: ResMut<PageStreams>,
+) {
+    for event in events.read() {
+        if let AssetEvent::Removed { id } = event {
+            streams.sources.remove(id);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! A folder that caches baked hierarchies between runs.
+
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bevy::log::warn;
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
+
+use crate::prepare::source_arrays::SourceArrays;
+
+/// Reads the entry of `source` at `path`, if it exists. Logs why an entry is unusable.
+pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
+    let unusable = |reason: &dyn Display| {
+        let path = path.display();
+        warn!("could not read the cache entry {path}: {reason}; baking the mesh again");
+    };
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+        Err(error) => {
+            unusable(&error);
+            return None;
+        }
+    };
+    let file = BakedFile::from_bytes_beside_source(&bytes);
+    let file = file.inspect_err(|error| unusable(error)).ok()?;
+    let found = source.find_hierarchy(&file, None, "it");
+    found.inspect_err(|error| unusable(error)).ok()
+}
+
+/// Writes the entry at `path` atomically, without the vertices of the source. Logs a failure; the next run then bakes
+/// again.
+pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
+    let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
+    let file = BakedFile {
+        primitives: vec![primitive],
+    };
+    let options = FileOptions {
+        beside_source: true,
+        ..FileOptions::default()
+    };
+    let bytes = file.to_bytes_with(options);
+    if let Err(error) = write_atomically(path, &bytes) {
+        warn!(
+            "could not write the cache entry {}: {error}",
+            path.display()
+        );
+    }
+}
+
+fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Two apps, or two tasks of one, may write the same entry at once.
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    // Renaming is atomic, so that a reader never finds half an entry.
+    let unfinished = path.with_extension(format!("{}-{count}.part", std::process::id()));
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    if written.is_err() {
+        // A failure leaves a file that no reader opens.
+        let _ = std::fs::remove_file(&unfinished);
+    }
+    written
+}

@@ -1,0 +1,196 @@
+//! Bakes the primitives of one glTF mesh together, such as the bark and the leaves of a plant, so that their levels
+//! change at the same distances.
+
+use std::sync::{Arc, OnceLock};
+
+use bevy::asset::{AssetId, AssetServer, Assets};
+use bevy::gltf::GltfAssetLabel;
+use bevy::mesh::Mesh;
+use bevy::platform::collections::HashMap;
+use fieldlod_bake::{
+    BakeConfig, BakeReport, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together,
+};
+use fieldlod_hierarchy::Hierarchy;
+
+use crate::api::config::{FieldLodAppConfig, LodKind};
+use crate::prepare::lookup::NotYet;
+use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
+use crate::prepare::threads::BakeThreads;
+
+/// A group: all primitives of a glTF mesh that are drawn as whole meshes, and their common bake.
+pub(in crate::prepare) struct Together {
+    ids: Arc<[AssetId<Mesh>]>,
+    meshes: Vec<Mesh>,
+    /// The surface of each mesh, if it is known.
+    surfaces: Vec<Option<Arc<Surface>>>,
+    config: BakeConfig,
+    baked: OnceLock<Vec<Result<(Hierarchy, BakeReport), MeshError>>>,
+}
+
+/// A primitive and its group.
+#[derive(Clone)]
+pub(in crate::prepare) struct Member {
+    all: Arc<Together>,
+    index: usize,
+}
+
+/// All groups.
+#[derive(Default)]
+pub(in crate::prepare) struct AllTogether {
+    /// Groups with members that were not requested yet.
+    expected: Vec<Expected>,
+    /// For each mesh, the members of its last group.
+    others_of: HashMap<AssetId<Mesh>, Arc<[AssetId<Mesh>]>>,
+}
+
+struct Expected {
+    all: Arc<Together>,
+    /// The members that were not requested yet.
+    left: Vec<AssetId<Mesh>>,
+}
+
+impl AllTogether {
+    /// Drops the groups whose other members nobody requests.
+    pub(in crate::prepare) fn clear(&mut self) {
+        self.expected.clear();
+    }
+
+    /// Drops the groups of a mesh that changed.
+    pub(in crate::prepare) fn forget(&mut self, mesh: AssetId<Mesh>) {
+        let has = |expected: &Expected| expected.all.ids.contains(&mesh);
+        self.expected.retain(|expected| !has(expected));
+    }
+
+    /// Drops the data of a removed mesh.
+    pub(in crate::prepare) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+        self.others_of.remove(&mesh);
+    }
+
+    /// All members of the last group of `mesh`, or `mesh` alone.
+    pub(in crate::prepare) fn with_others(&self, mesh: AssetId<Mesh>) -> Vec<AssetId<Mesh>> {
+        let others = self.others_of.get(&mesh);
+        others.map_or_else(|| vec![mesh], |others| others.to_vec())
+    }
+
+    /// The group of primitives that `mesh` is baked with, if it is part of one.
+    pub(in crate::prepare) fn member(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        config: &BakeConfig,
+        candidates: &Candidates<'_>,
+        surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotYet>,
+    ) -> Result<Option<Member>, NotYet> {
+        self.others_of.remove(&mesh);
+        let is_expected =
+            |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
+        let at = match self.expected.iter().position(is_expected) {
+            Some(at) => at,
+            None => {
+                let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
+                    return Ok(None);
+                };
+                let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
+                let surfaces = ids.iter().copied().map(surface_of);
+                let all = Arc::new(Together {
+                    surfaces: surfaces.collect::<Result<_, _>>()?,
+                    meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
+                    config: config.clone(),
+                    baked: OnceLock::new(),
+                    ids: ids.as_slice().into(),
+                });
+                self.expected.push(Expected { all, left: ids });
+                self.expected.len() - 1
+            }
+        };
+        // The group is dropped here once all members were requested. Their tasks keep it.
+        let expected = &mut self.expected[at];
+        let all = expected.all.clone();
+        expected.left.retain(|id| *id != mesh);
+        if expected.left.is_empty() {
+            self.expected.swap_remove(at);
+        }
+        self.others_of.insert(mesh, all.ids.clone());
+        let index = all.ids.iter().position(|id| *id == mesh);
+        Ok(index.map(|index| Member { all, index }))
+    }
+}
+
+/// The inputs of the search for a group.
+pub(in crate::prepare) struct Candidates<'a> {
+    pub(in crate::prepare) kind: LodKind,
+    pub(in crate::prepare) lods: &'a FieldLodAppConfig,
+    pub(in crate::prepare) meshes: &'a Assets<Mesh>,
+    pub(in crate::prepare) assets: &'a AssetServer,
+}
+
+impl Candidates<'_> {
+    /// The primitives of the same glTF mesh that are drawn as whole meshes. `None` if there is only one, if there are
+    /// too many, or if they have too many triangles.
+    fn beside(
+        &self,
+        mesh: AssetId<Mesh>,
+        most_triangles: usize,
+    ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
+        let path = self.assets.get_path(mesh)?.into_owned();
+        let [of_mesh, _] = place_in_gltf(path.label()?)?;
+        let mut left = most_triangles;
+        let mut found: Vec<(AssetId<Mesh>, &Mesh)> = Vec::new();
+        for primitive in 0..=MOST_TOGETHER {
+            let label = GltfAssetLabel::Primitive {
+                mesh: of_mesh as usize,
+                primitive,
+            };
+            let path = path.clone().with_label(label.to_string());
+            let Some(handle) = self.assets.get_handle::<Mesh>(path) else {
+                break;
+            };
+            if primitive == MOST_TOGETHER {
+                return None;
+            }
+            let Some(mesh) = self.meshes.get(&handle) else {
+                continue;
+            };
+            let triangles = triangle_count(mesh);
+            if self.lods.kind_for(self.kind, triangles) == LodKind::WholeMesh {
+                left = left.checked_sub(triangles)?;
+                found.push((handle.id(), mesh));
+            }
+        }
+        (found.len() > 1).then_some(found)
+    }
+}
+
+impl Member {
+    /// The members in order; `None` if one of them cannot be baked.
+    pub(in crate::prepare) fn sources(&self) -> Option<Vec<SourceArrays>> {
+        let meshes = self.all.meshes.iter().zip(&self.all.surfaces);
+        let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
+            let source = SourceArrays::of(mesh).ok()?;
+            Some(SourceArrays {
+                surface: surface.clone(),
+                ..source
+            })
+        };
+        meshes.map(source).collect()
+    }
+
+    /// The index of this member.
+    pub(in crate::prepare) fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Bakes all members, unless the task of another member has done so.
+    pub(in crate::prepare) fn bake(
+        &self,
+        sources: Vec<SourceArrays>,
+        threads: &BakeThreads,
+    ) -> Result<(Hierarchy, BakeReport), MeshError> {
+        let bake = || {
+            let meshes: Vec<SourceMesh> =
+                sources.into_iter().map(SourceArrays::into_mesh).collect();
+            let meshes: Vec<&SourceMesh> = meshes.iter().collect();
+            threads.run(|| bake_together(&meshes, &self.all.config))
+        };
+        self.all.baked.get_or_init(bake)[self.index].clone()
+    }
+}

@@ -1,0 +1,81 @@
+//! Collects the results of background tasks.
+
+use std::sync::Arc;
+
+use bevy::prelude::*;
+use bevy::tasks::{block_on, poll_once};
+
+use super::job::PreparedMesh;
+use super::lookup::{LodMeshEntry, LodMeshes};
+use crate::api::events::{FieldLodEvent, asset_name, asset_path};
+use crate::draw::upload::UploadQueue;
+use crate::scene::lod_mesh::{LodMesh, LodPiece};
+use crate::scene::lod_scene::LodScene;
+
+/// Collects the meshes whose tasks have ended.
+pub(super) fn collect_prepared_meshes(
+    known: ResMut<LodMeshes>,
+    mut scene: ResMut<LodScene>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    uploads: Res<UploadQueue>,
+    assets: Res<AssetServer>,
+    mut events: MessageWriter<FieldLodEvent>,
+) {
+    let known = known.into_inner();
+    for (mesh, entry) in known.entries_mut() {
+        let LodMeshEntry::Preparing(task, _) = entry else {
+            continue;
+        };
+        let Some(result) = block_on(poll_once(task)) else {
+            continue;
+        };
+        *entry = match result {
+            Ok(prepared) => {
+                events.write(FieldLodEvent::Ready {
+                    mesh,
+                    path: asset_path(&assets, mesh),
+                    kind: prepared.kind,
+                    origin: prepared.origin,
+                });
+                if !prepared.is_measured {
+                    scene.unmeasured.push(asset_name(&assets, mesh));
+                }
+                LodMeshEntry::Ready(add_mesh(prepared, &mut scene, &mut meshes, &uploads))
+            }
+            Err(error) => {
+                events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
+                LodMeshEntry::Plain(Some(error))
+            }
+        };
+    }
+    known.end_of_collection();
+}
+
+/// Adds a mesh to the scene, and sends its pieces to the GPU.
+fn add_mesh(
+    prepared: PreparedMesh,
+    scene: &mut LodScene,
+    meshes: &mut Assets<Mesh>,
+    uploads: &UploadQueue,
+) -> Arc<LodMesh> {
+    let mut sent = Vec::new();
+    let mut reserve = |mesh: Mesh| {
+        let handle = meshes.reserve_handle();
+        sent.push((handle.clone(), mesh));
+        handle
+    };
+    let pieces = prepared.pieces.into_iter().map(|(piece, mesh)| LodPiece {
+        mesh: mesh.map(&mut reserve),
+        ..piece
+    });
+    let pieces = pieces.collect();
+    Arc::new(LodMesh {
+        id: scene.scene.add_table(prepared.table),
+        kind: prepared.kind,
+        pieces,
+        triangles_full: prepared.triangles_full,
+        uv_per_area: prepared.uv_per_area,
+        uploaded: uploads.send(sent, meshes),
+        transient: default(),
+    })
+}

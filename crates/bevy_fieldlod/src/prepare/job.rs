@@ -1,0 +1,158 @@
+//! Prepares one mesh in a background task: finds or bakes its hierarchy, and cuts it into the meshes of its units.
+
+use std::sync::{Arc, OnceLock};
+
+use bevy::asset::{AssetPath, AssetServer, RenderAssetUsages};
+use bevy::camera::primitives::Aabb;
+use bevy::log::warn;
+use bevy::mesh::{Mesh, MeshAccessError};
+use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
+use fieldlod_select::GroupTable;
+
+#[cfg(feature = "bake")]
+use super::bake::BakeJob;
+use super::sidecar::SidecarFiles;
+use super::source_arrays::SourceArrays;
+use crate::api::config::LodKind;
+use crate::api::events::{LodError, LodOrigin};
+use crate::scene::lod_mesh::LodPiece;
+use crate::scene::unit_mesh::unit_mesh;
+
+/// The input of a background task.
+pub(super) struct PrepareJob {
+    pub(super) mesh: Mesh,
+    /// The name of the mesh in messages.
+    pub(super) name: String,
+    /// Indices of the mesh in its glTF file and of the primitive in the mesh, if it is from a glTF file.
+    pub(super) place: Option<[u32; 2]>,
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    pub(super) kind: LodKind,
+    /// Sources of the hierarchy. The first that has one is used.
+    pub(super) sources: Vec<LevelSource>,
+}
+
+/// Where a hierarchy may come from.
+pub(super) enum LevelSource {
+    /// A `.fieldlod` file, with its name for messages. It must contain the hierarchy.
+    File(String, Arc<BakedFile>),
+    /// A `.fieldlod` file beside the asset with this path, if it exists and is not stale.
+    BesideAsset(AssetServer, AssetPath<'static>, Arc<SidecarFiles>),
+    /// The cache, or else a bake.
+    #[cfg(feature = "bake")]
+    Bake(BakeJob),
+}
+
+/// A mesh with levels of detail that is not yet in the scene and the assets.
+pub(crate) struct PreparedMesh {
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    pub(crate) kind: LodKind,
+    pub(crate) origin: LodOrigin,
+    pub(crate) table: GroupTable,
+    /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
+    pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    pub(crate) triangles_full: u32,
+    /// Whether the bake measured deviations.
+    pub(crate) is_measured: bool,
+    pub(crate) uv_per_area: f32,
+}
+
+/// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
+pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
+    let source = SourceArrays::of(&job.mesh)?;
+    let uv_per_area = source.uv_per_area();
+    let (baked, origin) = find_hierarchy(&job, source).await?;
+    let is_measured = baked.is_measured();
+    let triangles_full = baked.source_triangle_count() as u32;
+    // Indices of a level have 16 bits. A mesh with a larger level is drawn as units.
+    let whole_meshes = if job.kind == LodKind::WholeMesh {
+        baked.whole_mesh_levels()
+    } else {
+        None
+    };
+    let (kind, hierarchy) = match whole_meshes {
+        Some(levels) => (LodKind::WholeMesh, levels),
+        None => (LodKind::Clusters, baked),
+    };
+    Ok(PreparedMesh {
+        kind,
+        origin,
+        table: GroupTable::new(&hierarchy),
+        pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        triangles_full,
+        is_measured,
+        uv_per_area,
+    })
+}
+
+/// Takes the hierarchy from the first source that has it.
+async fn find_hierarchy(
+    job: &PrepareJob,
+    mesh: SourceArrays,
+) -> Result<(Hierarchy, LodOrigin), LodError> {
+    for source in &job.sources {
+        match source {
+            LevelSource::File(file, baked) => {
+                let found = mesh.find_hierarchy(baked, job.place, file)?;
+                return Ok((found, LodOrigin::File));
+            }
+            LevelSource::BesideAsset(assets, path, sidecars) => {
+                if let Some((file, baked)) = sidecars.find(assets, path).await {
+                    match find_beside_asset(job, &mesh, &file, &baked) {
+                        Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
+                        Err(error) => warn!("{}: {error}; trying other sources", job.name),
+                    }
+                }
+            }
+            #[cfg(feature = "bake")]
+            LevelSource::Bake(bake) => return bake.run(mesh),
+        }
+    }
+    Err(LodError::BakeDisabled)
+}
+
+/// The hierarchy of a mesh in a file beside its asset. The file must also fit the meshes that a bake would include.
+fn find_beside_asset(
+    job: &PrepareJob,
+    mesh: &SourceArrays,
+    file: &str,
+    baked: &BakedFile,
+) -> Result<Hierarchy, LodError> {
+    let found = mesh.find_hierarchy(baked, job.place, file)?;
+    #[cfg(feature = "bake")]
+    for source in &job.sources {
+        if let LevelSource::Bake(bake) = source {
+            bake.check_others(baked, file)?;
+        }
+    }
+    Ok(found)
+}
+
+/// The piece of each unit, with its mesh.
+fn pieces_of(
+    source: &Mesh,
+    hierarchy: &Hierarchy,
+    kind: LodKind,
+) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
+    let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
+    let piece = |(index, unit): (usize, &Unit)| {
+        let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
+        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit));
+        let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
+        let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
+        Ok((piece, mesh.transpose()?))
+    };
+    hierarchy.units.iter().enumerate().map(piece).collect()
+}
+
+/// The piece of a unit, without its mesh.
+pub(crate) fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiece {
+    // The finest units are source geometry, which no group produced.
+    let produced_by = unit.producer();
+    LodPiece {
+        mesh: None,
+        aabb,
+        level: hierarchy.level_of(unit),
+        error_in_local: produced_by
+            .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
+    }
+}

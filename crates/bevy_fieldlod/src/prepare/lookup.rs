@@ -1,0 +1,424 @@
+//! Looks up the levels of detail of mesh assets, and starts a task for each mesh without an entry.
+
+use std::sync::Arc;
+
+use bevy::asset::AssetId;
+use bevy::ecs::system::SystemParam;
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use bevy::tasks::{BoxedFuture, Task};
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
+
+#[cfg(feature = "bake")]
+use super::bake::{AllTogether, BakeJob, Candidates, Materials, Surfaces};
+use super::changing::ChangingMeshes;
+use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
+use super::sidecar::SidecarFiles;
+use super::source_arrays::{place_in_gltf, triangle_count};
+use super::threads::PrepareThreads;
+use crate::api::auto_lod::AutoLod;
+use crate::api::config::{FieldLodAppConfig, LodKind};
+use crate::api::events::{FieldLodEvent, LodError, asset_name};
+use crate::assets::baked_lods::BakedLods;
+use crate::scene::lod_mesh::{LodMesh, LodRequest};
+
+/// Prepares the levels of a mesh in another way than by a bake or a `.fieldlod` file.
+pub(crate) type LevelProvider =
+    Arc<dyn Fn(Mesh) -> BoxedFuture<'static, Result<PreparedMesh, LodError>> + Send + Sync>;
+
+/// All meshes whose levels of detail were requested.
+#[derive(Resource, Default)]
+pub(crate) struct LodMeshes {
+    /// The entries of each mesh, one per request.
+    entries: HashMap<AssetId<Mesh>, Vec<(LodRequest, LodMeshEntry)>>,
+    /// The file of each mesh whose [`AutoLod`] names one.
+    file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
+    /// The provider of each mesh that has one.
+    providers: HashMap<AssetId<Mesh>, LevelProvider>,
+    sidecars: Arc<SidecarFiles>,
+    pub(super) in_preparation: InPreparation,
+    changing: ChangingMeshes,
+    /// Requests that could not be started in this frame. Other entities with the same request do not retry them.
+    not_started: HashMap<AssetId<Mesh>, Vec<LodRequest>>,
+    #[cfg(feature = "bake")]
+    together: AllTogether,
+    #[cfg(feature = "bake")]
+    surfaces: Surfaces,
+    threads: Option<PrepareThreads>,
+}
+
+/// The work of all running tasks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct InPreparation {
+    pub(super) meshes: u32,
+    triangles: u32,
+}
+
+/// Largest number of meshes in tasks, running or queued. Each task holds a copy of its source mesh.
+const MOST_IN_PREPARATION: u32 = 64;
+/// Largest number of triangles in tasks. A bake needs some hundred bytes per triangle, so this bounds them to about a
+/// gigabyte. A larger mesh is prepared alone.
+const MOST_TRIANGLES_IN_PREPARATION: u32 = 4_000_000;
+
+impl InPreparation {
+    fn with(self, triangles: u32) -> Self {
+        Self {
+            meshes: self.meshes + 1,
+            triangles: self.triangles.saturating_add(triangles),
+        }
+    }
+
+    /// Whether a mesh with this many triangles may be started.
+    fn has_room(self, triangles: u32) -> bool {
+        let with = self.with(triangles);
+        self.meshes == 0
+            || with.meshes <= MOST_IN_PREPARATION && with.triangles <= MOST_TRIANGLES_IN_PREPARATION
+    }
+}
+
+/// The state of a mesh.
+pub(super) enum LodMeshEntry {
+    /// A task prepares the mesh, which has this many triangles.
+    Preparing(Task<Result<PreparedMesh, LodError>>, u32),
+    Ready(Arc<LodMesh>),
+    /// The source mesh is drawn; with an error if preparation failed.
+    Plain(Option<LodError>),
+}
+
+/// A request cannot be started yet, because an asset is being loaded or too many tasks are running.
+pub(super) struct NotYet;
+
+impl LodMeshes {
+    /// Sets the provider of the levels of a mesh, for all requests.
+    pub(crate) fn set_provider(&mut self, mesh: AssetId<Mesh>, provider: LevelProvider) {
+        self.providers.insert(mesh, provider);
+    }
+
+    /// All levels of a mesh that are ready, one per request.
+    pub(crate) fn ready(&self, mesh: AssetId<Mesh>) -> impl Iterator<Item = &Arc<LodMesh>> {
+        let entries = self.entries.get(&mesh).into_iter().flatten();
+        entries.filter_map(|(_, entry)| match entry {
+            LodMeshEntry::Ready(lod) => Some(lod),
+            _ => None,
+        })
+    }
+
+    /// Removes the entries of a mesh that changed or was removed, and returns the levels that were ready.
+    pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
+        #[cfg(feature = "bake")]
+        self.together.forget(mesh);
+        let levels = self.ready(mesh).cloned().collect();
+        if self.entries.remove(&mesh).is_some() {
+            self.count_in_preparation();
+        }
+        levels
+    }
+
+    /// Removes everything else that is stored for a removed mesh.
+    pub(super) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+        self.file_of.remove(&mesh);
+        self.providers.remove(&mesh);
+        self.changing.forget(mesh);
+        #[cfg(feature = "bake")]
+        self.together.forget_source(mesh);
+    }
+
+    /// The meshes with levels from `file`; with `only_failed`, those without any levels.
+    pub(super) fn meshes_of_file(
+        &self,
+        file: AssetId<BakedLods>,
+        only_failed: bool,
+    ) -> Vec<AssetId<Mesh>> {
+        let has_failed = |mesh: AssetId<Mesh>| {
+            let mut entries = self.entries.get(&mesh).into_iter().flatten();
+            entries.all(|(_, entry)| matches!(entry, LodMeshEntry::Plain(_)))
+        };
+        let meshes = self.file_of.iter().filter(|(_, of)| **of == file);
+        meshes
+            .map(|(mesh, _)| *mesh)
+            .filter(|mesh| !only_failed || has_failed(*mesh))
+            .collect()
+    }
+
+    /// The meshes with levels, which are on the GPU only.
+    pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
+        let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
+        self.entries.keys().copied().filter(is_ready).collect()
+    }
+
+    /// Records that a program has changed a mesh, and returns whether the mesh had entries.
+    pub(super) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
+        #[cfg(feature = "bake")]
+        self.together.forget(mesh);
+        let is_known = self.entries.contains_key(&mesh);
+        self.changing.note(mesh, is_known, assets);
+        is_known
+    }
+
+    /// Ends a frame for changing meshes. Returns the meshes that have stopped changing, and all meshes that were baked
+    /// together with them.
+    pub(super) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
+        let rested = self.changing.take_rested();
+        #[cfg(feature = "bake")]
+        let rested = rested
+            .into_iter()
+            .flat_map(|mesh| self.together.with_others(mesh))
+            .collect();
+        rested
+    }
+
+    /// All entries, each with its mesh.
+    pub(super) fn entries_mut(
+        &mut self,
+    ) -> impl Iterator<Item = (AssetId<Mesh>, &mut LodMeshEntry)> {
+        let meshes = self.entries.iter_mut();
+        meshes.flat_map(|(mesh, entries)| entries.iter_mut().map(|(_, entry)| (*mesh, entry)))
+    }
+
+    /// Updates the counters, and drops the data that running tasks share if there are none.
+    pub(super) fn end_of_collection(&mut self) {
+        self.count_in_preparation();
+        if self.in_preparation.meshes == 0 {
+            // Files and materials may change before the next task.
+            self.sidecars.clear();
+            #[cfg(feature = "bake")]
+            self.together.clear();
+            #[cfg(feature = "bake")]
+            self.surfaces.clear();
+        }
+    }
+
+    fn count_in_preparation(&mut self) {
+        let entries = self.entries.values().flatten();
+        let triangles = entries.filter_map(|(_, entry)| match entry {
+            LodMeshEntry::Preparing(_, triangles) => Some(*triangles),
+            _ => None,
+        });
+        self.in_preparation = triangles.fold(InPreparation::default(), InPreparation::with);
+    }
+}
+
+/// Returns the material of an entity with a mesh.
+pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<StandardMaterial>> + 'a;
+
+/// Looks up the levels of detail of meshes.
+#[derive(SystemParam)]
+pub(super) struct LodMeshLookup<'w> {
+    known: ResMut<'w, LodMeshes>,
+    config: Res<'w, FieldLodAppConfig>,
+    meshes: Res<'w, Assets<Mesh>>,
+    files: Res<'w, Assets<BakedLods>>,
+    #[cfg(feature = "bake")]
+    materials: Materials<'w>,
+    assets: Res<'w, AssetServer>,
+    events: MessageWriter<'w, FieldLodEvent>,
+}
+
+impl LodMeshLookup<'_> {
+    /// Retries requests that could not be started in the last frame.
+    pub(super) fn begin_frame(&mut self) {
+        if !self.known.not_started.is_empty() {
+            self.known.not_started.clear();
+        }
+    }
+
+    /// The entry of `mesh`; `None` if its preparation cannot start yet. The first request starts a task once all assets
+    /// that it needs are loaded. A bake reads the materials that meshes have at that time.
+    pub(super) fn find(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        auto_lod: &AutoLod,
+        material_of: &MaterialOf<'_>,
+    ) -> Option<&LodMeshEntry> {
+        // The source of a changing mesh is drawn until it stops changing.
+        if self.known.changing.contains(mesh) {
+            return Some(&LodMeshEntry::Plain(None));
+        }
+        // Providers ignore the request.
+        let request = if self.known.providers.contains_key(&mesh) {
+            LodRequest::of(&AutoLod::default())
+        } else {
+            LodRequest::of(auto_lod)
+        };
+        let index = self.find_or_start(mesh, &request, material_of)?;
+        Some(&self.known.entries[&mesh][index].1)
+    }
+
+    /// The index of the entry of a request. Entities with equal requests share the entry.
+    fn find_or_start(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        material_of: &MaterialOf<'_>,
+    ) -> Option<usize> {
+        let is_same = |(one, _): &(LodRequest, LodMeshEntry)| one == request;
+        let entries = self.known.entries.get(&mesh);
+        if let Some(index) = entries.and_then(|entries| entries.iter().position(is_same)) {
+            return Some(index);
+        }
+        let not_started = self.known.not_started.get(&mesh);
+        if not_started.is_some_and(|requests| requests.contains(request)) {
+            return None;
+        }
+        let Ok(entry) = self.start(mesh, request, material_of) else {
+            let not_started = self.known.not_started.entry(mesh).or_default();
+            not_started.push(request.clone());
+            return None;
+        };
+        let entries = self.known.entries.entry(mesh).or_default();
+        entries.push((request.clone(), entry));
+        Some(entries.len() - 1)
+    }
+
+    /// Starts the preparation of a mesh.
+    fn start(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        material_of: &MaterialOf<'_>,
+    ) -> Result<LodMeshEntry, NotYet> {
+        let source = self.meshes.get(mesh).ok_or(NotYet)?;
+        let triangles = triangle_count(source);
+        let provider = self.known.providers.get(&mesh).cloned();
+        let kind = self.config.kind_for(request.kind, triangles);
+        if provider.is_none() && kind == LodKind::Plain {
+            return Ok(LodMeshEntry::Plain(None));
+        }
+        let triangles = triangles.min(u32::MAX as usize) as u32;
+        if !self.known.in_preparation.has_room(triangles) {
+            return Err(NotYet);
+        }
+        let prepared: BoxedFuture<_> = match provider {
+            Some(provider) => provider(source.clone()),
+            None => match self.sources(mesh, request, kind, material_of)? {
+                Ok(sources) => Box::pin(prepare(self.job(mesh, kind, sources)?)),
+                Err(error) => {
+                    let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
+                    self.events.write(event);
+                    return Ok(LodMeshEntry::Plain(Some(error)));
+                }
+            },
+        };
+        let task = self.threads().tasks.spawn(prepared);
+        self.known.in_preparation = self.known.in_preparation.with(triangles);
+        Ok(LodMeshEntry::Preparing(task, triangles))
+    }
+
+    fn job(
+        &self,
+        mesh: AssetId<Mesh>,
+        kind: LodKind,
+        sources: Vec<LevelSource>,
+    ) -> Result<PrepareJob, NotYet> {
+        let path = self.assets.get_path(mesh);
+        Ok(PrepareJob {
+            mesh: self.meshes.get(mesh).ok_or(NotYet)?.clone(),
+            name: asset_name(&self.assets, mesh),
+            place: path.and_then(|path| place_in_gltf(path.label()?)),
+            kind,
+            sources,
+        })
+    }
+
+    fn threads(&mut self) -> &PrepareThreads {
+        let new_threads = || PrepareThreads::new(&self.config);
+        self.known.threads.get_or_insert_with(new_threads)
+    }
+
+    /// The sources of the levels of a mesh, in the order in which they are tried.
+    fn sources(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        kind: LodKind,
+        material_of: &MaterialOf<'_>,
+    ) -> Result<Result<Vec<LevelSource>, LodError>, NotYet> {
+        if let Some(file) = &request.baked {
+            let file = self.file(mesh, file)?;
+            return Ok(file.map(|file| vec![file]));
+        }
+        let mut sources = Vec::new();
+        if let Some(path) = self.assets.get_path(mesh) {
+            let sidecars = self.known.sidecars.clone();
+            let path = path.into_owned();
+            sources.push(LevelSource::BesideAsset(
+                self.assets.clone(),
+                path,
+                sidecars,
+            ));
+        }
+        #[cfg(feature = "bake")]
+        sources.push(LevelSource::Bake(self.bake_job(
+            mesh,
+            request,
+            kind,
+            material_of,
+        )?));
+        #[cfg(not(feature = "bake"))]
+        let _ = (kind, material_of);
+        Ok(Ok(sources))
+    }
+
+    /// The file that an [`AutoLod`] names.
+    fn file(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        handle: &Handle<BakedLods>,
+    ) -> Result<Result<LevelSource, LodError>, NotYet> {
+        let file = asset_name(&self.assets, handle.id());
+        let found = match self.files.get(handle) {
+            Some(loaded) if loaded.pages.is_some() => Err(LodError::InPages { file }),
+            Some(loaded) => Ok(LevelSource::File(file, loaded.file.clone())),
+            None if self.assets.load_state(handle).is_failed() => {
+                Err(LodError::FileNotLoaded { file })
+            }
+            None => return Err(NotYet),
+        };
+        self.known.file_of.insert(mesh, handle.id());
+        Ok(found)
+    }
+
+    /// The bake of a mesh. Whole meshes are baked with the surface of their material, and together with the other
+    /// primitives of their plant.
+    #[cfg(feature = "bake")]
+    fn bake_job(
+        &mut self,
+        mesh: AssetId<Mesh>,
+        request: &LodRequest,
+        kind: LodKind,
+        material_of: &MaterialOf<'_>,
+    ) -> Result<BakeJob, NotYet> {
+        let threads = self.threads().bakes.clone();
+        let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+        let is_whole = kind == LodKind::WholeMesh;
+        let mut job = BakeJob {
+            cache_folder: self.config.cache_folder.clone(),
+            config: BakeConfig {
+                measure_appearance: config.measure_appearance && is_whole,
+                ..config.clone()
+            },
+            threads: self.config.bake_at_run_time.then_some(threads),
+            surface: None,
+            member: None,
+        };
+        if is_whole {
+            let LodMeshes {
+                surfaces, together, ..
+            } = &mut *self.known;
+            let mut surface_of = |mesh| match material_of(mesh) {
+                Some(material) => surfaces.find(material, &self.materials, &self.assets),
+                None => Ok(None),
+            };
+            let candidates = Candidates {
+                kind: request.kind,
+                lods: &self.config,
+                meshes: &self.meshes,
+                assets: &self.assets,
+            };
+            job.surface = surface_of(mesh)?;
+            job.member = together.member(mesh, &job.config, &candidates, surface_of)?;
+        }
+        Ok(job)
+    }
+}

@@ -1,0 +1,73 @@
+//! From a [`Mesh3d`] to levels of detail: finds mesh entities under an [`AutoLod`](crate::AutoLod), prepares their
+//! meshes in background tasks, and turns the entities into objects that `select` and `draw` handle.
+
+#[cfg(feature = "bake")]
+mod bake;
+mod changing;
+mod collect;
+mod job;
+mod lookup;
+mod objects;
+mod restart;
+mod sidecar;
+mod source_arrays;
+#[cfg(test)]
+mod tests;
+mod threads;
+pub(crate) mod track;
+
+use bevy::prelude::*;
+
+use crate::api::events::FieldLodEvent;
+use crate::api::stats::FieldLodProgress;
+use crate::api::systems::FieldLodSystems;
+use crate::scene::lod_mesh::LodWaiting;
+pub(crate) use job::{PreparedMesh, piece_of};
+pub(crate) use lookup::LodMeshes;
+pub(crate) use source_arrays::SourceArrays;
+
+/// The steps of [`FieldLodSystems::Prepare`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum PrepareSteps {
+    /// Collects the results of background tasks.
+    Collect,
+    /// Opt-in features read [`FieldLodEvent`]s here, before entities get their levels.
+    Read,
+    /// Looks up the levels of waiting entities.
+    Give,
+}
+
+/// Prepares meshes while entities wait for them.
+pub(crate) fn plugin(app: &mut App) {
+    use PrepareSteps::{Collect, Give, Read};
+    let any_preparing = |known: Res<LodMeshes>| known.in_preparation.meshes > 0;
+    let any_waiting = any_with_component::<LodWaiting>;
+    app.add_plugins((restart::plugin, track::plugin))
+        .init_asset::<Mesh>()
+        .add_message::<FieldLodEvent>()
+        .init_resource::<FieldLodProgress>()
+        .init_resource::<LodMeshes>()
+        .configure_sets(
+            PostUpdate,
+            (Collect, Read, Give)
+                .chain()
+                .in_set(FieldLodSystems::Prepare),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                (
+                    objects::skip_unsupported_objects.run_if(any_waiting),
+                    collect::collect_prepared_meshes.run_if(any_preparing),
+                )
+                    .chain()
+                    .in_set(Collect),
+                (
+                    objects::give_levels_to_objects.run_if(any_waiting),
+                    objects::update_progress,
+                )
+                    .chain()
+                    .in_set(Give),
+            ),
+        );
+}

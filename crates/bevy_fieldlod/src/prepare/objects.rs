@@ -1,0 +1,180 @@
+//! Turns waiting mesh entities into objects with levels of detail.
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use bevy::camera::visibility::NoCpuCulling;
+use bevy::ecs::system::SystemParam;
+use bevy::mesh::morph::MeshMorphWeights;
+use bevy::mesh::skinning::SkinnedMesh;
+use bevy::platform::collections::{HashMap, HashSet};
+use bevy::prelude::*;
+
+use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
+use crate::api::config::LodKind;
+use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
+use crate::api::stats::FieldLodProgress;
+use crate::draw::drawn_meshes::DrawnMeshes;
+use crate::draw::gpu_culling::GpuCulling;
+use crate::scene::lod_mesh::{LodClusters, LodMesh, LodObject, LodState, LodWaiting};
+
+/// Logs meshes that cannot have levels of detail: one for each reason.
+#[derive(SystemParam)]
+pub(super) struct UnsupportedLog<'w, 's> {
+    logged: Local<'s, HashSet<String>>,
+    assets: Res<'w, AssetServer>,
+    names: Query<'w, 's, &'static Name>,
+}
+
+impl UnsupportedLog<'_, '_> {
+    fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, reason: String) {
+        if self.logged.contains(&reason) {
+            return;
+        }
+        let asset = asset_name(&self.assets, mesh);
+        let name = self.names.get(entity);
+        let name = name.map_or(asset.clone(), |name| format!("{name} ({asset})"));
+        info!(
+            "{name} cannot have levels of detail: {reason}; drawing the source mesh. Other meshes with the same reason \
+             are not logged"
+        );
+        self.logged.insert(reason);
+    }
+}
+
+/// Excludes skinned and morphed meshes.
+pub(super) fn skip_unsupported_objects(
+    mut commands: Commands,
+    waiting: Query<(Entity, &Mesh3d, Has<SkinnedMesh>, Has<MeshMorphWeights>), Added<LodWaiting>>,
+    mut log: UnsupportedLog,
+) {
+    for (entity, mesh, skinned, morphed) in &waiting {
+        let reason = match (skinned, morphed) {
+            (true, _) => "it is skinned",
+            (_, true) => "it has morph targets",
+            _ => continue,
+        };
+        log.add(entity, mesh.id(), reason.into());
+        leave_plain(&mut commands.entity(entity), None);
+    }
+}
+
+type Material = MeshMaterial3d<StandardMaterial>;
+
+/// A mesh entity that waits for its levels.
+type Waiting = (
+    Entity,
+    &'static Mesh3d,
+    &'static LodWaiting,
+    Option<&'static Material>,
+);
+
+/// Looks up the levels of waiting entities, and inserts those that are ready.
+pub(super) fn give_levels_to_objects(
+    mut commands: Commands,
+    waiting: Query<Waiting>,
+    ready: Query<(&Mesh3d, &Material), With<LodObject>>,
+    mut lookup: LodMeshLookup,
+    culling: Res<GpuCulling>,
+    drawn: Res<DrawnMeshes>,
+    mut log: UnsupportedLog,
+) {
+    lookup.begin_frame();
+    // Only bakes of several primitives need the materials of other entities.
+    let materials = OnceCell::new();
+    let all_materials = || first_materials(&waiting, &ready);
+    for (entity, mesh, wanted, material) in &waiting {
+        let own = material.map(|material| material.id());
+        let material_of = |other: AssetId<Mesh>| {
+            if other == mesh.id() {
+                own
+            } else {
+                materials.get_or_init(all_materials).get(&other).copied()
+            }
+        };
+        let mut commands = commands.entity(entity);
+        match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
+            Some(LodMeshEntry::Plain(error)) => {
+                if let Some(error) = error.as_ref().filter(|error| error.is_unsupported()) {
+                    log.add(entity, mesh.id(), error.to_string());
+                }
+                leave_plain(&mut commands, error.clone());
+            }
+            Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
+                if culling.is_on {
+                    commands.try_insert(NoCpuCulling);
+                }
+                if lod.kind == LodKind::WholeMesh {
+                    // A mesh of its own if the source is not for the GPU.
+                    drawn.set(entity, lod.mesh_at(0));
+                }
+                give_levels(&mut commands, lod, mesh, wanted);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The material of the first entity with each mesh.
+fn first_materials(
+    waiting: &Query<Waiting>,
+    ready: &Query<(&Mesh3d, &Material), With<LodObject>>,
+) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
+    let waiting = waiting.iter();
+    let waiting = waiting.filter_map(|(_, mesh, .., material)| Some((mesh.id(), material?.id())));
+    let ready = ready.iter();
+    let ready = ready.map(|(mesh, material)| (mesh.id(), material.id()));
+    let mut first = HashMap::new();
+    for (mesh, material) in waiting.chain(ready) {
+        first.entry(mesh).or_insert(material);
+    }
+    first
+}
+
+/// Marks an entity whose source mesh is drawn.
+fn leave_plain(commands: &mut EntityCommands, error: Option<LodError>) {
+    commands
+        .try_insert(LodState::Plain)
+        .try_remove::<LodWaiting>();
+    if let Some(error) = error {
+        commands.trigger(|entity| LodFailed { entity, error });
+    }
+}
+
+/// Makes an entity an object with levels of detail.
+fn give_levels(
+    commands: &mut EntityCommands,
+    lod: &Arc<LodMesh>,
+    mesh: &Mesh3d,
+    wanted: &LodWaiting,
+) {
+    let kind = lod.kind;
+    if kind == LodKind::Clusters {
+        commands.try_insert(LodClusters);
+    }
+    let object = LodObject {
+        mesh: lod.clone(),
+        source: mesh.id(),
+        auto_lod: wanted.auto_lod.clone(),
+    };
+    commands
+        .try_insert((object, LodState::Ready(kind)))
+        .try_remove::<LodWaiting>()
+        .trigger(|entity| LodReady { entity, kind });
+}
+
+/// Counts mesh entities by their state.
+pub(super) fn update_progress(
+    waiting: Query<(), With<LodWaiting>>,
+    objects: Query<(), With<LodObject>>,
+    plain: Query<(), (With<LodState>, Without<LodWaiting>, Without<LodObject>)>,
+    known: Res<LodMeshes>,
+    mut progress: ResMut<FieldLodProgress>,
+) {
+    progress.set_if_neq(FieldLodProgress {
+        waiting: waiting.iter().len() as u32,
+        baking: known.in_preparation.meshes,
+        ready: objects.iter().len() as u32,
+        plain: plain.iter().len() as u32,
+    });
+}

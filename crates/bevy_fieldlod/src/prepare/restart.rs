@@ -1,0 +1,119 @@
+//! Restarts entities with stale levels: a program has changed their mesh, their file was reloaded, or the GPU has lost
+//! the meshes of their levels.
+
+use bevy::asset::AssetId;
+use bevy::ecs::system::SystemParam;
+use bevy::platform::collections::HashSet;
+use bevy::prelude::*;
+
+use super::lookup::LodMeshes;
+use crate::api::systems::FieldLodSystems;
+use crate::assets::baked_lods::BakedLods;
+use crate::draw::upload::UploadQueue;
+use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
+use crate::scene::lod_scene::LodScene;
+
+/// Restarts entities before they are tracked.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct RestartObjects;
+
+/// One system per event.
+pub(super) fn plugin(app: &mut App) {
+    let systems = (
+        restart_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
+        restart_rested_meshes,
+        restart_reloaded_files.run_if(on_message::<AssetEvent<BakedLods>>),
+        restart_lost_levels,
+    );
+    app.add_systems(
+        PostUpdate,
+        systems
+            .chain()
+            .in_set(RestartObjects)
+            .in_set(FieldLodSystems::Track),
+    );
+}
+
+/// Drops the levels of meshes and restarts their entities.
+#[derive(SystemParam)]
+struct Restart<'w, 's> {
+    commands: Commands<'w, 's>,
+    known: ResMut<'w, LodMeshes>,
+    scene: ResMut<'w, LodScene>,
+    entities: Query<'w, 's, (Entity, &'static Mesh3d), (With<LodState>, Without<LodWaiting>)>,
+}
+
+impl Restart<'_, '_> {
+    /// Drops the levels of a mesh. They are freed with their last instance.
+    fn forget(&mut self, mesh: AssetId<Mesh>) {
+        for lod in self.known.forget(mesh) {
+            self.scene.retire(lod);
+        }
+    }
+
+    /// Drops the levels of meshes, and makes their entities look as if they had just got their mesh, so that
+    /// `track_objects` visits them.
+    fn restart(&mut self, outdated: impl IntoIterator<Item = AssetId<Mesh>>) {
+        let outdated: HashSet<AssetId<Mesh>> = outdated.into_iter().collect();
+        if outdated.is_empty() {
+            return;
+        }
+        outdated.iter().for_each(|mesh| self.forget(*mesh));
+        for (entity, mesh) in &self.entities {
+            if outdated.contains(&mesh.id()) {
+                self.commands
+                    .entity(entity)
+                    .try_remove::<LodObject>()
+                    .try_insert(mesh.clone());
+            }
+        }
+    }
+}
+
+/// Handles meshes that a program has changed or removed.
+fn restart_changed_meshes(
+    mut restart: Restart,
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    assets: Res<AssetServer>,
+) {
+    let mut changed = Vec::new();
+    for event in events.read() {
+        match event {
+            AssetEvent::Modified { id } if restart.known.note_change(*id, &assets) => {
+                changed.push(*id);
+            }
+            AssetEvent::Removed { id } => {
+                restart.forget(*id);
+                restart.known.forget_source(*id);
+            }
+            _ => {}
+        }
+    }
+    restart.restart(changed);
+}
+
+/// Handles meshes that have stopped changing.
+fn restart_rested_meshes(mut restart: Restart) {
+    let rested = restart.known.take_rested();
+    restart.restart(rested);
+}
+
+/// Handles files that were reloaded, or loaded after a failure.
+fn restart_reloaded_files(mut restart: Restart, mut events: MessageReader<AssetEvent<BakedLods>>) {
+    for event in events.read() {
+        let meshes = match event {
+            AssetEvent::Modified { id } => restart.known.meshes_of_file(*id, false),
+            AssetEvent::Added { id } => restart.known.meshes_of_file(*id, true),
+            _ => continue,
+        };
+        restart.restart(meshes);
+    }
+}
+
+/// Handles the loss of the GPU device. Bevy uploads meshes again that main memory has, but not those of levels.
+fn restart_lost_levels(mut restart: Restart, uploads: Res<UploadQueue>) {
+    if uploads.take_lost() {
+        let lost = restart.known.meshes_with_levels();
+        restart.restart(lost);
+    }
+}

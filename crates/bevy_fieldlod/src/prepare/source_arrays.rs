@@ -1,0 +1,241 @@
+//! The vertex attributes and indices of a Bevy mesh that a bake reads, and the search for the hierarchy of a mesh in a
+//! file.
+
+#[cfg(feature = "bake")]
+use std::sync::Arc;
+
+use bevy::asset::RenderAssetUsages;
+use bevy::mesh::{Indices, Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
+use bevy::platform::collections::HashMap;
+#[cfg(feature = "bake")]
+use fieldlod_bake::{SourceMesh, Surface};
+use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
+
+use crate::api::events::LodError;
+
+/// Vertex attributes and indices in the types of the baker.
+pub(crate) struct SourceArrays {
+    pub(super) vertices: Vertices,
+    /// Whether vertices have other attributes, or attributes in other formats.
+    pub(super) has_other_attributes: bool,
+    pub(super) indices: Vec<u32>,
+    /// The surface of the material, if it is known.
+    #[cfg(feature = "bake")]
+    pub(super) surface: Option<Arc<Surface>>,
+}
+
+impl SourceArrays {
+    /// Copies the attributes of `mesh`. The error tells why the mesh cannot have levels of detail.
+    pub(crate) fn of(mesh: &Mesh) -> Result<Self, LodError> {
+        // Without this usage, the data is present only until the renderer takes it, and the result would depend on
+        // timing.
+        if !mesh.asset_usage.contains(RenderAssetUsages::MAIN_WORLD) {
+            return Err(LodError::NotInMainWorld);
+        }
+        if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
+            return Err(LodError::Topology(mesh.primitive_topology()));
+        }
+        if mesh.try_has_morph_targets()? {
+            return Err(LodError::Morphed);
+        }
+        let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
+        for (attribute, values) in mesh.try_attributes()? {
+            has_other_attributes |= !read(attribute.id, values, &mut vertices);
+        }
+        let count = vertices.positions.len();
+        if count == 0 {
+            return Err(LodError::NoPositions);
+        }
+        let mut attributes = mesh.try_attributes()?;
+        if let Some((attribute, _)) = attributes.find(|(_, values)| values.len() != count) {
+            let attribute = attribute.name;
+            return Err(LodError::AttributeCount { attribute });
+        }
+        // A mesh without indices draws its vertices in order.
+        let indices: Vec<u32> = match mesh.try_indices_option()? {
+            Some(indices) => indices.iter().map(|index| index as u32).collect(),
+            None => (0..count as u32).collect(),
+        };
+        Ok(Self {
+            vertices,
+            has_other_attributes,
+            indices,
+            #[cfg(feature = "bake")]
+            surface: None,
+        })
+    }
+
+    /// The source mesh of a bake.
+    #[cfg(feature = "bake")]
+    pub(super) fn into_mesh(self) -> SourceMesh {
+        SourceMesh {
+            vertices: self.vertices,
+            has_other_attributes: self.has_other_attributes,
+            surface: self.surface,
+            indices: self.indices,
+        }
+    }
+
+    #[cfg(feature = "bake")]
+    pub(super) fn has_same_mesh_as(&self, other: &Self) -> bool {
+        self.vertices == other.vertices
+            && self.indices == other.indices
+            && self.has_other_attributes == other.has_other_attributes
+    }
+
+    /// Area in texture coordinates per area in local space; 0 without either.
+    pub(crate) fn uv_per_area(&self) -> f32 {
+        let (triangles, _) = self.indices.as_chunks::<3>();
+        let (mut uv_area, mut area) = (0.0f64, 0.0f64);
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|vertex| self.vertices.positions.get(vertex as usize));
+            let uvs = triangle.map(|vertex| self.vertices.uvs.get(vertex as usize));
+            if let (Some(a), Some(b), Some(c), [Some(uv_a), Some(uv_b), Some(uv_c)]) =
+                (a, b, c, uvs)
+            {
+                // Both are twice the area of the triangle; the ratio cancels the factor.
+                area += f64::from((b - a).cross(c - a).length());
+                uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
+            }
+        }
+        let ratio = (uv_area / area) as f32;
+        if ratio.is_finite() { ratio } else { 0.0 }
+    }
+
+    /// The hierarchy of this mesh in `baked`, complete and valid. The hierarchy at `place` is preferred. `file` is the
+    /// name of the file in errors.
+    pub(super) fn find_hierarchy(
+        &self,
+        baked: &BakedFile,
+        place: Option<[u32; 2]>,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
+        let mut fault = LodError::Stale { file: file.into() };
+        // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
+        let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();
+        // Trees may share a trunk with different levels for each tree.
+        let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
+        for primitive in own.into_iter().chain(&baked.primitives) {
+            let hierarchy = &primitive.hierarchy;
+            let held = attributes(&hierarchy.vertices);
+            let (vertices, hash) = known.entry(held).or_insert_with(|| {
+                let vertices = self.vertices_with(held);
+                let hash = vertices.source_hash(&self.indices);
+                (vertices, hash)
+            });
+            if hierarchy.source == *hash {
+                match self.complete(hierarchy, vertices, file) {
+                    Ok(complete) => return Ok(complete),
+                    Err(error) => fault = error,
+                }
+            }
+        }
+        Err(fault)
+    }
+
+    /// Adds `vertices` to a hierarchy without source vertices. In the result every referenced vertex exists, with all
+    /// attributes of this mesh.
+    fn complete(
+        &self,
+        hierarchy: &Hierarchy,
+        vertices: &Vertices,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
+        if !self.covers_moved_vertices(hierarchy) {
+            return Err(LodError::MissingAttributes { file: file.into() });
+        }
+        let complete = if hierarchy.lacks_source_vertices() {
+            hierarchy.clone().with_source_vertices(vertices)
+        } else {
+            hierarchy.validate().map(|()| hierarchy.clone())
+        };
+        let fits = |h: &Hierarchy| h.source_vertex_count as usize == self.vertices.positions.len();
+        let fitting = complete.ok().filter(fits);
+        fitting.ok_or_else(|| LodError::Stale { file: file.into() })
+    }
+
+    /// Whether `hierarchy` has all attributes of moved vertices, or the source vertex of each.
+    fn covers_moved_vertices(&self, hierarchy: &Hierarchy) -> bool {
+        let held = attributes(&hierarchy.vertices);
+        let mut pairs = attributes(&self.vertices).into_iter().zip(held);
+        let holds_all = !self.has_other_attributes && pairs.all(|(own, held)| held || !own);
+        let moves = hierarchy.vertices.positions.len() > hierarchy.source_vertex_count as usize;
+        holds_all || !moves || !hierarchy.moved_from.is_empty()
+    }
+
+    /// The vertices with the `held` [attributes] only.
+    fn vertices_with(&self, held: [bool; 5]) -> Vertices {
+        let [normals, uvs, tangents, uvs_1, colors] = held;
+        let own = &self.vertices;
+        Vertices {
+            positions: own.positions.clone(),
+            normals: if_held(&own.normals, normals),
+            uvs: if_held(&own.uvs, uvs),
+            tangents: if_held(&own.tangents, tangents),
+            uvs_1: if_held(&own.uvs_1, uvs_1),
+            colors: if_held(&own.colors, colors),
+        }
+    }
+}
+
+/// The indices of the mesh and of the primitive in a label of Bevy's glTF loader.
+pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
+    let (mesh, primitive) = label.strip_prefix("Mesh")?.split_once("/Primitive")?;
+    Some([mesh.parse().ok()?, primitive.parse().ok()?])
+}
+
+/// The number of triangles of a mesh; the largest possible number if its data cannot be read.
+pub(super) fn triangle_count(mesh: &Mesh) -> usize {
+    // The task rejects an unreadable mesh with the reason.
+    let corners = match mesh.try_indices_option() {
+        Ok(Some(indices)) => Indices::len(indices),
+        _ => mesh
+            .try_attribute(Mesh::ATTRIBUTE_POSITION)
+            .map_or(usize::MAX, VertexAttributeValues::len),
+    };
+    corners / 3
+}
+
+/// Which attributes are present, besides positions.
+fn attributes(vertices: &Vertices) -> [bool; 5] {
+    [
+        !vertices.normals.is_empty(),
+        !vertices.uvs.is_empty(),
+        !vertices.tangents.is_empty(),
+        !vertices.uvs_1.is_empty(),
+        !vertices.colors.is_empty(),
+    ]
+}
+
+fn if_held<V: Clone>(values: &[V], is_held: bool) -> Vec<V> {
+    if is_held { values.to_vec() } else { Vec::new() }
+}
+
+/// Copies an attribute into `vertices`. Returns `false` if hierarchies do not hold it, or not in this format.
+fn read(
+    id: MeshVertexAttributeId,
+    values: &VertexAttributeValues,
+    vertices: &mut Vertices,
+) -> bool {
+    use VertexAttributeValues::{Float32x2, Float32x3, Float32x4};
+    match values {
+        Float32x3(values) if id == Mesh::ATTRIBUTE_POSITION.id => {
+            vertices.positions = converted(values);
+        }
+        Float32x3(values) if id == Mesh::ATTRIBUTE_NORMAL.id => {
+            vertices.normals = converted(values);
+        }
+        Float32x2(values) if id == Mesh::ATTRIBUTE_UV_0.id => vertices.uvs = converted(values),
+        Float32x2(values) if id == Mesh::ATTRIBUTE_UV_1.id => vertices.uvs_1 = converted(values),
+        Float32x4(values) if id == Mesh::ATTRIBUTE_TANGENT.id => {
+            vertices.tangents = converted(values);
+        }
+        Float32x4(values) if id == Mesh::ATTRIBUTE_COLOR.id => vertices.colors = converted(values),
+        _ => return false,
+    }
+    true
+}
+
+fn converted<A: Copy, V: From<A>>(values: &[A]) -> Vec<V> {
+    values.iter().copied().map(V::from).collect()
+}

@@ -1,0 +1,258 @@
+//! Hierarchies with moved vertices on the Bevy meshes that they were baked from.
+
+use bevy::asset::RenderAssetUsages;
+use bevy::gltf::GltfAssetLabel;
+use bevy::math::{Vec2, Vec3, Vec4};
+use bevy::mesh::{
+    Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
+};
+use fieldlod_hierarchy::{
+    BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, Vertices, fixtures,
+};
+
+use super::source_arrays::{SourceArrays, place_in_gltf};
+use crate::api::events::LodError;
+use crate::scene::unit_mesh::unit_mesh;
+
+const WIND: MeshVertexAttribute =
+    MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);
+
+fn pyramid() -> Hierarchy {
+    fixtures::grid_pyramid(2)
+}
+
+fn arrays<V: Copy, A: From<V>>(values: &[V]) -> Vec<A> {
+    values.iter().copied().map(A::from).collect()
+}
+
+/// The mesh that `hierarchy` was baked from.
+fn source_of(hierarchy: &Hierarchy) -> Mesh {
+    let count = hierarchy.source_vertex_count as usize;
+    let vertices = &hierarchy.vertices;
+    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
+    let positions: Vec<[f32; 3]> = arrays(&vertices.positions[..count]);
+    let normals: Vec<[f32; 3]> = arrays(&vertices.normals[..count]);
+    let uvs: Vec<[f32; 2]> = arrays(&vertices.uvs[..count]);
+    let uvs_1: Vec<[f32; 2]> = arrays(&vertices.uvs_1[..count]);
+    let tangents: Vec<[f32; 4]> = arrays(&vertices.tangents[..count]);
+    let colors: Vec<[f32; 4]> = arrays(&vertices.colors[..count]);
+    let usage = RenderAssetUsages::default();
+    Mesh::new(PrimitiveTopology::TriangleList, usage)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uvs_1)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_TANGENT, tangents)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
+        .with_inserted_indices(Indices::U32(triangles.flatten().collect()))
+}
+
+/// The mesh with a custom attribute: the index of each vertex.
+fn with_wind(mesh: Mesh) -> Mesh {
+    let count = mesh.count_vertices();
+    let wind: Vec<f32> = (0..count).map(|vertex| vertex as f32).collect();
+    mesh.with_inserted_attribute(WIND, wind)
+}
+
+fn source_hash(mesh: &Mesh) -> SourceHash {
+    let source = SourceArrays::of(mesh).unwrap();
+    source.vertices.source_hash(&source.indices)
+}
+
+/// Makes it the hierarchy of a mesh without tangents.
+fn lose_tangents(hierarchy: &mut Hierarchy) {
+    let mut mesh = source_of(hierarchy);
+    mesh.remove_attribute(Mesh::ATTRIBUTE_TANGENT);
+    hierarchy.source = source_hash(&mesh);
+    hierarchy.vertices.tangents.clear();
+}
+
+fn file_of(hierarchy: &Hierarchy, beside_source: bool) -> BakedFile {
+    let file = BakedFile {
+        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy.clone())],
+    };
+    let options = FileOptions {
+        beside_source,
+        ..FileOptions::default()
+    };
+    BakedFile::from_bytes_beside_source(&file.to_bytes_with(options)).unwrap()
+}
+
+fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
+    SourceArrays::of(mesh)?.find_hierarchy(file, None, "pyramid")
+}
+
+fn cut(mesh: &Mesh, hierarchy: &Hierarchy, unit: &Unit) -> Mesh {
+    unit_mesh(mesh, hierarchy, unit).unwrap()
+}
+
+/// The value at each vertex of `unit`.
+fn of_unit<V: Copy, A: From<V>>(hierarchy: &Hierarchy, unit: &Unit, values: &[V]) -> Vec<A> {
+    let vertices = hierarchy.vertices_of(unit).iter();
+    vertices.map(|&v| values[v as usize].into()).collect()
+}
+
+/// For each vertex of `unit`, the source vertex that it came from.
+fn origins(hierarchy: &Hierarchy, unit: &Unit) -> Vec<usize> {
+    let first = hierarchy.source_vertex_count;
+    let origin = |&v: &u32| match v.checked_sub(first) {
+        Some(moved) => hierarchy.moved_from[moved as usize] as usize,
+        None => v as usize,
+    };
+    hierarchy.vertices_of(unit).iter().map(origin).collect()
+}
+
+fn assert_cut(mesh: &Mesh, hierarchy: &Hierarchy) {
+    let held = &hierarchy.vertices;
+    let mut moved = 0;
+    for unit in &hierarchy.units {
+        let cut = cut(mesh, hierarchy, unit);
+        let origins = origins(hierarchy, unit);
+        use VertexAttributeValues::{Float32, Float32x2, Float32x3, Float32x4};
+        let of_2 = |values: &[Vec2]| Float32x2(of_unit(hierarchy, unit, values));
+        let of_3 = |values: &[Vec3]| Float32x3(of_unit(hierarchy, unit, values));
+        let of_4 = |values: &[Vec4]| Float32x4(of_unit(hierarchy, unit, values));
+        let expected = [
+            (Mesh::ATTRIBUTE_POSITION, of_3(&held.positions)),
+            (Mesh::ATTRIBUTE_NORMAL, of_3(&held.normals)),
+            (Mesh::ATTRIBUTE_UV_0, of_2(&held.uvs)),
+            (Mesh::ATTRIBUTE_UV_1, of_2(&held.uvs_1)),
+            (Mesh::ATTRIBUTE_TANGENT, of_4(&held.tangents)),
+            (Mesh::ATTRIBUTE_COLOR, of_4(&held.colors)),
+            (WIND, Float32(origins.iter().map(|&v| v as f32).collect())),
+        ];
+        assert_eq!(cut.attributes().count(), expected.len());
+        for (attribute, values) in expected {
+            let same = cut.attribute(attribute.id) == Some(&values);
+            assert!(same, "{}", attribute.name);
+        }
+        let first = hierarchy.source_vertex_count;
+        let vertices = hierarchy.vertices_of(unit).iter();
+        moved += vertices.filter(|&&vertex| vertex >= first).count();
+    }
+    assert!(moved > 0);
+}
+
+#[test]
+fn moved_vertices_use_baked_attributes() {
+    let hierarchy = pyramid();
+    let mesh = with_wind(source_of(&hierarchy));
+    assert_cut(&mesh, &hierarchy);
+    assert_cut(&mesh, &hierarchy.whole_mesh_levels().unwrap());
+}
+
+#[test]
+fn source_arrays_hold_all_baked_attributes() {
+    let hierarchy = pyramid();
+    let count = hierarchy.source_vertex_count as usize;
+    let source = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    let held = &hierarchy.vertices;
+    let expected = Vertices {
+        positions: held.positions[..count].to_vec(),
+        normals: held.normals[..count].to_vec(),
+        uvs: held.uvs[..count].to_vec(),
+        tangents: held.tangents[..count].to_vec(),
+        uvs_1: held.uvs_1[..count].to_vec(),
+        colors: held.colors[..count].to_vec(),
+    };
+    assert!(source.vertices == expected && !source.has_other_attributes);
+    assert_eq!(source_hash(&source_of(&hierarchy)), hierarchy.source);
+    let windy = SourceArrays::of(&with_wind(source_of(&hierarchy))).unwrap();
+    assert!(windy.has_other_attributes);
+}
+
+#[test]
+fn files_with_and_without_vertices_are_completed() {
+    let hierarchy = pyramid();
+    let mesh = source_of(&hierarchy);
+    for beside_source in [false, true] {
+        let file = file_of(&hierarchy, beside_source);
+        let lacks = file.primitives[0].hierarchy.lacks_source_vertices();
+        assert_eq!(lacks, beside_source);
+        assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
+    }
+}
+
+#[test]
+fn rejects_file_without_attribute_of_moved_vertices() {
+    let missing = Err(LodError::MissingAttributes {
+        file: "pyramid".into(),
+    });
+    let mut hierarchy = pyramid();
+    let mesh = source_of(&hierarchy);
+    hierarchy.moved_from.clear();
+    for beside_source in [false, true] {
+        let file = file_of(&hierarchy, beside_source);
+        assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
+        assert!(find(&with_wind(mesh.clone()), &file) == missing);
+    }
+    lose_tangents(&mut hierarchy);
+    assert!(find(&mesh, &file_of(&hierarchy, false)) == missing);
+}
+
+#[test]
+fn rejects_file_of_another_mesh() {
+    let stale = || {
+        Err(LodError::Stale {
+            file: "pyramid".into(),
+        })
+    };
+    let mesh = source_of(&pyramid());
+    let other = fixtures::grid_pyramid(1);
+    assert!(find(&mesh, &file_of(&other, true)) == stale());
+    // A file with the hash of this mesh.
+    let claiming = Hierarchy {
+        source: pyramid().source,
+        ..other
+    };
+    for beside_source in [false, true] {
+        assert!(find(&mesh, &file_of(&claiming, beside_source)) == stale());
+    }
+    // A mesh without an attribute of the levels.
+    let mut bare = mesh.clone();
+    bare.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
+    assert!(find(&bare, &file_of(&pyramid(), true)) == stale());
+}
+
+/// For example a trunk that two trees share, with different levels for each tree.
+#[test]
+fn equal_meshes_find_levels_of_their_own_place() {
+    let mut file = file_of(&pyramid(), true);
+    let mut other = file.primitives[0].clone();
+    (other.mesh_index, other.primitive_index) = (2, 1);
+    other.hierarchy.groups[0].deviation_in_local *= 0.5;
+    file.primitives.push(other);
+    let mesh = SourceArrays::of(&source_of(&pyramid())).unwrap();
+    let found = |place| mesh.find_hierarchy(&file, place, "pyramid").unwrap();
+    let [first, second] = [0, 1].map(|index: usize| &file.primitives[index].hierarchy.groups);
+    assert!(first != second);
+    assert!(found(Some([0, 0])).groups == *first && found(Some([2, 1])).groups == *second);
+    // Other places use the first hierarchy that fits.
+    assert!(found(Some([1, 1])).groups == *first && found(None).groups == *first);
+}
+
+#[test]
+fn place_is_parsed_from_gltf_label() {
+    let label = |mesh, primitive| GltfAssetLabel::Primitive { mesh, primitive }.to_string();
+    assert_eq!(place_in_gltf(&label(12, 3)), Some([12, 3]));
+    for other in ["Mesh12", "Scene0", "Mesh1/Primitive", "Mesh/Primitive1", ""] {
+        assert_eq!(place_in_gltf(other), None);
+    }
+}
+
+#[test]
+fn rejects_missing_vertices() {
+    let mesh = source_of(&pyramid());
+    let mut broken = file_of(&pyramid(), false);
+    broken.primitives[0].hierarchy.unit_vertices[3] = 1_000_000;
+    assert!(matches!(find(&mesh, &broken), Err(LodError::Stale { .. })));
+}
+
+#[test]
+fn rejects_attributes_of_different_length() {
+    let mesh = source_of(&pyramid()).with_inserted_attribute(WIND, vec![0.0f32; 5]);
+    let attribute = WIND.name;
+    let error = SourceArrays::of(&mesh).err();
+    assert_eq!(error, Some(LodError::AttributeCount { attribute }));
+}

@@ -1,0 +1,159 @@
+//! The levels of detail of mesh assets, and what the plugin keeps on the entities that share them.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use bevy::asset::AssetId;
+use bevy::camera::primitives::Aabb;
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+#[cfg(feature = "bake")]
+use fieldlod_bake::BakeConfig;
+use fieldlod_select::MeshId;
+
+use crate::api::auto_lod::AutoLod;
+use crate::api::config::LodKind;
+use crate::assets::baked_lods::BakedLods;
+
+/// The levels of detail of one mesh asset.
+#[derive(Debug)]
+pub(crate) struct LodMesh {
+    /// The mesh in the scene that cuts are selected from.
+    pub(crate) id: MeshId,
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    pub(crate) kind: LodKind,
+    /// One per unit of the hierarchy.
+    pub(crate) pieces: Vec<LodPiece>,
+    /// Triangles of the source mesh.
+    pub(crate) triangles_full: u32,
+    /// Area in texture coordinates per area in local space; 0 without texture coordinates.
+    pub(crate) uv_per_area: f32,
+    /// Whether the GPU has all pieces that [`LodPiece::mesh`] holds. The render world sets it.
+    pub(crate) uploaded: Arc<AtomicBool>,
+    /// Meshes of units that are uploaded and evicted at run time.
+    pub(crate) transient: Mutex<HashMap<u32, Handle<Mesh>>>,
+}
+
+/// The mesh that draws one unit.
+#[derive(Debug)]
+pub(crate) struct LodPiece {
+    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units in
+    /// [`LodMesh::transient`].
+    pub(crate) mesh: Option<Handle<Mesh>>,
+    /// The box around it in local space, once it is known.
+    pub(crate) aabb: OnceLock<Aabb>,
+    /// 0 is the finest.
+    pub(crate) level: u32,
+    /// Geometric error against the source in local units.
+    pub(crate) error_in_local: f32,
+}
+
+impl LodPiece {
+    /// The box around it in local space; empty while it is not known.
+    pub(crate) fn aabb(&self) -> Aabb {
+        self.aabb.get().copied().unwrap_or_default()
+    }
+}
+
+impl LodMesh {
+    /// The mesh of a level of a whole mesh; `None` if it is the source.
+    pub(crate) fn mesh_at(&self, level: u32) -> Option<AssetId<Mesh>> {
+        let piece = self.pieces.get(level as usize)?;
+        piece.mesh.as_ref().map(Handle::id)
+    }
+
+    /// The mesh of a unit; `None` while it is not on the GPU.
+    pub(crate) fn mesh_of_unit(&self, unit: u32) -> Option<Handle<Mesh>> {
+        let permanent = self.pieces[unit as usize].mesh.clone();
+        permanent.or_else(|| self.transient().get(&unit).cloned())
+    }
+
+    pub(crate) fn transient(&self) -> MutexGuard<'_, HashMap<u32, Handle<Mesh>>> {
+        self.transient
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn is_uploaded(&self) -> bool {
+        self.uploaded.load(Ordering::Acquire)
+    }
+}
+
+/// The state of a mesh entity under an [`AutoLod`](crate::AutoLod). The plugin keeps it up to date.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn fade_in(statues: Query<(&LodState, &mut Visibility), Changed<LodState>>) {
+///     for (state, mut visibility) in statues {
+///         *visibility = match state {
+///             LodState::Waiting => Visibility::Hidden,
+///             _ => Visibility::Inherited,
+///         };
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(fade_in);
+/// ```
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Reflect)]
+#[reflect(Component, Clone, PartialEq)]
+pub enum LodState {
+    /// Its mesh is being loaded, baked or uploaded. The source mesh is drawn.
+    Waiting,
+    /// The source mesh is drawn: it is small, changes often, or cannot have levels of detail.
+    Plain,
+    /// It has levels of detail: [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    Ready(LodKind),
+}
+
+/// A mesh entity that waits for its levels of detail.
+#[derive(Component)]
+pub(crate) struct LodWaiting {
+    /// The settings that apply to it.
+    pub(crate) auto_lod: AutoLod,
+}
+
+/// A mesh entity with levels of detail.
+#[derive(Component)]
+pub(crate) struct LodObject {
+    pub(crate) mesh: Arc<LodMesh>,
+    /// The [`Mesh3d`] that the levels were made from.
+    pub(crate) source: AssetId<Mesh>,
+    /// The settings that apply to it.
+    pub(crate) auto_lod: AutoLod,
+}
+
+impl LodObject {
+    /// Whether its levels match `auto_lod`.
+    pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
+        let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
+        let own = LodRequest {
+            kind: auto_lod.kind,
+            ..LodRequest::of(&self.auto_lod)
+        };
+        is_kind && own == LodRequest::of(auto_lod)
+    }
+}
+
+/// The fields of an [`AutoLod`] that affect the preparation of a mesh. Entities with equal requests share levels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LodRequest {
+    pub(crate) kind: LodKind,
+    pub(crate) baked: Option<Handle<BakedLods>>,
+    #[cfg(feature = "bake")]
+    pub(crate) bake: Option<BakeConfig>,
+}
+
+impl LodRequest {
+    pub(crate) fn of(auto_lod: &AutoLod) -> Self {
+        Self {
+            kind: auto_lod.kind,
+            baked: auto_lod.baked.clone(),
+            #[cfg(feature = "bake")]
+            bake: auto_lod.bake.clone(),
+        }
+    }
+}
+
+/// Marks an object that is drawn as units.
+#[derive(Component)]
+pub(crate) struct LodClusters;

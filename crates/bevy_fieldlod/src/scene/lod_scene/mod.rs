@@ -1,0 +1,261 @@
+//! The plugin's view of the world: the scene that cuts are selected from, and the entity that draws each part of it.
+
+mod cuts;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bevy::ecs::entity::EntityHashMap;
+use bevy::math::Affine3A;
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use fieldlod_select::{InstanceId, Scene};
+
+use crate::api::auto_lod::AutoLod;
+use crate::api::config::LodKind;
+use crate::scene::draw_records::{DrawKind, DrawRecords};
+use crate::scene::lod_mesh::{LodMesh, LodObject};
+use crate::scene::view_cut::CutVisibility;
+
+/// All instances, and the units that some view draws.
+#[derive(Resource, Default)]
+pub(crate) struct LodScene {
+    pub(crate) scene: Scene,
+    pub(crate) records: DrawRecords,
+    /// Objects to place in the scene.
+    pub(crate) new_objects: Vec<Entity>,
+    /// Records of units that a view draws and that have no entity yet.
+    pub(crate) units_to_spawn: Vec<u32>,
+    /// Records of units that no view draws, each with the frame in which the last view stopped.
+    pub(crate) idle_units: VecDeque<(u32, u32)>,
+    /// Indices of instances whose whole mesh may need another level.
+    pub(crate) whole_meshes_to_swap: Vec<u32>,
+    /// Names of meshes without measured deviations. A view that needs deviations logs and clears them.
+    pub(crate) unmeasured: Vec<String>,
+    /// Indexed by [`InstanceId::index`].
+    instances: Vec<Option<LodInstance>>,
+    instance_of: EntityHashMap<InstanceId>,
+    /// Triangles of the source meshes of all instances, by the layers of the instances.
+    triangles_on_layers: HashMap<u64, u64>,
+    /// Whether a view culls small objects.
+    pub(crate) culls: bool,
+    /// Whether some source mesh is incomplete, so that views draw cuts even at full detail.
+    pub(crate) has_incomplete_sources: bool,
+    /// How many instances are drawn as units.
+    clustered_count: usize,
+    /// Meshes that no entity requests. They are freed one frame after their last instance, because the changes
+    /// of that frame still refer to them.
+    retired: Vec<Arc<LodMesh>>,
+    unused: Vec<Arc<LodMesh>>,
+    frame: u32,
+}
+
+/// An entity with levels of detail.
+pub(crate) struct LodInstance {
+    pub(crate) id: InstanceId,
+    pub(crate) entity: Entity,
+    pub(crate) mesh: Arc<LodMesh>,
+    /// Its draw record.
+    pub(crate) record: u32,
+    /// The layers that it is drawn on; 0 while it is hidden.
+    pub(crate) layers: u64,
+    /// The level that the entity itself draws as a whole mesh; `None` if units draw it.
+    pub(crate) level: Option<u32>,
+    /// Units with a draw record, in ascending order, each with its record.
+    pub(crate) units: Vec<(u32, u32)>,
+}
+
+impl LodInstance {
+    /// The draw record of a unit, and whether it is new.
+    fn record_of(&mut self, unit: u32, records: &mut DrawRecords) -> (u32, bool) {
+        match self.find_unit(unit) {
+            Ok(position) => (self.units[position].1, false),
+            Err(position) => {
+                let record = records.add_unit(self.id.index() as u32, unit);
+                self.units.insert(position, (unit, record));
+                (record, true)
+            }
+        }
+    }
+
+    /// The position of a unit in [`LodInstance::units`], or where to insert it.
+    fn find_unit(&self, unit: u32) -> Result<usize, usize> {
+        self.units.binary_search_by_key(&unit, |&(unit, _)| unit)
+    }
+}
+
+/// The scale of an instance along the axis with the largest scale.
+pub(crate) fn largest_scale(world_from_local: &Affine3A) -> f32 {
+    let axis = |index: usize| world_from_local.matrix3.col(index).length();
+    axis(0).max(axis(1)).max(axis(2))
+}
+
+impl LodScene {
+    /// Frees a mesh as soon as no instance uses it.
+    pub(crate) fn retire(&mut self, mesh: Arc<LodMesh>) {
+        self.retired.push(mesh);
+    }
+
+    /// Adds an entity or moves it.
+    pub(crate) fn place(
+        &mut self,
+        entity: Entity,
+        transform: &GlobalTransform,
+        object: &LodObject,
+        layers: u64,
+    ) {
+        match self.instance_of.get(&entity) {
+            Some(&id) => self.scene.set_placement(id, transform.affine()),
+            None => self.add(entity, transform, object, layers),
+        }
+    }
+
+    fn add(
+        &mut self,
+        entity: Entity,
+        transform: &GlobalTransform,
+        object: &LodObject,
+        layers: u64,
+    ) {
+        let LodObject { mesh, auto_lod, .. } = object;
+        // A new entity starts at its finest level, or without any unit.
+        let (kind, level) = if mesh.kind == LodKind::WholeMesh {
+            (DrawKind::WholeMesh, Some(0))
+        } else {
+            self.clustered_count += 1;
+            (DrawKind::Source, None)
+        };
+        let record = self.records.add_entity(entity, kind);
+        let id = self
+            .scene
+            .add_instance(mesh.id, transform.affine(), auto_lod.bias);
+        self.scene.set_layers(id, layers);
+        if self.instances.len() <= id.index() {
+            self.instances.resize_with(id.index() + 1, || None);
+        }
+        self.instances[id.index()] = Some(LodInstance {
+            id,
+            entity,
+            mesh: mesh.clone(),
+            record,
+            layers,
+            level,
+            units: Vec::new(),
+        });
+        self.instance_of.insert(entity, id);
+        *self.triangles_on(layers) += u64::from(mesh.triangles_full);
+    }
+
+    fn triangles_on(&mut self, layers: u64) -> &mut u64 {
+        self.triangles_on_layers.entry(layers).or_default()
+    }
+
+    /// Triangles of the source meshes of all instances on any of `layers`.
+    pub(crate) fn full_triangles(&self, layers: u64) -> u64 {
+        let sums = self.triangles_on_layers.iter();
+        let seen = sums.filter(|(on, _)| **on & layers != 0);
+        seen.map(|(_, triangles)| triangles).sum()
+    }
+
+    /// Sets the weight of an entity's errors.
+    pub(crate) fn set_auto_lod(&mut self, entity: Entity, auto_lod: &AutoLod) {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            self.scene.set_bias(id, auto_lod.bias);
+        }
+    }
+
+    /// Sets the layers that an entity is drawn on.
+    pub(crate) fn set_layers(&mut self, entity: Entity, layers: u64) {
+        let Some(&id) = self.instance_of.get(&entity) else {
+            return;
+        };
+        self.scene.set_layers(id, layers);
+        if let Some(instance) = &mut self.instances[id.index()] {
+            let before = std::mem::replace(&mut instance.layers, layers);
+            let triangles = u64::from(instance.mesh.triangles_full);
+            *self.triangles_on(before) -= triangles;
+            *self.triangles_on(layers) += triangles;
+            // Views without a cut report no changes.
+            self.whole_meshes_to_swap.push(id.index() as u32);
+        }
+    }
+
+    /// Removes an entity and returns the entities of its units.
+    pub(crate) fn remove(&mut self, entity: Entity) -> Vec<Entity> {
+        let Some(id) = self.instance_of.remove(&entity) else {
+            return Vec::new();
+        };
+        self.scene.remove(id);
+        self.records.free_entity(entity);
+        let Some(instance) = self.instances[id.index()].take() else {
+            return Vec::new();
+        };
+        *self.triangles_on(instance.layers) -= u64::from(instance.mesh.triangles_full);
+        self.clustered_count -= usize::from(instance.level.is_none());
+        let records = instance.units.iter().map(|&(_, record)| record);
+        records
+            .filter_map(|record| self.records.free(record))
+            .collect()
+    }
+
+    /// Whether any entity has units, or will have some.
+    pub(crate) fn has_units(&self) -> bool {
+        self.clustered_count > 0 || self.records.has_units()
+    }
+
+    /// Whether views draw less than Bevy's culling leaves: there are units, or small objects are culled.
+    pub(crate) fn is_filtered(&self) -> bool {
+        self.has_units() || self.culls
+    }
+
+    pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {
+        self.instances.get(index as usize)?.as_ref()
+    }
+
+    pub(crate) fn instance_of(&self, entity: Entity) -> Option<&LodInstance> {
+        self.instance(self.instance_of.get(&entity)?.index() as u32)
+    }
+
+    /// The entities that are drawn as units.
+    pub(crate) fn sources(&self) -> impl Iterator<Item = Entity> {
+        let instances = self.instances.iter().flatten();
+        let sources = instances.filter(|one| one.level.is_none());
+        sources.map(|instance| instance.entity)
+    }
+
+    #[cfg(feature = "debug")]
+    pub(crate) fn instances(&self) -> impl Iterator<Item = &LodInstance> {
+        self.instances.iter().flatten()
+    }
+
+    /// Records the level that a whole mesh is drawn at.
+    pub(crate) fn set_level(&mut self, index: u32, level: u32) {
+        if let Some(instance) = &mut self.instances[index as usize] {
+            instance.level = Some(level);
+        }
+    }
+
+    /// Lets all whole meshes choose their level anew.
+    pub(crate) fn swap_all_whole_meshes(&mut self) {
+        let instances = self.instances.iter().flatten();
+        let whole_meshes = instances.filter(|instance| instance.level.is_some());
+        let indices = whole_meshes.map(|instance| instance.id.index() as u32);
+        self.whole_meshes_to_swap.extend(indices);
+    }
+
+    /// Frees unused meshes and records, before the cuts of a frame are selected.
+    pub(crate) fn begin_frame<'a>(&mut self, views: impl Iterator<Item = &'a mut CutVisibility>) {
+        self.frame = self.frame.wrapping_add(1);
+        for mesh in self.unused.drain(..) {
+            self.scene.remove_mesh(mesh.id);
+        }
+        let is_unused = |mesh: &mut Arc<LodMesh>| Arc::strong_count(mesh) == 1;
+        self.unused.extend(self.retired.extract_if(.., is_unused));
+        // A number is reused only after every view has cleared its bit.
+        if !self.records.freed().is_empty() {
+            views.for_each(|view| view.remove(self.records.freed()));
+            self.records.recycle();
+        }
+        self.scene.update();
+    }
+}

@@ -1,0 +1,9 @@
+//! The data that `prepare`, `select` and `draw` share: objects and their levels, the scene that cuts are selected from,
+//! the cut of each view, and the entity that draws each part.
+
+pub(crate) mod changed;
+pub(crate) mod draw_records;
+pub(crate) mod lod_mesh;
+pub(crate) mod lod_scene;
+pub(crate) mod unit_mesh;
+pub(crate) mod view_cut;

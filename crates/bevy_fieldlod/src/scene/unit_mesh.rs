@@ -1,0 +1,127 @@
+//! Cuts a Bevy mesh into the meshes of its drawable units.
+//!
+//! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
+//! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
+//! hierarchy; other attributes are copied from the source vertex. Units have the vertex layout of their source, so both
+//! use the same pipelines, and nothing is compiled when units replace the source.
+
+use bevy::asset::RenderAssetUsages;
+use bevy::mesh::{
+    Indices, Mesh, MeshAccessError, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues,
+};
+use fieldlod_hierarchy::{Hierarchy, Unit};
+
+/// The mesh that a hierarchy was baked from, with another order of triangles.
+pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
+    let vertices = hierarchy.source_vertices();
+    let usage = RenderAssetUsages::default();
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
+    mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vertices.positions);
+    if !vertices.normals.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vertices.normals);
+    }
+    if !vertices.uvs.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, vertices.uvs);
+    }
+    if !vertices.tangents.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_TANGENT, vertices.tangents);
+    }
+    if !vertices.uvs_1.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, vertices.uvs_1);
+    }
+    if !vertices.colors.is_empty() {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vertices.colors);
+    }
+    mesh.with_inserted_indices(Indices::U32(indices))
+}
+
+/// The mesh of `unit` for the GPU, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
+pub(crate) fn unit_mesh(
+    source: &Mesh,
+    hierarchy: &Hierarchy,
+    unit: &Unit,
+) -> Result<Mesh, MeshAccessError> {
+    // Rays and physics use the source.
+    let usage = RenderAssetUsages::RENDER_WORLD;
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
+    let vertices = hierarchy.vertices_of(unit);
+    // If the origin is unknown, the hierarchy has all attributes of moved vertices, and any vertex will do.
+    let origin = |&vertex: &u32| hierarchy.origin_of(vertex).unwrap_or(0);
+    let origins: Vec<u32> = vertices.iter().map(origin).collect();
+    for (attribute, values) in source.try_attributes()? {
+        let mut values = gather(values, &origins);
+        move_values(&mut values, attribute.id, hierarchy, vertices);
+        mesh.insert_attribute(*attribute, values);
+    }
+    mesh.insert_indices(Indices::U16(hierarchy.indices_of(unit).to_vec()));
+    Ok(mesh)
+}
+
+/// Sets the values of moved vertices to those in the hierarchy.
+fn move_values(
+    values: &mut VertexAttributeValues,
+    id: MeshVertexAttributeId,
+    hierarchy: &Hierarchy,
+    vertices: &[u32],
+) {
+    use VertexAttributeValues::{Float32x2, Float32x3, Float32x4};
+    let held = &hierarchy.vertices;
+    let moved = Moved {
+        first: hierarchy.source_vertex_count,
+        vertices,
+    };
+    // The hierarchy has no other formats.
+    match values {
+        Float32x3(own) if id == Mesh::ATTRIBUTE_POSITION.id => moved.set(own, &held.positions),
+        Float32x3(own) if id == Mesh::ATTRIBUTE_NORMAL.id => moved.set(own, &held.normals),
+        Float32x2(own) if id == Mesh::ATTRIBUTE_UV_0.id => moved.set(own, &held.uvs),
+        Float32x2(own) if id == Mesh::ATTRIBUTE_UV_1.id => moved.set(own, &held.uvs_1),
+        Float32x4(own) if id == Mesh::ATTRIBUTE_TANGENT.id => moved.set(own, &held.tangents),
+        Float32x4(own) if id == Mesh::ATTRIBUTE_COLOR.id => moved.set(own, &held.colors),
+        _ => {}
+    }
+}
+
+/// The vertices of a unit. Indices from `first` on are moved vertices.
+struct Moved<'a> {
+    first: u32,
+    vertices: &'a [u32],
+}
+
+impl Moved<'_> {
+    /// Sets the values of moved vertices to those of `held`, which may be empty.
+    fn set<A: From<V>, V: Copy>(&self, values: &mut [A], held: &[V]) {
+        for (value, &vertex) in values.iter_mut().zip(self.vertices) {
+            if vertex >= self.first
+                && let Some(&moved) = held.get(vertex as usize)
+            {
+                *value = moved.into();
+            }
+        }
+    }
+}
+
+/// The values at `vertices`, in their order.
+fn gather(values: &VertexAttributeValues, vertices: &[u32]) -> VertexAttributeValues {
+    macro_rules! each_format {
+        ($($format:ident)*) => {
+            match values {
+                $(VertexAttributeValues::$format(values) => VertexAttributeValues::$format(
+                    vertices.iter().map(|&vertex| values[vertex as usize]).collect(),
+                ),)*
+            }
+        };
+    }
+    each_format! {
+        Uint8 Uint8x2 Uint8x4 Sint8 Sint8x2 Sint8x4
+        Unorm8 Unorm8x2 Unorm8x4 Snorm8 Snorm8x2 Snorm8x4
+        Uint16 Uint16x2 Uint16x4 Sint16 Sint16x2 Sint16x4
+        Unorm16 Unorm16x2 Unorm16x4 Snorm16 Snorm16x2 Snorm16x4
+        Float16 Float16x2 Float16x4
+        Float32 Float32x2 Float32x3 Float32x4
+        Uint32 Uint32x2 Uint32x3 Uint32x4
+        Sint32 Sint32x2 Sint32x3 Sint32x4
+        Float64 Float64x2 Float64x3 Float64x4
+        Unorm10_10_10_2 Unorm8x4Bgra
+    }
+}

@@ -1,0 +1,7 @@
+//! Selects the cut of each view.
+//!
+//! In: placements of objects, cameras, lights and settings. Out: [`ViewCut`](crate::scene::view_cut::ViewCut)s, and the
+//! units to spawn and the whole meshes to swap in [`LodScene`](crate::scene::lod_scene::LodScene).
+
+pub(crate) mod shadow_lights;
+pub(crate) mod views;

@@ -1,0 +1,280 @@
+//! Selects a cut for each camera.
+
+use std::time::Duration;
+
+use bevy::camera::primitives::Frustum;
+use bevy::camera::visibility::{RenderLayers, VisibleEntities};
+use bevy::ecs::query::QueryItem;
+// `std::time::Instant` panics on the web.
+use bevy::platform::time::Instant;
+use bevy::prelude::*;
+use fieldlod_select::{Scene, View};
+
+use crate::api::settings::FieldLodCamera;
+use crate::api::stats::FieldLodViewStats;
+use crate::api::systems::FieldLodSystems;
+use crate::scene::changed::ChangedOn;
+use crate::scene::lod_mesh::LodObject;
+use crate::scene::lod_scene::LodScene;
+use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
+use crate::select::shadow_lights::ShadowLights;
+
+/// The steps of [`FieldLodSystems::Select`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum SelectSteps {
+    /// Updates the scene and [`ViewCut::wanted`].
+    Prepare,
+    /// Opt-in features change [`ViewCut::wanted`] here.
+    Adjust,
+    /// Selects the cuts and applies them to the scene.
+    Select,
+    /// Opt-in features read the new cuts here.
+    Read,
+}
+
+/// Adds a cut to every camera and selects it in each frame.
+pub(crate) fn plugin(app: &mut App) {
+    use SelectSteps::{Adjust, Prepare, Read, Select};
+    app.add_observer(clear_removed_view)
+        .configure_sets(
+            PostUpdate,
+            (Prepare, Adjust, Select, Read)
+                .chain()
+                .in_set(FieldLodSystems::Select),
+        )
+        .add_systems(
+            PostUpdate,
+            (
+                add_view_cuts
+                    .run_if(any_match_filter::<NewViews>)
+                    .in_set(FieldLodSystems::Prepare),
+                (place_instances, prepare_views).chain().in_set(Prepare),
+                select_views.in_set(Select),
+            ),
+        );
+}
+
+/// 3D views that have no cut yet.
+type NewViews = (
+    With<Camera>,
+    With<VisibleEntities>,
+    Without<Camera2d>,
+    Without<ViewCut>,
+);
+
+/// Adds a cut and statistics to every new 3D view.
+fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
+    for camera in &cameras {
+        commands
+            .entity(camera)
+            .try_insert((ViewCut::default(), FieldLodViewStats::default()));
+    }
+}
+
+/// Where and on which layers an object is drawn.
+type Placement = (
+    Entity,
+    &'static GlobalTransform,
+    &'static LodObject,
+    &'static InheritedVisibility,
+    Option<&'static RenderLayers>,
+);
+
+/// Updates the placements and layers of objects that are new or have changed.
+fn place_instances(
+    mut scene: ResMut<LodScene>,
+    moved: ChangedOn<GlobalTransform, With<LodObject>>,
+    objects: Query<Placement>,
+    shown: ChangedOn<InheritedVisibility, With<LodObject>>,
+    on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
+    mut removed_layers: RemovedComponents<RenderLayers>,
+) {
+    let drawn_layers = |is_shown: &InheritedVisibility, layers: Option<&RenderLayers>| {
+        if is_shown.get() {
+            layer_bits(layers)
+        } else {
+            0
+        }
+    };
+    let mut placed = moved.entities();
+    placed.append(&mut scene.new_objects);
+    for (entity, transform, object, is_shown, layers) in objects.iter_many(placed) {
+        let layers = drawn_layers(is_shown, layers);
+        scene.place(entity, transform, object, layers);
+    }
+    // Selection skips hidden objects and those on layers that no view sees.
+    let mut changed = shown.entities();
+    changed.extend(on_layers.iter().chain(removed_layers.read()));
+    for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
+        scene.set_layers(entity, drawn_layers(is_shown, layers));
+    }
+}
+
+/// Camera properties that affect selection.
+type CameraInputs = (
+    &'static Camera,
+    &'static GlobalTransform,
+    &'static Frustum,
+    Option<&'static RenderLayers>,
+    Option<&'static FieldLodCamera>,
+    &'static mut ViewCut,
+);
+
+/// Updates the selection inputs of every view.
+fn prepare_views(
+    mut scene: ResMut<LodScene>,
+    mut cameras: Query<CameraInputs>,
+    lights: ShadowLights,
+) {
+    let cuts = cameras.iter_mut().map(|(.., cut)| cut.into_inner());
+    scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
+    scene.culls = false;
+    for view in &mut cameras {
+        prepare_view(view, &mut scene, &lights);
+    }
+}
+
+fn prepare_view(
+    (camera, pose, frustum, layers, settings, mut cut): QueryItem<CameraInputs>,
+    scene: &mut LodScene,
+    lights: &ShadowLights,
+) {
+    let settings = settings.copied().unwrap_or_default();
+    let (state, view) = desired_view(camera, pose, &settings, scene.has_incomplete_sources);
+    if cut.state != state {
+        cut.state = state;
+        clear_cut(&mut cut, scene);
+    }
+    // Objects that cast shadows into the image are selected even if the camera does not see them.
+    let layers = layer_bits(layers);
+    let lit = lights.lit_by(frustum, layers);
+    let layers = layers | lit.layers;
+    if cut.layers != layers {
+        cut.layers = layers;
+        scene.swap_all_whole_meshes();
+    }
+    cut.wanted = view.map(|view| {
+        let view = view.with_layers(layers).with_shadow_lights(&lit.lights);
+        (view, settings.to_lod_settings(lit.layers != 0))
+    });
+    if let Some((_, settings)) = &cut.wanted {
+        scene.culls |= settings.cull_below_px.is_some();
+        if settings.displacement_px.is_some() {
+            warn_of_unmeasured_meshes(scene);
+        }
+    }
+}
+
+fn warn_of_unmeasured_meshes(scene: &mut LodScene) {
+    for mesh in scene.unmeasured.drain(..) {
+        warn!(
+            "{mesh} has no measured deviations, which `displacement_px` needs; drawing its source mesh"
+        );
+    }
+}
+
+/// How a camera should draw, and the view to select for.
+fn desired_view(
+    camera: &Camera,
+    pose: &GlobalTransform,
+    settings: &FieldLodCamera,
+    has_incomplete_sources: bool,
+) -> (ViewState, Option<View>) {
+    let Some(viewport_px) = drawn_px(camera) else {
+        return (ViewState::Inactive, None);
+    };
+    let wants_cut = settings.forced_level != Some(0) || has_incomplete_sources;
+    let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
+    match view.flatten() {
+        Some(view) => (ViewState::Cut, Some(view)),
+        None => (ViewState::FullDetail, None),
+    }
+}
+
+/// The size of the image that a camera draws. `None` if it draws nothing: it is inactive, its window is minimised
+/// or its target is not loaded.
+fn drawn_px(camera: &Camera) -> Option<UVec2> {
+    let target_px = camera.physical_target_size()?;
+    let viewport_px = camera.physical_viewport_size()?;
+    let is_drawn = camera.is_active && target_px.min(viewport_px).min_element() > 0;
+    is_drawn.then_some(viewport_px)
+}
+
+/// The view of a camera; `None` for projections that the field has no formula for.
+fn view_of(camera: &Camera, viewport_px: UVec2, pose: &GlobalTransform) -> Option<View> {
+    let viewport_px = viewport_px.as_vec2();
+    match camera_field::Camera::from_projection(&camera.clip_from_view(), viewport_px) {
+        Ok(intrinsics) => Some(View::new(intrinsics, &pose.affine())),
+        Err(error) => {
+            warn_once!("could not select for a camera: {error}; drawing full detail");
+            None
+        }
+    }
+}
+
+/// Selects the cut of every view and applies it to the scene.
+fn select_views(
+    mut scene: ResMut<LodScene>,
+    mut cameras: Query<(&mut ViewCut, &mut FieldLodViewStats)>,
+) {
+    let lods = &scene.scene;
+    let wanted = cameras.iter().filter(|(cut, _)| cut.wanted.is_some());
+    let has_several = wanted.count() > 1;
+    let select = |(mut cut, mut stats): (Mut<ViewCut>, Mut<FieldLodViewStats>)| {
+        stats.selection_time = select_cut(&mut cut, lods);
+    };
+    if has_several {
+        cameras.par_iter_mut().for_each(select);
+    } else {
+        cameras.iter_mut().for_each(select);
+    }
+    for (mut cut, mut stats) in &mut cameras {
+        apply_cut(&mut cut, &mut stats, &mut scene);
+    }
+}
+
+/// Selects the cut of a view, and returns how long that took.
+fn select_cut(cut: &mut ViewCut, scene: &Scene) -> Duration {
+    let Some((view, settings)) = cut.wanted else {
+        return Duration::ZERO;
+    };
+    let start = Instant::now();
+    cut.view = Some(view);
+    cut.selector.select(scene, &view, &settings);
+    start.elapsed()
+}
+
+/// Applies the changes of a cut to the scene, and updates the statistics of its view.
+fn apply_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &mut LodScene) {
+    let start = Instant::now();
+    if cut.wanted.take().is_some() {
+        scene.apply_changes(cut);
+        stats.selection_time += start.elapsed();
+    }
+    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
+    if cut.state == ViewState::Inactive {
+        return;
+    }
+    stats.triangles_full = scene.full_triangles(cut.layers);
+    (stats.triangles_drawn, stats.units_drawn) = match cut.state {
+        ViewState::Cut => (cut.selector.triangle_count(), cut.unit_count),
+        _ => (stats.triangles_full, 0),
+    };
+}
+
+fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {
+    scene.clear_view(cut);
+    cut.selector.clear();
+    cut.view = None;
+}
+
+/// Clears the cut of a camera that is removed.
+fn clear_removed_view(
+    removal: On<Remove, ViewCut>,
+    mut views: Query<&mut ViewCut>,
+    mut scene: ResMut<LodScene>,
+) {
+    if let Ok(mut cut) = views.get_mut(removal.entity) {
+        clear_cut(&mut cut, &mut scene);
+    }
+}

@@ -1,0 +1,170 @@
+//! Texture demand: the mip level that a surface needs (Lin and Lee 2004, §4.1.4), for texture streaming.
+//!
+//! In: the views and objects of the scene. Out: [`TextureDetail`] and [`FieldLodTextureDemand`].
+
+use bevy::asset::AssetId;
+use bevy::camera::primitives::Aabb;
+use bevy::platform::collections::HashMap;
+use bevy::prelude::*;
+use camera_field::CAMERA_FROM_VIEW;
+
+use crate::api::systems::FieldLodSystems;
+use crate::scene::lod_mesh::LodObject;
+use crate::scene::lod_scene::largest_scale;
+use crate::scene::view_cut::{ViewCut, ViewState};
+
+/// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail and texture
+/// coordinates. The plugin itself streams no textures.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_fieldlod::FieldLodTextureDemand;
+///
+/// /// Prints the finest mip level that some view needs.
+/// fn stream(demand: Res<FieldLodTextureDemand>, materials: Res<Assets<StandardMaterial>>) {
+///     for (id, detail) in &demand.of_standard_materials {
+///         let Some(texture) = materials.get(*id).and_then(|m| m.base_color_texture.as_ref()) else {
+///             continue;
+///         };
+///         let level = detail.mip_level(2048.0);
+///         println!("{texture:?} needs mip level {level:.1}");
+///     }
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FieldLodTexturePlugin;
+
+/// How finely a view samples the texture of a surface, on mesh entities with levels of detail that a view sees. It is
+/// an upper bound over the bounding sphere of the mesh, with the mean density of its texture coordinates.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Component, Clone, PartialEq)]
+pub struct TextureDetail {
+    /// Pixels across a unit of texture coordinates: the root of `c·n` over the density of the texture coordinates.
+    /// Infinite if the camera is inside the sphere.
+    pub pixels_per_uv: f32,
+}
+
+/// For each material, the finest [`TextureDetail`] of its entities.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct FieldLodTextureDemand {
+    /// One entry per [`StandardMaterial`] that a view sees.
+    pub of_standard_materials: HashMap<AssetId<StandardMaterial>, TextureDetail>,
+}
+
+impl TextureDetail {
+    /// The mip level that a texture with `size_px` texels across needs: 0 for full size, 1 for half, and so on.
+    /// Negative if the full size is too coarse.
+    #[must_use]
+    pub fn mip_level(&self, size_px: f32) -> f32 {
+        // One unit of area with the texture once on it.
+        let projection_factor = self.pixels_per_uv * self.pixels_per_uv;
+        camera_field::mip_level(projection_factor, size_px * size_px, 0.0)
+    }
+}
+
+impl Plugin for FieldLodTexturePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<FieldLodTextureDemand>().add_systems(
+            PostUpdate,
+            (measure_objects, gather_materials)
+                .chain()
+                .after(FieldLodSystems::Select),
+        );
+    }
+}
+
+/// Updates the [`TextureDetail`] of each object.
+fn measure_objects(
+    mut commands: Commands,
+    views: Query<(&ViewCut, &GlobalTransform)>,
+    mut objects: Query<(
+        Entity,
+        &LodObject,
+        &Aabb,
+        &GlobalTransform,
+        Option<&mut TextureDetail>,
+    )>,
+    former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
+) {
+    for (entity, object, aabb, transform, detail) in &mut objects {
+        let pixels_per_uv = views
+            .iter()
+            .filter_map(|(cut, pose)| {
+                pixels_per_uv(cut, pose, object.mesh.uv_per_area, aabb, transform)
+            })
+            .reduce(f32::max);
+        let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
+        match (measured, detail) {
+            (Some(measured), Some(mut detail)) => {
+                detail.set_if_neq(measured);
+            }
+            (Some(measured), None) => {
+                commands.entity(entity).try_insert(measured);
+            }
+            (None, Some(_)) => {
+                commands.entity(entity).try_remove::<TextureDetail>();
+            }
+            (None, None) => {}
+        }
+    }
+    for entity in &former_objects {
+        commands.entity(entity).try_remove::<TextureDetail>();
+    }
+}
+
+/// Pixels across a unit of texture coordinates; `None` outside the view or without texture coordinates.
+fn pixels_per_uv(
+    cut: &ViewCut,
+    pose: &GlobalTransform,
+    uv_per_area: f32,
+    aabb: &Aabb,
+    transform: &GlobalTransform,
+) -> Option<f32> {
+    let view = cut.view.filter(|_| cut.state == ViewState::Cut)?;
+    let camera = view.camera();
+    if uv_per_area <= 0.0 {
+        return None;
+    }
+    let world_from_local = transform.affine();
+    let scale = largest_scale(&world_from_local);
+    let radius = aabb.half_extents.length() * scale;
+    let center_in_world = world_from_local.transform_point3a(aabb.center);
+    let center_in_view = pose.affine().inverse().transform_point3a(center_in_world);
+    let center = CAMERA_FROM_VIEW * Vec3::from(center_in_view);
+    if !camera.touches_sphere(center, radius) {
+        return None;
+    }
+    // Samples per area of surface over texture per area of surface: samples per area of texture.
+    let strength = camera.strength_over_sphere(center, radius).or_infinity();
+    Some((strength * scale * scale / uv_per_area).sqrt())
+}
+
+/// Finds the finest detail that each material needs.
+fn gather_materials(
+    objects: Query<(&TextureDetail, &MeshMaterial3d<StandardMaterial>)>,
+    mut demand: ResMut<FieldLodTextureDemand>,
+) {
+    let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
+    for (detail, material) in &objects {
+        let finest = of_standard_materials
+            .entry(material.id())
+            .or_insert(*detail);
+        finest.pixels_per_uv = finest.pixels_per_uv.max(detail.pixels_per_uv);
+    }
+    demand.set_if_neq(FieldLodTextureDemand {
+        of_standard_materials,
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_texel_per_pixel_is_level_0() {
+        let level = |pixels_per_uv, size_px| TextureDetail { pixels_per_uv }.mip_level(size_px);
+        assert_eq!(level(1024.0, 1024.0), 0.0);
+        assert_eq!(level(512.0, 1024.0), 1.0);
+        assert_eq!(level(2048.0, 1024.0), -1.0);
+    }
+}

@@ -1,0 +1,85 @@
+//! A sphere and the largest errors in it: what tests of many groups or objects at once read.
+
+use fieldlod_hierarchy::{Group, Sphere};
+use glam::{Affine3A, Vec3};
+
+use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
+
+/// A sphere around groups or objects, and the largest errors of those that have a simplification.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ErrorBounds {
+    pub(crate) sphere: Sphere,
+    /// `e √W` with the greatest weight `W` of the criterion that any direction gives.
+    pub(crate) error_weighed: f32,
+    pub(crate) deviation: f32,
+}
+
+impl ErrorBounds {
+    /// The bounds of a group by itself, in its local space.
+    pub(crate) fn of_group(group: &Group) -> Self {
+        // The weight is greatest for a camera that the surface faces, with a silhouette beside it.
+        let facing = group.mean_normal.length();
+        let variance = normal_variance(group.mean_normal);
+        let most_weight = visible_weight(facing, variance) + SILHOUETTE_WEIGHT;
+        Self {
+            sphere: group.bounds,
+            error_weighed: simplified(group, group.error_in_local) * most_weight.sqrt(),
+            deviation: simplified(group, usable_deviation(group)),
+        }
+    }
+
+    /// The bounds of all items; `None` if there are none.
+    pub(crate) fn around(items: impl Iterator<Item = Self> + Clone) -> Option<Self> {
+        let largest = |value: &dyn Fn(&Self) -> f32| {
+            let values = items.clone().map(|item| or_infinity(value(&item)));
+            values.fold(0.0, f32::max)
+        };
+        // The sphere about the centre of the box of all spheres.
+        let boxes = items.clone().map(|item| {
+            let Sphere { center, radius } = item.sphere;
+            (center - Vec3::splat(radius), center + Vec3::splat(radius))
+        });
+        let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let center = (min + max) * 0.5;
+        let farthest = |item: &Self| item.sphere.center.distance(center) + item.sphere.radius;
+        Some(Self {
+            sphere: Sphere {
+                center,
+                // What rounding may take off.
+                radius: largest(&farthest) * 1.0001,
+            },
+            error_weighed: largest(&|item| item.error_weighed),
+            deviation: largest(&|item| item.deviation),
+        })
+    }
+}
+
+/// Where an instance is in the world; everywhere if that is not usable.
+pub(crate) fn placed_sphere(
+    bounds: &ErrorBounds,
+    world_from_local: &Affine3A,
+    largest_stretch: f32,
+    bias: f32,
+) -> Sphere {
+    let center = world_from_local.transform_point3(bounds.sphere.center);
+    // Lengths grow by the largest stretch at most.
+    let radius = bounds.sphere.radius * largest_stretch;
+    if center.is_finite() && radius.is_finite() && bias > 0.0 {
+        return Sphere { center, radius };
+    }
+    // An infinite sphere is never certainly far nor certainly outside.
+    Sphere {
+        center: Vec3::ZERO,
+        radius: f32::INFINITY,
+    }
+}
+
+/// A terminal group has no simplification, and so no error of one.
+pub(crate) fn simplified(group: &Group, error: f32) -> f32 {
+    if group.is_terminal() { 0.0 } else { error }
+}
+
+/// NaN must not get lost in a maximum: it is as good as infinite.
+pub(crate) fn or_infinity(value: f32) -> f32 {
+    if value.is_nan() { f32::INFINITY } else { value }
+}

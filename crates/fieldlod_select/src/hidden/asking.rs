@@ -1,0 +1,131 @@
+//! What a depth image leaves visible: shares of instances and groups. What is not in the image shows nothing, and counts as hidden.
+
+use wide::f32x8;
+
+use super::OcclusionBuffer;
+use super::choice::camera_from_local;
+use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
+use crate::lanes::bits::LANES;
+use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::scene::table::GroupTable;
+use crate::scene::{Instance, InstanceId, Scene};
+
+/// Texels along the radius of an instance from which on its groups are asked for one by one.
+const LARGE_RADIUS: f32 = 24.0;
+/// Points by which an instance is asked for as a whole, and one of less than a texel's radius.
+const INSTANCE_SAMPLES: usize = 32;
+const SMALL_SAMPLES: usize = 8;
+const SMALL_RADIUS: f32 = 1.0;
+/// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
+const SAME_DEPTH: f32 = 1e-3;
+
+/// What is asked of the points of one instance.
+struct Query {
+    linear: M3<f32x8>,
+    origin: V3<f32x8>,
+    instance: u32,
+}
+
+impl OcclusionBuffer {
+    /// The share of each group of an instance that nothing hides, above 0 and at most 1; none if it was
+    /// removed.
+    #[must_use]
+    pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
+        let Some(mesh) = scene.mesh_of(instance) else {
+            return Vec::new();
+        };
+        let (table, mut groups) = (scene.table(mesh), Vec::new());
+        let index = instance.index() as u32;
+        let placed = &scene.instances[instance.index()];
+        match self.share_of_all(table, index, placed) {
+            Some(of_all) => groups.resize(table.group_count(), of_all),
+            None => self.group_shares(table, index, placed, &mut groups),
+        }
+        let share = |&step: &u8| share_of_step(step, 0.0);
+        groups.iter().map(share).collect()
+    }
+
+    /// The share of an instance in steps, rounded up; `None` where it is so large in the
+    /// image that its groups have to be tested.
+    pub(crate) fn share_of_all(
+        &self,
+        table: &GroupTable,
+        index: u32,
+        instance: &Instance,
+    ) -> Option<u8> {
+        // How large it is.
+        let sphere = &instance.sphere;
+        let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
+        let radius = self.plane.texels(sphere.radius, gap);
+        let is_small = radius < SMALL_RADIUS;
+        if radius >= LARGE_RADIUS && !table.has_one_place() {
+            return None;
+        }
+        // Nothing of the mesh hides the mesh.
+        let count = if is_small {
+            SMALL_SAMPLES
+        } else {
+            INSTANCE_SAMPLES
+        };
+        let query = self.query(index, instance);
+        Some(self.share(table.samples.of_mesh(count), &query, None))
+    }
+
+    /// The shares of an instance's groups likewise.
+    pub(crate) fn group_shares(
+        &self,
+        table: &GroupTable,
+        index: u32,
+        instance: &Instance,
+        groups: &mut Vec<u8>,
+    ) {
+        let query = self.query(index, instance);
+        let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
+        let stretch = crate::view::stretch::largest_stretch(&linear);
+        groups.clear();
+        groups.extend((0..table.group_count()).map(|group| {
+            let (block, lane) = (group / LANES, group % LANES);
+            let radius = table.groups.radius[block].to_array()[lane] * stretch;
+            self.share(table.samples.of_group(group), &query, Some(radius))
+        }));
+    }
+
+    fn query(&self, index: u32, instance: &Instance) -> Query {
+        let (linear, origin) = camera_from_local(&self.view, &instance.world_from_local);
+        Query {
+            linear: M3::splat(&linear),
+            origin: V3::splat(origin),
+            instance: index,
+        }
+    }
+
+    /// The share of points that are visible. Those of the same instance hide only what is farther by more
+    /// than a `thickness`, and nothing if there is none. Full if there are none.
+    #[inline(always)]
+    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: Option<f32>) -> u8 {
+        let (mut count, mut visible) = (0, 0);
+        for sample in samples {
+            let point = query.linear.of(*sample).plus(query.origin);
+            let at = self.plane.project(point);
+            let has_place = self.plane.has_place(at, point.z);
+            count += bits_of(point.dot(point).is_below(f32x8::infinity())).count_ones();
+            let texels = self.plane.texels_at(at, has_place);
+            let of_texels = |image: &[f32]| f32x8::new(texels.map(|texel| image[texel as usize]));
+            let nearness = at.z + at.z.abs() * f32x8::splat(SAME_DEPTH);
+            let before_others = bits_of(of_texels(&self.texels.nearness).is_at_most(nearness));
+            let before_own = thickness.map_or(0xff, |thickness| {
+                let front = point.z - f32x8::splat(thickness);
+                let shrunk = of_texels(&self.shrunk).is_at_most(self.plane.nearness(front));
+                bits_of(front.is_below(f32x8::zero()) | shrunk)
+            });
+            let is_own = |texel: i32| self.texels.owners[texel as usize] == query.instance;
+            let own = (0..LANES).fold(0, |own, lane| own | u32::from(is_own(texels[lane])) << lane);
+            let is_visible = own & before_own | !own & before_others;
+            visible += (is_visible & bits_of(has_place)).count_ones();
+        }
+        match count {
+            0 => FULL_SHARE,
+            _ => HIDDEN + (visible * u32::from(FULL_SHARE - HIDDEN)).div_ceil(count) as u8,
+        }
+    }
+}

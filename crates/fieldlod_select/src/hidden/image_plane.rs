@@ -1,0 +1,179 @@
+//! From camera space to the texels of a depth image.
+
+use std::ops::Range;
+
+use camera_field::Camera;
+use glam::{Vec2, Vec3};
+use wide::f32x8;
+
+use super::boxes::AxisBox;
+use crate::lanes::bits::LANES;
+use crate::lanes::{Lane, V3};
+
+/// Texels along the longer side of the image.
+const LONGER_SIDE: f32 = 256.0;
+/// Texels along a side at least; sides are multiples of it.
+const LEAST_SIDE: usize = 8;
+/// What rounding may move something by, in texels.
+const ROUNDING: f32 = 0.01;
+/// What is nearer than this depth has no place in the image.
+pub(crate) const NEAREST: f32 = 1e-3;
+
+/// A camera's image as texels, x to the right and y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ImagePlane {
+    is_perspective: bool,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Texels per unit of slope, or per unit of length of an orthographic camera.
+    pub(crate) scale: Vec2,
+    /// Where the axis is.
+    offset: Vec2,
+}
+
+/// Texels around something in the image, and a nearness that nothing of it exceeds.
+#[derive(Clone, Debug)]
+pub(crate) struct Rectangle {
+    pub(crate) columns: Range<usize>,
+    pub(crate) rows: Range<usize>,
+    pub(crate) nearest: f32,
+}
+
+impl ImagePlane {
+    pub(crate) fn new(camera: &Camera) -> Self {
+        let (is_perspective, min, max, px_per_unit) = match camera {
+            Camera::Perspective(camera) => {
+                (true, camera.slope_min, camera.slope_max, camera.focal_px)
+            }
+            Camera::Orthographic(camera) => (false, camera.min, camera.max, camera.pixels_per_unit),
+        };
+        // In the proportions of the image. Casts saturate, and take NaN to 0.
+        let size_px = (max - min) * px_per_unit;
+        let longer = size_px.x.max(size_px.y);
+        let side = |px: f32| {
+            let texels = ((px * (LONGER_SIDE / longer)) as usize).min(LONGER_SIDE as usize);
+            texels.next_multiple_of(LEAST_SIDE).max(LEAST_SIDE)
+        };
+        let (width, height) = (side(size_px.x), side(size_px.y));
+        let scale = Vec2::new(width as f32, height as f32) / (max - min);
+        Self {
+            is_perspective,
+            width,
+            height,
+            scale,
+            offset: -min * scale,
+        }
+    }
+
+    /// Texel coordinates and nearness of points that are not behind the camera.
+    #[inline(always)]
+    pub(crate) fn project<L: Lane>(&self, point: V3<L>) -> V3<L> {
+        let (x, y, z) = if self.is_perspective {
+            let nearness = L::one() / point.z;
+            (point.x * nearness, point.y * nearness, nearness)
+        } else {
+            (point.x, point.y, -point.z)
+        };
+        V3 {
+            x: x * L::splat(self.scale.x) + L::splat(self.offset.x),
+            y: y * L::splat(self.scale.y) + L::splat(self.offset.y),
+            z,
+        }
+    }
+
+    /// The nearness at a depth.
+    #[inline(always)]
+    pub(crate) fn nearness<L: Lane>(&self, depth: L) -> L {
+        if self.is_perspective {
+            L::one() / depth
+        } else {
+            -depth
+        }
+    }
+
+    /// Which projected points have a place in the image.
+    #[inline(always)]
+    pub(crate) fn has_place<L: Lane>(&self, at: V3<L>, depth: L) -> L::Mask {
+        let within =
+            |at: L, count: usize| L::zero().is_at_most(at) & at.is_below(L::splat(count as f32));
+        within(at.x, self.width)
+            & within(at.y, self.height)
+            & L::splat(NEAREST).is_at_most(depth)
+            & depth.is_below(L::infinity())
+    }
+
+    /// Where a sphere of camera space is in the image; `None` if it reaches the camera.
+    pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
+        let depth = center.z - radius;
+        if !(NEAREST..f32::INFINITY).contains(&depth) {
+            return None;
+        }
+        // No point of it is farther from where its centre is seen.
+        let at = self.project(V3::splat(center));
+        let side = |at: f32, slope: f32, scale: f32, count: usize| {
+            let reach = if self.is_perspective {
+                radius * (1.0 + slope.abs()) / depth
+            } else {
+                radius
+            };
+            let reach = reach * scale + ROUNDING;
+            let end = (at + reach + 1.0).clamp(0.0, count as f32) as usize;
+            let first = ((at - reach).max(0.0) as usize).min(end);
+            first..end
+        };
+        let columns = side(at.x, center.x / center.z, self.scale.x, self.width);
+        let rows = side(at.y, center.y / center.z, self.scale.y, self.height);
+        Some(Rectangle {
+            columns,
+            rows,
+            nearest: self.nearness(depth),
+        })
+    }
+
+    /// About how many texels long a length at a distance is; infinite where that reaches the camera.
+    pub(crate) fn texels(&self, length: f32, distance: f32) -> f32 {
+        match self.is_perspective {
+            true if distance > 0.0 => length * self.scale.max_element() / distance,
+            true => f32::INFINITY,
+            false => length * self.scale.max_element(),
+        }
+    }
+
+    /// The texels at the coordinates of those points that have a place in the image; 0 of the others.
+    #[inline(always)]
+    pub(crate) fn texels_at(&self, at: V3<f32x8>, has_place: f32x8) -> [i32; LANES] {
+        // Whole numbers up to the count of texels are exact.
+        let whole = |at: f32x8| (at & has_place).fast_trunc_int().round_float();
+        let texel = whole(at.y) * f32x8::splat(self.width as f32) + whole(at.x);
+        texel.fast_trunc_int().to_array()
+    }
+
+    /// Whether a box of camera space is certainly not in the image.
+    pub(crate) fn is_beyond(&self, bounds: &AxisBox) -> bool {
+        let AxisBox { min, max } = bounds;
+        if max.z < NEAREST {
+            return true;
+        }
+        // Slopes are widest at one end or the other.
+        let depths = match self.is_perspective {
+            true if min.z < NEAREST => return false,
+            true => [min.z, max.z],
+            false => [1.0, 1.0],
+        };
+        let is_right_of = |least: f32, scale: f32, offset: f32, edge: f32| {
+            depths
+                .iter()
+                .all(|depth| least / depth * scale + offset > edge)
+        };
+        let is_left_of = |most: f32, scale: f32, offset: f32| {
+            depths
+                .iter()
+                .all(|depth| most / depth * scale + offset < 0.0)
+        };
+        let (scale, offset) = (self.scale, self.offset);
+        is_right_of(min.x, scale.x, offset.x, self.width as f32)
+            || is_right_of(min.y, scale.y, offset.y, self.height as f32)
+            || is_left_of(max.x, scale.x, offset.x)
+            || is_left_of(max.y, scale.y, offset.y)
+    }
+}

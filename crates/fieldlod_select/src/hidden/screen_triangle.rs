@@ -1,0 +1,201 @@
+//! Triangles in the image: clipped, set up and tested for the texels that they cover.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::image_plane::ImagePlane;
+use crate::lanes::{Lane, V3};
+
+/// A front face in the image.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScreenTriangle {
+    /// Corners of its bounds.
+    min: [f32; 2],
+    max: [f32; 2],
+    /// Where it begins and ends in a row, by each edge.
+    ends: [RowEnd; 3],
+    /// Its nearness `a x + b y + c`, and the greatest of its corners.
+    nearness: [f32; 3],
+    nearest: f32,
+}
+
+/// Where an edge is in the row with centres at `y`: `slope y + offset`, left of a triangle or right of it.
+#[derive(Clone, Copy, Debug)]
+struct RowEnd {
+    slope: f32,
+    /// `−∞` if it is no left end.
+    left_offset: f32,
+    /// `∞` if it is no right end.
+    right_offset: f32,
+}
+
+impl RowEnd {
+    /// The end by an edge that is run through with the inside on its right. Triangles on its two sides have the same one.
+    fn new(from: Vec3, to: Vec3) -> Self {
+        let is_left = from.y < to.y;
+        let (low, high) = if is_left { (from, to) } else { (to, from) };
+        let slope = (high.x - low.x) / (high.y - low.y);
+        let offset = low.x - slope * low.y;
+        let mut end = Self {
+            slope: 0.0,
+            left_offset: f32::NEG_INFINITY,
+            right_offset: f32::INFINITY,
+        };
+        // What lies along a row ends no row.
+        if offset.is_finite() {
+            end.slope = slope;
+            *(if is_left {
+                &mut end.left_offset
+            } else {
+                &mut end.right_offset
+            }) = offset;
+        }
+        end
+    }
+}
+
+/// A corner of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corner {
+    in_camera: Vec3,
+    /// Texel coordinates and nearness, if it is before the camera.
+    in_image: Vec3,
+}
+
+impl Corner {
+    #[inline(always)]
+    pub(crate) fn new(plane: &ImagePlane, in_camera: Vec3) -> Self {
+        let V3 { x, y, z } = plane.project(V3::splat(in_camera));
+        Self {
+            in_camera,
+            in_image: Vec3::new(x, y, z),
+        }
+    }
+}
+
+/// Calls `draw` with the corners in the image of each part of a triangle before the camera, from a nearest depth on:
+/// none, one, or two where it reaches behind. Those that face the camera run as [`ScreenTriangle::new`] asks.
+#[inline(always)]
+pub(crate) fn parts_in_front(
+    plane: &ImagePlane,
+    corners: [Corner; 3],
+    is_mirrored: bool,
+    nearest: f32,
+    mut draw: impl FnMut([Vec3; 3]),
+) {
+    let [a, b, c] = corners;
+    let corners = if is_mirrored { [a, c, b] } else { corners };
+    // All of nearly every triangle.
+    if corners.iter().all(|corner| corner.in_camera.z >= nearest) {
+        return draw(corners.map(|corner| corner.in_image));
+    }
+    let (polygon, count) = clip_near(corners.map(|corner| corner.in_camera), nearest);
+    let polygon = polygon.map(|corner| Corner::new(plane, corner).in_image);
+    // A fan from the first corner.
+    for last in 2..count {
+        draw([0, last - 1, last].map(|index| polygon[index]));
+    }
+}
+
+/// What of a triangle is farther than a depth: a polygon and the number of its corners.
+#[cold]
+fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
+    let mut polygon = [Vec3::ZERO; 4];
+    let mut count = 0;
+    let mut push = |corner: Vec3| {
+        polygon[count] = corner;
+        count += 1;
+    };
+    for (index, &from) in corners.iter().enumerate() {
+        let to = corners[(index + 1) % 3];
+        let [is_from_in, is_to_in] = [from, to].map(|corner| corner.z >= nearest);
+        if is_from_in {
+            push(from);
+        }
+        if is_from_in != is_to_in {
+            // From the inner end, so that both triangles at an edge cut it alike.
+            let (inner, outer) = if is_from_in { (from, to) } else { (to, from) };
+            let share = (inner.z - nearest) / (inner.z - outer.z);
+            push((inner + (outer - inner) * share).with_z(nearest));
+        }
+    }
+    (polygon, count)
+}
+
+impl ScreenTriangle {
+    /// `None` for what is turned away, has no area or is not a number. Corners have texel coordinates and
+    /// nearness.
+    #[inline]
+    pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
+        // Seen from outside the corners run counter-clockwise, which is negative with y down.
+        let (ab, ac) = (b - a, c - a);
+        let area = ac.x * ab.y - ac.y * ab.x;
+        if !(area > 0.0 && area < f32::INFINITY) {
+            return None;
+        }
+        let x = (ac.z * ab.y - ab.z * ac.y) / area;
+        let y = (ab.z * ac.x - ac.z * ab.x) / area;
+        Some(Self {
+            min: [a.x.min(b.x).min(c.x), a.y.min(b.y).min(c.y)],
+            max: [a.x.max(b.x).max(c.x), a.y.max(b.y).max(c.y)],
+            ends: [RowEnd::new(a, b), RowEnd::new(b, c), RowEnd::new(c, a)],
+            nearness: [x, y, a.z - x * a.x - y * a.y],
+            nearest: a.z.max(b.z).max(c.z),
+        })
+    }
+
+    /// Whether a texel with this centre is covered.
+    #[cfg(test)]
+    pub(crate) fn covers<L: Lane>(&self, x: L, y: L) -> L::Mask {
+        let [left, right] = self.span(y);
+        left.is_at_most(x) & x.is_at_most(right)
+    }
+
+    /// Where the row with centres at `y` begins and ends; empty if it does not meet the triangle.
+    #[inline(always)]
+    pub(crate) fn span<L: Lane>(&self, y: L) -> [L; 2] {
+        let (mut left, mut right) = (L::splat(self.min[0]), L::splat(self.max[0]));
+        for end in &self.ends {
+            let along = L::splat(end.slope) * y;
+            left = left.larger(along + L::splat(end.left_offset));
+            right = right.smaller(along + L::splat(end.right_offset));
+        }
+        let is_met = L::splat(self.min[1]).is_at_most(y) & y.is_at_most(L::splat(self.max[1]));
+        [left, L::choose(is_met, right, -L::infinity())]
+    }
+
+    /// The nearness there; never more than that of the nearest corner, which slivers might round to.
+    #[inline(always)]
+    pub(crate) fn nearness<L: Lane>(&self, x: L, y: L) -> L {
+        plane_at(self.nearness, x, y).smaller(L::splat(self.nearest))
+    }
+
+    /// The rows whose centres it reaches to.
+    #[inline(always)]
+    pub(crate) fn rows(&self, count: usize) -> Range<usize> {
+        centres(self.min[1], self.max[1], count)
+    }
+}
+
+/// Whether no texel's centre is within the bounds of a triangle.
+#[inline(always)]
+pub(crate) fn is_between_centres([a, b, c]: [Vec3; 3], width: usize, height: usize) -> bool {
+    centres(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), width).is_empty()
+        || centres(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), height).is_empty()
+}
+
+/// The texels of a row or column whose centres are from `min` to `max`, and at most one more.
+#[inline(always)]
+fn centres(min: f32, max: f32, count: usize) -> Range<usize> {
+    // Casts saturate, and take NaN to 0.
+    let end = (max.min(count as f32) + 0.5) as usize;
+    let first = min.max(0.0) as usize;
+    let first = first + usize::from((first as f32 + 0.5) < min);
+    first..end.min(count)
+}
+
+#[inline(always)]
+fn plane_at<L: Lane>([a, b, c]: [f32; 3], x: L, y: L) -> L {
+    L::splat(a) * x + L::splat(b) * y + L::splat(c)
+}

@@ -1,0 +1,59 @@
+//! What is visible of the groups of one instance, as decisions read it.
+
+use wide::f32x8;
+
+use crate::lanes::bits::LANES;
+
+/// The step of what is hidden, and of what is fully visible.
+pub(crate) const HIDDEN: u8 = 0;
+pub(crate) const FULL_SHARE: u8 = 16;
+
+/// Visible shares of groups in steps, eight to an element.
+#[derive(Clone, Copy)]
+pub(crate) struct Shares<'a> {
+    steps: &'a [[u8; LANES]],
+    /// What hidden groups count at least.
+    least: f32,
+    /// What groups without steps count.
+    rest: f32,
+}
+
+impl<'a> Shares<'a> {
+    /// Every group counts in full.
+    pub(crate) const FULL: Self = Self {
+        steps: &[],
+        least: 1.0,
+        rest: 1.0,
+    };
+
+    pub(crate) fn new(steps: &'a [[u8; LANES]], least: f32) -> Self {
+        Self {
+            steps,
+            least,
+            rest: 1.0,
+        }
+    }
+
+    /// Every group counts what one step does.
+    pub(crate) fn of_all(step: u8, least: f32) -> Self {
+        Self {
+            rest: share_of_step(step, least),
+            ..Self::new(&[], least)
+        }
+    }
+
+    /// The shares of one block.
+    #[inline]
+    pub(crate) fn of_block(&self, block: usize) -> f32x8 {
+        match self.steps.get(block) {
+            Some(steps) => f32x8::from(steps.map(|step| share_of_step(step, self.least))),
+            None => f32x8::new([self.rest; LANES]),
+        }
+    }
+}
+
+/// What a step counts, where anything counts `least` at least.
+pub(crate) fn share_of_step(step: u8, least: f32) -> f32 {
+    let share = f32::from(step) / f32::from(FULL_SHARE);
+    share.max(least).clamp(f32::MIN_POSITIVE, 1.0)
+}

@@ -1,0 +1,115 @@
+//! Points spread evenly over the surface of a mesh, and over the part of it that each group stands for.
+//!
+//! Any first few of them are spread as evenly as all are: a small instance is drawn and asked by few, a
+//! large one by many.
+
+use fieldlod_hierarchy::{Hierarchy, Unit};
+use glam::Vec3;
+use wide::f32x8;
+
+use crate::lanes::V3;
+use crate::lanes::bits::LANES;
+
+/// Points of a mesh, and of a group.
+pub(crate) const MESH_SAMPLES: u32 = 2048;
+pub(crate) const GROUP_SAMPLES: usize = 8;
+
+/// Points of a mesh, eight to an element.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SurfaceSamples {
+    mesh: Vec<V3<f32x8>>,
+    /// One element for each group.
+    groups: Vec<V3<f32x8>>,
+}
+
+impl SurfaceSamples {
+    /// None if the hierarchy comes without its geometry.
+    pub(crate) fn new(hierarchy: &Hierarchy) -> Self {
+        if hierarchy.unit_vertices.is_empty() {
+            return Self::default();
+        }
+        let source: Vec<&Unit> = hierarchy
+            .source_units()
+            .map(|unit| &hierarchy.units[unit])
+            .collect();
+        let groups = hierarchy.groups.iter().map(|group| {
+            let units: Vec<&Unit> = hierarchy.units[group.units()].iter().collect();
+            // One element, of NaN where there is no area.
+            let samples = in_lanes(&samples_of(hierarchy, &units, GROUP_SAMPLES as u32));
+            samples.first().copied().unwrap_or(V3::splat(Vec3::NAN))
+        });
+        Self {
+            groups: groups.collect(),
+            mesh: in_lanes(&samples_of(hierarchy, &source, MESH_SAMPLES)),
+        }
+    }
+
+    /// The first `count` points of the mesh, up to a full element.
+    pub(crate) fn of_mesh(&self, count: usize) -> &[V3<f32x8>] {
+        &self.mesh[..count.div_ceil(LANES).min(self.mesh.len())]
+    }
+
+    pub(crate) fn of_group(&self, group: usize) -> &[V3<f32x8>] {
+        self.groups.get(group..=group).unwrap_or(&[])
+    }
+}
+
+/// `count` points, a power of two, each of an equal part of the area; none if there is no area.
+fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
+    let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
+    let triangles: Vec<[Vec3; 3]> = units
+        .iter()
+        .flat_map(|unit| hierarchy.triangles_of(unit))
+        .map(|triangle| triangle.map(corner))
+        .collect();
+    let area_of = |[a, b, c]: &[Vec3; 3]| (*b - *a).cross(*c - *a).length();
+    let total: f32 = triangles
+        .iter()
+        .map(area_of)
+        .filter(|area| area.is_finite())
+        .sum();
+    if !(total > 0.0 && total < f32::INFINITY) {
+        return Vec::new();
+    }
+    // Along the triangles, one in each stretch of equal area.
+    let mut points = Vec::with_capacity(count as usize);
+    let (mut index, mut until) = (0, area_of(&triangles[0]));
+    for sample in 0..count {
+        let wanted = total * ((sample as f32 + 0.5) / count as f32);
+        while until < wanted && index + 1 < triangles.len() {
+            index += 1;
+            until += area_of(&triangles[index]);
+        }
+        points.push(point_in(&triangles[index], sample));
+    }
+    // In an order in which any first few are far apart.
+    let bits = count.trailing_zeros();
+    let order = (0..count).map(|place| place.reverse_bits() >> (u32::BITS - bits));
+    order.map(|place| points[place as usize]).collect()
+}
+
+/// A point of a triangle, other ones for other samples.
+fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
+    // The additive recurrence of the plastic number, folded into the triangle.
+    let along = |step: f32| (step * sample as f32 + 0.5) % 1.0;
+    let (u, v) = (along(0.754_877_7), along(0.569_840_3));
+    let (u, v) = if u + v > 1.0 {
+        (1.0 - u, 1.0 - v)
+    } else {
+        (u, v)
+    };
+    *a + (*b - *a) * u + (*c - *a) * v
+}
+
+fn in_lanes(points: &[Vec3]) -> Vec<V3<f32x8>> {
+    let (elements, _) = points.as_chunks::<LANES>();
+    let element = |points: &[Vec3; LANES]| {
+        let axis = |axis: usize| f32x8::from(points.map(|point| point[axis]));
+        V3 {
+            x: axis(0),
+            y: axis(1),
+            z: axis(2),
+        }
+    };
+    elements.iter().map(element).collect()
+}

@@ -1,0 +1,303 @@
+//! The depth image against a naive one, and what shares tell.
+
+use std::sync::OnceLock;
+
+use camera_field::{Camera, Intrinsics};
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Affine3A, Quat, Vec2};
+use proptest::prelude::*;
+
+use super::choice::ChosenOccluder;
+use super::screen_triangle::ScreenTriangle;
+use super::texels::NOBODY;
+use super::*;
+use crate::scene::{InstanceId, MeshId};
+
+/// An image by instances: nearness, and who owns it.
+type Image = (Vec<f32>, Vec<u32>);
+
+/// Every texel of every triangle and point, one by one; points end where none of a stretch is in front.
+fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> Image {
+    let texels = buffer.plane.width * buffer.plane.height;
+    let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
+    for chosen in &buffer.choice.chosen {
+        let is_in_front = draw_naively(scene, buffer, chosen, &mut image);
+        let before_last = is_in_front.split_last().map_or(&[][..], |(_, rest)| rest);
+        assert!(!before_last.contains(&false));
+    }
+    image
+}
+
+/// One instance; for each stretch of points whether any was in front of what was drawn before.
+fn draw_naively(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    chosen: &ChosenOccluder,
+    (image, owners): &mut Image,
+) -> Vec<bool> {
+    let &ChosenOccluder {
+        instance,
+        mesh,
+        drawn_by,
+    } = chosen;
+    let (plane, texels) = (&buffer.plane, image.len());
+    let mut keep = |texel: usize, nearness: f32| {
+        let is_nearer = image[texel] < nearness;
+        if is_nearer {
+            (image[texel], owners[texel]) = (nearness, instance);
+        }
+        is_nearer
+    };
+    let table = scene.table(mesh);
+    let placement = &scene.instances[instance as usize].world_from_local;
+    let (linear, origin) = camera_from_local(&buffer.view, placement);
+    match drawn_by {
+        DrawnBy::Level(level) => {
+            let level = &table.occluders[level];
+            let mut corners = Vec::new();
+            for part in level.parts() {
+                for corners in part.placed_triangles(plane, &linear, origin, &mut corners) {
+                    let is_mirrored = linear.determinant() < 0.0;
+                    parts_in_front(plane, corners, is_mirrored, NEAREST, |part| {
+                        let Some(triangle) = ScreenTriangle::new(part) else {
+                            return;
+                        };
+                        for texel in 0..texels {
+                            let x = (texel % plane.width) as f32 + 0.5;
+                            let y = (texel / plane.width) as f32 + 0.5;
+                            if triangle.covers(x, y) {
+                                keep(texel, triangle.nearness(x, y));
+                            }
+                        }
+                    });
+                }
+            }
+            Vec::new()
+        }
+        DrawnBy::Points(count) => {
+            let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
+            let points: Vec<V3<f32>> = points_of(table.samples.of_mesh(count)).collect();
+            points
+                .chunks(STRETCH * LANES)
+                .map(|stretch| {
+                    let mut is_in_front = false;
+                    for point in stretch {
+                        let point: V3<f32> = linear.of(*point).plus(origin);
+                        let at = plane.project(point);
+                        if plane.has_place(at, point.z) {
+                            let texel = at.y as usize * plane.width + at.x as usize;
+                            is_in_front |= keep(texel, at.z);
+                        }
+                    }
+                    is_in_front
+                })
+                .collect()
+        }
+    }
+}
+
+fn points_of(lanes: &[V3<f32x8>]) -> impl Iterator<Item = V3<f32>> + '_ {
+    lanes.iter().flat_map(|point| {
+        let [x, y, z] = [point.x, point.y, point.z].map(f32x8::to_array);
+        (0..LANES).map(move |lane| V3 {
+            x: x[lane],
+            y: y[lane],
+            z: z[lane],
+        })
+    })
+}
+
+/// The least of a texel and its neighbours.
+fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
+    let [width, height] = buffer.size();
+    let (x, y) = (texel % width, texel / width);
+    let mut least = f32::INFINITY;
+    for y in y.saturating_sub(1)..(y + 2).min(height) {
+        for x in x.saturating_sub(1)..(x + 2).min(width) {
+            least = least.min(buffer.texels.nearness[y * width + x]);
+        }
+    }
+    least
+}
+
+fn camera() -> Camera {
+    Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)))
+}
+
+fn view(eye: Vec3, turn: Quat) -> View {
+    View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
+}
+
+/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
+fn meshes(scene: &mut Scene) -> [MeshId; 3] {
+    std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
+}
+
+fn baked() -> &'static [Hierarchy; 3] {
+    static BAKED: OnceLock<[Hierarchy; 3]> = OnceLock::new();
+    BAKED.get_or_init(bake_meshes)
+}
+
+fn bake_meshes() -> [Hierarchy; 3] {
+    let bake = |mesh| bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let ball = bake(fixtures::rock(5, 1));
+    let mut broken = bake(fixtures::rock(4, 1));
+    for (index, position) in broken.vertices.positions.iter_mut().enumerate() {
+        match index % 5 {
+            0 => *position = Vec3::NAN,
+            1 => *position = Vec3::ZERO,
+            2 => *position *= f32::INFINITY,
+            _ => {}
+        }
+    }
+    let whole = ball.whole_mesh_levels().unwrap();
+    [ball, whole, broken]
+}
+
+fn place(at: Vec3, scale: Vec3) -> Affine3A {
+    Affine3A::from_scale_rotation_translation(scale, Quat::from_rotation_y(0.3), at)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_image_is_the_naive_one(
+        placed in prop::collection::vec((0usize..3, prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.5f32..1.5)), 1..8),
+        turn in -0.5f32..0.5,
+        budget in 0u32..6000,
+    ) {
+        let mut scene = Scene::default();
+        let meshes = meshes(&mut scene);
+        // Around the eye, behind it and about it; mirrored and flat.
+        for (mesh, at, scale) in placed {
+            let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 9.0) - Vec3::Z * 4.0;
+            scene.add_instance(meshes[mesh], place(at, Vec3::from(scale)), 1.0);
+        }
+        scene.update();
+        let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::from_rotation_z(turn)), budget);
+        let (image, owners) = naive_image(&scene, &buffer);
+        let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
+        prop_assert_eq!(bits(&buffer.texels.nearness), bits(&image));
+        let drawn: Vec<u32> = buffer.texels.owners.clone();
+        prop_assert_eq!(&drawn, &owners);
+        prop_assert!((0..image.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
+        prop_assert!(buffer.choice.triangle_count <= budget);
+    }
+
+    #[test]
+    fn two_triangles_at_an_edge_leave_no_gap(
+        corner in prop::array::uniform2(0.0f32..30.0),
+        sides in prop::array::uniform4(-30.0f32..30.0),
+        is_on_centres in any::<bool>(),
+    ) {
+        // A parallelogram, whose diagonal may run through the centres of texels.
+        let placed = |at: Vec2| if is_on_centres { at.floor() + 0.5 } else { at };
+        let corner = placed(corner.into());
+        let [u, v] = [0, 2].map(|first| placed(Vec2::new(sides[first], sides[first + 1])) - 0.5);
+        let (u, v) = if u.perp_dot(v) < 0.0 { (u, v) } else { (v, u) };
+        let at = |offset: Vec2| (corner + offset).extend(1.0);
+        let corners = [at(Vec2::ZERO), at(u), at(u + v), at(v)];
+        let triangles = [[0, 1, 2], [0, 2, 3]].map(|three| ScreenTriangle::new(three.map(|index: usize| corners[index])));
+        prop_assume!(u.perp_dot(v) < -0.1);
+        let [first, second] = triangles.map(Option::unwrap);
+        let (u, v, area) = (u.as_dvec2(), v.as_dvec2(), f64::from(u.perp_dot(v)));
+        for texel in 0..64 * 64 {
+            let (x, y) = ((texel % 64) as f32 + 0.5, (texel / 64) as f32 + 0.5);
+            let from_corner = Vec2::new(x, y).as_dvec2() - corner.as_dvec2();
+            let along = [from_corner.perp_dot(v) / area, u.perp_dot(from_corner) / area];
+            let is_inside = along.iter().all(|along| (0.01..=0.99).contains(along));
+            prop_assert!(!is_inside || first.covers(x, y) || second.covers(x, y));
+        }
+    }
+
+    #[test]
+    fn what_was_not_drawn_would_have_changed_nothing(
+        placed in prop::collection::vec((prop::array::uniform3(-1.0f32..1.0), 0.05f32..1.0), 1..40),
+    ) {
+        let mut scene = Scene::default();
+        let meshes = meshes(&mut scene);
+        scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
+        for (index, (at, scale)) in placed.into_iter().enumerate() {
+            let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 15.0) - Vec3::Z * 20.0;
+            scene.add_instance(meshes[index % 3], place(at, Vec3::splat(scale)), 1.0);
+        }
+        scene.update();
+        let view = view(Vec3::ZERO, Quat::IDENTITY);
+        let buffer = OcclusionBuffer::new(&scene, &view, u32::MAX);
+        let (mut image, mut choice) = (naive_image(&scene, &buffer), buffer.choice.clone());
+        let candidates = choice.candidates.clone();
+        for &candidate in &candidates {
+            let is_drawn = |chosen: &ChosenOccluder| chosen.instance == candidate.instance;
+            if !buffer.choice.chosen.iter().any(is_drawn) {
+                let chosen = choice.choose(&scene, &view, &buffer.plane, u32::MAX, candidate);
+                chosen.inspect(|chosen| drop(draw_naively(&scene, &buffer, chosen, &mut image)));
+            }
+        }
+        prop_assert_eq!(&buffer.texels.nearness, &image.0);
+    }
+}
+
+/// A small ball behind a large one, or beside it.
+fn hidden_and_beside() -> (Scene, [InstanceId; 3]) {
+    let mut scene = Scene::default();
+    let [large, small, _] = meshes(&mut scene);
+    let mut add = |mesh, at, size| scene.add_instance(mesh, place(at, Vec3::splat(size)), 1.0);
+    let ids = [
+        add(large, Vec3::new(0.0, 0.0, -6.0), 2.0),
+        add(small, Vec3::new(0.3, 0.2, -12.0), 0.5),
+        add(small, Vec3::new(7.0, 0.2, -12.0), 0.5),
+    ];
+    scene.update();
+    (scene, ids)
+}
+
+#[test]
+fn what_stands_behind_is_hidden_and_what_stands_beside_is_seen() {
+    let (scene, [large, behind, beside]) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
+    let least = |id| {
+        let shares = buffer.visible_shares(&scene, id);
+        shares.into_iter().fold(1.0, f32::min)
+    };
+    let most = |id| {
+        buffer
+            .visible_shares(&scene, id)
+            .into_iter()
+            .fold(0.0, f32::max)
+    };
+    assert!(most(behind) < 1e-6);
+    assert_eq!(least(beside), 1.0);
+    // The far side of the large one is hidden by its near side, but where a group reaches around.
+    assert_eq!(most(large), 1.0);
+    assert!(least(large) < 0.5);
+}
+
+#[test]
+fn what_may_not_hide_does_not() {
+    let (mut scene, [large, behind, _]) = hidden_and_beside();
+    scene.set_occluder(large, false);
+    scene.update();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
+    assert!(
+        buffer
+            .visible_shares(&scene, behind)
+            .iter()
+            .all(|&share| share == 1.0)
+    );
+}
+
+#[test]
+fn an_eye_of_nan_sees_all() {
+    let (scene, ids) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::NAN, Quat::IDENTITY), 8000);
+    for id in ids {
+        assert!(
+            buffer
+                .visible_shares(&scene, id)
+                .iter()
+                .all(|&share| share == 1.0)
+        );
+    }
+}

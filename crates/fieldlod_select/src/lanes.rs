@@ -1,0 +1,225 @@
+//! One number or eight: what is decided of a group by itself and of eight at once is computed by the
+//! same lines, with operations that IEEE 754 rounds exactly, in glam's order. So both agree to the bit,
+//! on every machine.
+
+pub(crate) mod bits;
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use glam::{Mat3, Vec3};
+use wide::f32x8;
+
+/// A number of one group, or the numbers of eight.
+pub(crate) trait Lane:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// An answer for each group.
+    type Mask: Copy
+        + BitAnd<Output = Self::Mask>
+        + BitOr<Output = Self::Mask>
+        + Not<Output = Self::Mask>;
+
+    fn splat(value: f32) -> Self;
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    fn is_below(self, other: Self) -> Self::Mask;
+    fn is_at_most(self, other: Self) -> Self::Mask;
+    /// One of two numbers for each group.
+    fn choose(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+
+    fn infinity() -> Self {
+        Self::splat(f32::INFINITY)
+    }
+
+    #[inline]
+    fn not_a_number(self) -> Self::Mask {
+        !self.is_at_most(self)
+    }
+
+    /// The larger of two numbers; the second where either is NaN.
+    #[inline]
+    fn larger(self, other: Self) -> Self {
+        Self::choose(other.is_below(self), self, other)
+    }
+
+    /// The smaller of two numbers; the second where either is NaN.
+    #[inline]
+    fn smaller(self, other: Self) -> Self {
+        Self::choose(self.is_below(other), self, other)
+    }
+
+    /// Whether the number is finite and not negative.
+    #[inline]
+    fn is_length(self) -> Self::Mask {
+        Self::zero().is_at_most(self) & self.is_below(Self::infinity())
+    }
+}
+
+impl Lane for f32 {
+    type Mask = bool;
+
+    fn splat(value: f32) -> Self {
+        value
+    }
+
+    fn sqrt(self) -> Self {
+        f32::sqrt(self)
+    }
+
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+
+    fn is_below(self, other: Self) -> bool {
+        self < other
+    }
+
+    fn is_at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    fn choose(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+}
+
+impl Lane for f32x8 {
+    type Mask = f32x8;
+
+    #[inline]
+    fn splat(value: f32) -> Self {
+        f32x8::new([value; 8])
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        f32x8::sqrt(self)
+    }
+
+    #[inline]
+    fn abs(self) -> Self {
+        f32x8::abs(self)
+    }
+
+    #[inline]
+    fn is_below(self, other: Self) -> f32x8 {
+        self.simd_lt(other)
+    }
+
+    #[inline]
+    fn is_at_most(self, other: Self) -> f32x8 {
+        self.simd_le(other)
+    }
+
+    #[inline]
+    fn choose(mask: f32x8, if_true: Self, if_false: Self) -> Self {
+        mask.bitselect(if_true, if_false)
+    }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+pub(crate) fn mask_of(bits: u32) -> f32x8 {
+    let lane = |index: usize| f32::from_bits(0u32.wrapping_sub(bits >> index & 1));
+    match bits {
+        // By far the most blocks; eight numbers put together take longer than a test.
+        0 => f32x8::splat(0.0),
+        0xff => f32x8::splat(lane(0)),
+        _ => f32x8::from(std::array::from_fn(lane)),
+    }
+}
+
+/// The bits of the lanes that are set.
+#[inline]
+pub(crate) fn bits_of(mask: f32x8) -> u32 {
+    mask.to_bitmask() & 0xff
+}
+
+/// A vector of each group.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct V3<L> {
+    pub(crate) x: L,
+    pub(crate) y: L,
+    pub(crate) z: L,
+}
+
+impl V3<f32> {
+    /// The same vector in every lane.
+    #[inline]
+    pub(crate) fn in_lanes<L: Lane>(self) -> V3<L> {
+        V3 {
+            x: L::splat(self.x),
+            y: L::splat(self.y),
+            z: L::splat(self.z),
+        }
+    }
+}
+
+impl<L: Lane> V3<L> {
+    #[inline]
+    pub(crate) fn splat(v: Vec3) -> Self {
+        let [x, y, z] = v.to_array().map(L::splat);
+        Self { x, y, z }
+    }
+
+    #[inline]
+    pub(crate) fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline]
+    pub(crate) fn plus(self, other: Self) -> Self {
+        let (x, y, z) = (self.x + other.x, self.y + other.y, self.z + other.z);
+        Self { x, y, z }
+    }
+
+    #[inline]
+    pub(crate) fn minus(self, other: Self) -> Self {
+        let (x, y, z) = (self.x - other.x, self.y - other.y, self.z - other.z);
+        Self { x, y, z }
+    }
+
+    #[inline]
+    pub(crate) fn times(self, factor: L) -> Self {
+        let (x, y, z) = (self.x * factor, self.y * factor, self.z * factor);
+        Self { x, y, z }
+    }
+}
+
+/// The same matrix for all groups.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct M3<L>([V3<L>; 3]);
+
+impl M3<f32> {
+    /// The same matrix in every lane.
+    #[inline]
+    pub(crate) fn in_lanes<L: Lane>(&self) -> M3<L> {
+        M3(self.0.map(V3::in_lanes))
+    }
+}
+
+impl<L: Lane> M3<L> {
+    #[inline]
+    pub(crate) fn splat(m: &Mat3) -> Self {
+        Self([m.x_axis, m.y_axis, m.z_axis].map(V3::splat))
+    }
+
+    #[inline]
+    pub(crate) fn of(&self, v: V3<L>) -> V3<L> {
+        let [a, b, c] = self.0;
+        a.times(v.x).plus(b.times(v.y)).plus(c.times(v.z))
+    }
+}

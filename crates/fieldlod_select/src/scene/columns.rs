@@ -1,0 +1,153 @@
+//! Spheres of instances in columns, eight to an element, and spheres around 64 of them that follow each other.
+
+use fieldlod_hierarchy::Sphere;
+use glam::Vec3;
+use wide::f32x8;
+
+use crate::lanes::V3;
+use crate::lanes::bits::{CHUNK, LANES};
+
+/// Eight spheres in world space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EightSpheres {
+    center: [[f32; LANES]; 3],
+    radius: [f32; LANES],
+}
+
+impl EightSpheres {
+    /// Eight times nothing: certainly outside of every view.
+    const NOTHING: Self = Self {
+        center: [[0.0; LANES]; 3],
+        radius: [NOTHING.radius; LANES],
+    };
+
+    fn set(&mut self, lane: usize, sphere: &Sphere) {
+        for (axis, column) in self.center.iter_mut().enumerate() {
+            column[lane] = sphere.center[axis];
+        }
+        self.radius[lane] = sphere.radius;
+    }
+
+    fn get(&self, lane: usize) -> Sphere {
+        Sphere {
+            center: Vec3::from(self.center.map(|column| column[lane])),
+            radius: self.radius[lane],
+        }
+    }
+
+    #[inline]
+    pub(crate) fn center(&self) -> V3<f32x8> {
+        let [x, y, z] = self.center.map(f32x8::new);
+        V3 { x, y, z }
+    }
+
+    #[inline]
+    pub(crate) fn radius(&self) -> f32x8 {
+        f32x8::new(self.radius)
+    }
+}
+
+/// The sphere of a removed instance.
+pub(crate) const NOTHING: Sphere = Sphere {
+    center: Vec3::ZERO,
+    radius: f32::NEG_INFINITY,
+};
+
+/// The columns of a scene, by the index of the instance.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Columns {
+    pub(crate) spheres: Vec<EightSpheres>,
+    /// Radii on screen: those of the vertices, times the bias.
+    pub(crate) sizes: Vec<[f32; LANES]>,
+    /// Radii of what can hide other instances; 0 of what cannot.
+    pub(crate) occluder_radii: Vec<[f32; LANES]>,
+    /// By how much errors grow in the world, at least and at most, biases included.
+    pub(crate) error_scales: Vec<[f32; 2]>,
+    /// Around 64 instances each.
+    pub(crate) chunks: Vec<EightSpheres>,
+    /// Chunks whose spheres are not up to date.
+    dirty: Vec<u32>,
+}
+
+impl Columns {
+    /// Puts an instance at an index; its chunk is not up to date until the next [`Columns::refit`].
+    pub(crate) fn set(
+        &mut self,
+        index: usize,
+        sphere: &Sphere,
+        error_scale: [f32; 2],
+        size: f32,
+        occluder_radius: f32,
+    ) {
+        let (element, lane) = (index / LANES, index % LANES);
+        if self.spheres.len() <= element {
+            self.spheres.resize(element + 1, EightSpheres::NOTHING);
+            self.sizes.resize(element + 1, [0.0; LANES]);
+            self.occluder_radii.resize(element + 1, [0.0; LANES]);
+        }
+        if self.error_scales.len() <= index {
+            self.error_scales.resize(index + 1, [0.0; 2]);
+        }
+        self.error_scales[index] = error_scale;
+        self.spheres[element].set(lane, sphere);
+        self.sizes[element][lane] = size;
+        self.occluder_radii[element][lane] = occluder_radius;
+        let chunk = (index / CHUNK) as u32;
+        if self.dirty.last() != Some(&chunk) {
+            self.dirty.push(chunk);
+        }
+    }
+
+    /// Brings the spheres around chunks up to date.
+    pub(crate) fn refit(&mut self) {
+        let count = self.spheres.len().div_ceil(CHUNK / LANES);
+        self.chunks
+            .resize(count.div_ceil(LANES), EightSpheres::NOTHING);
+        self.dirty.sort_unstable();
+        self.dirty.dedup();
+        for &chunk in &self.dirty {
+            let chunk = chunk as usize;
+            let first = chunk * (CHUNK / LANES);
+            let members = self.spheres[first..].iter().take(CHUNK / LANES);
+            let members = members.flat_map(|eight| (0..LANES).map(|lane| eight.get(lane)));
+            self.chunks[chunk / LANES].set(chunk % LANES, &around(members));
+        }
+        self.dirty.clear();
+    }
+
+    /// Whether all spheres around chunks are up to date.
+    pub(crate) fn is_up_to_date(&self) -> bool {
+        self.dirty.is_empty()
+    }
+
+    /// The size of one instance.
+    pub(crate) fn size(&self, index: usize) -> f32 {
+        self.sizes[index / LANES][index % LANES]
+    }
+}
+
+/// The sphere about the centre of the box of all spheres but removed ones.
+fn around(spheres: impl Iterator<Item = Sphere> + Clone) -> Sphere {
+    let spheres = spheres.filter(|sphere| sphere.radius > f32::NEG_INFINITY);
+    let boxes = spheres.clone().map(|Sphere { center, radius }| {
+        let half = Vec3::splat(radius);
+        (center - half, center + half)
+    });
+    let Some((min, max)) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
+        return NOTHING;
+    };
+    let center = (min + max) * 0.5;
+    if !center.is_finite() {
+        // Never certainly far nor certainly outside.
+        return Sphere {
+            center: Vec3::ZERO,
+            radius: f32::INFINITY,
+        };
+    }
+    let farthest = |sphere: Sphere| sphere.center.distance(center) + sphere.radius;
+    Sphere {
+        center,
+        // Rounding may take some off.
+        radius: spheres.map(farthest).fold(0.0, f32::max) * 1.0001,
+    }
+}

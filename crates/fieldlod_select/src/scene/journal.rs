@@ -1,0 +1,38 @@
+//! Which instances have changed, in order: each selector reads on from where it stopped.
+
+/// Changes that are kept at least.
+const FEW: usize = 1024;
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Journal {
+    changed: Vec<u32>,
+    /// Changes that were dropped from the front.
+    dropped: u64,
+}
+
+impl Journal {
+    pub(crate) fn push(&mut self, instance: u32) {
+        self.changed.push(instance);
+    }
+
+    /// Drops the older half of more changes than `instance_count`: looking at every instance is faster then.
+    pub(crate) fn trim(&mut self, instance_count: usize) {
+        let most = instance_count.max(FEW);
+        if self.changed.len() > most * 2 {
+            let dropped = self.changed.len() - most;
+            self.changed.drain(..dropped);
+            self.dropped += dropped as u64;
+        }
+    }
+
+    /// How many changes there were.
+    pub(crate) fn revision(&self) -> u64 {
+        self.dropped + self.changed.len() as u64
+    }
+
+    /// The changes since a revision; `None` if some of them were dropped.
+    pub(crate) fn since(&self, revision: u64) -> Option<&[u32]> {
+        let first = revision.checked_sub(self.dropped)?;
+        self.changed.get(first as usize..)
+    }
+}

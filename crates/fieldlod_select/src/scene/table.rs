@@ -1,0 +1,379 @@
+//! A hierarchy laid out for selection: structures of arrays, eight groups to a register.
+
+mod lanes;
+
+use std::ops::Range;
+
+use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Sphere, Unit};
+use wide::f32x8;
+
+use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
+use crate::criterion::limits::LevelErrors;
+use crate::criterion::{CriterionInput, normal_variance};
+use crate::hidden::occluder::{OccluderMesh, occluder_levels};
+use crate::hidden::shares::Shares;
+use crate::hidden::surface_samples::SurfaceSamples;
+use crate::lanes::V3;
+use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
+pub(crate) use lanes::BoundsLanes;
+use lanes::{lanes_of, vectors_of};
+
+/// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
+///
+/// Tests ask for 64 groups at once first, then for eight, then for each.
+#[derive(Clone, Debug)]
+pub struct GroupTable {
+    group_count: usize,
+    /// Groups, eight to an element.
+    pub(crate) groups: BoundsLanes,
+    /// Elements of `groups`, eight to an element: one for each word of bits.
+    pub(crate) blocks: BoundsLanes,
+    /// Elements of `blocks`, eight to an element.
+    pub(crate) chunks: BoundsLanes,
+    error: Vec<f32x8>,
+    mean_normal: Vec<V3<f32x8>>,
+    pub(crate) normal_length: Vec<f32x8>,
+    pub(crate) normal_variance: Vec<f32x8>,
+    /// One bit for each group, set if it is terminal.
+    pub(crate) terminal: Vec<u64>,
+    /// The bounds of all groups.
+    pub(crate) bounds: ErrorBounds,
+    /// The radius of a sphere around all vertices of the source.
+    pub(crate) radius: f32,
+    /// The errors of the mesh as a whole at each level that it can be drawn at as a whole: of a mesh that is not,
+    /// at its coarsest alone.
+    level_errors: Vec<LevelErrors>,
+    /// The level of each group.
+    levels: Vec<u32>,
+    /// Where visibility is asked for.
+    pub(crate) samples: SurfaceSamples,
+    /// What the mesh hides others with, finest first.
+    pub(crate) occluders: Vec<OccluderMesh>,
+    /// Groups that consume what a group produces, group by group.
+    coarser: Vec<u32>,
+    first_coarser: Vec<u32>,
+    first_unit: Vec<u32>,
+    units: Vec<TableUnit>,
+    /// The groups that may be refined; `None` for all, in a mesh that is not loaded in parts. With a group, all coarser ones that consume what
+    /// it produces may be, and the terminal ones, so that the refined ones among them make a cut.
+    pub(crate) available: Option<Vec<u64>>,
+    /// Counts changes of that.
+    pub(crate) available_revision: u32,
+    /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies what the one before
+    /// produces, all in the same place.
+    is_chain: bool,
+    /// The cut in which terminal groups alone are refined.
+    pub(crate) coarsest_units: Vec<u32>,
+    pub(crate) coarsest_refined: Vec<u64>,
+    pub(crate) coarsest_triangle_count: u64,
+}
+
+/// What a cut needs of a unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TableUnit {
+    produced_by: u32,
+    pub(crate) triangle_count: u32,
+}
+
+impl TableUnit {
+    /// The group whose simplification the unit is; `None` for source geometry.
+    pub(crate) fn producer(self) -> Option<usize> {
+        (self.produced_by != NO_GROUP).then_some(self.produced_by as usize)
+    }
+}
+
+impl GroupTable {
+    /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
+    #[must_use]
+    pub fn new(hierarchy: &Hierarchy) -> Self {
+        let groups = &hierarchy.groups;
+        let words = groups.len().div_ceil(CHUNK);
+        let around = |groups: &[Group]| {
+            let bounds = groups.iter().map(ErrorBounds::of_group);
+            ErrorBounds::around(bounds).unwrap_or_default()
+        };
+        let (first_coarser, coarser) = coarser_links(hierarchy);
+        let is_chain = is_chain(hierarchy);
+        let mut table = Self {
+            group_count: groups.len(),
+            // Bounds of one group, of eight and of 64.
+            groups: BoundsLanes::new(groups.iter().map(ErrorBounds::of_group), words * LANES),
+            blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
+            chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
+            bounds: around(groups),
+            samples: SurfaceSamples::new(hierarchy),
+            occluders: occluder_levels(hierarchy),
+            radius: radius_of(hierarchy),
+            level_errors: if is_chain {
+                let at_level = |level| LevelErrors::at_level(&groups[level], &groups[..level]);
+                (0..groups.len()).map(at_level).collect()
+            } else {
+                vec![LevelErrors::coarsest(groups)]
+            },
+            levels: groups.iter().map(|group| group.level).collect(),
+            error: lanes_of(groups, words * LANES, |g| {
+                or_infinity(simplified(g, g.error_in_local))
+            }),
+            mean_normal: vectors_of(groups, words * LANES, |g| g.mean_normal),
+            normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
+            normal_variance: lanes_of(groups, words * LANES, |g| normal_variance(g.mean_normal)),
+            terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
+            // The links of the cut rule.
+            coarser,
+            first_coarser,
+            first_unit: groups.iter().map(|group| group.first_unit).collect(),
+            units: hierarchy.units.iter().map(TableUnit::from).collect(),
+            available: None,
+            available_revision: 0,
+            coarsest_units: Vec::new(),
+            coarsest_refined: Vec::new(),
+            coarsest_triangle_count: 0,
+            is_chain,
+        };
+        table.find_coarsest();
+        table
+    }
+
+    fn find_coarsest(&mut self) {
+        // Only what has no simplification asks for refinement.
+        let mut refined = self.terminal.clone();
+        self.close_refinement(&mut refined);
+        let mut units = Vec::new();
+        self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
+        self.coarsest_units = units;
+        self.coarsest_refined = refined;
+    }
+
+    /// The groups that a cut refines which draws nothing finer than `level`, and is not closed yet.
+    pub(crate) fn refine_from_level(&self, level: u32, refined: &mut Vec<u64>) {
+        refined.clone_from(&self.terminal);
+        for (group, &of_group) in self.levels.iter().enumerate() {
+            refined[group / CHUNK] |= u64::from(of_group >= level) << (group % CHUNK);
+        }
+    }
+
+    /// The errors of the mesh as a whole at one level of a chain; at its coarsest without one.
+    pub(crate) fn errors_at(&self, level: Option<usize>) -> &LevelErrors {
+        let coarsest = self.level_errors.len() - 1;
+        &self.level_errors[level.unwrap_or(coarsest)]
+    }
+
+    /// Frees all but what tells the coarsest cut.
+    pub(crate) fn retain_coarsest(&mut self) {
+        *self = Self {
+            coarsest_units: std::mem::take(&mut self.coarsest_units),
+            coarsest_triangle_count: self.coarsest_triangle_count,
+            // What left may have been at any level.
+            units: match self.is_chain {
+                true => std::mem::take(&mut self.units),
+                false => Vec::new(),
+            },
+            ..Self::new(&Hierarchy::default())
+        };
+    }
+
+    pub(crate) fn group_count(&self) -> usize {
+        self.group_count
+    }
+
+    /// Whether all groups stand for the whole mesh: levels of the mesh as a whole do.
+    pub(crate) fn has_one_place(&self) -> bool {
+        self.units.len() == self.group_count
+    }
+
+    /// Whether the mesh is drawn as a whole at one level, any of which may be.
+    pub(crate) fn is_chain(&self) -> bool {
+        self.is_chain && self.available.is_none()
+    }
+
+    /// What is drawn of a mesh as a whole at a level, and its triangles.
+    pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
+        let triangle_count = self.units[level].triangle_count;
+        (&UNITS[level..=level], u64::from(triangle_count))
+    }
+
+    /// The level at which a chain is drawn that draws nothing finer than `level`.
+    pub(crate) fn chain_level(&self, level: u32) -> usize {
+        let mut levels = self.levels.iter();
+        let found = levels.position(|&of_group| of_group >= level);
+        found.unwrap_or(self.group_count - 1)
+    }
+
+    /// The bits of the groups that are refined where a mesh as a whole is drawn at a level.
+    pub(crate) fn refined_at_level(&self, level: usize) -> u64 {
+        u64::MAX << level & self.present_in(0)
+    }
+
+    /// Lets those groups be refined which are `at_hand`, and whose coarser groups are too.
+    pub(crate) fn set_available(&mut self, at_hand: impl Fn(u32) -> bool) {
+        let mut available = self.coarsest_refined.clone();
+        // Coarser groups have greater indices, so one pass from the coarsest on does it.
+        for group in (0..self.group_count).rev() {
+            let coarser = self.coarser_of(group).iter();
+            let is_reached = coarser
+                .clone()
+                .all(|&coarser| is_set(&available, coarser as usize));
+            if is_reached && at_hand(group as u32) {
+                available[group / CHUNK] |= 1 << (group % CHUNK);
+            }
+        }
+        if self.available.as_ref() != Some(&available) {
+            self.available = Some(available);
+            self.available_revision += 1;
+        }
+    }
+
+    /// Whether a group may be refined.
+    pub(crate) fn is_available(&self, group: usize) -> bool {
+        self.available
+            .as_ref()
+            .is_none_or(|available| is_set(available, group))
+    }
+
+    /// How many groups the bits of a word stand for.
+    pub(crate) fn groups_in_word(&self, word: usize) -> usize {
+        self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
+    }
+
+    /// What the criterion reads of the groups of a block.
+    #[inline(always)]
+    pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
+        CriterionInput {
+            center: self.groups.center(block),
+            radius: self.groups.radius[block],
+            error: self.error[block],
+            deviation: self.groups.deviation[block],
+            mean_normal: self.mean_normal[block],
+            normal_length: self.normal_length[block],
+            normal_variance: self.normal_variance[block],
+            share: shares.of_block(block),
+        }
+    }
+
+    /// Closes a refinement as [`Hierarchy::close_refinement`] does, but for terminal groups, whose
+    /// bits are set before. Finer groups come first, so one pass over the set bits does it, reading
+    /// also those that it sets.
+    pub(crate) fn close_refinement(&self, refined: &mut [u64]) {
+        for word in 0..refined.len() {
+            let mut done = 0u64;
+            while refined[word] & !done != 0 {
+                let bit = (refined[word] & !done).trailing_zeros();
+                // Bits below are done: coarser groups have greater indices.
+                done |= u64::MAX >> (63 - bit);
+                for &coarser in self.coarser_of(word * CHUNK + bit as usize) {
+                    refined[coarser as usize / CHUNK] |= 1 << (coarser as usize % CHUNK);
+                }
+            }
+        }
+    }
+
+    /// The bits of a word that stand for groups.
+    pub(crate) fn present_in(&self, word: usize) -> u64 {
+        u64::MAX
+            .checked_shr((CHUNK - self.groups_in_word(word)) as u32)
+            .unwrap_or(0)
+    }
+
+    pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {
+        &self.coarser[self.first_coarser[group] as usize..self.first_coarser[group + 1] as usize]
+    }
+
+    /// The units of a valid cut, ascending, appended to `units`; returns their triangles.
+    pub(crate) fn gather_units(&self, refined: &[u64], units: &mut Vec<u32>) -> u64 {
+        let mut triangle_count = 0;
+        for group in set_bits(refined) {
+            for index in self.units_of(group) {
+                let unit = self.units[index];
+                // The mark of source geometry is beyond the end.
+                if !is_set(refined, unit.produced_by as usize) {
+                    units.push(index as u32);
+                    triangle_count += u64::from(unit.triangle_count);
+                }
+            }
+        }
+        triangle_count
+    }
+
+    /// The units that `group` consumes.
+    pub(crate) fn consumed_by(&self, group: usize) -> &[TableUnit] {
+        &self.units[self.units_of(group)]
+    }
+
+    fn units_of(&self, group: usize) -> Range<usize> {
+        let end = self
+            .first_unit
+            .get(group + 1)
+            .map_or(self.units.len(), |&first| first as usize);
+        self.first_unit[group] as usize..end
+    }
+}
+
+impl From<&Unit> for TableUnit {
+    fn from(unit: &Unit) -> Self {
+        Self {
+            produced_by: unit.produced_by,
+            triangle_count: unit.triangle_count,
+        }
+    }
+}
+
+/// The units of a mesh as a whole, one for each level.
+static UNITS: [u32; CHUNK] = {
+    let mut units = [0; CHUNK];
+    let mut index = 0;
+    while index < CHUNK {
+        units[index] = index as u32;
+        index += 1;
+    }
+    units
+};
+
+/// Whether each group consumes the one unit that the group before produces, in the same place, and the last one
+/// alone is terminal.
+fn is_chain(hierarchy: &Hierarchy) -> bool {
+    let Hierarchy { groups, units, .. } = hierarchy;
+    let has_size = (1..=CHUNK).contains(&groups.len()) && units.len() == groups.len();
+    let follows = |(index, group): (u32, &Group)| {
+        let unit = &units[index as usize];
+        let before = index.checked_sub(1);
+        unit.consumed_by == index
+            && unit.producer() == before
+            && hierarchy.finer_groups(group) == before.as_slice()
+            && group.bounds == groups[0].bounds
+            && group.is_terminal() == (index as usize + 1 == groups.len())
+    };
+    has_size && (0..).zip(groups).all(follows)
+}
+
+/// The radius of a sphere around all vertices of the source; that around all groups if there are none.
+fn radius_of(hierarchy: &Hierarchy) -> f32 {
+    let positions = hierarchy.vertices.positions.iter();
+    let positions = positions.take(hierarchy.source_vertex_count as usize);
+    if positions.len() == 0 {
+        let bounds = hierarchy.groups.iter().map(ErrorBounds::of_group);
+        return ErrorBounds::around(bounds).map_or(0.0, |bounds| bounds.sphere.radius);
+    }
+    Sphere::around(positions.copied()).radius
+}
+
+fn terminal_bits(groups: &[Group]) -> u64 {
+    let bit = |(index, group): (usize, &Group)| u64::from(group.is_terminal()) << index;
+    groups.iter().enumerate().map(bit).sum()
+}
+
+/// The inverse of [`Hierarchy::finer_groups`], as one list with the start of each group's part.
+fn coarser_links(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<u32>) {
+    let mut links: Vec<(u32, u32)> = Vec::new();
+    for (index, group) in hierarchy.groups.iter().enumerate() {
+        let finer = hierarchy.finer_groups(group).iter();
+        links.extend(finer.map(|&finer| (finer, index as u32)));
+    }
+    links.sort_unstable();
+    links.dedup();
+    let first = |group: usize| links.partition_point(|&(finer, _)| (finer as usize) < group) as u32;
+    let firsts = (0..=hierarchy.groups.len()).map(first).collect();
+    (
+        firsts,
+        links.into_iter().map(|(_, coarser)| coarser).collect(),
+    )
+}

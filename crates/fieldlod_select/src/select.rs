@@ -1,0 +1,15 @@
+//! From a scene and a view to cuts: the pass over all instances, the decisions on what is near, and what remembers
+//! them. [`Selector`](crate::Selector) calls these steps in order.
+
+mod bounds_test;
+pub(crate) mod budget;
+pub(crate) mod changes;
+pub(crate) mod cuts;
+pub(crate) mod decision;
+pub(crate) mod demand;
+pub(crate) mod frame;
+mod instance_cut;
+mod keep_test;
+mod limits;
+mod memory;
+mod near;

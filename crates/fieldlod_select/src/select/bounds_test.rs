@@ -1,0 +1,153 @@
+//! Tests of eight spheres at once, which answer only what the criterion would answer alike: that no group in a
+//! sphere has an error above the threshold.
+//!
+//! # Far enough in any direction
+//! With `S` the secant of the widest corner of the image, the bounds of [`camera_field`] give
+//! ```text
+//! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
+//! ```
+//! so that `e k/τ + r ≤ ρ` answers, with `k` the factor before `e √W` or `d`: in local space and without a root,
+//! `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. What
+//! reaches the camera, or is not a number, never passes.
+//!
+//! # Outside
+//! Farther beyond a side of the view than the sphere's radius.
+
+use camera_field::Camera;
+use wide::f32x8;
+
+use crate::lanes::{Lane, V3};
+use crate::scene::table::BoundsLanes;
+use crate::settings::{LodSettings, Offscreen};
+use crate::view::InstanceView;
+use crate::view::sides::Sides;
+use crate::view::stretch::least_stretch;
+
+/// What rounding may move a point by, relative to the numbers it is made of, and what it may add to an error.
+const POSITION_SLACK: f32 = 4e-6;
+const ROUNDING: f32 = 1.001;
+
+/// What the tests need of the cameras that groups enter and, once refined, leave.
+pub(crate) struct ViewBounds {
+    pub(super) entering: CameraBounds,
+    pub(super) leaving: CameraBounds,
+}
+
+/// What they need of one camera.
+pub(super) struct CameraBounds {
+    is_orthographic: bool,
+    /// `None` where outside is not the same as below.
+    sides: Option<Sides<f32>>,
+    /// Pixels times distance of errors and, where they count, of deviations.
+    error_px: f32,
+    deviation_px: Option<f32>,
+}
+
+impl ViewBounds {
+    pub(crate) fn new(entering: &Camera, leaving: &Camera, settings: &LodSettings) -> Self {
+        Self {
+            entering: CameraBounds::new(entering, settings),
+            leaving: CameraBounds::new(leaving, settings),
+        }
+    }
+}
+
+impl CameraBounds {
+    fn new(camera: &Camera, settings: &LodSettings) -> Self {
+        let (is_orthographic, error_px, deviation_px) = match camera {
+            Camera::Perspective(camera) => {
+                let secant = camera.max_secant();
+                let strength = camera.constant_px2() * secant * secant * secant;
+                let focal_px = camera.focal_px.max_element();
+                (false, strength.sqrt(), focal_px * secant * secant)
+            }
+            Camera::Orthographic(camera) => {
+                let pixels = camera.pixels_per_unit;
+                (true, (pixels.x * pixels.y).sqrt(), pixels.max_element())
+            }
+        };
+        let weights = settings.error_weights();
+        let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
+        let error_weight = if weights.counts_error { ROUNDING } else { 0.0 };
+        Self {
+            is_orthographic,
+            sides: (!counts_outside).then(|| Sides::of(camera)),
+            error_px: error_px * error_weight,
+            deviation_px: weights
+                .displacement_weight
+                .map(|weight| deviation_px * weight * ROUNDING),
+        }
+    }
+}
+
+/// The tests of one instance against one threshold. Its numbers stand in all lanes: to put them there each time
+/// would cost as much as a test.
+pub(super) struct BoundsTest {
+    is_orthographic: bool,
+    eye: V3<f32x8>,
+    error_px: f32x8,
+    deviation_px: Option<f32x8>,
+    unevenness: f32x8,
+    slack: f32x8,
+    /// In local space, in camera units; `None` where they tell nothing.
+    sides: Option<Sides<f32x8>>,
+    camera_per_local: f32x8,
+}
+
+impl BoundsTest {
+    /// For groups within `size` of the local origin that enter or leave the view of a camera.
+    pub(super) fn new(
+        instance: &InstanceView,
+        size: f32,
+        camera: &CameraBounds,
+        threshold_px: f32,
+    ) -> Self {
+        let most = instance.camera_per_local;
+        let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
+        let slack = POSITION_SLACK * (eye.length() + size) + 1e-14;
+        // Beyond these, squares of lengths are no numbers to trust.
+        let is_trusted = (1e-15..1e13).contains(&(slack * most));
+        let sides = camera.sides.as_ref().filter(|_| is_trusted);
+        let per_local = if camera.is_orthographic { most } else { 1.0 };
+        let factor = per_local / threshold_px;
+        let (linear, translation) = (&instance.camera_from_local, instance.origin_in_camera);
+        Self {
+            is_orthographic: camera.is_orthographic,
+            eye: V3::splat(eye),
+            error_px: f32x8::splat(camera.error_px * factor),
+            deviation_px: camera.deviation_px.map(|px| f32x8::splat(px * factor)),
+            unevenness: f32x8::splat(most / (least_stretch(linear, most) * 0.999)),
+            slack: f32x8::splat(slack),
+            sides: sides.map(|sides| sides.moved(linear, translation, slack * most)),
+            camera_per_local: f32x8::splat(most * ROUNDING),
+        }
+    }
+
+    /// Which of eight bounds hold nothing above the threshold.
+    #[inline]
+    pub(super) fn passes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
+        let far = self.is_far(bounds, element);
+        match &self.sides {
+            Some(sides) if !far.all() => {
+                let radius = bounds.radius[element] * self.camera_per_local;
+                far | sides.exclude(bounds.center(element), radius)
+            }
+            _ => far,
+        }
+    }
+
+    #[inline]
+    fn is_far(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
+        let mut error = bounds.error_weighed[element] * self.error_px;
+        if let Some(deviation_px) = self.deviation_px {
+            error = error.larger(bounds.deviation[element] * deviation_px);
+        }
+        if self.is_orthographic {
+            return error.is_at_most(f32x8::one());
+        }
+        let from_eye = bounds.center(element).minus(self.eye);
+        let radius = bounds.radius[element] * f32x8::splat(ROUNDING);
+        let needed = (error + radius + self.slack) * self.unevenness;
+        (needed * needed).is_below(from_eye.dot(from_eye))
+    }
+}

@@ -1,0 +1,235 @@
+//! The cuts of all instances of a scene in one view, and the four steps that bring them up to date.
+
+use super::changes::Changes;
+use super::frame::Frame;
+use super::instance_cut::{InstanceCut, Pool};
+use super::limits::{LimitColumns, LimitsKey};
+use super::memory::{InstanceMemory, InstanceState};
+use super::near::Near;
+use crate::hidden::visible_shares::VisibleShares;
+use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
+use crate::scene::{InstanceId, MeshId, Scene};
+
+/// What the last selection did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Instances that were looked at one by one, eight at a time.
+    pub instances_tested: usize,
+    /// Instances whose levels or groups were decided.
+    pub instances_decided: usize,
+    /// Groups of those.
+    pub groups_decided: usize,
+    /// Searches for the threshold that keeps to the triangle budget, each of which goes through all groups.
+    pub budget_searches: usize,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct SceneCuts {
+    pub(super) memories: Vec<InstanceMemory>,
+    pub(super) limits: LimitColumns,
+    /// What the limits are of.
+    pub(super) limits_of: Option<LimitsKey>,
+    /// Changes of the scene up to here are taken into account.
+    pub(super) journal_revision: u64,
+    /// Instances that may not stay as they are.
+    near: Vec<Near>,
+    pub(super) pool: Pool,
+    pub(crate) visible: VisibleShares,
+    /// Whether the next frame may see less of something than it counts for now.
+    pub(crate) has_unsettled_shares: bool,
+    pub(crate) changes: Changes,
+    pub(crate) triangle_count: u64,
+    pub(crate) statistics: Statistics,
+}
+
+/// Instances of one mesh with indices that follow each other.
+struct Run {
+    first: InstanceId,
+    count: u32,
+    mesh: MeshId,
+}
+
+impl Run {
+    fn continues_with(&self, next: InstanceId, mesh: MeshId) -> bool {
+        self.mesh == mesh
+            && self.first.index + self.count == next.index
+            && self.first.generation == next.generation
+    }
+}
+
+impl SceneCuts {
+    /// Gets ready for a selection: no changes yet.
+    pub(crate) fn begin(&mut self) {
+        self.changes.clear();
+        self.statistics = Statistics::default();
+    }
+
+    /// Takes notice of what is visible in a frame.
+    pub(crate) fn update_shares(&mut self, frame: &Frame) {
+        if frame.are_shares_known {
+            return;
+        }
+        self.has_unsettled_shares = false;
+        match &frame.settings.visible_flux {
+            Some(flux) => self.visible.draw(frame.scene, frame.view, flux),
+            None => self.visible.clear(),
+        }
+    }
+
+    /// One pass over all instances: lists those that do not certainly stay as they are.
+    pub(crate) fn find_near(&mut self, frame: &Frame) {
+        self.near.clear();
+        let (columns, test) = (&frame.scene.columns, &frame.test);
+        let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
+        for element in 0..self.limits.chunks.len() {
+            // Chunks know no sizes.
+            let kept = match test.tests_sizes() {
+                true => 0,
+                false => {
+                    let limits = &self.limits.chunks[element];
+                    let looked = test.look(&columns.chunks[element], limits, None);
+                    looked.map_or(0xff, |looked| looked.kept)
+                }
+            };
+            for lane in set_bits_of(!kept & 0xff) {
+                let chunk = element * LANES + lane;
+                if chunk < chunk_count {
+                    self.find_near_in(frame, chunk);
+                }
+            }
+        }
+    }
+
+    fn find_near_in(&mut self, frame: &Frame, chunk: usize) {
+        let (columns, test) = (&frame.scene.columns, &frame.test);
+        let first = chunk * (CHUNK / LANES);
+        let end = self.limits.instances.len().min(first + CHUNK / LANES);
+        self.limits.refit(chunk);
+        self.statistics.instances_tested += (end - first) * LANES;
+        for element in first..end {
+            // In a first frame nothing was drawn.
+            let sizes = (&columns.sizes[element], !frame.is_first);
+            let (spheres, limits) = (&columns.spheres[element], &self.limits.instances[element]);
+            let Some(looked) = test.look(spheres, limits, Some(sizes)) else {
+                continue;
+            };
+            let near = set_bits_of(!looked.kept & 0xff);
+            let near = near.filter(|lane| element * LANES + lane < self.memories.len());
+            let allowed = looked.allowed();
+            self.near.extend(near.map(|lane| Near {
+                index: (element * LANES + lane) as u32,
+                is_dark: looked.dark >> lane & 1 == 1,
+                allowed: allowed[lane],
+            }));
+        }
+    }
+
+    /// Decides the levels and groups of what is near, and notes what that changes.
+    pub(crate) fn decide_near(&mut self, frame: &Frame) {
+        let near = std::mem::take(&mut self.near);
+        near.iter().for_each(|near| self.decide(frame, near));
+        self.near = near;
+    }
+
+    /// In a first frame, lets what was not near enter at its coarsest.
+    pub(crate) fn enter_rest(&mut self, frame: &Frame) {
+        if !frame.is_first {
+            return;
+        }
+        let (scene, layers) = (frame.scene, frame.view.layers);
+        let mut run: Option<Run> = None;
+        for (index, entry) in (0..).zip(&scene.entries) {
+            let generation = entry.generation;
+            let memory = &mut self.memories[index as usize];
+            let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.seen_mesh(layers)) else {
+                continue;
+            };
+            memory.state = InstanceState::Coarsest(mesh);
+            // Instances that follow each other are one change.
+            let first = InstanceId { index, generation };
+            match &mut run {
+                Some(run) if run.continues_with(first, mesh) => run.count += 1,
+                _ => {
+                    let count = 1;
+                    self.enter(scene, run.replace(Run { first, count, mesh }));
+                }
+            }
+        }
+        self.enter(scene, run);
+    }
+
+    fn enter(&mut self, scene: &Scene, run: Option<Run>) {
+        let Some(Run { first, count, mesh }) = run else {
+            return;
+        };
+        let table = scene.table(mesh);
+        self.changes.enter(first, count, mesh, table);
+        self.triangle_count += u64::from(count) * table.coarsest_triangle_count;
+    }
+
+    /// Goes over to a state without a cut of its own.
+    pub(super) fn change_state(&mut self, frame: &Frame, index: u32, state: InstanceState) {
+        let scene = frame.scene;
+        let memory = &mut self.memories[index as usize];
+        let was = std::mem::replace(&mut memory.state, state);
+        // A first frame lists what is at its coarsest in the end.
+        let is_listed_later = frame.is_first && matches!(state, InstanceState::Coarsest(_));
+        if is_listed_later && was == InstanceState::Empty {
+            memory.state = was;
+            return;
+        }
+        if was == state {
+            return;
+        }
+        let (now, triangles) = state.drawn_whole(scene);
+        let (before, triangles_before) = match was {
+            InstanceState::Mixed(key) => self.pool.at(key).drawn(),
+            other => other.drawn_whole(scene),
+        };
+        let instance = InstanceId {
+            index,
+            generation: memory.generation,
+        };
+        self.changes.record(instance, before, now);
+        self.triangle_count = self.triangle_count + triangles - triangles_before;
+        if let InstanceState::Mixed(key) = was {
+            self.pool.free(key);
+        }
+    }
+
+    pub(crate) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
+        let Some(memory) = self.memories.get(instance.index()) else {
+            return &[];
+        };
+        match memory.state {
+            _ if memory.generation != instance.generation => &[],
+            InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
+            other => other.drawn_whole(scene).0,
+        }
+    }
+
+    /// How an instance is drawn.
+    pub(crate) fn memory(&self, index: usize) -> InstanceMemory {
+        self.memories.get(index).copied().unwrap_or_default()
+    }
+
+    /// The cut of an instance, if it has one of its own.
+    pub(crate) fn cut(&self, index: usize) -> Option<&InstanceCut> {
+        match self.memories.get(index)?.state {
+            InstanceState::Mixed(key) => Some(self.pool.at(key)),
+            _ => None,
+        }
+    }
+
+    /// Forgets all cuts.
+    pub(crate) fn clear(&mut self) {
+        self.memories.clear();
+        self.limits.clear();
+        self.limits_of = None;
+        self.pool.clear();
+        self.changes.clear();
+        self.visible.clear();
+        self.has_unsettled_shares = false;
+        self.triangle_count = 0;
+    }
+}

@@ -1,0 +1,141 @@
+//! Which groups of an instance ask for refinement: bounds of 64 groups and of eight first, the criterion where they
+//! cannot tell, always eight at a time.
+
+use std::cell::OnceCell;
+
+use wide::f32x8;
+
+use super::bounds_test::{BoundsTest, ViewBounds};
+use crate::criterion::Criterion;
+use crate::hidden::shares::Shares;
+use crate::lanes::bits::{LANES, block_bits, set_bits_of};
+use crate::lanes::{Lane, bits_of, mask_of};
+use crate::scene::table::GroupTable;
+use crate::settings::{LodSettings, Thresholds};
+use crate::view::InstanceView;
+
+/// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
+/// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
+///
+/// Same bits as [`group_error_px`](crate::group_error_px) of every group against its threshold.
+pub fn refine(
+    table: &GroupTable,
+    instance: &InstanceView,
+    settings: &LodSettings,
+    was_refined: &[u64],
+    refined: &mut Vec<u64>,
+) {
+    let bounds = ViewBounds::new(&instance.camera, &instance.kept_camera, settings);
+    let decision = Decision::new(instance, &bounds, settings, 1.0, Shares::FULL);
+    decision.decide(table, was_refined, refined);
+}
+
+/// The decisions on one instance in one view.
+pub(crate) struct Decision<'a> {
+    instance: &'a InstanceView,
+    bounds: &'a ViewBounds,
+    criterion: Criterion<'a, f32x8>,
+    thresholds: Thresholds,
+    shares: Shares<'a>,
+    /// Made when first used.
+    entering: OnceCell<BoundsTest>,
+    /// For where something was refined.
+    leaving: OnceCell<BoundsTest>,
+}
+
+impl<'a> Decision<'a> {
+    /// The errors of the instance count `bias` times.
+    pub(crate) fn new(
+        instance: &'a InstanceView,
+        bounds: &'a ViewBounds,
+        settings: &'a LodSettings,
+        bias: f32,
+        shares: Shares<'a>,
+    ) -> Self {
+        Self {
+            instance,
+            bounds,
+            criterion: Criterion::new(instance, settings),
+            thresholds: settings.thresholds(bias),
+            shares,
+            entering: OnceCell::new(),
+            leaving: OnceCell::new(),
+        }
+    }
+
+    /// Decides all groups of a table.
+    pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
+        refined.clone_from(&table.terminal);
+        // The bounds tell only that errors are below a threshold.
+        let has_bounds = self.thresholds.coarsen_below_px >= 0.0;
+        for (element, words) in refined.chunks_mut(LANES).enumerate() {
+            let first = element * LANES;
+            let was = |word: usize| was_refined.get(first + word).copied().unwrap_or(0);
+            // Only where a group was refined that need not be, the lower threshold matters.
+            let may_leave = |word: usize| was(word) & !table.terminal[first + word] != 0;
+            let any_may_leave = (0..words.len()).any(may_leave);
+            let live = |test: &BoundsTest, bounds, element| match has_bounds {
+                true => !bits_of(test.passes(bounds, element)) & 0xff,
+                false => 0xff,
+            };
+            // 64 groups at once, then eight, then each.
+            let chunks = live(
+                self.bounds_test(table, any_may_leave),
+                &table.chunks,
+                element,
+            );
+            for word in set_bits_of(chunks & ((1 << words.len()) - 1)) {
+                let test = self.bounds_test(table, may_leave(word));
+                let mut bits = 0;
+                for index in set_bits_of(live(test, &table.blocks, first + word)) {
+                    let block = (first + word) * LANES + index;
+                    let was_refined = block_bits(was(word), index);
+                    bits |=
+                        u64::from(self.decide_block(table, block, was_refined)) << (index * LANES);
+                }
+                words[word] |= bits & table.present_in(first + word);
+            }
+        }
+    }
+
+    /// The level of a [chain](GroupTable::is_chain) that was drawn at the level `was`: the finest group that is
+    /// refined tells it, since coarser ones are refined whatever their errors.
+    pub(crate) fn level(&self, table: &GroupTable, was: usize) -> usize {
+        let (refined, terminal) = (table.refined_at_level(was), table.terminal[0]);
+        let blocks = 0..table.group_count().div_ceil(LANES);
+        let first = |block| {
+            let own = self.decide_block(table, block, block_bits(refined, block));
+            let own = own | block_bits(terminal, block);
+            (own != 0).then(|| block * LANES + own.trailing_zeros() as usize)
+        };
+        let coarsest = table.group_count() - 1;
+        blocks.into_iter().find_map(first).unwrap_or(coarsest)
+    }
+
+    fn bounds_test(&self, table: &GroupTable, may_leave: bool) -> &BoundsTest {
+        let (test, camera, threshold_px) = if may_leave {
+            let threshold_px = self.thresholds.coarsen_below_px;
+            (&self.leaving, &self.bounds.leaving, threshold_px)
+        } else {
+            let threshold_px = self.thresholds.refine_above_px;
+            (&self.entering, &self.bounds.entering, threshold_px)
+        };
+        let sphere = &table.bounds.sphere;
+        let size = sphere.center.length() + sphere.radius;
+        test.get_or_init(|| BoundsTest::new(self.instance, size, camera, threshold_px))
+    }
+
+    /// The bits of one block by the criterion.
+    #[inline]
+    fn decide_block(&self, table: &GroupTable, block: usize, was_refined: u32) -> u32 {
+        let input = table.criterion_input(block, self.shares);
+        let error_px = self.criterion.error_px(&input, mask_of(was_refined));
+        let exceeds = |threshold_px: f32| {
+            bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
+        };
+        // Each group against the threshold of its last answer; NaN asks for refinement.
+        let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
+        let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
+        entering | staying
+    }
+}

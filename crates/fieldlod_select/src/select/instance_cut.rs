@@ -1,0 +1,154 @@
+//! The cut of one instance that is decided group by group, in storage that is used again.
+
+use crate::hidden::held_shares::{SeenShares, ShareMemory};
+use crate::scene::table::GroupTable;
+
+#[derive(Debug, Default)]
+pub(crate) struct InstanceCut {
+    /// Bits of groups whose own errors exceed their thresholds, now and in the last frame.
+    own: Vec<u64>,
+    own_before: Vec<u64>,
+    /// The closure of those.
+    refined: Vec<u64>,
+    refined_before: Vec<u64>,
+    /// Of the refined groups those that are at hand, if not all are.
+    drawn: Vec<u64>,
+    available_revision: u32,
+    units: Vec<u32>,
+    units_before: Vec<u32>,
+    triangle_count: u64,
+    shares: ShareMemory,
+}
+
+impl InstanceCut {
+    /// Begins with an instance that drew these units and triangles: at its coarsest or, if there is one, at a level of
+    /// the mesh as a whole.
+    pub(crate) fn begin(
+        &mut self,
+        table: &GroupTable,
+        level: Option<usize>,
+        (units, triangle_count): (&[u32], u64),
+    ) {
+        match level {
+            Some(level) => {
+                self.refined.clear();
+                self.refined.push(table.refined_at_level(level));
+            }
+            None => self.refined.clone_from(&table.coarsest_refined),
+        }
+        self.units.clear();
+        self.units.extend_from_slice(units);
+        self.triangle_count = triangle_count;
+        self.shares.clear();
+        // The first decision gathers units, whatever it decides.
+        self.available_revision = table.available_revision.wrapping_sub(1);
+    }
+
+    /// Decides the next cut of the same instance. Whether other units are drawn.
+    pub(crate) fn decide(
+        &mut self,
+        table: &GroupTable,
+        decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
+    ) -> bool {
+        std::mem::swap(&mut self.own, &mut self.own_before);
+        decision(&self.shares, &self.refined, &mut self.own);
+        let are_units_known = self.available_revision == table.available_revision;
+        if self.own == self.own_before && are_units_known {
+            return false;
+        }
+        std::mem::swap(&mut self.refined, &mut self.refined_before);
+        self.refined.clone_from(&self.own);
+        table.close_refinement(&mut self.refined);
+        let has_changed = self.refined != self.refined_before || !are_units_known;
+        if has_changed {
+            self.gather(table);
+        }
+        has_changed
+    }
+
+    fn gather(&mut self, table: &GroupTable) {
+        std::mem::swap(&mut self.units, &mut self.units_before);
+        self.units.clear();
+        self.available_revision = table.available_revision;
+        let refined = match &table.available {
+            None => &self.refined,
+            Some(available) => {
+                let pairs = self.refined.iter().zip(available);
+                self.drawn.clear();
+                self.drawn
+                    .extend(pairs.map(|(refined, at_hand)| refined & at_hand));
+                &self.drawn
+            }
+        };
+        self.triangle_count = table.gather_units(refined, &mut self.units);
+    }
+
+    /// Goes on to what a frame sees of the instance; `None` if nothing counts as hidden.
+    pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
+        match seen {
+            None => self.shares.clear(),
+            Some(seen) if self.shares.is_empty() => self.shares.begin(self.refined.len(), &seen),
+            Some(seen) => self.shares.update(&seen, &self.refined, hold_frames),
+        }
+    }
+
+    /// Whether nothing is refined but what always is.
+    pub(crate) fn is_coarsest(&self, table: &GroupTable) -> bool {
+        self.refined == table.coarsest_refined
+    }
+
+    /// What is remembered of what is visible.
+    pub(crate) fn shares(&self) -> &ShareMemory {
+        &self.shares
+    }
+
+    pub(crate) fn refined(&self) -> &[u64] {
+        &self.refined
+    }
+
+    /// The units drawn and their triangles.
+    pub(crate) fn drawn(&self) -> (&[u32], u64) {
+        (&self.units, self.triangle_count)
+    }
+
+    /// The units drawn before the last decision that drew others.
+    pub(crate) fn drawn_before(&self) -> &[u32] {
+        &self.units_before
+    }
+}
+
+/// Cuts by key, and the keys that no instance has.
+#[derive(Debug, Default)]
+pub(crate) struct Pool {
+    cuts: Vec<InstanceCut>,
+    free: Vec<u32>,
+}
+
+impl Pool {
+    /// The key of a cut that is to begin.
+    pub(crate) fn make(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.cuts.push(InstanceCut::default());
+            self.cuts.len() as u32 - 1
+        })
+    }
+
+    pub(crate) fn at(&self, key: u32) -> &InstanceCut {
+        &self.cuts[key as usize]
+    }
+
+    pub(crate) fn at_mut(&mut self, key: u32) -> &mut InstanceCut {
+        &mut self.cuts[key as usize]
+    }
+
+    /// Frees a key; its cut is used again.
+    pub(crate) fn free(&mut self, key: u32) {
+        self.free.push(key);
+    }
+
+    /// Frees all keys.
+    pub(crate) fn clear(&mut self) {
+        self.free.clear();
+        self.free.extend(0..self.cuts.len() as u32);
+    }
+}

@@ -1,0 +1,424 @@
+//! The first pass of a frame: which instances certainly stay as they are drawn, eight at a time.
+//!
+//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
+//! sphere as in [the criterion](crate::criterion), it stays if
+//! ```text
+//! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
+//! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
+//! ```
+//! or, of what is at its coarsest, if the sphere is outside of the view. Every comparison has a margin for what
+//! rounding, and the size of the sphere, may change: the test answers only where the criterion answers the same.
+//! What is not a number never stays.
+
+use camera_field::Camera;
+use wide::f32x8;
+
+use super::limits::EightLimits;
+use crate::criterion::limits::{ErrorUnits, Limits};
+use crate::lanes::bits::LANES;
+use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::scene::columns::EightSpheres;
+use crate::settings::{LodSettings, Offscreen, Thresholds};
+use crate::view::View;
+use crate::view::shadow_lights::ShadowTest;
+use crate::view::sides::LensSides;
+use crate::view::stretch::is_similarity;
+
+/// Allowances for the rounding of coordinates, relative to their size, and of a few operations.
+const POSITION_SLACK: f32 = 1e-5;
+const ROUNDING: f32 = 1.001;
+
+/// The test of one view under one set of settings.
+pub(crate) struct KeepTest {
+    eye: V3<f32>,
+    eye_slack: f32,
+    camera_from_world: M3<f32>,
+    is_orthographic: bool,
+    /// Whether it can answer at all: neither for a view that scales, nor without thresholds.
+    is_usable: bool,
+    /// Of the views that groups enter and, once refined, leave.
+    sides: [LensSides; 2],
+    /// Cosines of their widest corners.
+    least_cosines: [f32; 2],
+    scale: Scale,
+    /// What is outside counts by this scale; `None` if not at all.
+    on_axis: Option<Scale>,
+    /// Whether bounds with a secant are those of deviations, at most and at least.
+    counts_secant: [bool; 2],
+    /// The least factor of [`LodSettings::min_aspect_ratio`], 0 if nothing is known of the lower limit.
+    least_relaxation: f32,
+    shadows: Option<ShadowTest>,
+    size: Option<SizeReach>,
+}
+
+/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: a hair less, and
+/// a hair more.
+#[derive(Clone, Copy)]
+struct Scale {
+    coarse: [f32; 2],
+    fine: [f32; 2],
+}
+
+/// How far from the eye a radius of 1 is large enough to be drawn, or how many times over in an orthographic view:
+/// of what is drawn already, and of what is not.
+#[derive(Clone, Copy)]
+struct SizeReach {
+    drawn: f32,
+    culled: f32,
+}
+
+/// Spheres as a view sees them.
+struct Sighted<L> {
+    world: V3<L>,
+    seen: V3<L>,
+    /// The radius, and what rounding may move a sphere by.
+    radius: L,
+    slack: L,
+}
+
+/// What errors may be over their threshold and scale.
+struct Bounds<L> {
+    /// In the view: up to the first they surely fit, above the second they surely exceed.
+    in_view: [L; 2],
+    /// The same on the axis, for what is outside of it.
+    on_axis: [L; 2],
+}
+
+/// How large errors may be in the world, of groups that were not refined and of those that were.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Allowed<L> {
+    /// Up to these a group is certainly not refined.
+    pub(crate) coarse: [L; 2],
+    /// Above these it certainly is.
+    pub(crate) fine: [L; 2],
+}
+
+/// What a look at eight instances tells.
+pub(crate) struct Looked {
+    /// The bits of those that stay as they are.
+    pub(crate) kept: u32,
+    /// Of those that are outside of the view and cast no shadow into it, where what is outside counts.
+    pub(crate) dark: u32,
+    allowed: Allowed<f32x8>,
+}
+
+impl Looked {
+    /// How large the errors of each of them may be.
+    pub(crate) fn allowed(&self) -> [Allowed<f32>; LANES] {
+        let [coarse, fine] = [self.allowed.coarse, self.allowed.fine];
+        let (coarse, fine) = (coarse.map(f32x8::to_array), fine.map(f32x8::to_array));
+        std::array::from_fn(|lane| Allowed {
+            coarse: coarse.map(|of_eight| of_eight[lane]),
+            fine: fine.map(|of_eight| of_eight[lane]),
+        })
+    }
+}
+
+impl KeepTest {
+    /// The test of a view with its margins.
+    pub(crate) fn new(view: &View, settings: &LodSettings) -> Self {
+        let thresholds = settings.thresholds(1.0);
+        let units = ErrorUnits::new(&view.camera, settings);
+        let counts_error = units.error > 0.0;
+        let (is_orthographic, corner, error_px, deviation_px) = match &view.camera {
+            Camera::Perspective(camera) => (
+                false,
+                camera.max_secant(),
+                camera.constant_px2().sqrt(),
+                camera.focal_px.max_element(),
+            ),
+            Camera::Orthographic(camera) => {
+                let pixels = camera.pixels_per_unit;
+                (
+                    true,
+                    1.0,
+                    (pixels.x * pixels.y).sqrt(),
+                    pixels.max_element(),
+                )
+            }
+        };
+        let per_unit = if counts_error { error_px } else { deviation_px };
+        let unit = view.camera_from_world.x_axis.length();
+        let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
+        let on_axis = match settings.advanced.offscreen {
+            Offscreen::Coarsest => None,
+            Offscreen::OnAxis { bias } => Some(Scale::new(&thresholds, per_unit * bias.abs())),
+        };
+        Self {
+            eye: V3::splat(view.eye_in_world),
+            eye_slack: (view.eye_in_world.abs().element_sum()) * POSITION_SLACK,
+            camera_from_world: M3::splat(&view.camera_from_world),
+            is_orthographic,
+            is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
+            sides: [&view.camera, &view.kept_camera].map(LensSides::of),
+            least_cosines: [&view.camera, &view.kept_camera].map(|camera| match camera {
+                Camera::Perspective(camera) => 1.0 / camera.max_secant(),
+                Camera::Orthographic(_) => 1.0,
+            }),
+            scale: Scale::new(&thresholds, per_unit),
+            on_axis,
+            counts_secant: [units.deviation > 0.0, !counts_error],
+            least_relaxation: least_relaxation(settings, is_orthographic, corner),
+            shadows: on_axis.and_then(|_| ShadowTest::new(view)),
+            size: SizeReach::new(view, settings),
+        }
+    }
+
+    /// Whether it tests sizes, which chunks of instances do not have.
+    pub(crate) fn tests_sizes(&self) -> bool {
+        self.size.is_some()
+    }
+
+    /// Looks at eight instances, or chunks of them; `None` if all of them stay as they are. With their sizes comes
+    /// whether those of them were drawn that are not culled.
+    #[inline]
+    pub(crate) fn look(
+        &self,
+        spheres: &EightSpheres,
+        limits: &EightLimits,
+        sizes: Option<(&[f32; LANES], bool)>,
+    ) -> Option<Looked> {
+        let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
+        let is_still = highest.is_below(f32x8::zero());
+        let sizes = sizes.filter(|_| self.size.is_some());
+        if !self.is_usable {
+            let nothing = [f32x8::splat(f32::NAN); 2];
+            return Some(Looked {
+                kept: 0,
+                dark: 0,
+                allowed: Allowed {
+                    coarse: nothing,
+                    fine: nothing,
+                },
+            });
+        }
+        // By far the most are certainly not seen.
+        let sighted = self.sight(spheres.center(), spheres.radius());
+        let is_coarsest = f32x8::infinity().is_at_most(lowest);
+        let dark = self.is_dark(&sighted);
+        let outside = self.is_outside(0, &sighted);
+        let unseen = outside & is_coarsest & dark;
+        if sizes.is_none() && bits_of(unseen | is_still) == 0xff {
+            return None;
+        }
+        // Most of the others are within their limits.
+        let bounds = self.bounds(0, &sighted);
+        let entering = self.coarse(0, &sighted, &bounds, dark);
+        let leaving = self.fine(1, &sighted, &bounds, dark);
+        let fits = highest.is_at_most(entering);
+        let shows = is_coarsest | leaving.is_below(lowest);
+        let mut kept = unseen | is_still | (fits & shows);
+        if let Some((sizes, were_drawn)) = sizes {
+            let (size, was_culled) = (f32x8::new(*sizes), lowest.is_below(f32x8::zero()));
+            let is_gone = highest.is_at_most(f32x8::splat(Limits::EMPTY.highest));
+            let stays_drawn = kept & self.is_large(sighted.world, size, were_drawn);
+            let stays_culled = !self.is_large(sighted.world, size, false);
+            kept = is_gone | f32x8::choose(was_culled, stays_culled, stays_drawn);
+        }
+        let kept = bits_of(kept);
+        let counts_outside = self.on_axis.is_some();
+        (kept != 0xff).then(|| Looked {
+            kept,
+            dark: match counts_outside {
+                true => bits_of(dark & outside),
+                false => 0,
+            },
+            allowed: Allowed {
+                coarse: [
+                    entering,
+                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark),
+                ],
+                fine: [self.fine(0, &sighted, &bounds, dark), leaving],
+            },
+        })
+    }
+
+    #[inline(always)]
+    fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
+        let from_eye = world.minus(self.eye.in_lanes());
+        let size = world.x.abs() + world.y.abs() + world.z.abs();
+        let slack = size * L::splat(POSITION_SLACK) + L::splat(self.eye_slack);
+        Sighted {
+            world,
+            seen: self.camera_from_world.in_lanes().of(from_eye),
+            radius: radius * L::splat(ROUNDING) + slack,
+            slack,
+        }
+    }
+
+    /// Which spheres are certainly outside of the view that groups enter, 0, or leave, 1.
+    #[inline(always)]
+    fn is_outside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
+        let beyond = -self.sides[width].least_inside(sighted.seen);
+        sighted.radius.is_below(match self.is_orthographic {
+            true => beyond,
+            false => beyond.larger(-sighted.seen.z),
+        })
+    }
+
+    /// Which spheres are certainly not: those with their centres in the view.
+    #[inline(always)]
+    fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
+        let inside_by = self.sides[width].least_inside(sighted.seen);
+        sighted.slack.is_below(match self.is_orthographic {
+            true => inside_by,
+            false => inside_by.smaller(sighted.seen.z),
+        })
+    }
+
+    /// Which spheres cast no shadow into the image, if they are outside of the view; all if nothing there counts.
+    #[inline(always)]
+    fn is_dark<L: Lane>(&self, sighted: &Sighted<L>) -> L::Mask {
+        let all = L::zero().is_at_most(L::zero());
+        match (&self.on_axis, &self.shadows) {
+            (None, _) => all,
+            (Some(_), None) => !all,
+            (Some(_), Some(shadows)) => {
+                shadows.is_dark(sighted.world, sighted.seen, sighted.radius)
+            }
+        }
+    }
+
+    /// The largest errors of groups that are certainly not refined, by whether they were.
+    #[inline(always)]
+    fn coarse<L: Lane>(
+        &self,
+        width: usize,
+        sighted: &Sighted<L>,
+        bounds: &Bounds<L>,
+        dark: L::Mask,
+    ) -> L {
+        let mut in_view = bounds.in_view[0] * L::splat(self.scale.coarse[width]);
+        let mut outside = L::infinity();
+        if let Some(scale) = &self.on_axis {
+            let on_axis = bounds.on_axis[0] * L::splat(scale.coarse[width]);
+            // What is on the edge may be either.
+            in_view = in_view.smaller(on_axis);
+            outside = L::choose(dark, outside, on_axis);
+        }
+        L::choose(self.is_outside(width, sighted), outside, in_view)
+    }
+
+    /// The errors above which groups are certainly refined, by whether they were.
+    #[inline(always)]
+    fn fine<L: Lane>(
+        &self,
+        width: usize,
+        sighted: &Sighted<L>,
+        bounds: &Bounds<L>,
+        dark: L::Mask,
+    ) -> L {
+        let in_view = bounds.in_view[1] * L::splat(self.scale.fine[width]);
+        let mut elsewhere = L::infinity();
+        if let Some(scale) = &self.on_axis {
+            let on_axis = bounds.on_axis[1] * L::splat(scale.fine[width]);
+            let counts = self.is_outside(width, sighted) & !dark;
+            elsewhere = L::choose(counts, on_axis, elsewhere);
+        }
+        L::choose(self.is_inside(width, sighted), in_view, elsewhere)
+    }
+
+    /// Bounds of what errors show, for any threshold. What leaves a wider view may show more in its corners, so that
+    /// the upper bound of the view that groups enter does not hold there; its lower bound holds for both.
+    #[inline(always)]
+    fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
+        let least_cosine = self.least_cosines[width];
+        let relaxation = L::splat(self.least_relaxation);
+        if self.is_orthographic {
+            return Bounds {
+                in_view: [L::one(); 2],
+                on_axis: [L::one(); 2],
+            };
+        }
+        let Sighted {
+            seen,
+            radius,
+            slack,
+            ..
+        } = *sighted;
+        let distance_squared = seen.dot(seen);
+        let distance = distance_squared.sqrt();
+        let gap = distance - radius;
+        // Cosine and depth of the criterion's extent.
+        let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
+        let tangent_length = (gap * (distance + radius)).sqrt();
+        let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
+        let cosine = (cosine - L::splat(1e-5)).larger(L::splat(least_cosine));
+        let depth = (seen.z - radius).larger(gap * cosine);
+        let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
+            true => depth * cosine,
+            false => depth * cosine.sqrt(),
+        });
+        // By how much the sphere is larger here than it is: 4 to 6 times that, over the gap, is what may be lost.
+        let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
+        let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
+        let is_certain = L::zero().is_below(rest);
+        Bounds {
+            in_view: [
+                // What reaches the camera has no limit.
+                L::choose(L::zero().is_below(gap), most, -L::infinity()),
+                L::choose(is_certain, least * gap / rest, L::infinity()),
+            ],
+            on_axis: [gap, (distance * L::splat(ROUNDING) + slack) / relaxation],
+        }
+    }
+
+    /// Which of them are large enough to be drawn; what is not a number is.
+    #[inline(always)]
+    pub(crate) fn is_large<L: Lane>(&self, world: V3<L>, size: L, is_drawn: bool) -> L::Mask {
+        let Some(reach) = &self.size else {
+            return L::zero().is_at_most(L::zero());
+        };
+        let reach = size * L::splat(if is_drawn { reach.drawn } else { reach.culled });
+        let least = if self.is_orthographic {
+            L::one()
+        } else {
+            let from_eye = world.minus(self.eye.in_lanes());
+            from_eye.dot(from_eye).sqrt()
+        };
+        !reach.is_below(least)
+    }
+}
+
+impl Scale {
+    fn new(thresholds: &Thresholds, px_per_unit: f32) -> Self {
+        let scales = [thresholds.refine_above_px, thresholds.coarsen_below_px];
+        let scales = scales.map(|threshold_px| threshold_px / px_per_unit);
+        Self {
+            coarse: scales.map(|scale| scale / ROUNDING),
+            fine: scales.map(|scale| scale * (ROUNDING * ROUNDING)),
+        }
+    }
+}
+
+impl SizeReach {
+    /// `None` if a view draws all sizes.
+    fn new(view: &View, settings: &LodSettings) -> Option<Self> {
+        let cull_below_px = settings.cull_below_px.filter(|px| *px > 0.0)?;
+        let scale = match view.camera {
+            Camera::Perspective(camera) => camera.focal_px.max_element(),
+            Camera::Orthographic(camera) => {
+                let camera_per_world = view.camera_from_world.x_axis.length();
+                camera.pixels_per_unit.max_element() * camera_per_world
+            }
+        };
+        let culled = 2.0 * scale * settings.resolution_scale / cull_below_px;
+        Some(Self {
+            drawn: culled / settings.advanced.hysteresis.clamp(0.0, 1.0),
+            culled,
+        })
+    }
+}
+
+/// By how much thresholds are relaxed at most; 0 where one sample may stand for the bound.
+fn least_relaxation(settings: &LodSettings, is_orthographic: bool, corner: f32) -> f32 {
+    if is_orthographic {
+        1.0
+    } else if settings.advanced.max_curl != 0.0 {
+        0.0
+    } else if settings.advanced.min_aspect_ratio > 0.0 {
+        (0.999 / (corner * settings.advanced.min_aspect_ratio)).min(1.0)
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,73 @@
+//! What a view remembers of an instance: how it is drawn, and within which limits that stays so.
+
+use crate::criterion::limits::{ErrorUnits, Limits};
+use crate::hidden::held_shares::LevelShare;
+use crate::scene::{MeshId, Scene};
+
+/// How an instance is drawn.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct InstanceMemory {
+    pub(crate) state: InstanceState,
+    /// Which of the instances that had the index one after the other.
+    pub(crate) generation: u32,
+    /// The version of the instance that this was decided for.
+    pub(crate) version: u32,
+    /// What counts of it where hidden things count less, of a mesh that is drawn as a whole.
+    pub(crate) share: LevelShare,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum InstanceState {
+    /// Not selected yet, or removed, or on other layers: draws nothing.
+    #[default]
+    Empty,
+    /// Too small to be drawn.
+    Culled,
+    /// Only what always is refined is refined. The scene may have removed the instance since.
+    Coarsest(MeshId),
+    /// The mesh as a whole at one level, finer than the coarsest.
+    AtLevel(MeshId, u8),
+    /// A cut of its own, by its key in the pool.
+    Mixed(u32),
+}
+
+impl InstanceState {
+    /// The units drawn without a cut of one's own, and their triangles.
+    pub(crate) fn drawn_whole(self, scene: &Scene) -> (&[u32], u64) {
+        match self {
+            Self::Coarsest(mesh) => {
+                let table = scene.table(mesh);
+                (&table.coarsest_units, table.coarsest_triangle_count)
+            }
+            Self::AtLevel(mesh, level) => scene.table(mesh).drawn_at_level(usize::from(level)),
+            _ => (&[], 0),
+        }
+    }
+
+    /// Whether a view draws it.
+    pub(crate) fn is_drawn(self) -> bool {
+        matches!(self, Self::Coarsest(_) | Self::AtLevel(..) | Self::Mixed(_))
+    }
+
+    /// Within which limits an instance that is not forced to a level stays so. At finer levels it has to be decided
+    /// anew in each frame if hidden things count less.
+    pub(crate) fn limits(
+        self,
+        scene: &Scene,
+        index: usize,
+        units: &ErrorUnits,
+        hides: bool,
+    ) -> Limits {
+        let (mesh, level) = match self {
+            Self::Empty => return Limits::EMPTY,
+            Self::Culled => return Limits::CULLED,
+            Self::Mixed(_) => return Limits::UNKNOWN,
+            Self::AtLevel(..) if hides => return Limits::UNKNOWN,
+            Self::Coarsest(mesh) => (mesh, None),
+            Self::AtLevel(mesh, level) => (mesh, Some(usize::from(level))),
+        };
+        let errors = scene.table(mesh).errors_at(level);
+        let scale = scene.columns.error_scales[index];
+        errors.limits(units, 1.0).scaled(scale)
+    }
+}

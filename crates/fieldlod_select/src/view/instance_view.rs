@@ -1,0 +1,91 @@
+//! From local space to camera space: one instance as one view sees it.
+
+use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
+use glam::{Affine3A, Mat3, Vec3};
+
+use super::View;
+use super::stretch::{SeenStretch, is_similarity, largest_stretch};
+
+/// One instance as one view sees it: the map from local to camera space, taken apart once so that
+/// each group costs little.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceView {
+    pub(crate) camera: Camera,
+    pub(crate) kept_camera: Camera,
+    pub(crate) camera_from_local: Mat3,
+    pub(crate) origin_in_camera: Vec3,
+    /// Takes normals along. Keeps lengths if the instance is a similarity; else the length is of no
+    /// meaning.
+    pub(crate) normal_in_camera_from_local: Mat3,
+    /// The most that any local length grows, in camera units (= world units) per local unit.
+    pub(crate) camera_per_local: f32,
+    /// What the instance does to lengths across a sight ray; `None` for a similarity, which stretches
+    /// all alike.
+    pub(crate) seen_stretch: Option<SeenStretch>,
+}
+
+impl InstanceView {
+    /// Prepares the instance placed by `world_from_local`, any affine map, for `view`.
+    #[must_use]
+    pub fn new(view: &View, world_from_local: &Affine3A) -> Self {
+        // Relative to the eye, which keeps digits far from the origin.
+        let camera_from_local = view.camera_from_world * Mat3::from(world_from_local.matrix3);
+        let origin_from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
+        let camera_per_local = largest_stretch(&camera_from_local);
+        // A similarity turns normals without stretching them unevenly.
+        let normal_map = normal_map(&camera_from_local);
+        let (normal_in_camera_from_local, seen_stretch) = if is_similarity(&camera_from_local) {
+            (
+                normal_map * (1.0 / (camera_per_local * camera_per_local)),
+                None,
+            )
+        } else {
+            (normal_map, Some(SeenStretch::new(&camera_from_local)))
+        };
+        Self {
+            camera: view.camera,
+            kept_camera: view.kept_camera,
+            camera_from_local,
+            origin_in_camera: view.camera_from_world * origin_from_eye,
+            normal_in_camera_from_local,
+            camera_per_local,
+            seen_stretch,
+        }
+    }
+
+    /// A sphere that holds the image of `sphere`, in camera space.
+    #[must_use]
+    pub fn sphere_in_camera(&self, sphere: &Sphere) -> Sphere {
+        Sphere {
+            center: self.camera_from_local * sphere.center + self.origin_in_camera,
+            radius: self.camera_per_local * sphere.radius,
+        }
+    }
+}
+
+/// The inverse transpose up to a positive factor, without dividing: cofactors times the sign of the
+/// determinant, so that outward normals of mirrored instances still point outward.
+fn normal_map(m: &Mat3) -> Mat3 {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    if x.dot(cofactors.x_axis) < 0.0 {
+        -cofactors
+    } else {
+        cofactors
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mirrored_instances_keep_their_normals_outward() {
+        let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+        let outward = normal_map(&mirror) * Vec3::X;
+        // The point at +X goes to −X, and so does its outward normal.
+        assert!(outward.dot(mirror * Vec3::X) > 0.0);
+        assert!((normal_map(&mirror) * Vec3::Y).y > 0.0);
+    }
+}

@@ -1,0 +1,97 @@
+//! Which things outside a view may throw a shadow into it.
+
+use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
+use glam::Vec3;
+
+use super::View;
+use super::sides::Sides;
+use crate::lanes::{Lane, V3};
+
+/// Lights that a view can tell apart; with more of them, all things may cast.
+const MOST_LIGHTS: usize = 4;
+/// Directions that lead inwards or outwards by less are along a side.
+const ALONG: f32 = 1e-3;
+
+/// A light that casts shadows into a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShadowLight {
+    /// Its rays all go in one direction, a unit vector in the world.
+    Sun(Vec3),
+    /// Its rays reach no farther than this sphere.
+    Lamp(Sphere),
+}
+
+/// The lights of a view.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum ShadowLights {
+    /// Anything may cast.
+    #[default]
+    Any,
+    These([Option<ShadowLight>; MOST_LIGHTS]),
+}
+
+impl ShadowLights {
+    pub(crate) fn new(lights: &[ShadowLight]) -> Self {
+        if lights.len() > MOST_LIGHTS {
+            return Self::Any;
+        }
+        Self::These(std::array::from_fn(|index| lights.get(index).copied()))
+    }
+}
+
+/// The lights of a view and the sides of its image.
+pub(crate) struct ShadowTest {
+    lights: Vec<LightTest>,
+}
+
+enum LightTest {
+    /// The sides of the image that a sun's rays lead out of, each a plane of camera space with its offset: a shadow
+    /// does not come in over them.
+    Sun(Vec<(V3<f32>, f32)>),
+    Lamp(Sphere),
+}
+
+impl ShadowTest {
+    /// `None` if anything may cast.
+    pub(crate) fn new(view: &View) -> Option<Self> {
+        let ShadowLights::These(lights) = &view.shadow_lights else {
+            return None;
+        };
+        let mut sides = Sides::of(&view.image_camera).planes();
+        // Nothing is seen behind the eye.
+        if matches!(view.image_camera, Camera::Perspective(_)) {
+            sides.push((V3::splat(Vec3::Z), 0.0));
+        }
+        let test = |light: &ShadowLight| match light {
+            ShadowLight::Sun(direction) => {
+                let along = V3::splat(view.camera_from_world * *direction);
+                let leads_out = |(inward, _): &&(V3<f32>, f32)| along.dot(*inward) < -ALONG;
+                LightTest::Sun(sides.iter().filter(leads_out).copied().collect())
+            }
+            ShadowLight::Lamp(reach) => LightTest::Lamp(*reach),
+        };
+        Some(Self {
+            lights: lights.iter().flatten().map(test).collect(),
+        })
+    }
+
+    /// Which spheres cast no shadow of any light into the image.
+    #[inline(always)]
+    pub(crate) fn is_dark<L: Lane>(&self, world: V3<L>, seen: V3<L>, radius: L) -> L::Mask {
+        let all = L::zero().is_at_most(L::zero());
+        self.lights.iter().fold(all, |dark, light| {
+            dark & match light {
+                LightTest::Sun(sides) => sides.iter().fold(!all, |dark, &(inward, offset)| {
+                    let inside_by = seen.dot(inward.in_lanes()) + (L::splat(offset) + radius);
+                    dark | inside_by.is_below(L::zero())
+                }),
+                LightTest::Lamp(reach) => {
+                    let away = world.minus(V3::splat(reach.center));
+                    let least = radius + L::splat(reach.radius);
+                    least.is_below(away.dot(away).sqrt())
+                }
+            }
+        })
+    }
+}

@@ -1,0 +1,114 @@
+//! The sides of a view as planes: how far inside or outside of it a point is.
+
+use camera_field::Camera;
+use glam::{Mat3, Vec3};
+
+use crate::lanes::{Lane, M3, V3};
+
+/// The four sides of a view, as planes whose unit normals point inward.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sides<L> {
+    inward: [V3<L>; 4],
+    /// How far inside each the origin is.
+    offset: [L; 4],
+}
+
+impl Sides<f32> {
+    /// The sides of a camera in its own space.
+    pub(crate) fn of(camera: &Camera) -> Self {
+        let planes = planes_in_camera(camera);
+        Self {
+            inward: planes.map(|(inward, _)| V3::splat(inward)),
+            offset: planes.map(|(_, offset)| offset),
+        }
+    }
+
+    /// Each side as a normal and how far inside the origin is.
+    pub(crate) fn planes(&self) -> Vec<(V3<f32>, f32)> {
+        self.inward.into_iter().zip(self.offset).collect()
+    }
+
+    /// The sides in a space from which points come to camera space by a linear map and a translation;
+    /// distances stay in camera units, and grow by `slack`.
+    pub(crate) fn moved<L: Lane>(&self, linear: &Mat3, translation: Vec3, slack: f32) -> Sides<L> {
+        let transposed = M3::splat(&linear.transpose());
+        let translation = V3::splat(translation);
+        Sides {
+            inward: self.inward.map(|inward| transposed.of(inward).in_lanes()),
+            offset: std::array::from_fn(|side| {
+                L::splat(self.inward[side].dot(translation) + self.offset[side] + slack)
+            }),
+        }
+    }
+}
+
+impl<L: Lane> Sides<L> {
+    /// Whether a sphere lies wholly beyond one of the sides.
+    #[inline]
+    pub(crate) fn exclude(&self, center: V3<L>, radius: L) -> L::Mask {
+        let beyond = |side: usize| {
+            let inside_by = center.dot(self.inward[side]) + (self.offset[side] + radius);
+            inside_by.is_below(L::zero())
+        };
+        beyond(0) | beyond(1) | beyond(2) | beyond(3)
+    }
+}
+
+/// The sides of a view in camera space: what `x` or `y`, and what `z` or 1 counts in the distance inside each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LensSides {
+    is_orthographic: bool,
+    sides: [[f32; 2]; 4],
+}
+
+impl LensSides {
+    pub(crate) fn of(camera: &Camera) -> Self {
+        let Sides { inward, offset } = Sides::of(camera);
+        Self {
+            is_orthographic: matches!(camera, Camera::Orthographic(_)),
+            // One of each two is zero.
+            sides: std::array::from_fn(|side| {
+                let inward = inward[side];
+                [inward.x + inward.y, inward.z + offset[side]]
+            }),
+        }
+    }
+
+    /// How far inside the nearest side a point is, negative outside.
+    #[inline(always)]
+    pub(crate) fn least_inside<L: Lane>(&self, V3 { x, y, z }: V3<L>) -> L {
+        let z = if self.is_orthographic { L::one() } else { z };
+        let inside = |side: usize, across: L| {
+            let [of_across, of_z] = self.sides[side].map(L::splat);
+            across * of_across + z * of_z
+        };
+        let across = inside(0, x).smaller(inside(1, x));
+        let down = inside(2, y).smaller(inside(3, y));
+        across.smaller(down)
+    }
+}
+
+/// Unit normals in camera space, and how far the origin there is inside.
+fn planes_in_camera(camera: &Camera) -> [(Vec3, f32); 4] {
+    match camera {
+        Camera::Perspective(camera) => {
+            let side = |across: Vec3, slope: f32| {
+                let inward = across - Vec3::Z * slope;
+                (inward / (1.0 + slope * slope).sqrt(), 0.0)
+            };
+            let (min, max) = (camera.slope_min, camera.slope_max);
+            [
+                side(Vec3::X, min.x),
+                side(-Vec3::X, -max.x),
+                side(Vec3::Y, min.y),
+                side(-Vec3::Y, -max.y),
+            ]
+        }
+        Camera::Orthographic(camera) => [
+            (Vec3::X, -camera.min.x),
+            (-Vec3::X, camera.max.x),
+            (Vec3::Y, -camera.min.y),
+            (-Vec3::Y, camera.max.y),
+        ],
+    }
+}

@@ -1,0 +1,192 @@
+//! How much an affine map stretches lengths: at most, and as seen along a sight ray.
+
+use glam::{DMat3, Mat3, Vec3};
+
+use crate::lanes::{Lane, M3, V3};
+
+/// How far `MᵀM` may be from a multiple of the identity, relative, for `M` to count as a rotation
+/// with one scale (and mirror).
+const SIMILARITY_TOLERANCE: f32 = 1e-4;
+
+/// Whether `m` turns, mirrors and scales all lengths alike. False for NaN and for zero.
+pub(crate) fn is_similarity(m: &Mat3) -> bool {
+    let gram = m.transpose() * *m;
+    let scale = gram.x_axis.x;
+    let difference = gram - Mat3::from_diagonal(Vec3::splat(scale));
+    let widest = [difference.x_axis, difference.y_axis, difference.z_axis]
+        .map(|column| column.abs().max_element());
+    scale > 0.0 && widest.iter().all(|&d| d <= scale * SIMILARITY_TOLERANCE)
+}
+
+/// An upper bound of the largest singular value: Gershgorin's circles on `MᵀM` and on `MMᵀ`, which
+/// have the squared singular values as eigenvalues, then Newton's steps down to the largest root of
+/// the characteristic polynomial, which they approach from above. NaN for NaN.
+pub(crate) fn largest_stretch(m: &Mat3) -> f32 {
+    // An upper bound, which for a similarity is exact.
+    let bound = gershgorin(&(m.transpose() * *m)).min(gershgorin(&(*m * m.transpose())));
+    if is_similarity(m) {
+        return bound.sqrt();
+    }
+    // The eigenvalue in double precision, from above.
+    let m = m.as_dmat3();
+    let newton = largest_eigenvalue(&(m.transpose() * m), f64::from(bound));
+    // Rounding to f32 must not fall below.
+    let refined = newton.sqrt() as f32 * (1.0 + 4.0 * f32::EPSILON);
+    if refined < bound.sqrt() {
+        refined
+    } else {
+        bound.sqrt()
+    }
+}
+
+/// A lower bound of the smallest singular value, by `|det| ≤ σ_min σ_max²`; loose for maps that
+/// flatten, exact for similarities.
+pub(crate) fn least_stretch(m: &Mat3, largest: f32) -> f32 {
+    let determinant = m.x_axis.dot(m.y_axis.cross(m.z_axis)).abs();
+    (determinant / (largest * largest)).min(largest)
+}
+
+fn gershgorin(gram: &Mat3) -> f32 {
+    let rows = gram.x_axis.abs() + gram.y_axis.abs() + gram.z_axis.abs();
+    // Not f32::max, which drops NaN.
+    if rows.is_nan() {
+        return f32::NAN;
+    }
+    rows.max_element()
+}
+
+/// The largest root of `λ³ − Tλ² + Sλ − D`, from `above`. All roots are real, so Newton's method
+/// falls to it monotonically.
+fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
+    let (a, b, c) = (gram.x_axis, gram.y_axis, gram.z_axis);
+    let trace = a.x + b.y + c.z;
+    let minors = a.x * b.y - a.y * b.x + a.x * c.z - a.z * c.x + b.y * c.z - b.z * c.y;
+    let determinant = a.dot(b.cross(c));
+    let mut root = above;
+    for _ in 0..12 {
+        let slope = (3.0 * root - 2.0 * trace) * root + minors;
+        let value = ((root - trace) * root + minors) * root - determinant;
+        if slope <= 0.0 || value <= 0.0 {
+            break;
+        }
+        root -= value / slope;
+    }
+    root * (1.0 + 1e-9)
+}
+
+/// How much a map stretches lengths across a sight ray.
+///
+/// A displacement `e` in local space moves `(I − ssᵀ) M e` across the unit sight ray `s`, at most
+/// `|e| √λ` with `λ` the greater eigenvalue of the restriction of `A = MMᵀ` to the plane across `s`:
+/// ```text
+/// λ = (T + √(T² − 4D)) / 2,   T = tr A − sᵀAs,   D = sᵀ adj(A) s
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenStretch {
+    gram: Mat3,
+    adjugate: Mat3,
+    trace: f32,
+}
+
+/// Rounding of the quadratic forms above, relative to the trace.
+const ROUNDING: f32 = 1e-6;
+
+impl SeenStretch {
+    pub(crate) fn new(m: &Mat3) -> Self {
+        let gram = *m * m.transpose();
+        let (a, b, c) = (gram.x_axis, gram.y_axis, gram.z_axis);
+        Self {
+            gram,
+            adjugate: Mat3::from_cols(b.cross(c), c.cross(a), a.cross(b)),
+            trace: a.x + b.y + c.z,
+        }
+    }
+
+    /// `√λ` for the unit sight ray `along`, an upper bound up to rounding.
+    #[inline]
+    pub(crate) fn across<L: Lane>(&self, along: V3<L>) -> L {
+        // T and D of the restriction to the plane across the ray, and its greater eigenvalue.
+        let trace = L::splat(self.trace) - along.dot(M3::splat(&self.gram).of(along));
+        let determinant = along.dot(M3::splat(&self.adjugate).of(along));
+        let discriminant = trace * trace - L::splat(4.0) * determinant;
+        let root = discriminant.larger(L::zero()).sqrt();
+        let eigenvalue = L::splat(0.5) * (trace + root) + L::splat(ROUNDING * self.trace);
+        eigenvalue.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Quat;
+
+    fn turn() -> Mat3 {
+        Mat3::from_quat(Quat::from_xyzw(0.1, -0.5, 0.7, 0.5).normalize())
+    }
+
+    fn shear() -> Mat3 {
+        Mat3::from_cols(Vec3::X, Vec3::new(2.0, 1.0, 0.0), Vec3::new(0.5, 0.3, 1.0))
+    }
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        let steps = || (0..9u8).map(|i| f32::from(i) - 4.0);
+        steps()
+            .flat_map(move |x| steps().flat_map(move |y| steps().map(move |z| Vec3::new(x, y, z))))
+            .filter(|v| *v != Vec3::ZERO)
+            .map(Vec3::normalize)
+    }
+
+    #[test]
+    fn largest_stretch_is_exact_for_any_map() {
+        let scale = Mat3::from_diagonal(Vec3::new(0.5, -3.0, 2.0));
+        for m in [turn() * scale, scale * turn(), turn() * scale * turn()] {
+            assert!((largest_stretch(&m) - 3.0).abs() < 1e-5, "{m}");
+        }
+        let bound = largest_stretch(&shear());
+        let most = directions()
+            .map(|d| (shear() * d).length())
+            .fold(0.0, f32::max);
+        assert!(most <= bound && bound < most * 1.02, "{most} {bound}");
+    }
+
+    #[test]
+    fn stretch_across_a_sight_ray_is_tight_and_never_short() {
+        for m in [
+            shear(),
+            turn() * Mat3::from_diagonal(Vec3::new(0.1, 1.0, 5.0)),
+        ] {
+            let seen = SeenStretch::new(&m);
+            for along in directions().step_by(7) {
+                let across = |e: Vec3| (m * e - along * along.dot(m * e)).length();
+                let most = directions().map(across).fold(0.0, f32::max);
+                let bound = seen.across(V3::<f32>::splat(along));
+                assert!(
+                    most <= bound * 1.0001 && bound < most * 1.05,
+                    "{most} {bound}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_flat_map_seen_from_its_side_moves_little() {
+        let needle = Mat3::from_diagonal(Vec3::new(0.1, 0.1, 10.0));
+        let seen = SeenStretch::new(&needle).across(V3::<f32>::splat(Vec3::Z));
+        assert!(seen < 0.11, "{seen}");
+    }
+
+    #[test]
+    fn least_stretch_never_overestimates() {
+        for m in [
+            shear(),
+            turn(),
+            Mat3::from_diagonal(Vec3::new(0.1, 1.0, 5.0)),
+        ] {
+            let least = least_stretch(&m, largest_stretch(&m));
+            let shortest = directions()
+                .map(|d| (m * d).length())
+                .fold(f32::MAX, f32::min);
+            assert!(least <= shortest * 1.0001, "{least} {shortest}");
+        }
+    }
+}

@@ -55,7 +55,7 @@ impl Soak {
             let target = RenderTarget::None {
                 size: UVec2::new(1280, 720),
             };
-            let fine = FieldLodSettings::with_error_px(0.2);
+            let fine = FieldLodCamera::with_error_px(0.2);
             world.spawn((Camera3d::default(), fine, target, pose)).id()
         });
         let mut soak = Self {

@@ -13,7 +13,7 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::Msaa;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
-use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{AdvancedAppConfig, prelude::*};
 use image::RgbaImage;
 
 use crate::apps::{finish, windowless};
@@ -48,8 +48,11 @@ impl Stage {
     pub fn with_each_culling() -> impl Iterator<Item = Self> {
         [true, false].into_iter().filter_map(|gpu_culling| {
             let mut stage = Self::new()?;
-            stage.app.insert_resource(FieldLodConfig {
-                gpu_culling,
+            stage.app.insert_resource(FieldLodAppConfig {
+                advanced: AdvancedAppConfig {
+                    gpu_culling,
+                    ..default()
+                },
                 ..default()
             });
             Some(stage)
@@ -109,7 +112,7 @@ impl Stage {
     }
 
     /// Adds a camera that draws a picture of its own on a background of `background`.
-    pub fn add_eye(&mut self, pose: Transform, background: Color, view: FieldLodSettings) -> Eye {
+    pub fn add_eye(&mut self, pose: Transform, background: Color, view: FieldLodCamera) -> Eye {
         self.add_eye_of_size(UVec2::splat(SIZE_PX), pose, background, view)
     }
 
@@ -119,7 +122,7 @@ impl Stage {
         size_px: UVec2,
         pose: Transform,
         background: Color,
-        view: FieldLodSettings,
+        view: FieldLodCamera,
     ) -> Eye {
         let format = TextureFormat::Rgba8UnormSrgb;
         let target = self.add(Image::new_target_texture(

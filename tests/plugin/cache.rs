@@ -18,7 +18,7 @@ fn run(folder: &Path, seed: u32) -> LodOrigin {
 
 fn run_mesh(folder: &Path, mesh: Mesh) -> LodOrigin {
     let mut app = app();
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(folder.into());
     spawn_object(&mut app, mesh);
     ready(&mut app, 1);
@@ -93,7 +93,7 @@ fn disabled_bake_reads_cache_only() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(run(folder.path(), 1), LodOrigin::Baked);
     let mut app = app();
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(folder.path().into());
     config.bake_at_run_time = false;
     spawn_object(&mut app, rock(4, 1));

@@ -150,7 +150,7 @@ fn triangle_budget_is_kept() {
     ready(&mut app, 4);
     let free = stats(&app, camera);
     let budget = free.triangles_drawn / 3;
-    let settings = FieldLodSettings::with_triangle_budget(budget);
+    let settings = FieldLodCamera::with_triangle_budget(budget);
     insert(&mut app, camera, settings);
     for _ in 0..5 {
         app.update();
@@ -172,13 +172,13 @@ fn whole_world_excludes_no_lod() {
     let marked = world.spawn((Mesh3d(mesh), AutoLod::default(), NoLod)).id();
     app.update();
     assert_eq!(progress(&app), FieldLodProgress::default());
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.whole_world = true;
     ready(&mut app, 1);
     app.world_mut().entity_mut(marked).remove::<NoLod>();
     app.update();
     ready(&mut app, 2);
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.whole_world = false;
     app.update();
     app.update();

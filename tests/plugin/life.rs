@@ -135,11 +135,7 @@ fn smaller_displacement_needs_more_triangles() {
     let mut app = app();
     let cameras = [1.0, 0.5].map(|displacement_px| {
         let camera = spawn_camera(&mut app, 8.0);
-        let settings = FieldLodSettings {
-            error_px: None,
-            displacement_px: Some(displacement_px),
-            ..default()
-        };
+        let settings = FieldLodCamera::guaranteed(displacement_px);
         insert(&mut app, camera, settings);
         camera
     });
@@ -155,7 +151,7 @@ fn smaller_displacement_needs_more_triangles() {
 fn unmeasured_mesh_is_drawn_at_full_detail() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 8.0);
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.bake = BakeConfig::fast();
     let object = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
@@ -166,11 +162,7 @@ fn unmeasured_mesh_is_drawn_at_full_detail() {
     let quality = stats(&app, camera);
     assert!(quality.triangles_drawn < quality.triangles_full);
     assert!(!told());
-    let guaranteed = FieldLodSettings {
-        error_px: None,
-        displacement_px: Some(1.0),
-        ..default()
-    };
+    let guaranteed = FieldLodCamera::guaranteed(1.0);
     insert(&mut app, camera, guaranteed);
     app.update();
     let stats = stats(&app, camera);

@@ -320,7 +320,7 @@ fn bark_and_leaves_change_levels_together() {
     let cache = tempfile::tempdir().unwrap();
     let on_the_way = |origin: LodOrigin| {
         let mut app = app_in(file.folder());
-        let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+        let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
         config.cache_folder = Some(cache.path().into());
         spawn_scene(&mut app, None);
         ready(&mut app, 2);

@@ -11,7 +11,7 @@ use crate::headless::{
     stats, units, visible,
 };
 
-fn settings(app: &mut App, camera: Entity, settings: FieldLodSettings) {
+fn settings(app: &mut App, camera: Entity, settings: FieldLodCamera) {
     insert(app, camera, settings);
     app.update();
 }
@@ -59,10 +59,8 @@ fn small_objects_and_their_shadows_are_culled() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 20.0);
         spawn_sun(&mut app);
-        let culling = FieldLodSettings {
-            cull_below_px: Some(40.0 * radius_of(&app, rock)),
-            ..default()
-        };
+        let mut culling = FieldLodCamera::default();
+        culling.cull_below_px = Some(40.0 * radius_of(&app, rock));
         settings(&mut app, camera, culling);
         let mut is_drawn_at = |distance: f32| {
             move_camera(&mut app, camera, distance);
@@ -78,7 +76,7 @@ fn small_objects_and_their_shadows_are_culled() {
         assert_eq!(drawn, [true, true, false, false, true]);
         // By another camera it is drawn all the while.
         let other = spawn_camera(&mut app, 100.0);
-        insert(&mut app, other, FieldLodSettings::default());
+        insert(&mut app, other, FieldLodCamera::default());
         app.update();
         move_camera(&mut app, camera, 100.0);
         assert!(visible(&app, camera).is_empty() && !visible(&app, other).is_empty());
@@ -88,7 +86,7 @@ fn small_objects_and_their_shadows_are_culled() {
         insert(&mut app, camera, turned);
         app.update();
         assert!(!visible(&app, camera).is_empty());
-        settings(&mut app, camera, FieldLodSettings::default());
+        settings(&mut app, camera, FieldLodCamera::default());
         move_camera(&mut app, camera, 500.0);
         assert!(!visible(&app, camera).is_empty());
     }
@@ -100,19 +98,13 @@ fn view_draws_forced_level() {
         let (mut app, near, rock) = before_a_camera(subdivisions, 3.0);
         let far = spawn_camera(&mut app, 300.0);
         for camera in [near, far] {
-            let forced = FieldLodSettings {
-                forced_level: Some(1),
-                ..default()
-            };
+            let forced = FieldLodCamera::at_level(1);
             settings(&mut app, camera, forced);
         }
         app.update();
         assert_eq!(levels(&mut app, rock, far), Some(1..=1));
         // Level 0 of a view is the source.
-        let full = FieldLodSettings {
-            forced_level: Some(0),
-            ..default()
-        };
+        let full = FieldLodCamera::at_level(0);
         settings(&mut app, far, full);
         app.update();
         assert_eq!(visible(&app, far), [rock]);
@@ -181,7 +173,7 @@ fn shadow_bias_controls_offscreen_casters() {
     insert(&mut app, rock, Transform::from_xyz(22.0, 12.0, 0.0));
     ready(&mut app, 1);
     let finest_at = |app: &mut App, shadow_bias: f32| {
-        let biased = FieldLodSettings {
+        let biased = FieldLodCamera {
             shadow_bias,
             ..default()
         };

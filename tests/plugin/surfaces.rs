@@ -106,7 +106,7 @@ fn baked(
 /// Lets the app keep what it bakes in a folder in this one, and returns that.
 fn keep_bakes(app: &mut App, folder: &Path) -> PathBuf {
     let cache = folder.join("cache");
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(cache.clone());
     cache
 }
@@ -167,8 +167,8 @@ fn tinted_copies_of_a_rock_are_baked_once() {
     let mut app = app_in(folder.path());
     let cache = keep_bakes(&mut app, folder.path());
     // One after the other.
-    let mut config = app.world_mut().resource_mut::<FieldLodConfig>();
-    config.bake_threads = Some(1);
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+    config.advanced.bake_threads = Some(1);
     for red in [0.2, 0.5, 0.8] {
         let mesh = Mesh3d(add(&mut app, rock(4, 1)));
         let tinted = StandardMaterial::from_color(Color::srgb(red, 0.5, 0.5));

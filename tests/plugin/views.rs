@@ -100,7 +100,7 @@ fn parallel_selection_equals_sequential_selection() {
     insert(&mut app, other, Transform::from_xyz(1.5, 0.5, -4.0));
     ready(&mut app, 2);
     let second = spawn_camera(&mut app, 9.0);
-    insert(&mut app, second, FieldLodSettings::with_error_px(3.0));
+    insert(&mut app, second, FieldLodCamera::with_error_px(3.0));
     let third = spawn_camera(&mut app, 10.0);
     insert(&mut app, third, orthographic(4.0));
     let target = app.world().get::<RenderTarget>(first).unwrap().clone();
@@ -403,7 +403,7 @@ fn units_in_use(app: &mut App) -> usize {
 fn hidden_objects_use_no_budget() {
     let (mut app, camera, shown) = before_a_camera(6, 4.0);
     let alone = stats(&app, camera);
-    let budget = FieldLodSettings::with_triangle_budget(alone.triangles_drawn * 2 / 3);
+    let budget = FieldLodCamera::with_triangle_budget(alone.triangles_drawn * 2 / 3);
     insert(&mut app, camera, budget);
     app.update();
     app.update();

@@ -49,7 +49,7 @@ fn add_eye(stage: &mut Stage, error_px: f32) -> Eye {
     stage.add_eye(
         pose,
         css::SKY_BLUE.into(),
-        FieldLodSettings::with_error_px(error_px),
+        FieldLodCamera::with_error_px(error_px),
     )
 }
 
@@ -116,13 +116,7 @@ fn full_detail_draws_source() {
     };
     add_scene(&mut stage, true);
     let eye = add_eye(&mut stage, COARSE_PX);
-    stage.insert(
-        eye.entity,
-        FieldLodSettings {
-            forced_level: Some(0),
-            ..default()
-        },
-    );
+    stage.insert(eye.entity, FieldLodCamera::at_level(0));
     stage.run_until_ready();
     let stats = stage.stats(&eye);
     assert_eq!(stats.triangles_drawn, 20 * 4u64.pow(5));

@@ -26,7 +26,7 @@ fn wall(heat_map: FieldLodHeatMap) -> Option<RgbaImage> {
         place,
     ));
     let pose = Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
     let wide = PerspectiveProjection {
         fov: 2.0,
         ..default()
@@ -89,7 +89,7 @@ fn bounds_use_own_gizmo_group() {
     let Some((mut stage, pose)) = stage_with_a_rock() else {
         return;
     };
-    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
     stage.run_until_ready();
     let [without] = stage.shoot([&eye]);
     stage.app.world_mut().resource_mut::<FieldLodDebug>().bounds = true;

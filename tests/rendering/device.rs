@@ -16,7 +16,7 @@ fn units_are_prepared_again_for_new_device() {
     let stone = stage.add(StandardMaterial::default());
     stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.run_until_ready();
     let before = stage.stats(&eye);
     assert!(before.units_drawn > 0);

@@ -88,7 +88,7 @@ impl Show {
         spawn_lights(&mut stage);
         let eyes = [Vec3::new(0.0, 4.0, 9.0), Vec3::new(5.0, 3.0, 6.0)].map(|at| {
             let pose = Transform::from_translation(at).looking_at(Vec3::Y * 0.8, Vec3::Y);
-            stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default())
+            stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default())
         });
         let blur = MotionBlur {
             shutter_angle: 1.0,

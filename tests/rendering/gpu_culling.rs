@@ -8,7 +8,7 @@ use bevy::post_process::motion_blur::MotionBlur;
 use bevy::prelude::*;
 use bevy::render::view::NoIndirectDrawing;
 use bevy_fieldlod::LodUnit;
-use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{AdvancedAppConfig, prelude::*};
 use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
@@ -47,8 +47,11 @@ fn spawn_sun(stage: &mut Stage) -> Entity {
 impl Story {
     fn new(gpu_culling: bool) -> Option<Self> {
         let mut stage = Stage::new()?;
-        stage.app.insert_resource(FieldLodConfig {
-            gpu_culling,
+        stage.app.insert_resource(FieldLodAppConfig {
+            advanced: AdvancedAppConfig {
+                gpu_culling,
+                ..default()
+            },
             ..default()
         });
         let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
@@ -90,7 +93,7 @@ impl Story {
 
     fn add_eye(&mut self, error_px: f32, x: f32) {
         let pose = Transform::from_xyz(x, 4.0, 7.0).looking_at(Vec3::new(0.0, 0.7, 0.0), Vec3::Y);
-        let settings = FieldLodSettings::with_error_px(error_px);
+        let settings = FieldLodCamera::with_error_px(error_px);
         let eye = self.stage.add_eye(pose, css::SKY_BLUE.into(), settings);
         self.eyes.push(eye);
     }
@@ -111,7 +114,7 @@ impl Story {
         };
         self.stage.insert(self.eyes[0].entity, blur);
         self.stage.app.update();
-        let finer = FieldLodSettings::with_error_px(0.3);
+        let finer = FieldLodCamera::with_error_px(0.3);
         self.stage.insert(self.eyes[0].entity, finer);
         for (entity, x) in [(self.boulder, 0.6), (self.prop, -1.9), (self.glass, 2.0)] {
             let place = Transform::from_xyz(x, 1.5, 0.0);
@@ -160,24 +163,19 @@ const STEPS: [Step; 15] = [
             .insert(story.glass, Transform::from_xyz(1.5, 2.5, 1.0));
     }),
     ("a camera sees full detail", |story| {
-        let settings = FieldLodSettings {
-            forced_level: Some(0),
-            ..default()
-        };
+        let settings = FieldLodCamera::at_level(0);
         story.stage.insert(story.eyes[1].entity, settings);
     }),
     ("and a cut again", |story| {
-        let settings = FieldLodSettings::with_error_px(100.0);
+        let settings = FieldLodCamera::with_error_px(100.0);
         story.stage.insert(story.eyes[1].entity, settings);
         story.set_active(0, false);
         story.stage.app.update();
         story.set_active(0, true);
     }),
     ("a camera leaves out what is small", |story| {
-        let settings = FieldLodSettings {
-            cull_below_px: Some(1000.0),
-            ..default()
-        };
+        let mut settings = FieldLodCamera::default();
+        settings.cull_below_px = Some(1000.0);
         story.stage.insert(story.eyes[2].entity, settings);
     }),
     ("a light goes", |story| {

@@ -33,11 +33,7 @@ fn closed_mesh_has_no_holes() {
     });
     stage.app.insert_resource(GlobalAmbientLight::NONE);
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white), AutoLod::default()));
-    let eye = stage.add_eye(
-        Transform::default(),
-        BACKGROUND,
-        FieldLodSettings::default(),
-    );
+    let eye = stage.add_eye(Transform::default(), BACKGROUND, FieldLodCamera::default());
     let empty = image::Rgba([255, 0, 255, 255]);
     let mut triangle_counts = Vec::new();
     stage.run_until_ready();
@@ -46,7 +42,7 @@ fn closed_mesh_has_no_holes() {
         let pose =
             Transform::from_translation(direction * distance).looking_at(Vec3::ZERO, Vec3::Y);
         for error_px in [0.0, 0.5, 2.0, 8.0, 40.0] {
-            let bundle = (pose, FieldLodSettings::with_error_px(error_px));
+            let bundle = (pose, FieldLodCamera::with_error_px(error_px));
             stage.insert(eye.entity, bundle);
             let [picture] = stage.shoot([&eye]);
             let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
@@ -86,7 +82,7 @@ fn hole_test_detects_missing_triangles() {
     });
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white)));
     let pose = Transform::from_xyz(0.0, 0.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
+    let eye = stage.add_eye(pose, BACKGROUND, FieldLodCamera::default());
     stage.run_until_ready();
     let [picture] = stage.shoot([&eye]);
     assert!(enclosed(&picture, image::Rgba([255, 0, 255, 255])) > 20);

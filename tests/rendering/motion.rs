@@ -35,7 +35,7 @@ fn check_units_that_come(mut stage: Stage) {
     let stone = stage.add(StandardMaterial::default());
     let object = stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 40.0);
-    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.insert(eye.entity, MotionVectorPrepass);
     stage.run_until_ready();
     let mut come = 0;

@@ -22,7 +22,7 @@ fn check_rays(mut stage: Stage) {
     let stone = stage.add(StandardMaterial::default());
     let object = stage.spawn((Mesh3d(rock), MeshMaterial3d(stone), AutoLod::default()));
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.run_until_ready();
     stage.app.update();
     assert!(stage.stats(&eye).units_drawn > 0);
@@ -54,7 +54,7 @@ fn main_world_source_is_drawn_and_hit() {
         let object = stage.spawn((Mesh3d(rock.clone()), material, AutoLod::default()));
         stage.spawn((DirectionalLight::default(), Transform::default()));
         let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-        let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodSettings::default());
+        let eye = stage.add_eye(pose, css::BLACK.into(), FieldLodCamera::default());
         stage.run_until_ready();
         stage.app.update();
         let [picture] = stage.shoot([&eye]);

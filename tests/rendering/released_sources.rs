@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{RenderApp, RenderStartup};
-use bevy_fieldlod::prelude::*;
+use bevy_fieldlod::{AdvancedAppConfig, prelude::*};
 use fieldlod_tests::apps::{bevy_mesh, drawn_level};
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
@@ -17,8 +17,11 @@ use crate::picture::count_beyond;
 /// A stage with a rock and an eye that draws its cut.
 fn stage_with(sources_on_gpu: bool) -> Option<(Stage, Entity, Handle<Mesh>, Eye)> {
     let mut stage = Stage::new()?;
-    stage.app.insert_resource(FieldLodConfig {
-        sources_on_gpu,
+    stage.app.insert_resource(FieldLodAppConfig {
+        advanced: AdvancedAppConfig {
+            sources_on_gpu,
+            ..default()
+        },
         ..default()
     });
     Some(with_rock(stage))
@@ -42,7 +45,7 @@ fn with_rock(mut stage: Stage) -> (Stage, Entity, Handle<Mesh>, Eye) {
     );
     let rock = stage.spawn(rock);
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.run_until_ready();
     (0..3).for_each(|_| stage.app.update());
     (stage, rock, mesh, eye)
@@ -61,10 +64,7 @@ fn released_source_returns_in_the_same_frame() {
     };
     assert!(is_on_gpu(&kept, &kept_mesh));
     let [cut] = kept.shoot([&its_eye]);
-    let full = FieldLodSettings {
-        forced_level: Some(0),
-        ..default()
-    };
+    let full = FieldLodCamera::at_level(0);
     kept.insert(its_eye.entity, full);
     let [in_full] = kept.shoot([&its_eye]);
 
@@ -78,7 +78,7 @@ fn released_source_returns_in_the_same_frame() {
     assert_eq!(count_beyond(&picture, &in_full, 2), 0);
     assert!(is_on_gpu(&stage, &mesh));
     assert_eq!(stage.stats(&eye).triangles_drawn, 81_920);
-    stage.insert(eye.entity, FieldLodSettings::default());
+    stage.insert(eye.entity, FieldLodCamera::default());
     stage.app.update();
     assert!(!is_on_gpu(&stage, &mesh));
     // An entity that is drawn as it is, and one that is no more cut.
@@ -203,10 +203,7 @@ fn changed_released_source_is_drawn() {
         .map(|(stage, _, mesh, _)| is_on_gpu(stage, mesh));
     assert!(is_kept && !is_left);
     for (stage, _, _, eye) in &mut stages {
-        let full = FieldLodSettings {
-            forced_level: Some(0),
-            ..default()
-        };
+        let full = FieldLodCamera::at_level(0);
         stage.insert(eye.entity, full);
     }
     let [expected, picture] = shoot_each(&mut stages);

@@ -103,7 +103,7 @@ fn add_column(stage: &mut Stage, column: usize, material: impl Bundle + Clone) {
 
 fn add_eye(stage: &mut Stage, technique: impl Bundle) -> Eye {
     let pose = Transform::from_xyz(0.0, 0.0, 16.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let view = FieldLodSettings::with_error_px(0.65);
+    let view = FieldLodCamera::with_error_px(0.65);
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
     stage.insert(eye.entity, technique);
     eye
@@ -111,7 +111,7 @@ fn add_eye(stage: &mut Stage, technique: impl Bundle) -> Eye {
 
 fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
     let world = stage.app.world_mut();
-    let mut settings = world.get_mut::<FieldLodSettings>(eye.entity).unwrap();
+    let mut settings = world.get_mut::<FieldLodCamera>(eye.entity).unwrap();
     settings.forced_level = full_detail.then_some(0);
     // The pictures of an eye with a memory run_until_ready.
     for _ in 0..12 {

@@ -47,7 +47,7 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
             ..default()
         });
     let mut stage = Stage::unfinished_with(plugins)?;
-    stage.app.insert_resource(FieldLodConfig {
+    stage.app.insert_resource(FieldLodAppConfig {
         memory,
         ..default()
     });
@@ -60,7 +60,7 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
     let file = stage.app.world().resource::<AssetServer>().load(file);
     stage.spawn((LodMesh3d::new(file, 0, 0), MeshMaterial3d(white)));
     let pose = Transform::from_xyz(0.0, 0.0, 2.2).looking_at(Vec3::ZERO, Vec3::Y);
-    let eye = stage.add_eye(pose, BACKGROUND, FieldLodSettings::default());
+    let eye = stage.add_eye(pose, BACKGROUND, FieldLodCamera::default());
     let deadline = Instant::now() + Duration::from_secs(60);
     while stage.app.world().resource::<FieldLodProgress>().ready == 0 {
         assert!(Instant::now() < deadline, "never ready");

@@ -22,7 +22,7 @@ fn units_replace_source_without_blink() {
         Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
     ));
     let pose = Transform::from_xyz(0.0, 0.5, 4.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let view = FieldLodSettings::with_error_px(1.0);
+    let view = FieldLodCamera::with_error_px(1.0);
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), view);
     let object = stage.spawn((Mesh3d(boulder), MeshMaterial3d(stone)));
     stage.run_until_ready();
@@ -90,7 +90,7 @@ fn jumping_camera_swaps_props_at_once() {
         stage.spawn((Mesh3d(rock.clone()), material, place, AutoLod::default()));
     }
     let at = |z: f32| Transform::from_xyz(0.0, 0.0, z);
-    let eye = stage.add_eye(at(500.0), css::SKY_BLUE.into(), FieldLodSettings::default());
+    let eye = stage.add_eye(at(500.0), css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.run_until_ready();
     for distance in [3.0, 500.0, 4.0, 40.0, 3.5] {
         stage.insert(eye.entity, at(distance));

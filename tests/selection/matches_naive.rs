@@ -31,7 +31,7 @@ proptest! {
     ) {
         let hierarchy = &hierarchies()[which];
         let mut settings = LodSettings::with_error_px(error_px);
-        settings.hysteresis = hysteresis;
+        settings.advanced.hysteresis = hysteresis;
         let mut cut = Cut::default();
         let first = |group: usize| errors[group % errors.len()];
         select_with(hierarchy, &settings, &mut cut, first);

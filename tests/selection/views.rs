@@ -1,6 +1,6 @@
 //! Particular views and what a user expects of them.
 
-use fieldlod_select::{Cut, LodSettings, View, select};
+use fieldlod_select::{AdvancedSettings, Cut, LodSettings, View, select};
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
 
 use crate::scenes::{camera, hierarchies, view};
@@ -111,7 +111,10 @@ fn a_pose_of_nan_draws_full_detail() {
 fn flips(distance: f32, hysteresis: f32) -> usize {
     let hierarchy = &hierarchies()[0];
     let settings = LodSettings {
-        hysteresis,
+        advanced: AdvancedSettings {
+            hysteresis,
+            ..AdvancedSettings::default()
+        },
         ..LodSettings::default()
     };
     let mut cut = Cut::default();

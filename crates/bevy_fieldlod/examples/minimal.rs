@@ -27,7 +27,7 @@ fn setup(
     let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
     commands.spawn((DirectionalLight::default(), sun));
     // A camera draws at one pixel of error unless it is told otherwise.
-    commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.0)));
+    commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(1.0)));
 }
 
 fn move_camera(time: Res<Time>, mut camera: Single<&mut Transform, With<Camera3d>>) {

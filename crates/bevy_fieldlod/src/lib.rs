@@ -15,20 +15,20 @@
 //!     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("statue.glb"));
 //!     commands.spawn((WorldAssetRoot(scene), AutoLod::default()));
 //!     // One pixel of error is the default; a camera may want another.
-//!     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(2.0)));
+//!     commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(2.0)));
 //! }
 //! ```
 //!
 //! # Five minutes
 //! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or mark nothing and
-//!    set [`FieldLodConfig::whole_world`]. `cargo run --release -p bevy_fieldlod --example minimal` is a complete app of
+//!    set [`FieldLodAppConfig::whole_world`]. `cargo run --release -p bevy_fieldlod --example minimal` is a complete app of
 //!    40 lines.
 //! 2. Run. Meshes are baked in background tasks while their source is drawn. [`FieldLodProgress`] counts them,
 //!    [`FieldLodEvent`] reports the result for each mesh, and [`LodReady`] for each entity. A million triangles take
 //!    some seconds of one core with optimised dependencies: put `[profile.dev.package."*"]` with `opt-level = 3` into
 //!    `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
-//! 4. Stop baking at run time: set [`FieldLodConfig::cache_folder`] while you work. Ship the assets that
+//! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work. Ship the assets that
 //!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb`; the plugin finds
 //!    `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
 //!
@@ -57,7 +57,7 @@
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes have no levels. Where the GPU culls ([`FieldLodConfig::gpu_culling`]), the plugin inserts
+//! Skinned and morphed meshes have no levels. Where the GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts
 //! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
@@ -81,10 +81,10 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use api::auto_lod::{AutoLod, NoLod};
-pub use api::config::{FieldLodConfig, LodKind, LodMemory};
+pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory};
 pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
-pub use api::settings::FieldLodSettings;
+pub use api::settings::FieldLodCamera;
 pub use api::stats::{FieldLodProgress, FieldLodViewStats};
 pub use api::systems::FieldLodSystems;
 pub use assets::baked_lods::BakedLods;
@@ -98,7 +98,6 @@ pub use draw::units::LodUnit;
 #[cfg(feature = "bake")]
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
-pub use fieldlod_select::LodSettings;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
 pub use scene::lod_mesh::LodState;
 pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
@@ -109,8 +108,8 @@ pub mod prelude {
     #[cfg(feature = "debug")]
     pub use crate::FieldLodDebug;
     pub use crate::{
-        AutoLod, BakedLods, FieldLodAppExt, FieldLodConfig, FieldLodEvent, FieldLodMemory,
-        FieldLodPlugin, FieldLodProgress, FieldLodSettings, FieldLodViewStats, FieldLodVisibleFlux,
+        AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt, FieldLodCamera, FieldLodEvent,
+        FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodViewStats, FieldLodVisibleFlux,
         LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState, NoLod,
     };
 }
@@ -164,7 +163,7 @@ pub struct FieldLodCorePlugin;
 
 impl Plugin for FieldLodCorePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FieldLodConfig>()
+        app.init_resource::<FieldLodAppConfig>()
             .init_resource::<scene::lod_scene::LodScene>()
             .add_plugins((
                 api::systems::plugin,

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use common::{look_from_afar, look_through, medians};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    Cut, InstanceId, LodSettings, Offscreen, Scene, Selector, ShadowLight, View, select,
+    AdvancedSettings, Cut, InstanceId, LodSettings, Offscreen, Scene, Selector, ShadowLight, View,
+    select,
 };
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use rayon::prelude::*;
@@ -170,10 +171,13 @@ impl Path {
 
     fn settings(&self) -> LodSettings {
         LodSettings {
-            offscreen_margin: 0.1,
-            offscreen: match self.has_sun {
-                true => Offscreen::OnAxis { bias: 0.3 },
-                false => Offscreen::Coarsest,
+            advanced: AdvancedSettings {
+                offscreen_margin: 0.1,
+                offscreen: match self.has_sun {
+                    true => Offscreen::OnAxis { bias: 0.3 },
+                    false => Offscreen::Coarsest,
+                },
+                ..AdvancedSettings::default()
             },
             ..LodSettings::default()
         }

@@ -307,7 +307,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     #[inline]
     fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn(L) -> L) -> L {
         let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
-        let outside = match self.settings.offscreen {
+        let outside = match self.settings.advanced.offscreen {
             Offscreen::Coarsest => L::zero(),
             Offscreen::OnAxis { bias } => finite(on_axis(L::splat(bias))),
         };
@@ -324,7 +324,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         extent: &SeenExtent<L>,
         bound: L,
     ) -> L {
-        let max_curl = self.settings.max_curl;
+        let max_curl = self.settings.advanced.max_curl;
         if max_curl == 0.0 {
             return bound;
         }
@@ -390,7 +390,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// meets the axis; at least that of the widest corner.
     #[inline]
     fn relaxation(&self, seen: &SeenSphere<L>) -> L {
-        let min_aspect_ratio = self.settings.min_aspect_ratio;
+        let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;
         let is_perspective = matches!(self.instance.camera, Camera::Perspective(_));
         if !(is_perspective && min_aspect_ratio > 0.0) {
             return L::one();

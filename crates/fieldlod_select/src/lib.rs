@@ -82,6 +82,6 @@ pub use select::cuts::Statistics;
 pub use select::decision::refine;
 pub use select::demand::GroupDemand;
 pub use selector::Selector;
-pub use settings::{LodSettings, Offscreen, VisibleFlux};
+pub use settings::{AdvancedSettings, LodSettings, Offscreen, VisibleFlux};
 pub use view::shadow_lights::ShadowLight;
 pub use view::{InstanceView, View};

@@ -1,40 +1,42 @@
-//! What decides how fine a cut is.
+//! Settings of the selection.
 
-/// How groups outside the view are judged.
+/// Errors of groups outside the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub enum Offscreen {
-    /// At their coarsest: nobody sees them.
+    /// They are 0: the coarsest level is drawn.
     #[default]
     Coarsest,
-    /// As if they stood on the view's axis, as far away and turned towards the eye as they are: with the
-    /// field's strength `f²/ρ²` there. For what casts shadows into the view.
+    /// They count as on the view's axis at the same distance and orientation, with the field strength `f²/ρ²`: for
+    /// objects that cast shadows into the view.
     OnAxis {
-        /// How often their errors count, above 0 and at most 1: less draws them coarser.
+        /// Factor of the errors, above 0 and at most 1: smaller values draw coarser levels.
         bias: f32,
     },
 }
 
-/// How much what is hidden counts.
+/// Weight of hidden instances.
 ///
-/// Instances are drawn into a small depth image on the CPU, the largest by triangles of a coarse level and
-/// the others by points. The screen-space error of what they leave the share `o` of visible counts `√o`
-/// times: the paper's flux is over the visible surface. What is not in the image, within
-/// [`LodSettings::offscreen_margin`] too, counts as hidden. `o` is an estimate from few triangles and points, so
-/// displacements ([`LodSettings::displacement_px`]) count in full. Nothing is culled.
+/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large ones,
+/// points for the others. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
+/// because the paper's flux is over the visible surface. Objects outside the image, within
+/// [`offscreen_margin`](AdvancedSettings::offscreen_margin) too, count as hidden. `o` is an estimate, so displacements
+/// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct VisibleFlux {
-    /// The most triangles that are drawn into the depth image; thirty-two points count as one.
+    /// Triangle budget of the depth image; 32 points count as one triangle.
     pub occluder_triangles: u32,
-    /// How many selections in a row must see less of something before it is coarsened; at most 254. It is
-    /// refined in the selection that sees more of it.
+    /// Number of selections in a row, at most 254, that must see less of a group before it is coarsened. A group is
+    /// refined as soon as a selection sees more of it.
     pub hold_frames: u8,
-    /// The share that anything counts at least, from 0 to 1: what seems hidden may be seen a little, or
-    /// throw a shadow into the view.
+    /// Smallest visible share, from 0 to 1: a group estimated as hidden may be slightly visible, or cast a shadow into
+    /// the view.
     pub least_share: f32,
 }
 
 impl Default for VisibleFlux {
-    /// 16,000 triangles; 45 frames, longer than a step of one who walks; what seems hidden counts a hundredth.
+    /// 16,000 triangles; 45 frames, longer than one step of a walk; a share of at least a hundredth.
     fn default() -> Self {
         Self {
             occluder_triangles: 16_000,
@@ -44,95 +46,105 @@ impl Default for VisibleFlux {
     }
 }
 
-/// What decides how fine a cut is.
+/// Settings of the selection in one view.
 ///
-/// A group is refined where either threshold is exceeded: [`error_px`](Self::error_px) by its
-/// screen-space error, [`displacement_px`](Self::displacement_px) by its largest displacement.
-/// With neither threshold the cut is always the coarsest one. A threshold of 0 accepts only what shows
-/// no error at all, a negative one nothing; NaN accepts everything by itself, and nothing beside the
-/// other threshold.
+/// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
+/// [`displacement_px`](Self::displacement_px) by its largest displacement. Without thresholds the cut is the
+/// coarsest one. A threshold of 0 accepts groups without error only, a negative one accepts no group. NaN accepts
+/// every group if it is the only threshold, and is ignored beside another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
-    /// Quality: the largest screen-space error in physical pixels that a simplification may show
-    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: this gives the best
-    /// picture for its triangles, while single points may be displaced by more.
+    /// Quality: the largest screen-space error of a simplification, in physical pixels
+    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move further.
     pub error_px: Option<f32>,
-    /// Guarantee: the largest displacement of the surface inside the image, in physical pixels
-    /// ([`screen_displacement_px`](crate::screen_displacement_px)).
+    /// Guarantee: the largest displacement of the surface in the image, in physical pixels
+    /// ([`screen_displacement_px`](crate::screen_displacement_px)). It needs more triangles than
+    /// [`error_px`](Self::error_px), and deviations measured by the bake: a mesh without them is drawn at full
+    /// detail. If both thresholds are set, both hold.
     pub displacement_px: Option<f32>,
-    /// A group refined in the last cut stays so until it falls below this share of the thresholds:
-    /// from 0 (never coarsens again) to 1 (no memory); more counts as 1. Keeps a still eye at a
-    /// threshold from flickering.
+    /// Largest number of triangles of this view, before frustum culling. If the thresholds need more, the
+    /// [`Selector`](crate::Selector) scales them up; the coarsest levels may still exceed it.
+    /// [`select`](crate::select) ignores it.
+    pub triangle_budget: Option<u64>,
+    /// Culls instances whose bounding sphere is smaller on screen than this diameter, in rendered pixels; `None`
+    /// culls nothing. The size counts as in the middle of the image, times the instance's bias, so turning the camera
+    /// culls nothing. A drawn instance stays until it is smaller than
+    /// [`hysteresis`](AdvancedSettings::hysteresis) times the threshold. [`select`](crate::select) ignores it.
+    pub cull_below_px: Option<f32>,
+    /// Draws every instance at this level of its mesh, or at the coarsest level if it has fewer; 0 is the finest. It
+    /// overrides the levels of single instances
+    /// ([`Scene::set_forced_level`](crate::Scene::set_forced_level)). [`select`](crate::select) ignores it.
+    pub forced_level: Option<u32>,
+    /// Rendered pixels per pixel of the view's target along one axis: 0.5 if an upscaler doubles both axes.
+    /// Thresholds count rendered pixels.
+    pub resolution_scale: f32,
+    /// Weighs screen-space errors by the visible share of an instance or group; `None` weighs all as fully
+    /// visible. [`select`](crate::select) ignores it.
+    pub visible_flux: Option<VisibleFlux>,
+    /// Settings that are rarely changed.
+    pub advanced: AdvancedSettings,
+}
+
+/// Settings of the selection that are rarely changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
+pub struct AdvancedSettings {
+    /// A refined group stays refined until its error falls below this share of the thresholds, from 0 (it never
+    /// coarsens) to 1 (no hysteresis); larger values count as 1. It keeps levels from flickering near a threshold.
     pub hysteresis: f32,
-    /// Aspect ratio cos φ of the sampling pattern (§3.4) below which the thresholds are relaxed, from 0
-    /// (never) to 1. Where even the least stretched part of a group has a smaller ratio, its error
-    /// counts `cos φ / min_aspect_ratio` times: displacements may reach
-    /// `displacement_px · min_aspect_ratio / cos φ`, along the radius of the image.
+    /// Aspect ratio cos φ of the sampling pattern (§3.4), from 0 to 1, below which the thresholds are relaxed; 0
+    /// disables it. If even the least stretched part of a group has a smaller ratio, its error counts
+    /// `cos φ / min_aspect_ratio` times: displacements may reach `displacement_px · min_aspect_ratio / cos φ`, along
+    /// the radius of the image.
     pub min_aspect_ratio: f32,
-    /// Relative change κ of the sampling density across a group, below which one sample of the
-    /// field at the group's centre stands for it; from there on the bound over the group's sphere
-    /// does. 0: always the bound. Applies to the screen-space error only.
-    ///
-    /// It trades displacements for triangles at the same threshold: with one sample everywhere, 0.77
-    /// instead of 1.04 of the triangles of clusterlod's test, and 2.0 instead of 1.5 px displaced at
-    /// most, at about equal error of the picture (the record of `fieldlod_lab`). It is not faster: the
-    /// tests that come before the criterion are made for the bound.
+    /// Relative change κ of the sampling density across a group up to which one sample of the field at the group's
+    /// centre represents the group; above it the bound over the group's sphere does. 0 always uses the bound. It
+    /// applies to the screen-space error only, draws fewer triangles at the same threshold, and allows larger
+    /// displacements of single points.
     ///
     /// ```text
     /// κ = r |∇c| / c = (r/ρ) √(4 + 9 tan²φ)
     /// ```
-    /// of which `3(r/ρ) tan φ = r |curl c| / c` (eq. 12) across the sight ray, `2r/ρ` along it
-    /// (eq. 14).
+    /// of which `3(r/ρ) tan φ = r |curl c| / c` (eq. 12) across the sight ray, `2r/ρ` along it (eq. 14).
     pub max_curl: f32,
-    /// Rendered pixels for each pixel of the view's target along one axis: 0.5 where an upscaler
-    /// doubles both. Thresholds are counted in rendered pixels.
-    pub resolution_scale: f32,
-    /// Margin around the image that counts as seen, as a share of the image's size on each side:
-    /// for shadows of what is just outside, and fast turns.
+    /// Margin around the image that counts as visible, as a share of the image's size on each side. Objects in it may
+    /// cast shadows into the image, or enter it with a fast turn.
     pub offscreen_margin: f32,
-    /// How what is further out is judged.
+    /// Errors of groups outside the margin.
     pub offscreen: Offscreen,
-    /// Margin around that, as a share of the image's size on each side, in which a refined group
-    /// counts as seen still: it leaves the view later than it entered. Keeps an eye that nods from
-    /// swapping levels along the image's edge. Negative counts as 0.
+    /// Additional margin, as a share of the image's size on each side, within which a refined group still counts as
+    /// visible: a group leaves the view later than it enters, so head-bob does not swap levels along the image's
+    /// edge. Negative values count as 0.
     pub edge_hysteresis: f32,
-    /// Instances that are smaller on screen, in rendered pixels, are not drawn; `None` draws all. The size is
-    /// the diameter of a sphere around the instance, times its bias, as large as it would be in the middle of
-    /// the image: a camera that only turns draws what it drew. One that is drawn stays until its size falls
-    /// below the [`hysteresis`](Self::hysteresis)' share of this. [`select`](crate::select), which sees one
-    /// instance only, does not read it.
-    pub cull_below_px: Option<f32>,
-    /// Draws every instance at this level of its mesh, 0 being the finest, whatever it shows; the coarsest
-    /// where a mesh has fewer. It comes before the levels of single instances
-    /// ([`Scene::set_forced_level`](crate::Scene::set_forced_level)). [`select`](crate::select) does not read
-    /// it.
-    pub forced_level: Option<u32>,
-    /// Counts screen-space errors by how much of the instance or group nothing hides; `None` counts as if
-    /// all were seen. [`select`](crate::select), which sees one instance only, does not read it.
-    pub visible_flux: Option<VisibleFlux>,
-    /// Triangles that a view may draw. Where the thresholds ask for more, the [`Selector`](crate::Selector)
-    /// scales them up; where everything is at its coarsest, it may be more. [`select`](crate::select), which sees one instance only, does not read it.
-    pub triangle_budget: Option<u64>,
+}
+
+impl Default for AdvancedSettings {
+    /// Coarsening below 0.8 of the thresholds or 10 % of the image beyond its edge; the bound everywhere, no margin.
+    fn default() -> Self {
+        Self {
+            hysteresis: 0.8,
+            min_aspect_ratio: 0.0,
+            max_curl: 0.0,
+            offscreen_margin: 0.0,
+            offscreen: Offscreen::Coarsest,
+            edge_hysteresis: 0.1,
+        }
+    }
 }
 
 impl Default for LodSettings {
-    /// 1 px of quality, coarsening below 0.8 px or 10 % of the image beyond its edge; the bound
-    /// everywhere, no margin, no budget.
+    /// 1 px of quality, no budget.
     fn default() -> Self {
         Self {
             error_px: Some(1.0),
             displacement_px: None,
-            hysteresis: 0.8,
-            min_aspect_ratio: 0.0,
-            max_curl: 0.0,
-            resolution_scale: 1.0,
-            offscreen_margin: 0.0,
-            offscreen: Offscreen::Coarsest,
-            edge_hysteresis: 0.1,
+            triangle_budget: None,
             cull_below_px: None,
             forced_level: None,
+            resolution_scale: 1.0,
             visible_flux: None,
-            triangle_budget: None,
+            advanced: AdvancedSettings::default(),
         }
     }
 }
@@ -218,7 +230,7 @@ impl LodSettings {
         let refine_above_px = self.threshold_px() / (self.resolution_scale * bias);
         Thresholds {
             refine_above_px,
-            coarsen_below_px: refine_above_px * self.hysteresis.min(1.0),
+            coarsen_below_px: refine_above_px * self.advanced.hysteresis.min(1.0),
         }
     }
 }

@@ -74,9 +74,9 @@ impl View {
     /// and for refined groups by their `edge_hysteresis` more, at the same pixels per unit.
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
-        let camera = widened(&self.camera, settings.offscreen_margin);
+        let camera = widened(&self.camera, settings.advanced.offscreen_margin);
         // Not narrower, or a group would leave where it enters.
-        let margin = settings.edge_hysteresis.max(0.0);
+        let margin = settings.advanced.edge_hysteresis.max(0.0);
         Self {
             camera,
             kept_camera: widened(&camera, margin),

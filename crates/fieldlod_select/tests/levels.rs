@@ -7,7 +7,9 @@ use common::{
     any_camera, any_orthographic, any_settings, look, perspective, synthetic, vector, zoomed,
 };
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{Cut, InstanceId, LodSettings, Scene, Selector, View, VisibleFlux, select};
+use fieldlod_select::{
+    AdvancedSettings, Cut, InstanceId, LodSettings, Scene, Selector, View, VisibleFlux, select,
+};
 use glam::{Affine3A, Quat, Vec3};
 use proptest::prelude::*;
 
@@ -75,7 +77,7 @@ proptest! {
         zoom in prop_oneof![Just(0.0f32), -1e-3f32..1e-3, -0.05f32..0.05],
     ) {
         let settings = if is_plain {
-            LodSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings }
+            LodSettings { advanced: AdvancedSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings.advanced }, ..settings }
         } else {
             settings
         };
@@ -139,8 +141,11 @@ fn walk_decides_few_of_many_levels() {
 fn levels_go_on_after_something_else_decided() {
     let mut field = Field::square(30);
     let free = LodSettings {
-        hysteresis: 1.0,
-        edge_hysteresis: 0.0,
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            edge_hysteresis: 0.0,
+            ..AdvancedSettings::default()
+        },
         ..LodSettings::default()
     };
     let hiding = LodSettings {

@@ -11,8 +11,8 @@ use common::{
 };
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen, Scene, Selector,
-    ShadowLight, View, group_error_px, naive, select_with,
+    AdvancedSettings, Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen,
+    Scene, Selector, ShadowLight, View, group_error_px, naive, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -223,7 +223,7 @@ impl Watcher {
             return true;
         };
         let memory = match self.drawn.contains(&id) {
-            true => self.settings.hysteresis.min(1.0),
+            true => self.settings.advanced.hysteresis.min(1.0),
             false => 1.0,
         };
         let size_px = naive::size_px(&world.scene, id, &self.view, &self.settings);
@@ -441,12 +441,7 @@ proptest! {
             (scene.add_instance(*mesh, Affine3A::from_translation(at), 1.0), at)
         }).collect();
         scene.update();
-        let settings = LodSettings {
-            offscreen: Offscreen::OnAxis { bias: 1.0 },
-            hysteresis: 1.0,
-            edge_hysteresis: 0.0,
-            ..LodSettings::default()
-        };
+        let settings = LodSettings { advanced: AdvancedSettings { offscreen: Offscreen::OnAxis { bias: 1.0 }, hysteresis: 1.0, edge_hysteresis: 0.0, ..AdvancedSettings::default() }, ..LodSettings::default() };
         let (mut all, mut lit) = (Selector::default(), Selector::default());
         let mut fewer = 0;
         let lens = if is_orthographic { orthographic() } else { perspective(0.8) };

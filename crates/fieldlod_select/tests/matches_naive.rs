@@ -27,7 +27,7 @@ proptest! {
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let bit = |words: &[u64]| words[index / 64] >> (index % 64) & 1 == 1;
             let error_px = group_error_px(group, &instance, &settings, bit(&was_refined));
-            let threshold_px = if bit(&was_refined) { threshold_px * settings.hysteresis } else { threshold_px };
+            let threshold_px = if bit(&was_refined) { threshold_px * settings.advanced.hysteresis } else { threshold_px };
             let expected = group.is_terminal() || error_px > threshold_px || error_px.is_nan();
             prop_assert_eq!(bit(&refined), expected, "group {}: {} px against {} px, {:?}", index, error_px, threshold_px, settings);
         }

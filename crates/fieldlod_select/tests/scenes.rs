@@ -9,8 +9,8 @@ use common::{
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    InstanceId, InstanceView, LodSettings, MeshId, OcclusionBuffer, Scene, Selector, View,
-    VisibleFlux, naive, visible_error_px,
+    AdvancedSettings, InstanceId, InstanceView, LodSettings, MeshId, OcclusionBuffer, Scene,
+    Selector, View, VisibleFlux, naive, visible_error_px,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -390,7 +390,10 @@ fn a_view_of_nan_refines_all_and_the_next_view_recovers() {
     }]);
     let mut selector = Selector::default();
     let settings = LodSettings {
-        hysteresis: 1.0,
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            ..AdvancedSettings::default()
+        },
         ..LodSettings::default()
     };
     let view = look(perspective(1.0), Vec3::Z * 5.0, Vec3::ZERO);

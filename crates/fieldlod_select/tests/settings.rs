@@ -7,8 +7,8 @@ use common::{
 };
 use fieldlod_hierarchy::{Group, Sphere};
 use fieldlod_select::{
-    Cut, InstanceView, LodSettings, Offscreen, group_error_px, screen_displacement_px,
-    screen_error_px, select,
+    AdvancedSettings, Cut, InstanceView, LodSettings, Offscreen, group_error_px,
+    screen_displacement_px, screen_error_px, select,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -59,7 +59,7 @@ proptest! {
     #[test]
     fn one_sample_differs_from_the_bound_by_no_more_than_the_change_of_density(which in 0usize..5, view in any_view(), max_curl in 0.01f32..0.3) {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
-        let sampled = LodSettings { max_curl, ..LodSettings::default() };
+        let sampled = LodSettings { advanced: AdvancedSettings { max_curl, ..AdvancedSettings::default() }, ..LodSettings::default() };
         for group in &hierarchies()[which].groups {
             let (bound, sample) = (screen_error_px(group, &instance), group_error_px(group, &instance, &sampled, false));
             prop_assert!(sample <= bound * 1.0001);
@@ -71,7 +71,7 @@ proptest! {
     #[test]
     fn the_aspect_ratio_relaxes_by_its_factor_and_no_more(which in 0usize..5, view in any_view(), min_aspect_ratio in 0.1f32..1.0) {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
-        let settings = LodSettings { min_aspect_ratio, ..LodSettings::guaranteed(1.0) };
+        let settings = LodSettings { advanced: AdvancedSettings { min_aspect_ratio, ..AdvancedSettings::default() }, ..LodSettings::guaranteed(1.0) };
         for group in &hierarchies()[which].groups {
             let (full, relaxed) = (screen_displacement_px(group, &instance), group_error_px(group, &instance, &settings, false));
             prop_assert!(relaxed <= full);
@@ -84,7 +84,7 @@ proptest! {
 
     #[test]
     fn a_margin_never_lowers_an_error(which in 0usize..5, view in any_view(), margin in 0.0f32..1.0) {
-        let settings = LodSettings { offscreen_margin: margin, edge_hysteresis: 0.0, ..LodSettings::default() };
+        let settings = LodSettings { advanced: AdvancedSettings { offscreen_margin: margin, edge_hysteresis: 0.0, ..AdvancedSettings::default() }, ..LodSettings::default() };
         let wide = InstanceView::new(&view.with_margins(&settings), &Affine3A::IDENTITY);
         let plain = InstanceView::new(&view, &Affine3A::IDENTITY);
         for group in &hierarchies()[which].groups {
@@ -106,7 +106,7 @@ proptest! {
     #[test]
     fn on_axis_changes_what_is_outside_the_view_alone(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view, &placement);
-        let [coarsest, on_axis] = [Offscreen::Coarsest, ON_AXIS].map(|offscreen| LodSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings });
+        let [coarsest, on_axis] = [Offscreen::Coarsest, ON_AXIS].map(|offscreen| LodSettings { advanced: AdvancedSettings { offscreen, max_curl: 0.0, min_aspect_ratio: 0.0, ..settings.advanced }, ..settings });
         for group in &hierarchies()[which].groups {
             let (hidden, beside) = (group_error_px(group, &instance, &coarsest, false), group_error_px(group, &instance, &on_axis, false));
             let Sphere { center, radius } = instance.sphere_in_camera(&group.bounds);
@@ -198,7 +198,10 @@ fn a_caster_beside_the_camera_counts_as_on_the_axis() {
             let error = |target: Vec3, offscreen| {
                 let view = look(perspective(1.0), Vec3::Z * distance, target);
                 let settings = LodSettings {
-                    offscreen,
+                    advanced: AdvancedSettings {
+                        offscreen,
+                        ..settings.advanced
+                    },
                     ..settings
                 };
                 let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
@@ -226,7 +229,10 @@ fn casters_outside_the_view_are_fine_near_by_and_coarse_far_away() {
             0,
             &view,
             &LodSettings {
-                offscreen,
+                advanced: AdvancedSettings {
+                    offscreen,
+                    ..AdvancedSettings::default()
+                },
                 ..LodSettings::default()
             },
         )
@@ -245,7 +251,10 @@ fn a_refined_group_leaves_the_view_later_than_it_entered() {
     // Past the edge of the image and back: where the last group leaves and the first one enters.
     let edges = |edge_hysteresis: f32| {
         let settings = LodSettings {
-            edge_hysteresis,
+            advanced: AdvancedSettings {
+                edge_hysteresis,
+                ..AdvancedSettings::default()
+            },
             ..LodSettings::default()
         };
         let mut cut = Cut::default();

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
-use fieldlod_select::{LodSettings, Offscreen};
+use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 use fieldlod_stream::{Residency, StreamPageId, StreamSettings};
 use glam::Vec3;
 use proptest::prelude::*;
@@ -293,7 +293,7 @@ proptest! {
             let mut world = World::new(&ROCKS, settings, disk);
             let mut ordered_bytes = 0;
             let offscreen = if is_beside { Offscreen::OnAxis { bias: 1.0 } } else { Offscreen::Coarsest };
-            world.settings = LodSettings { offscreen, ..LodSettings::with_error_px(1.0) };
+            world.settings = LodSettings { advanced: AdvancedSettings { offscreen, ..AdvancedSettings::default() }, ..LodSettings::with_error_px(1.0) };
             for &(eye, target, frames) in &jumps {
                 for _ in 0..frames {
                     let report = world.frame(eye, target + Vec3::X * 0.01);

@@ -57,11 +57,9 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
 fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
     // A camera that renders pictures is off until it is placed, so that baking gets all cores.
     let is_active = matches!(target.0, RenderTarget::Window(_));
-    let lod = FieldLodSettings::default();
-    let full_detail = FieldLodSettings {
-        forced_level: Some(0),
-        ..lod
-    };
+    let lod = FieldLodCamera::default();
+    let mut full_detail = lod;
+    full_detail.forced_level = Some(0);
     let main = (MainCamera, IsDefaultUiCamera, ShadowLodOrigin, lod);
     commands.spawn((camera(0, is_active, &target, &quality), main));
     let twin = (FullDetailCamera, full_detail);
@@ -105,7 +103,7 @@ fn follow(
 fn apply_options(
     mut commands: Commands,
     options: Res<ViewOptions>,
-    main: Single<(Entity, &mut Camera, &mut FieldLodSettings), With<MainCamera>>,
+    main: Single<(Entity, &mut Camera, &mut FieldLodCamera), With<MainCamera>>,
     twin: Single<&mut Camera, (With<FullDetailCamera>, Without<MainCamera>)>,
 ) {
     let (entity, mut main, mut settings) = main.into_inner();

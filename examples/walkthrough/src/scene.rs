@@ -81,7 +81,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             color_levels: args.levels,
             ..default()
         })
-        .insert_resource(FieldLodConfig {
+        .insert_resource(FieldLodAppConfig {
             cache_folder: cache_folder(),
             ..default()
         })

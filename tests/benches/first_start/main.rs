@@ -51,7 +51,7 @@ fn measure(way: &str) {
     stage.finish();
     spawn_quads(&mut stage);
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, Color::BLACK, FieldLodSettings::default());
+    let eye = stage.add_eye(pose, Color::BLACK, FieldLodCamera::default());
     let start = Instant::now();
     let bakes = start_bakes(&mut stage, way);
     // Pictures of all frames. Each arrives some frames later.

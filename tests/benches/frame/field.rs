@@ -23,7 +23,7 @@ pub(crate) enum Method {
     Ranges,
     /// By the plugin.
     AutoLod(LodKind),
-    /// By the plugin without `FieldLodConfig::gpu_culling`.
+    /// By the plugin without `AdvancedAppConfig::gpu_culling`.
     AutoLodCpuCulling,
 }
 
@@ -45,7 +45,10 @@ impl Field {
         finish(&mut app);
         let world = app.world_mut();
         if method == Method::AutoLodCpuCulling {
-            world.resource_mut::<FieldLodConfig>().gpu_culling = false;
+            world
+                .resource_mut::<FieldLodAppConfig>()
+                .advanced
+                .gpu_culling = false;
         }
         spawn_rocks(world, method, rocks, count);
         if has_sun {

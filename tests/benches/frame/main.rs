@@ -70,7 +70,7 @@ fn main() {
     }
 }
 
-/// The measurement behind the thresholds of `FieldLodConfig` between the kinds of levels.
+/// The measurement behind the thresholds of `FieldLodAppConfig` between the kinds of levels.
 fn compare_kinds() {
     for (count, subdivisions) in [(10_000, 2), (10_000, 3), (10_000, 5), (1_000, 6)] {
         let shape = [rock(subdivisions, 1)];

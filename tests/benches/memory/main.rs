@@ -77,7 +77,7 @@ fn run(case: &str, folder: &Path, is_plain: bool) -> Counts {
 fn measure(case: &str, folder: &Path, is_plain: bool) -> Counts {
     let kind = CASES.iter().find(|(name, _)| *name == case).unwrap().1;
     let mut app = rendererless_app();
-    app.insert_resource(FieldLodConfig {
+    app.insert_resource(FieldLodAppConfig {
         cache_folder: Some(folder.into()),
         ..default()
     });

@@ -69,7 +69,7 @@ impl RockScene {
             spawn_rock(&mut stage, levels, &stone, place_of(index), method);
         }
         add_surroundings(&mut stage);
-        let settings = FieldLodSettings::with_error_px(1.0);
+        let settings = FieldLodCamera::with_error_px(1.0);
         let eye = stage.add_eye_of_size(SIZE_PX, pose(0), css::SKY_BLUE.into(), settings);
         stage.run_until_ready();
         Some(Self {

@@ -79,7 +79,7 @@ fn app_in(folder: &Path, count: u32, gpu_mib: u64) -> (App, Entity) {
         ..default()
     };
     app.add_plugins((rendererless().set(assets), FieldLodPlugin));
-    app.insert_resource(FieldLodConfig {
+    app.insert_resource(FieldLodAppConfig {
         memory: LodMemory {
             gpu_bytes: gpu_mib << 20,
             main_bytes: 256 << 20,

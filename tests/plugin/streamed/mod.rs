@@ -61,7 +61,7 @@ fn app_of(shelf: &Shelf, memory: LodMemory) -> (App, Entity) {
 /// The same, from an app that knows its sources of assets.
 fn app_from(app: App, assets: AssetPlugin, memory: LodMemory) -> (App, Entity) {
     let mut app = unfinished_in(app, assets);
-    app.insert_resource(FieldLodConfig {
+    app.insert_resource(FieldLodAppConfig {
         memory,
         ..default()
     });
@@ -274,10 +274,7 @@ fn assert_no_hole_in_view(app: &App, camera: Entity) {
 #[test]
 fn forced_level_0_streams_full_detail() {
     let (_, mut app, camera) = one_rock("full.fieldpages", ROOMY);
-    let full = FieldLodSettings {
-        forced_level: Some(0),
-        ..default()
-    };
+    let full = FieldLodCamera::at_level(0);
     insert(&mut app, camera, full);
     run_until_sharp(&mut app);
     let all = stats(&app, camera);

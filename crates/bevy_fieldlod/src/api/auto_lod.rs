@@ -42,7 +42,7 @@ pub struct AutoLod {
     pub kind: LodKind,
     /// Weight of the errors of these meshes: 2 draws them as fine as at half the distance.
     pub bias: f32,
-    /// Settings of bakes at run time; `None` uses [`FieldLodConfig::bake`](crate::FieldLodConfig::bake).
+    /// Settings of bakes at run time; `None` uses [`FieldLodAppConfig::bake`](crate::FieldLodAppConfig::bake).
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: Option<BakeConfig>,
@@ -82,7 +82,7 @@ impl AutoLod {
 }
 
 /// Excludes the meshes of this entity and of its descendants from an [`AutoLod`] above them and from
-/// [`FieldLodConfig::whole_world`](crate::FieldLodConfig::whole_world).
+/// [`FieldLodAppConfig::whole_world`](crate::FieldLodAppConfig::whole_world).
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct NoLod;

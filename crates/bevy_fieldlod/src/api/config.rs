@@ -14,20 +14,20 @@ use fieldlod_bake::BakeConfig;
 /// # use bevy::prelude::*;
 /// # use bevy_fieldlod::prelude::*;
 /// # let mut app = App::new();
-/// app.insert_resource(FieldLodConfig {
+/// app.insert_resource(FieldLodAppConfig {
 ///     whole_world: true,
 ///     cache_folder: Some("target/fieldlod-cache".into()),
 ///     ..default()
 /// });
 /// // A game that ships all its `.fieldlod` files.
-/// app.insert_resource(FieldLodConfig {
+/// app.insert_resource(FieldLodAppConfig {
 ///     bake_at_run_time: false,
 ///     ..default()
 /// });
 /// ```
 #[derive(Resource, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Clone, Default)]
-pub struct FieldLodConfig {
+pub struct FieldLodAppConfig {
     /// Adds levels of detail to every [`Mesh3d`] of the world, except those under a [`NoLod`](crate::NoLod), as if
     /// each were under an [`AutoLod`](crate::AutoLod).
     pub whole_world: bool,
@@ -43,15 +43,25 @@ pub struct FieldLodConfig {
     /// all files disables it; a mesh without a file then fails with
     /// [`LodError::BakeDisabled`](crate::LodError::BakeDisabled).
     pub bake_at_run_time: bool,
-    /// Number of threads that bake and prepare meshes; `None` uses half of the cores. The threads start with the
-    /// first mesh.
-    pub bake_threads: Option<usize>,
     /// Settings of bakes at run time, unless [`AutoLod::bake`](crate::AutoLod::bake) overrides them.
     /// [`BakeConfig::fast`](crate::BakeConfig::fast) skips measuring the deviations that only
-    /// [`FieldLodSettings::displacement_px`](crate::FieldLodSettings::displacement_px) needs.
+    /// [`FieldLodCamera::guaranteed`](crate::FieldLodCamera::guaranteed) needs.
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: BakeConfig,
+    /// Memory budgets of the meshes of `.fieldpages` files.
+    pub memory: LodMemory,
+    /// Settings that are rarely changed.
+    pub advanced: AdvancedAppConfig,
+}
+
+/// Settings of the whole app that are rarely changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]
+#[reflect(Clone, Default, PartialEq)]
+pub struct AdvancedAppConfig {
+    /// Number of threads that bake and prepare meshes; `None` uses half of the cores. The threads start with the
+    /// first mesh.
+    pub bake_threads: Option<usize>,
     /// Whether the GPU alone culls objects with levels of detail. It needs Bevy's GPU preprocessing, and no camera
     /// with [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing). The CPU then visits changed objects only,
     /// and the lists of visible entities in the main world do not contain them.
@@ -61,8 +71,17 @@ pub struct FieldLodConfig {
     /// Enable it if a ray tracer or a particle system uses the handles of source meshes: the plugin does not see
     /// such uses. Source meshes that are not in main memory always stay.
     pub sources_on_gpu: bool,
-    /// Memory budgets of the meshes of `.fieldpages` files.
-    pub memory: LodMemory,
+}
+
+impl Default for AdvancedAppConfig {
+    /// Half of the cores; GPU culling; source meshes of units are evicted from the GPU.
+    fn default() -> Self {
+        Self {
+            bake_threads: None,
+            gpu_culling: true,
+            sources_on_gpu: false,
+        }
+    }
 }
 
 /// Memory budgets of the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)). If views need more, the
@@ -91,9 +110,8 @@ impl Default for LodMemory {
     }
 }
 
-impl Default for FieldLodConfig {
-    /// Plain below 400 triangles, units from 20 000 on; no cache; half of the cores; source meshes of units are
-    /// evicted from the GPU.
+impl Default for FieldLodAppConfig {
+    /// Plain below 400 triangles, units from 20 000 on; no cache.
     fn default() -> Self {
         Self {
             whole_world: false,
@@ -101,12 +119,10 @@ impl Default for FieldLodConfig {
             clusters_from_triangles: 20_000,
             cache_folder: None,
             bake_at_run_time: true,
-            bake_threads: None,
             #[cfg(feature = "bake")]
             bake: BakeConfig::default(),
-            gpu_culling: true,
-            sources_on_gpu: false,
             memory: LodMemory::default(),
+            advanced: AdvancedAppConfig::default(),
         }
     }
 }
@@ -115,7 +131,7 @@ impl Default for FieldLodConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, Default, PartialEq)]
 pub enum LodKind {
-    /// One of the other kinds, chosen by the number of triangles: see [`FieldLodConfig`].
+    /// One of the other kinds, chosen by the number of triangles: see [`FieldLodAppConfig`].
     #[default]
     Auto,
     /// The mesh has no levels of detail.
@@ -135,7 +151,7 @@ pub enum LodKind {
     Clusters,
 }
 
-impl FieldLodConfig {
+impl FieldLodAppConfig {
     /// Replaces [`LodKind::Auto`] by the kind of a mesh with this many triangles.
     #[must_use]
     pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
@@ -156,7 +172,7 @@ mod tests {
 
     #[test]
     fn kind_depends_on_triangles_unless_chosen() {
-        let config = FieldLodConfig::default();
+        let config = FieldLodAppConfig::default();
         let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
         use LodKind::{Clusters, Plain, WholeMesh};
         assert_eq!(auto, [Plain, Plain, WholeMesh, WholeMesh, Clusters]);

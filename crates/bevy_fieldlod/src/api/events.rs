@@ -16,7 +16,7 @@ pub enum LodOrigin {
     File,
     /// A `.fieldlod` file beside the asset, or a chunk that the asset processor added to the asset.
     BesideAsset,
-    /// An entry in [`FieldLodConfig::cache_folder`](crate::FieldLodConfig::cache_folder).
+    /// An entry in [`FieldLodAppConfig::cache_folder`](crate::FieldLodAppConfig::cache_folder).
     Cache,
     /// A bake in a background task.
     Baked,
@@ -171,7 +171,7 @@ pub enum LodError {
     #[cfg(feature = "bake")]
     #[error(transparent)]
     Bake(#[from] fieldlod_bake::MeshError),
-    /// No matching file was found, and [`FieldLodConfig::bake_at_run_time`](crate::FieldLodConfig::bake_at_run_time) or
+    /// No matching file was found, and [`FieldLodAppConfig::bake_at_run_time`](crate::FieldLodAppConfig::bake_at_run_time) or
     /// the `bake` feature is disabled.
     #[error("no matching .fieldlod file was found, and meshes are not baked at run time")]
     BakeDisabled,

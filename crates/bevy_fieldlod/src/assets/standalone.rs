@@ -23,7 +23,7 @@ use crate::scene::unit_mesh::source_mesh;
 /// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
 /// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
 ///   in the background as views need them, and evicted to keep the budgets of
-///   [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). Missing pages fall back to coarser geometry. The mesh is
+///   [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). Missing pages fall back to coarser geometry. The mesh is
 ///   always drawn as units.
 ///
 /// ```

@@ -14,7 +14,7 @@ use bevy::render::batching::gpu_preprocessing::{GpuPreprocessingMode, GpuPreproc
 use bevy::render::view::NoIndirectDrawing;
 use bevy::render::{RenderApp, RenderStartup};
 
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::units::LodUnit;
 use crate::scene::lod_mesh::LodObject;
@@ -51,13 +51,13 @@ pub(crate) fn plugin(app: &mut App) {
 /// Switches when the cameras or the configuration change.
 fn switch_gpu_culling(
     mut culling: ResMut<GpuCulling>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
     cameras: Query<Has<NoIndirectDrawing>, With<ViewCut>>,
     drawn: Query<Entity, Or<(With<LodObject>, With<LodUnit>)>>,
     mut commands: Commands,
 ) {
     // Bevy prepares GPU culling only while a camera uses it.
-    let is_wanted = config.gpu_culling && culling.is_supported.load(Ordering::Acquire);
+    let is_wanted = config.advanced.gpu_culling && culling.is_supported.load(Ordering::Acquire);
     let all_cull = cameras.iter().all(|has_no_culling| !has_no_culling);
     let is_on = is_wanted && all_cull && (culling.is_on || !cameras.is_empty());
     if is_on == culling.is_on {

@@ -16,7 +16,7 @@ use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::{AssetExtractionSystems, ExtractedAssets};
 use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
@@ -97,7 +97,7 @@ fn may_release(
     sources: Res<ReleasedSources>,
     views: Query<&ViewCut>,
     flat: Query<&Mesh2d, Changed<Mesh2d>>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
 ) -> bool {
     // Flat meshes draw their mesh as it is, and may get another handle in place.
     sources.is_stale
@@ -118,13 +118,13 @@ fn release_sources(
     flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
     meshes: Res<Assets<Mesh>>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
 ) {
     let sources = sources.bypass_change_detection();
     sources.is_stale = false;
     sources.any_view_draws_sources = any_draws_sources(&views);
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
-    if !config.sources_on_gpu && !sources.any_view_draws_sources {
+    if !config.advanced.sources_on_gpu && !sources.any_view_draws_sources {
         let has_units = |object: &Option<&LodObject>| object.is_some_and(LodObject::has_units);
         let clustered = drawn.iter().filter(|(.., object)| has_units(object));
         spare.extend(clustered.map(|(_, mesh, _)| mesh.id()));

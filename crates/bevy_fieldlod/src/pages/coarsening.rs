@@ -4,14 +4,14 @@ use bevy::prelude::*;
 use fieldlod_select::LodSettings;
 
 use super::streams::PageStreams;
-use crate::api::settings::FieldLodSettings;
+use crate::api::settings::FieldLodCamera;
 use crate::scene::view_cut::ViewCut;
 
 /// Scales the thresholds of all views by the coarsening of the residency. Objects outside the image keep some detail,
 /// because a turning camera would find nothing but their coarsest level.
 pub(super) fn adjust_views(
     streams: Res<PageStreams>,
-    mut views: Query<(Option<&FieldLodSettings>, &mut ViewCut)>,
+    mut views: Query<(Option<&FieldLodCamera>, &mut ViewCut)>,
 ) {
     let coarsening = streams.coarsening();
     for (settings, mut cut) in &mut views {
@@ -20,7 +20,7 @@ pub(super) fn adjust_views(
             *wanted = LodSettings {
                 error_px: wanted.error_px.map(|px| px * coarsening),
                 displacement_px: wanted.displacement_px.map(|px| px * coarsening),
-                offscreen: settings.to_lod_settings(true).offscreen,
+                advanced: settings.to_lod_settings(true).advanced,
                 ..*wanted
             };
         }

@@ -31,7 +31,7 @@ fn measure(mut diagnostics: Diagnostics, memory: Res<FieldLodMemory>) {
 }
 
 /// The memory that meshes of `.fieldpages` files take, under the budgets of
-/// [`FieldLodConfig::memory`](crate::FieldLodConfig::memory). The plugin keeps it up to date.
+/// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.
 ///
 /// ```
 /// # use bevy::prelude::*;

@@ -16,7 +16,7 @@ use fieldlod_stream::{Orders, Residency, StreamMeshId, StreamPageId, StreamSetti
 use super::memory::FieldLodMemory;
 use super::mesh_in_pages::{MeshInPages, UnitOfPage};
 use super::read::PageError;
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 use crate::api::stats::FieldLodViewStats;
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::LodMesh;
@@ -304,7 +304,7 @@ pub(super) fn order_pages(
     mut scene: ResMut<LodScene>,
     mut memory: ResMut<FieldLodMemory>,
     mut views: Query<(&ViewCut, &mut FieldLodViewStats)>,
-    config: Res<FieldLodConfig>,
+    config: Res<FieldLodAppConfig>,
     assets: Res<AssetServer>,
     time: Option<Res<Time<Real>>>,
 ) {
@@ -334,7 +334,7 @@ pub(super) fn order_pages(
     if is_too_small && !streams.logged_too_small {
         warn!(
             "the coarsest levels of .fieldpages files need more than the {} bytes of \
-             FieldLodConfig::memory; loading nothing finer",
+             FieldLodAppConfig::memory; loading nothing finer",
             config.memory.gpu_bytes
         );
     }

@@ -18,7 +18,7 @@ use super::sidecar::SidecarFiles;
 use super::source_arrays::{place_in_gltf, triangle_count};
 use super::threads::PrepareThreads;
 use crate::api::auto_lod::AutoLod;
-use crate::api::config::{FieldLodConfig, LodKind};
+use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
 use crate::scene::lod_mesh::{LodMesh, LodRequest};
@@ -206,7 +206,7 @@ pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<Standar
 #[derive(SystemParam)]
 pub(super) struct LodMeshLookup<'w> {
     known: ResMut<'w, LodMeshes>,
-    config: Res<'w, FieldLodConfig>,
+    config: Res<'w, FieldLodAppConfig>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]

@@ -13,7 +13,7 @@ use bevy::tasks::{TaskPool, TaskPoolBuilder};
 #[cfg(feature = "bake")]
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 
 /// The threads that prepare meshes. A task waits for its bake, so about as many threads work as were configured.
 pub(super) struct PrepareThreads {
@@ -28,9 +28,9 @@ pub(super) struct PrepareThreads {
 pub(super) struct BakeThreads(Option<Arc<rayon::ThreadPool>>);
 
 impl PrepareThreads {
-    pub(super) fn new(config: &FieldLodConfig) -> Self {
+    pub(super) fn new(config: &FieldLodAppConfig) -> Self {
         let half = || available_parallelism().map_or(1, |cores| cores.get() / 2);
-        let count = config.bake_threads.unwrap_or_else(half).max(1);
+        let count = config.advanced.bake_threads.unwrap_or_else(half).max(1);
         Self {
             tasks: TaskPoolBuilder::new()
                 .num_threads(count)

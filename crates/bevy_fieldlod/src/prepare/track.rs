@@ -6,7 +6,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
 use crate::api::auto_lod::{AutoLod, NoLod};
-use crate::api::config::FieldLodConfig;
+use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::released_sources::ReleasedSources;
@@ -34,7 +34,7 @@ pub(crate) fn plugin(app: &mut App) {
 pub(crate) struct AutoLodLookup<'w, 's> {
     roots: Query<'w, 's, (Option<&'static AutoLod>, Has<NoLod>), Or<(With<AutoLod>, With<NoLod>)>>,
     parents: Query<'w, 's, &'static ChildOf>,
-    config: Res<'w, FieldLodConfig>,
+    config: Res<'w, FieldLodAppConfig>,
 }
 
 impl AutoLodLookup<'_, '_> {

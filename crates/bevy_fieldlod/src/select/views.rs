@@ -10,7 +10,7 @@ use bevy::platform::time::Instant;
 use bevy::prelude::*;
 use fieldlod_select::{Scene, View};
 
-use crate::api::settings::FieldLodSettings;
+use crate::api::settings::FieldLodCamera;
 use crate::api::stats::FieldLodViewStats;
 use crate::api::systems::FieldLodSystems;
 use crate::scene::changed::ChangedOn;
@@ -116,7 +116,7 @@ type CameraInputs = (
     &'static GlobalTransform,
     &'static Frustum,
     Option<&'static RenderLayers>,
-    Option<&'static FieldLodSettings>,
+    Option<&'static FieldLodCamera>,
     &'static mut ViewCut,
 );
 
@@ -177,7 +177,7 @@ fn warn_of_unmeasured_meshes(scene: &mut LodScene) {
 fn desired_view(
     camera: &Camera,
     pose: &GlobalTransform,
-    settings: &FieldLodSettings,
+    settings: &FieldLodCamera,
     has_incomplete_sources: bool,
 ) -> (ViewState, Option<View>) {
     let Some(viewport_px) = drawn_px(camera) else {

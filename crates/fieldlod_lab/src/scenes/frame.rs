@@ -1,6 +1,6 @@
 //! One frame of a world: full detail, and the difference of cuts from it.
 
-use fieldlod_select::{LodSettings, Offscreen, Selector, VisibleFlux};
+use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen, Selector, VisibleFlux};
 
 use super::world::World;
 use crate::eye::Eye;
@@ -91,9 +91,12 @@ impl<'a> Frame<'a> {
     fn select(&self, error_px: f32, visible_flux: bool) -> Cuts {
         // The plugin's settings without shadows.
         let settings = LodSettings {
-            offscreen_margin: 0.1,
-            offscreen: Offscreen::Coarsest,
             visible_flux: visible_flux.then(VisibleFlux::default),
+            advanced: AdvancedSettings {
+                offscreen_margin: 0.1,
+                offscreen: Offscreen::Coarsest,
+                ..AdvancedSettings::default()
+            },
             ..LodSettings::with_error_px(error_px)
         };
         let world = self.stage.world;

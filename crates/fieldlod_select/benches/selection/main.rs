@@ -17,7 +17,8 @@ use baseline::SphereTable;
 use common::{look, medians, settings};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px, refine,
+    AdvancedSettings, GroupTable, InstanceView, LodSettings, Scene, Selector, View, group_error_px,
+    refine,
 };
 use glam::{Affine3A, Vec3};
 
@@ -171,8 +172,11 @@ fn frames_at(plain: &Plain, settings: &LodSettings) {
     ];
     let mut bits = Vec::new();
     let no_memory = LodSettings {
-        hysteresis: 1.0,
-        edge_hysteresis: 0.0,
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            edge_hysteresis: 0.0,
+            ..settings.advanced
+        },
         ..*settings
     };
     for step in 0..100 {

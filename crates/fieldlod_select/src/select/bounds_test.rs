@@ -67,7 +67,7 @@ impl CameraBounds {
             }
         };
         let weights = settings.error_weights();
-        let counts_outside = settings.offscreen != Offscreen::Coarsest;
+        let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
         let error_weight = if weights.counts_error { ROUNDING } else { 0.0 };
         Self {
             is_orthographic,

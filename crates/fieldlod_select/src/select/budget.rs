@@ -179,7 +179,7 @@ impl BudgetSearch {
         let instance_view = InstanceView::new(view, &instance.world_from_local);
         self.measure(table, &instance_view, settings, refined, shares);
         let share = settings.resolution_scale * instance.bias;
-        self.close(table, refined, share, settings.hysteresis.min(1.0));
+        self.close(table, refined, share, settings.advanced.hysteresis.min(1.0));
         // A unit is drawn between the error of its producer and that of its consumer.
         for group in 0..table.group_count() {
             for unit in table.consumed_by(group) {

@@ -140,7 +140,7 @@ impl KeepTest {
         let per_unit = if counts_error { error_px } else { deviation_px };
         let unit = view.camera_from_world.x_axis.length();
         let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
-        let on_axis = match settings.offscreen {
+        let on_axis = match settings.advanced.offscreen {
             Offscreen::Coarsest => None,
             Offscreen::OnAxis { bias } => Some(Scale::new(&thresholds, per_unit * bias.abs())),
         };
@@ -404,7 +404,7 @@ impl SizeReach {
         };
         let culled = 2.0 * scale * settings.resolution_scale / cull_below_px;
         Some(Self {
-            drawn: culled / settings.hysteresis.clamp(0.0, 1.0),
+            drawn: culled / settings.advanced.hysteresis.clamp(0.0, 1.0),
             culled,
         })
     }
@@ -414,10 +414,10 @@ impl SizeReach {
 fn least_relaxation(settings: &LodSettings, is_orthographic: bool, corner: f32) -> f32 {
     if is_orthographic {
         1.0
-    } else if settings.max_curl != 0.0 {
+    } else if settings.advanced.max_curl != 0.0 {
         0.0
-    } else if settings.min_aspect_ratio > 0.0 {
-        (0.999 / (corner * settings.min_aspect_ratio)).min(1.0)
+    } else if settings.advanced.min_aspect_ratio > 0.0 {
+        (0.999 / (corner * settings.advanced.min_aspect_ratio)).min(1.0)
     } else {
         1.0
     }

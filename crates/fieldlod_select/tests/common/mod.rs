@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use fieldlod_select::{LodSettings, Offscreen, View};
+use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
@@ -171,18 +171,20 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                 LodSettings {
                     error_px,
                     displacement_px,
-                    hysteresis,
-                    min_aspect_ratio,
-                    max_curl,
                     resolution_scale,
-                    offscreen_margin,
-                    offscreen: on_axis
-                        .map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias }),
-                    edge_hysteresis,
                     cull_below_px: None,
                     forced_level: None,
                     visible_flux: None,
                     triangle_budget: None,
+                    advanced: AdvancedSettings {
+                        hysteresis,
+                        min_aspect_ratio,
+                        max_curl,
+                        offscreen_margin,
+                        offscreen: on_axis
+                            .map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias }),
+                        edge_hysteresis,
+                    },
                 }
             },
         )

@@ -7,7 +7,9 @@ use std::time::Duration;
 use camera_field::Camera;
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile, PagedMesh};
-use fieldlod_select::{InstanceId, LodSettings, MeshId, Offscreen, Scene, Selector, View};
+use fieldlod_select::{
+    AdvancedSettings, InstanceId, LodSettings, MeshId, Offscreen, Scene, Selector, View,
+};
 use fieldlod_stream::{Residency, StreamMeshId, StreamPageId, StreamSettings};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
@@ -114,8 +116,11 @@ impl World {
             selector: Selector::default(),
             residency,
             settings: LodSettings {
-                // What is beside the view is kept for when it turns there.
-                offscreen: Offscreen::OnAxis { bias: 1.0 },
+                advanced: AdvancedSettings {
+                    // What is beside the view is kept for when it turns there.
+                    offscreen: Offscreen::OnAxis { bias: 1.0 },
+                    ..AdvancedSettings::default()
+                },
                 ..LodSettings::with_error_px(1.0)
             },
             meshes: placed,

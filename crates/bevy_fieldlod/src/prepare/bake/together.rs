@@ -12,7 +12,7 @@ use fieldlod_bake::{
 };
 use fieldlod_hierarchy::Hierarchy;
 
-use crate::api::config::{FieldLodConfig, LodKind};
+use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::prepare::lookup::NotYet;
 use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
 use crate::prepare::threads::BakeThreads;
@@ -118,7 +118,7 @@ impl AllTogether {
 /// The inputs of the search for a group.
 pub(in crate::prepare) struct Candidates<'a> {
     pub(in crate::prepare) kind: LodKind,
-    pub(in crate::prepare) lods: &'a FieldLodConfig,
+    pub(in crate::prepare) lods: &'a FieldLodAppConfig,
     pub(in crate::prepare) meshes: &'a Assets<Mesh>,
     pub(in crate::prepare) assets: &'a AssetServer,
 }

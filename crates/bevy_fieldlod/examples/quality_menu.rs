@@ -1,0 +1,98 @@
+//! A menu of quality presets. Click an entry, or press 1 to 4. Each preset allows another error in pixels.
+//!
+//! Run with `cargo run --release -p bevy_fieldlod --example quality_menu`.
+
+mod common;
+
+use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
+use common::rock::rock;
+
+/// The presets, and the error that each allows, in pixels.
+const PRESETS: [(&str, KeyCode, f32); 4] = [
+    ("1  low", KeyCode::Digit1, 4.0),
+    ("2  medium", KeyCode::Digit2, 2.0),
+    ("3  high", KeyCode::Digit3, 1.0),
+    ("4  ultra", KeyCode::Digit4, 0.5),
+];
+
+/// A button, and the index of its preset.
+#[derive(Component)]
+struct Preset(usize);
+
+/// The text with the number of triangles.
+#[derive(Component)]
+struct TriangleText;
+
+fn main() -> AppExit {
+    App::new()
+        .add_plugins((common::plugins(), FieldLodPlugin))
+        .add_systems(Startup, (setup, show_menu))
+        .add_systems(Update, (choose_preset, update_menu))
+        .run()
+}
+
+fn setup(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let mesh = Mesh3d(meshes.add(rock(80)));
+    let material = MeshMaterial3d(materials.add(Color::srgb(0.6, 0.5, 0.4)));
+    for x in -3..=3i8 {
+        let place = Transform::from_xyz(2.5 * f32::from(x), 0.0, -f32::from(x.pow(2)));
+        commands.spawn((mesh.clone(), material.clone(), place, AutoLod::default()));
+    }
+    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
+    commands.spawn((DirectionalLight::default(), sun));
+    let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
+    commands.spawn((
+        Camera3d::default(),
+        eye,
+        FieldLodSettings::with_error_px(PRESETS[2].2),
+    ));
+}
+
+fn show_menu(mut commands: Commands) {
+    let column = Node {
+        flex_direction: FlexDirection::Column,
+        padding: px(16).all(),
+        ..default()
+    };
+    commands.spawn(column).with_children(|menu| {
+        for (index, (name, ..)) in PRESETS.iter().enumerate() {
+            menu.spawn((Button, Preset(index), children![Text::new(*name)]));
+        }
+        menu.spawn((TriangleText, Text::default()));
+    });
+}
+
+fn choose_preset(
+    keys: Res<ButtonInput<KeyCode>>,
+    buttons: Query<(&Interaction, &Preset)>,
+    mut camera: Single<&mut FieldLodSettings>,
+) {
+    for (interaction, preset) in &buttons {
+        let (_, key, error_px) = PRESETS[preset.0];
+        if keys.just_pressed(key) || *interaction == Interaction::Pressed {
+            camera.error_px = Some(error_px);
+        }
+    }
+}
+
+fn update_menu(
+    camera: Single<(&FieldLodSettings, &FieldLodViewStats)>,
+    mut buttons: Query<(&Preset, &mut BackgroundColor)>,
+    mut text: Single<&mut Text, With<TriangleText>>,
+) {
+    let (settings, stats) = *camera;
+    for (preset, mut color) in &mut buttons {
+        let is_chosen = settings.error_px == Some(PRESETS[preset.0].2);
+        color.0 = if is_chosen {
+            Color::srgb(0.1, 0.4, 0.8)
+        } else {
+            Color::NONE
+        };
+    }
+    text.0 = format!("{} triangles", stats.triangles_drawn);
+}

@@ -7,6 +7,7 @@ mod common;
 use bevy::camera::{ScalingMode, Viewport};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use common::meshes::spawn_rocks;
 
 /// The part of the screen that a camera draws to: its corner and its size, as shares of the screen.
 #[derive(Component)]
@@ -15,32 +16,12 @@ struct ScreenPart(Vec2, Vec2);
 fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), FieldLodPlugin))
-        .add_systems(Startup, setup)
-        .add_systems(Update, (set_viewports, log_triangles))
+        .add_systems(Startup, (spawn_rocks, setup))
+        .add_systems(Update, set_viewports)
         .run()
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    let torus = Torus::new(0.5, 1.0).mesh();
-    let mesh = Mesh3d(meshes.add(torus.minor_resolution(96).major_resolution(256)));
-    for index in 0..9u8 {
-        let material = materials.add(Color::hsl(40.0 * f32::from(index), 0.6, 0.6));
-        let place = Vec3::new(f32::from(index % 3) - 1.0, 0.0, f32::from(index / 3) - 1.0);
-        let place = Transform::from_translation(4.0 * place);
-        commands.spawn((
-            mesh.clone(),
-            MeshMaterial3d(material),
-            place,
-            AutoLod::default(),
-        ));
-    }
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
-
+fn setup(mut commands: Commands) {
     // The players. A camera without settings allows one pixel of error.
     for (order, eye) in [Vec3::new(5.0, 2.0, 8.0), Vec3::new(-9.0, 6.0, -16.0)]
         .iter()
@@ -84,16 +65,5 @@ fn set_viewports(mut cameras: Query<(&mut Camera, &ScreenPart)>) {
             physical_size: (size * screen).as_uvec2(),
             ..default()
         });
-    }
-}
-
-fn log_triangles(cameras: Query<(&Camera, &FieldLodViewStats)>, mut last: Local<Vec<u64>>) {
-    let now: Vec<_> = cameras
-        .iter()
-        .map(|(_, stats)| stats.triangles_drawn)
-        .collect();
-    if *last != now {
-        info!("triangles of each camera: {now:?}");
-        *last = now;
     }
 }

@@ -1,22 +1,20 @@
-//! Physics on a mesh with levels of detail: the collider has the triangles of the source mesh, whatever is drawn.
+//! Physics on a mesh with levels of detail: the collider has all triangles of the mesh, whatever is drawn.
 //!
 //! Run with `cargo run --release -p bevy_fieldlod --example collider`.
 
 mod common;
 
-use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
+use common::meshes::{hills, sun};
 
 /// Triangles that balls bounce off.
 #[derive(Component)]
 struct Collider(Vec<Triangle3d>);
 
-/// A ball, and its velocity.
+/// A ball, and its vertical speed.
 #[derive(Component)]
-struct Ball(Vec3);
-
-const RADIUS: f32 = 0.25;
+struct Ball(f32);
 
 fn main() -> AppExit {
     App::new()
@@ -31,79 +29,59 @@ fn setup(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let mut bowl = Plane3d::default()
-        .mesh()
-        .size(12.0, 12.0)
-        .subdivisions(40)
-        .build();
-    if let Some(VertexAttributeValues::Float32x3(positions)) =
-        bowl.attribute_mut(Mesh::ATTRIBUTE_POSITION)
-    {
-        for [x, height, z] in positions {
-            *height = 0.05 * (*x * *x + *z * *z) + 0.3 * (1.5 * *x).sin() * (1.5 * *z).cos();
-        }
-    }
+    let ground = Mesh3d(meshes.add(hills(12.0, 40, &[0.4, 2.0])));
     let material = MeshMaterial3d(materials.add(Color::srgb(0.5, 0.6, 0.4)));
-    let bowl = Mesh3d(meshes.add(bowl.with_computed_smooth_normals()));
-    commands.spawn((bowl, material, AutoLod::default(), Name::new("bowl")));
+    commands.spawn((ground, material, AutoLod::default()));
 
-    let mesh = Mesh3d(meshes.add(Sphere::new(RADIUS)));
-    let red = MeshMaterial3d(materials.add(Color::srgb(0.8, 0.2, 0.2)));
+    let mesh = Mesh3d(meshes.add(Sphere::new(0.25)));
+    let material = MeshMaterial3d(materials.add(Color::srgb(0.8, 0.2, 0.2)));
     for index in 0..16u8 {
-        let place = Vec3::new(f32::from(index % 4) - 1.4, 3.0, f32::from(index / 4) - 1.6);
-        let place = Transform::from_translation(2.0 * place);
-        commands.spawn((mesh.clone(), red.clone(), place, Ball(Vec3::ZERO)));
+        let place = Vec3::new(f32::from(index % 4) - 1.4, 1.0, f32::from(index / 4) - 1.6);
+        let place = Transform::from_translation(2.5 * place);
+        commands.spawn((mesh.clone(), material.clone(), place, Ball(0.0)));
     }
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
-    let eye = Transform::from_xyz(0.0, 8.0, 11.0).looking_at(Vec3::ZERO, Vec3::Y);
+    commands.spawn(sun());
+    let eye = Transform::from_xyz(0.0, 6.0, 9.0).looking_at(Vec3::ZERO, Vec3::Y);
     commands.spawn((Camera3d::default(), eye));
 }
 
-/// Makes colliders when a mesh is spawned.
+/// Makes a collider as soon as a mesh is spawned.
 fn add_colliders(
     mut commands: Commands,
     added: Query<(Entity, &Mesh3d), (With<AutoLod>, Without<Collider>)>,
     meshes: Res<Assets<Mesh>>,
 ) -> Result {
     for (entity, mesh) in &added {
-        let Some(mesh) = meshes.get(mesh) else {
-            continue;
-        };
-        let triangles: Vec<_> = mesh.triangles()?.collect();
-        info!("a collider of {} triangles", triangles.len());
+        let mesh = meshes.get(mesh).ok_or("the mesh is not loaded")?;
+        let triangles = mesh.triangles()?.collect();
         commands.entity(entity).insert(Collider(triangles));
     }
     Ok(())
 }
 
 fn move_balls(
-    mut balls: Query<(&mut Transform, &mut Ball)>,
-    colliders: Query<&Collider>,
+    balls: Query<(&mut Transform, &mut Ball)>,
+    ground: Query<&Collider>,
     time: Res<Time>,
 ) {
-    for (mut place, mut ball) in &mut balls {
-        ball.0.y -= 9.81 * time.delta_secs();
-        place.translation += ball.0 * time.delta_secs();
-        for Triangle3d { vertices } in colliders.iter().flat_map(|collider| &collider.0) {
-            // The nearest of the triangle's plane, if the ball is above the triangle.
-            let [a, b, c] = *vertices;
-            let normal = (b - a).cross(c - a).normalize();
-            let depth = RADIUS - normal.dot(place.translation - a);
-            let near = (0.0..RADIUS).contains(&depth)
-                && is_above(place.translation.xz(), [a, b, c].map(Vec3::xz));
-            if near {
-                place.translation += depth * normal;
-                // It bounces with half of its speed.
-                let speed = ball.0.dot(normal).min(0.0);
-                ball.0 -= 1.5 * speed * normal;
-            }
+    for (mut place, mut ball) in balls {
+        ball.0 -= 9.81 * time.delta_secs();
+        place.translation.y += ball.0 * time.delta_secs();
+        let triangles = ground.iter().flat_map(|collider| &collider.0);
+        let below = triangles.filter_map(|triangle| height_at(place.translation.xz(), triangle));
+        let lowest = below.fold(f32::MIN, f32::max) + 0.25;
+        if place.translation.y < lowest {
+            place.translation.y = lowest;
+            ball.0 *= -0.6;
         }
     }
 }
 
-/// Whether a point is above a triangle that faces up, both seen from above.
-fn is_above(point: Vec2, [a, b, c]: [Vec2; 3]) -> bool {
-    let is_inside = |from: Vec2, to: Vec2| (to - from).perp_dot(point - from) <= 0.0;
-    is_inside(a, b) && is_inside(b, c) && is_inside(c, a)
+/// The height of a triangle that faces up, if the point is above or below it.
+fn height_at(point: Vec2, triangle: &Triangle3d) -> Option<f32> {
+    let [a, b, c] = triangle.vertices;
+    let side = |from: Vec3, to: Vec3| (point - from.xz()).perp_dot(to.xz() - from.xz());
+    let weights = Vec3::new(side(b, c), side(c, a), side(a, b));
+    let height = weights.dot(Vec3::new(a.y, b.y, c.y)) / weights.element_sum();
+    (weights.min_element() >= 0.0).then_some(height)
 }

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 use bevy_fieldlod::prelude::*;
-use common::rock::rock;
+use common::meshes::rock;
 
 /// Rings of two colours around the vertical axis.
 #[derive(Asset, TypePath, AsBindGroup, Clone, Debug)]
@@ -51,7 +51,7 @@ fn setup(
 
 /// Changes of a material reach all that is drawn with it.
 fn change_color(time: Res<Time>, mut materials: ResMut<Assets<Rings>>) {
-    for (_, mut material) in materials.iter_mut() {
+    for (_, material) in materials.iter_mut() {
         material.color = Color::hsl(20.0 * time.elapsed_secs() % 360.0, 0.7, 0.5).into();
     }
 }

@@ -7,7 +7,7 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_fieldlod::{FieldLodDebugPlugin, FieldLodHeatMap, prelude::*};
-use common::rock::rock;
+use common::meshes::spawn_rocks;
 
 fn main() -> AppExit {
     App::new()
@@ -18,24 +18,12 @@ fn main() -> AppExit {
             overlay: true,
             ..default()
         })
-        .add_systems(Startup, setup)
+        .add_systems(Startup, (spawn_rocks, setup))
         .add_systems(Update, (switch, move_camera))
         .run()
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    let mesh = Mesh3d(meshes.add(rock(80)));
-    let material = MeshMaterial3d(materials.add(Color::WHITE));
-    for index in 0..5u8 {
-        let place = Transform::from_xyz(2.5 * f32::from(index), 0.0, -8.0 * f32::from(index));
-        commands.spawn((mesh.clone(), material.clone(), place, AutoLod::default()));
-    }
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
+fn setup(mut commands: Commands) {
     commands.spawn(Camera3d::default());
 }
 
@@ -52,6 +40,6 @@ fn switch(keys: Res<ButtonInput<KeyCode>>, mut debug: ResMut<FieldLodDebug>) {
 }
 
 fn move_camera(time: Res<Time>, mut camera: Single<&mut Transform, With<Camera3d>>) {
-    let place = Vec3::new(-1.5, 1.0, 4.0 + 3.0 * (0.5 * time.elapsed_secs()).sin());
-    **camera = Transform::from_translation(place).looking_at(Vec3::new(1.0, 0.0, -4.0), Vec3::Y);
+    let place = Vec3::new(0.0, 1.5, 7.0 + 3.0 * (0.5 * time.elapsed_secs()).sin());
+    **camera = Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y);
 }

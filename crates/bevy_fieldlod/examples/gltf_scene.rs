@@ -1,5 +1,5 @@
-//! A glTF scene with levels of detail: one component on the root of the scene. Drag with the mouse is not needed: the
-//! camera flies past the rocks. The log names each mesh entity once it has levels.
+//! A glTF scene with levels of detail: one component on the root of the scene. The log
+//! names each mesh entity once it has levels.
 //!
 //! Run with `cargo run --release -p bevy_fieldlod --example gltf_scene`.
 
@@ -7,7 +7,7 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use common::rock::{folder_of, rock, write_gltf};
+use common::meshes::{folder_of, rock, sun, write_gltf};
 
 fn main() -> AppExit {
     // A game has its scenes in the folder `assets`. This example writes one.
@@ -36,12 +36,14 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>) {
             );
         })
         .observe(|failed: On<LodFailed>| warn!("no levels of detail: {}", failed.error));
+    let (light, place) = sun();
+    let shadow_maps_enabled = true;
     commands.spawn((
         DirectionalLight {
-            shadow_maps_enabled: true,
-            ..default()
+            shadow_maps_enabled,
+            ..light
         },
-        Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y),
+        place,
     ));
     commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.0)));
 }

@@ -6,7 +6,7 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use common::rock::rock;
+use common::meshes::spawn_rocks;
 
 /// The whole screen.
 #[derive(Component)]
@@ -19,30 +19,14 @@ struct Bar;
 fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), FieldLodPlugin))
-        .add_systems(Startup, (setup, show_loading_screen))
+        .add_systems(Startup, (spawn_rocks, show_loading_screen))
         .add_systems(Update, grow_bar)
         .run()
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    for index in 0..9u8 {
-        let mesh = Mesh3d(meshes.add(rock(20 + 3 * u32::from(index))));
-        let material = materials.add(Color::hsl(20.0 * f32::from(index), 0.4, 0.6));
-        let place = Vec3::new(f32::from(index % 3) - 1.0, 0.0, f32::from(index / 3) - 1.0);
-        let place = Transform::from_translation(3.0 * place);
-        commands.spawn((mesh, MeshMaterial3d(material), place, AutoLod::default()));
-    }
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
-    let eye = Transform::from_xyz(2.0, 6.0, 9.0).looking_at(Vec3::ZERO, Vec3::Y);
-    commands.spawn((Camera3d::default(), eye));
-}
-
 fn show_loading_screen(mut commands: Commands) {
+    let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
+    commands.spawn((Camera3d::default(), eye));
     let screen = Node {
         width: percent(100),
         height: percent(100),

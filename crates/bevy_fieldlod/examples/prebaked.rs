@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use common::rock::{folder_of, rock, write_gltf};
+use common::meshes::{folder_of, rock, sun, write_gltf};
 use fieldlod_bake::{BakeConfig, bake_file};
 
 fn main() -> AppExit {
@@ -41,8 +41,7 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>) {
     // The plugin finds `rocks.fieldlod`. A file elsewhere is named by `AutoLod::from_file`.
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("rocks.gltf"));
     commands.spawn((WorldAssetRoot(scene), AutoLod::default()));
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
+    commands.spawn(sun());
     let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
     commands.spawn((Camera3d::default(), eye));
 }

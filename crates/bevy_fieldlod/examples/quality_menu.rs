@@ -6,7 +6,7 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use common::rock::rock;
+use common::meshes::spawn_rocks;
 
 /// The presets, and the error that each allows, in pixels.
 const PRESETS: [(&str, KeyCode, f32); 4] = [
@@ -27,33 +27,15 @@ struct TriangleText;
 fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), FieldLodPlugin))
-        .add_systems(Startup, (setup, show_menu))
+        .add_systems(Startup, (spawn_rocks, show_menu))
         .add_systems(Update, (choose_preset, update_menu))
         .run()
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    let mesh = Mesh3d(meshes.add(rock(80)));
-    let material = MeshMaterial3d(materials.add(Color::srgb(0.6, 0.5, 0.4)));
-    for x in -3..=3i8 {
-        let place = Transform::from_xyz(2.5 * f32::from(x), 0.0, -f32::from(x.pow(2)));
-        commands.spawn((mesh.clone(), material.clone(), place, AutoLod::default()));
-    }
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
-    let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
-    commands.spawn((
-        Camera3d::default(),
-        eye,
-        FieldLodSettings::with_error_px(PRESETS[2].2),
-    ));
-}
-
 fn show_menu(mut commands: Commands) {
+    let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let high = FieldLodSettings::with_error_px(PRESETS[2].2);
+    commands.spawn((Camera3d::default(), eye, high));
     let column = Node {
         flex_direction: FlexDirection::Column,
         padding: px(16).all(),

@@ -7,10 +7,9 @@ mod common;
 
 use std::path::Path;
 
-use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use common::rock::{folder_of, write_gltf};
+use common::meshes::{folder_of, hills, sun, write_gltf};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::{PageOptions, PagedFile};
 
@@ -35,20 +34,7 @@ fn main() -> AppExit {
 
 /// What a developer does once, before the game is shipped.
 fn write_pages(folder: &Path) -> Result {
-    let mut land = Plane3d::default()
-        .mesh()
-        .size(100.0, 100.0)
-        .subdivisions(250)
-        .build();
-    let positions = land.attribute_mut(Mesh::ATTRIBUTE_POSITION);
-    if let Some(VertexAttributeValues::Float32x3(positions)) = positions {
-        for [x, height, z] in positions {
-            let waves =
-                [0.07, 0.23, 0.9, 3.1].map(|f: f32| ((f * *x).sin() + (f * *z + *x).cos()) / f);
-            *height = 0.25 * waves.iter().sum::<f32>();
-        }
-    }
-    land.compute_smooth_normals();
+    let land = hills(100.0, 250, &[0.07, 0.23, 0.9, 3.1]);
     let source = folder.join("land.gltf");
     write_gltf(&source, &land, &[Vec3::ZERO])?;
     let baked = bake_file(&source, &BakeConfig::default(), &|_| ())?;
@@ -67,8 +53,7 @@ fn setup(
         land,
         MeshMaterial3d(materials.add(Color::srgb(0.4, 0.55, 0.3))),
     ));
-    let sun = Transform::default().looking_to(Vec3::new(-1.0, -0.6, -0.5), Vec3::Y);
-    commands.spawn((DirectionalLight::default(), sun));
+    commands.spawn(sun());
     commands.spawn((Camera3d::default(), DistanceFog::default()));
     commands.spawn((
         Text::default(),

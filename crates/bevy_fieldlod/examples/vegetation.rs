@@ -4,12 +4,12 @@
 
 mod common;
 
-use bevy::mesh::MeshBuilder;
 use bevy::pbr::{ExtendedMaterial, MaterialExtension};
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 use bevy_fieldlod::prelude::*;
+use common::meshes::{bush, sun};
 
 type WindMaterial = ExtendedMaterial<StandardMaterial, Wind>;
 
@@ -58,40 +58,19 @@ fn setup(
     for index in 0..100u8 {
         let (x, z) = (f32::from(index % 10), f32::from(index / 10));
         let place = Transform::from_xyz(2.0 * (x - 4.5) + 0.7 * z.sin(), 0.0, -2.0 * z);
+        let place = place.with_rotation(Quat::from_rotation_y(x + 3.0 * z));
         let plant = AutoLod::of_kind(LodKind::WholeMesh);
-        commands.spawn((
-            mesh.clone(),
-            material.clone(),
-            place.with_rotation(Quat::from_rotation_y(x + 3.0 * z)),
-            plant,
-        ));
+        commands.spawn((mesh.clone(), material.clone(), place, plant));
     }
+    let (light, place) = sun();
+    let shadow_maps_enabled = true;
     commands.spawn((
         DirectionalLight {
-            shadow_maps_enabled: true,
-            ..default()
+            shadow_maps_enabled,
+            ..light
         },
-        Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y),
+        place,
     ));
     let eye = Transform::from_xyz(0.0, 3.0, 5.0).looking_at(Vec3::new(0.0, 0.0, -4.0), Vec3::Y);
     commands.spawn((Camera3d::default(), eye));
-}
-
-/// Two hundred leaves on a ball: many loose pieces, as plants have.
-fn bush() -> Mesh {
-    let leaf = Plane3d::default()
-        .mesh()
-        .size(0.12, 0.3)
-        .subdivisions(1)
-        .build();
-    let mut bush = Sphere::new(0.1).mesh().build();
-    for index in 0..200u8 {
-        let turn = Quat::from_rotation_y(2.4 * f32::from(index))
-            * Quat::from_rotation_x(0.014 * f32::from(index));
-        let place = Transform::from_translation(Vec3::Y + turn * Vec3::new(0.0, 0.2, 0.6))
-            .with_rotation(turn);
-        bush.merge(&leaf.clone().transformed_by(place))
-            .expect("the same attributes");
-    }
-    bush
 }

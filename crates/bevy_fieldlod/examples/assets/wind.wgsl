@@ -1,14 +1,13 @@
 // Bevy's vertex stage, with a displacement that grows with the height above the origin of the mesh.
-#import bevy_pbr::{
-    mesh_functions,
-    mesh_view_bindings::globals,
-    view_transformations::position_world_to_clip,
-}
+#import bevy_pbr::{mesh_functions, view_transformations::position_world_to_clip}
 
 #ifdef PREPASS_PIPELINE
 #import bevy_pbr::prepass_io::{Vertex, VertexOutput}
+#import bevy_render::globals::Globals
+@group(0) @binding(1) var<uniform> globals: Globals;
 #else
 #import bevy_pbr::forward_io::{Vertex, VertexOutput}
+#import bevy_pbr::mesh_view_bindings::globals
 #endif
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<uniform> strength: f32;
@@ -22,14 +21,12 @@ fn vertex(vertex: Vertex) -> VertexOutput {
     place.x += strength * max(vertex.position.y, 0.0) * wave;
     out.world_position = place;
     out.position = position_world_to_clip(place.xyz);
-#ifdef PREPASS_PIPELINE
-#ifdef NORMAL_PREPASS_OR_DEFERRED_PREPASS
-    out.world_normal = mesh_functions::mesh_normal_local_to_world(vertex.normal, vertex.instance_index);
+#ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION
+    out.unclipped_depth = out.position.z;
+    out.position.z = min(out.position.z, 1.0);
 #endif
-#else
-#ifdef VERTEX_NORMALS
+#ifndef PREPASS_PIPELINE
     out.world_normal = mesh_functions::mesh_normal_local_to_world(vertex.normal, vertex.instance_index);
-#endif
 #endif
 #ifdef VERTEX_UVS_A
     out.uv = vertex.uv;

@@ -1,11 +1,11 @@
-//! Shared by the examples: Bevy's plugins with a window or without, and a rock.
+//! Shared by the examples: Bevy's plugins with a window or without, and some meshes.
 //!
 //! With a display an example opens a window. With `--picture FILE`, or without a display, it draws to an image, waits
 //! for the levels of detail, writes one picture and exits. A game uses `DefaultPlugins` in place of this module.
 
 #![allow(dead_code, reason = "an example uses a part of it")]
 
-pub mod rock;
+pub mod meshes;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
-use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
@@ -51,7 +51,7 @@ pub fn plugins_with_assets_in(folder: PathBuf) -> PluginGroupBuilder {
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>()
         .add(ScheduleRunnerPlugin::run_loop(Duration::ZERO))
-        .add(PicturePlugin { file })
+        .add(PicturePlugin(file))
 }
 
 /// The file after `--picture`; `picture.png` without a display; `None` to open a window.
@@ -64,9 +64,7 @@ fn picture_file() -> Option<PathBuf> {
 }
 
 /// Redirects cameras from the window to an image, and writes it once all levels of detail are ready.
-struct PicturePlugin {
-    file: PathBuf,
-}
+struct PicturePlugin(PathBuf);
 
 #[derive(Resource)]
 struct Picture {
@@ -79,7 +77,7 @@ impl Plugin for PicturePlugin {
     fn build(&self, app: &mut App) {
         let target = Image::new_target_texture(640, 360, TextureFormat::Rgba8UnormSrgb, None);
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
-        let (file, begun) = (self.file.clone(), Instant::now());
+        let (file, begun) = (self.0.clone(), Instant::now());
         let frame = Duration::from_millis(16);
         app.insert_resource(Picture {
             file,
@@ -117,21 +115,13 @@ fn take_picture(
     *frames_since_ready = if is_ready { *frames_since_ready + 1 } else { 0 };
     if *frames_since_ready == 20 {
         let screenshot = Screenshot::image(picture.target.clone());
-        commands.spawn(screenshot).observe(write_picture);
+        let exit = |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
+            exit.write(AppExit::Success);
+        };
+        let save = save_to_disk(picture.file.clone());
+        commands.spawn(screenshot).observe(save).observe(exit);
     } else if picture.begun.elapsed() > Duration::from_secs(300) {
         error!("no picture after 300 s: {:?}", *progress);
         exit.write(AppExit::error());
     }
-}
-
-fn write_picture(
-    captured: On<ScreenshotCaptured>,
-    picture: Res<Picture>,
-    mut exit: MessageWriter<AppExit>,
-) -> Result {
-    let image = captured.image.clone().try_into_dynamic()?.to_rgb8();
-    image.save(&picture.file)?;
-    info!("wrote {}", picture.file.display());
-    exit.write(AppExit::Success);
-    Ok(())
 }

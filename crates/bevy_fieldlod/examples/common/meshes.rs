@@ -1,4 +1,4 @@
-//! A rock, as a mesh and as a glTF file.
+//! Meshes made by the program.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use bevy::camera::primitives::MeshAabb;
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::prelude::*;
+use bevy_fieldlod::prelude::*;
 use serde_json::json;
 
 /// A sphere with bumps, with `20 * (subdivisions + 1)²` triangles.
@@ -25,6 +26,60 @@ pub fn rock(subdivisions: u32) -> Mesh {
     }
     mesh.compute_smooth_normals();
     mesh
+}
+
+/// A startup system: seven rocks with levels of detail at growing distances, and a sun.
+pub fn spawn_rocks(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let mesh = Mesh3d(meshes.add(rock(80)));
+    let material = MeshMaterial3d(materials.add(Color::srgb(0.6, 0.5, 0.4)));
+    for index in 0..7u8 {
+        let place = Vec3::new(1.5 * f32::from(index) - 3.0, 0.0, -f32::from(index * index));
+        let place = Transform::from_translation(place);
+        commands.spawn((mesh.clone(), material.clone(), place, AutoLod::default()));
+    }
+    commands.spawn(sun());
+}
+
+/// A light without shadows.
+pub fn sun() -> (DirectionalLight, Transform) {
+    let direction = Vec3::new(-1.0, -1.0, -0.5);
+    let place = Transform::default().looking_to(direction, Vec3::Y);
+    (DirectionalLight::default(), place)
+}
+
+/// Ground of `2 * (subdivisions + 1)²` triangles with waves of the given frequencies.
+pub fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
+    let plane = Plane3d::default().mesh().size(size, size);
+    let mut mesh = plane.subdivisions(subdivisions).build();
+    let positions = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION);
+    if let Some(VertexAttributeValues::Float32x3(positions)) = positions {
+        for [x, height, z] in positions {
+            let waves = frequencies
+                .iter()
+                .map(|f| ((f * *x).sin() + (f * *z + *x).cos()) / f);
+            *height = 0.25 * waves.sum::<f32>();
+        }
+    }
+    mesh.compute_smooth_normals();
+    mesh
+}
+
+/// Two hundred leaves around a ball: many loose pieces, as plants have.
+pub fn bush() -> Mesh {
+    let leaf = Plane3d::default().mesh().size(0.12, 0.3).subdivisions(1);
+    let mut bush = Sphere::new(0.1).mesh().build();
+    for index in 0..200u8 {
+        let index = f32::from(index);
+        let turn = Quat::from_rotation_y(2.4 * index) * Quat::from_rotation_x(0.014 * index);
+        let place = Transform::from_translation(Vec3::Y + turn * Vec3::new(0.0, 0.2, 0.6));
+        let leaf = leaf.build().transformed_by(place.with_rotation(turn));
+        bush.merge(&leaf).expect("the same attributes");
+    }
+    bush
 }
 
 /// The folder for the files that the example `name` writes.

@@ -30,11 +30,9 @@ fn setup(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let ground = Mesh3d(meshes.add(hills(12.0, 40, &[0.4, 2.0])));
-    let material = MeshMaterial3d(materials.add(Color::srgb(0.5, 0.6, 0.4)));
-    commands.spawn((ground, material, AutoLod::default()));
-
+    let material = MeshMaterial3d(materials.add(Color::srgb(0.6, 0.5, 0.4)));
+    commands.spawn((ground, material.clone(), AutoLod::default()));
     let mesh = Mesh3d(meshes.add(Sphere::new(0.25)));
-    let material = MeshMaterial3d(materials.add(Color::srgb(0.8, 0.2, 0.2)));
     for index in 0..16u8 {
         let place = Vec3::new(f32::from(index % 4) - 1.4, 1.0, f32::from(index / 4) - 1.6);
         let place = Transform::from_translation(2.5 * place);
@@ -53,20 +51,18 @@ fn add_colliders(
 ) -> Result {
     for (entity, mesh) in &added {
         let mesh = meshes.get(mesh).ok_or("the mesh is not loaded")?;
-        let triangles = mesh.triangles()?.collect();
-        commands.entity(entity).insert(Collider(triangles));
+        let collider = Collider(mesh.triangles()?.collect());
+        commands.entity(entity).insert(collider);
     }
     Ok(())
 }
 
-fn move_balls(
-    balls: Query<(&mut Transform, &mut Ball)>,
-    ground: Query<&Collider>,
-    time: Res<Time>,
-) {
+fn move_balls(balls: Query<(&mut Transform, &mut Ball)>, ground: Query<&Collider>) {
+    // The time between two runs of `FixedUpdate`.
+    let step = 1.0 / 64.0;
     for (mut place, mut ball) in balls {
-        ball.0 -= 9.81 * time.delta_secs();
-        place.translation.y += ball.0 * time.delta_secs();
+        ball.0 -= 9.81 * step;
+        place.translation.y += ball.0 * step;
         let triangles = ground.iter().flat_map(|collider| &collider.0);
         let below = triangles.filter_map(|triangle| height_at(place.translation.xz(), triangle));
         let lowest = below.fold(f32::MIN, f32::max) + 0.25;

@@ -10,7 +10,7 @@ use bevy_fieldlod::prelude::*;
 use serde_json::json;
 
 /// A sphere with bumps, with `20 * (subdivisions + 1)²` triangles.
-pub fn rock(subdivisions: u32) -> Mesh {
+pub(crate) fn rock(subdivisions: u32) -> Mesh {
     let sphere = Sphere::new(1.0).mesh().ico(subdivisions);
     let mut mesh = sphere.expect("few enough subdivisions");
     let positions = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION);
@@ -29,12 +29,12 @@ pub fn rock(subdivisions: u32) -> Mesh {
 }
 
 /// A startup system: seven rocks with levels of detail at growing distances, and a sun.
-pub fn spawn_rocks(
+pub(crate) fn spawn_rocks(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let mesh = Mesh3d(meshes.add(rock(80)));
+    let mesh = Mesh3d(meshes.add(rock(60)));
     let material = MeshMaterial3d(materials.add(Color::srgb(0.6, 0.5, 0.4)));
     for index in 0..7u8 {
         let place = Vec3::new(1.5 * f32::from(index) - 3.0, 0.0, -f32::from(index * index));
@@ -45,14 +45,14 @@ pub fn spawn_rocks(
 }
 
 /// A light without shadows.
-pub fn sun() -> (DirectionalLight, Transform) {
+pub(crate) fn sun() -> (DirectionalLight, Transform) {
     let direction = Vec3::new(-1.0, -1.0, -0.5);
     let place = Transform::default().looking_to(direction, Vec3::Y);
     (DirectionalLight::default(), place)
 }
 
 /// Ground of `2 * (subdivisions + 1)²` triangles with waves of the given frequencies.
-pub fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
+pub(crate) fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
     let plane = Plane3d::default().mesh().size(size, size);
     let mut mesh = plane.subdivisions(subdivisions).build();
     let positions = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION);
@@ -69,7 +69,7 @@ pub fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
 }
 
 /// Two hundred leaves around a ball: many loose pieces, as plants have.
-pub fn bush() -> Mesh {
+pub(crate) fn bush() -> Mesh {
     let leaf = Plane3d::default().mesh().size(0.12, 0.3).subdivisions(1);
     let mut bush = Sphere::new(0.1).mesh().build();
     for index in 0..200u8 {
@@ -83,14 +83,14 @@ pub fn bush() -> Mesh {
 }
 
 /// The folder for the files that the example `name` writes.
-pub fn folder_of(name: &str) -> io::Result<PathBuf> {
+pub(crate) fn folder_of(name: &str) -> io::Result<PathBuf> {
     let folder = std::env::temp_dir().join("fieldlod-examples").join(name);
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
 }
 
 /// Writes a glTF file with one scene, in which `mesh` stands at `places`, and a `.bin` file beside it.
-pub fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Result<()> {
+pub(crate) fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Result<()> {
     let (Some(Indices::U32(indices)), Some(aabb)) = (mesh.indices(), mesh.compute_aabb()) else {
         return Err(io::Error::other("the mesh has no 32-bit indices"));
     };

@@ -5,7 +5,7 @@
 
 #![allow(dead_code, reason = "an example uses a part of it")]
 
-pub mod meshes;
+pub(crate) mod meshes;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -23,12 +23,12 @@ use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
 
 /// Bevy's default plugins, with assets from `examples/assets`.
-pub fn plugins() -> PluginGroupBuilder {
+pub(crate) fn plugins() -> PluginGroupBuilder {
     plugins_with_assets_in(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/assets"))
 }
 
 /// Bevy's default plugins, with assets from `folder`.
-pub fn plugins_with_assets_in(folder: PathBuf) -> PluginGroupBuilder {
+pub(crate) fn plugins_with_assets_in(folder: PathBuf) -> PluginGroupBuilder {
     let file_path = folder.display().to_string();
     let plugins = DefaultPlugins.set(AssetPlugin {
         file_path,
@@ -113,7 +113,7 @@ fn take_picture(
 ) {
     let is_ready = progress.ready > 0 && progress.waiting == 0 && memory.missing_pages == 0;
     *frames_since_ready = if is_ready { *frames_since_ready + 1 } else { 0 };
-    if *frames_since_ready == 20 {
+    if *frames_since_ready == 6 {
         let screenshot = Screenshot::image(picture.target.clone());
         let exit = |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
             exit.write(AppExit::Success);

@@ -18,7 +18,7 @@ fn main() -> AppExit {
     write_pages(&folder).expect("a landscape in pages");
     // Less than the landscape takes, so that pages are also evicted.
     let memory = LodMemory {
-        gpu_bytes: 6 << 20,
+        gpu_bytes: 12 << 20,
         ..default()
     };
     App::new()

@@ -108,12 +108,13 @@ fn take_picture(
     picture: Res<Picture>,
     progress: Res<FieldLodProgress>,
     memory: Res<FieldLodMemory>,
-    mut frames_since_ready: Local<u32>,
+    mut ready_frames: Local<u32>,
     mut exit: MessageWriter<AppExit>,
 ) {
     let is_ready = progress.ready > 0 && progress.waiting == 0 && memory.missing_pages == 0;
-    *frames_since_ready = if is_ready { *frames_since_ready + 1 } else { 0 };
-    if *frames_since_ready == 6 {
+    // Some frames, because what is uploaded is drawn a frame later.
+    *ready_frames += u32::from(is_ready);
+    if is_ready && *ready_frames == 6 {
         let screenshot = Screenshot::image(picture.target.clone());
         let exit = |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
             exit.write(AppExit::Success);

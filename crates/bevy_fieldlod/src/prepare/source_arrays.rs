@@ -110,6 +110,123 @@ impl SourceArrays {
         place: Option<[u32; 2]>,
         file: &str,
     ) -> Result<Hierarchy, LodError> {
+        let found = self.find_with_all_vertices(baked, place, file);
+        // Files have only the vertices that triangles use.
+        if let (Err(_), Some(used)) = (&found, self.used()) {
+            let compact = self.at(&used).find_with_all_vertices(baked, place, file)?;
+            let held = attributes(&compact.vertices);
+            return Ok(compact.with_unused_vertices(&used, &self.vertices_with(held)));
+        }
+        found
+    }
+
+    /// The vertices that triangles use, ascending; `None` if these are all, or if some do not exist.
+    fn used(&self) -> Option<Vec<u32>> {
+        let count = self.vertices.positions.len();
+        let mut used = self.indices.clone();
+        used.sort_unstable();
+        used.dedup();
+        let exists = used.last().is_some_and(|&last| (last as usize) < count);
+        (exists && used.len() < count).then_some(used)
+    }
+
+    /// The mesh with the `used` vertices alone.
+    fn at(&self, used: &[u32]) -> Self {
+        let place = |vertex: &u32| used.partition_point(|other| other < vertex) as u32;
+        Self {
+            vertices: self.vertices.at(used),
+            has_other_attributes: self.has_other_attributes,
+            indices: self.indices.iter().map(place).collect(),
+            #[cfg(feature = "bake")]
+            surface: self.surface.clone(),
+        }
+    }
+
+    /// [`find_hierarchy`](Self::find_hierarchy) of a mesh of which triangles use all vertices.
+    fn find_with_all_vertices(
+        &self,
+        baked: &BakedFile,
+        place: Option<[u32; 2]>,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
+        let found = self.find_with_all_vertices(baked, place, file);
+        // Files have only the vertices that triangles use.
+        if let (Err(_), Some(used)) = (&found, self.used()) {
+            let compact = self.at(&used).find_with_all_vertices(baked, place, file)?;
+            let held = attributes(&compact.vertices);
+            return Ok(compact.with_unused_vertices(&used, &self.vertices_with(held)));
+        }
+        found
+    }
+
+    /// The vertices that triangles use, ascending; `None` if these are all, or if some do not exist.
+    fn used(&self) -> Option<Vec<u32>> {
+        let count = self.vertices.positions.len();
+        let mut used = self.indices.clone();
+        used.sort_unstable();
+        used.dedup();
+        let exists = used.last().is_some_and(|&last| (last as usize) < count);
+        (exists && used.len() < count).then_some(used)
+    }
+
+    /// The mesh with the `used` vertices alone.
+    fn at(&self, used: &[u32]) -> Self {
+        let place = |vertex: &u32| used.partition_point(|other| other < vertex) as u32;
+        Self {
+            vertices: self.vertices.at(used),
+            has_other_attributes: self.has_other_attributes,
+            indices: self.indices.iter().map(place).collect(),
+            #[cfg(feature = "bake")]
+            surface: self.surface.clone(),
+        }
+    }
+
+    /// [`find_hierarchy`](Self::find_hierarchy) of a mesh of which triangles use all vertices.
+    fn find_with_all_vertices(
+        &self,
+        baked: &BakedFile,
+        place: Option<[u32; 2]>,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
+        let found = self.find_with_all_vertices(baked, place, file);
+        // Files have only the vertices that triangles use.
+        if let (Err(_), Some(used)) = (&found, self.used()) {
+            let compact = self.at(&used).find_with_all_vertices(baked, place, file)?;
+            let held = attributes(&compact.vertices);
+            return Ok(compact.with_unused_vertices(&used, &self.vertices_with(held)));
+        }
+        found
+    }
+
+    /// The vertices that triangles use, ascending; `None` if these are all, or if some do not exist.
+    fn used(&self) -> Option<Vec<u32>> {
+        let count = self.vertices.positions.len();
+        let mut used = self.indices.clone();
+        used.sort_unstable();
+        used.dedup();
+        let exists = used.last().is_some_and(|&last| (last as usize) < count);
+        (exists && used.len() < count).then_some(used)
+    }
+
+    /// The mesh with the `used` vertices alone.
+    fn at(&self, used: &[u32]) -> Self {
+        let place = |vertex: &u32| used.partition_point(|other| other < vertex) as u32;
+        Self {
+            vertices: self.vertices.at(used),
+            has_other_attributes: self.has_other_attributes,
+            indices: self.indices.iter().map(place).collect(),
+            #[cfg(feature = "bake")]
+            surface: self.surface.clone(),
+        }
+    }
+
+    /// [`find_hierarchy`](Self::find_hierarchy) of a mesh of which triangles use all vertices.
+    fn find_with_all_vertices(
+        &self,
+        baked: &BakedFile,
+        place: Option<[u32; 2]>,
+        file: &str,
+    ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
         // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
         let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();

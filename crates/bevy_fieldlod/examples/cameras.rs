@@ -51,7 +51,7 @@ fn setup(mut commands: Commands) {
         Projection::Orthographic(map),
         Transform::from_xyz(0.0, 20.0, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
         ScreenPart(Vec2::new(0.4, 0.0), Vec2::new(0.2, 0.35)),
-        FieldLodSettings::with_error_px(4.0),
+        FieldLodCamera::with_error_px(4.0),
     ));
 }
 

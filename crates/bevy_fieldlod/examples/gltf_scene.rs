@@ -45,7 +45,7 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>) {
         },
         place,
     ));
-    commands.spawn((Camera3d::default(), FieldLodSettings::with_error_px(1.0)));
+    commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(1.0)));
 }
 
 fn move_camera(time: Res<Time>, mut camera: Single<&mut Transform, With<Camera3d>>) {

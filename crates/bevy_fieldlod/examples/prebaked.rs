@@ -18,7 +18,7 @@ fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins_with_assets_in(folder), FieldLodPlugin))
         // A mesh without a file is reported and drawn without levels.
-        .insert_resource(FieldLodConfig {
+        .insert_resource(FieldLodAppConfig {
             bake_at_run_time: false,
             ..default()
         })

@@ -34,7 +34,7 @@ fn main() -> AppExit {
 
 fn show_menu(mut commands: Commands) {
     let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let high = FieldLodSettings::with_error_px(PRESETS[2].2);
+    let high = FieldLodCamera::with_error_px(PRESETS[2].2);
     commands.spawn((Camera3d::default(), eye, high));
     let column = Node {
         flex_direction: FlexDirection::Column,
@@ -52,7 +52,7 @@ fn show_menu(mut commands: Commands) {
 fn choose_preset(
     keys: Res<ButtonInput<KeyCode>>,
     buttons: Query<(&Interaction, &Preset)>,
-    mut camera: Single<&mut FieldLodSettings>,
+    mut camera: Single<&mut FieldLodCamera>,
 ) {
     for (interaction, preset) in &buttons {
         let (_, key, settings) = PRESETS[preset.0];
@@ -63,13 +63,13 @@ fn choose_preset(
 }
 
 fn update_menu(
-    camera: Single<(&FieldLodSettings, &FieldLodViewStats)>,
+    camera: Single<(&FieldLodCamera, &FieldLodViewStats)>,
     mut buttons: Query<(&Preset, &mut BackgroundColor)>,
     mut text: Single<&mut Text, With<TriangleText>>,
 ) {
     let (settings, stats) = *camera;
     for (preset, mut color) in &mut buttons {
-        let is_chosen = settings.error_px == Some(PRESETS[preset.0].2);
+        let is_chosen = *settings == PRESETS[preset.0].2();
         color.0 = if is_chosen {
             Color::srgb(0.1, 0.4, 0.8)
         } else {

@@ -23,7 +23,7 @@ fn main() -> AppExit {
     };
     App::new()
         .add_plugins((common::plugins_with_assets_in(folder), FieldLodPlugin))
-        .insert_resource(FieldLodConfig {
+        .insert_resource(FieldLodAppConfig {
             memory,
             ..default()
         })

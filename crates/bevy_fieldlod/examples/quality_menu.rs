@@ -34,7 +34,7 @@ fn main() -> AppExit {
 
 fn show_menu(mut commands: Commands) {
     let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
-    let high = FieldLodCamera::with_error_px(PRESETS[2].2);
+    let high = FieldLodCamera::high();
     commands.spawn((Camera3d::default(), eye, high));
     let column = Node {
         flex_direction: FlexDirection::Column,

@@ -112,7 +112,7 @@ impl SourceArrays {
     ) -> Result<Hierarchy, LodError> {
         let found = self.find_with_all_vertices(baked, place, file);
         // Files have only the vertices that triangles use.
-        if let (Err(_), Some(used)) = (&found, self.used()) {
+        if let (Err(LodError::Stale { .. }), Some(used)) = (&found, self.used()) {
             let compact = self.at(&used).find_with_all_vertices(baked, place, file)?;
             let held = attributes(&compact.vertices);
             return Ok(compact.with_unused_vertices(&used, &self.vertices_with(held)));

@@ -12,4 +12,5 @@ mod instance_cut;
 mod keep_test;
 mod limits;
 mod memory;
+pub(crate) mod motion;
 mod near;

@@ -74,7 +74,9 @@ impl Selector {
         if self.last == Some(input) && is_settled {
             return;
         }
-        let is_first = self.last.replace(input).is_none();
+        let last = self.last.replace(input);
+        let is_first = last.is_none();
+        self.cuts.odometer.advance(last.as_ref(), &input);
         let are_shares_known = std::mem::replace(&mut self.has_seen, true);
         let frame = Frame::new(scene, view, settings, is_first, are_shares_known);
 

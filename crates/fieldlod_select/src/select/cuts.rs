@@ -5,6 +5,7 @@ use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
 use super::limits::{LimitColumns, LimitsKey};
 use super::memory::{InstanceMemory, InstanceState};
+use super::motion::Odometer;
 use super::near::Near;
 use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
@@ -34,6 +35,9 @@ pub(crate) struct SceneCuts {
     /// Instances that may not stay as they are.
     near: Vec<Near>,
     pub(super) pool: Pool,
+    pub(crate) odometer: Odometer,
+    /// Bits of groups, for tests of cuts.
+    pub(super) own_throughout: Vec<u64>,
     pub(crate) visible: VisibleShares,
     /// Whether the next frame may see less of something than it counts for now.
     pub(crate) has_unsettled_shares: bool,

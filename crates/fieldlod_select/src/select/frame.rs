@@ -54,6 +54,17 @@ pub(crate) struct Input {
 }
 
 impl Input {
+    /// Whether the view, but for its pose, the settings and what is at hand are the same.
+    pub(crate) fn differs_by_pose_alone(&self, last: &Self) -> bool {
+        let view = View {
+            camera_from_world: last.view.camera_from_world,
+            eye_in_world: last.view.eye_in_world,
+            ..self.view
+        };
+        let is_same_view = view == last.view && self.settings == last.settings;
+        is_same_view && self.available_revision == last.available_revision
+    }
+
     pub(crate) fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
         Self {
             view: *view,

@@ -1,5 +1,6 @@
 //! The cut of one instance that is decided group by group, in storage that is used again.
 
+use super::motion::Hold;
 use crate::hidden::held_shares::{SeenShares, ShareMemory};
 use crate::scene::table::GroupTable;
 
@@ -18,6 +19,8 @@ pub(crate) struct InstanceCut {
     units_before: Vec<u32>,
     triangle_count: u64,
     shares: ShareMemory,
+    /// The camera's motion within which nothing is decided anew.
+    pub(crate) hold: Option<Hold>,
 }
 
 impl InstanceCut {
@@ -40,6 +43,7 @@ impl InstanceCut {
         self.units.extend_from_slice(units);
         self.triangle_count = triangle_count;
         self.shares.clear();
+        self.hold = None;
         // The first decision gathers units, whatever it decides.
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
@@ -50,6 +54,7 @@ impl InstanceCut {
         table: &GroupTable,
         decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
     ) -> bool {
+        self.hold = None;
         std::mem::swap(&mut self.own, &mut self.own_before);
         decision(&self.shares, &self.refined, &mut self.own);
         let are_units_known = self.available_revision == table.available_revision;
@@ -104,6 +109,15 @@ impl InstanceCut {
 
     pub(crate) fn refined(&self) -> &[u64] {
         &self.refined
+    }
+
+    /// Whether groups with these decisions of their own make the same cut as long as no group that is not refined is
+    /// among them, and all that once asked for refinement are.
+    pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
+        let words = own.iter().zip(&self.own).zip(&self.refined);
+        words.fold(true, |is_same, ((now, own), refined)| {
+            is_same && now & !refined == 0 && own & !now == 0
+        })
     }
 
     /// The units drawn and their triangles.

@@ -11,9 +11,11 @@
 //! What is not a number never stays.
 
 use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
 use wide::f32x8;
 
 use super::limits::EightLimits;
+use super::motion::{Drift, Motion};
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
@@ -230,6 +232,31 @@ impl KeepTest {
                 ],
                 fine: [self.fine(0, &sighted, &bounds, dark), leaving],
             },
+        })
+    }
+
+    /// How far a motion of the camera moves the groups of an instance, if that stays within the view meanwhile.
+    pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
+        // Nothing is known of errors that have other limits than those of the field's bounds.
+        if !self.is_usable || self.tests_sizes() || self.least_relaxation != 1.0 {
+            return None;
+        }
+        let sighted = self.sight(V3::splat(sphere.center), sphere.radius);
+        let distance = sighted.seen.dot(sighted.seen).sqrt();
+        let displacement =
+            motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
+        let reach = sighted.radius + displacement;
+        // Outside of the view that groups enter they may be in the dark, if what is outside counts.
+        let width = usize::from(self.on_axis.is_none());
+        let inside_by = self.sides[width].least_inside(sighted.seen);
+        let is_before = self.is_orthographic || reach < sighted.seen.z;
+        let chord = match self.is_orthographic {
+            true => motion.turn,
+            false => motion.travel / (distance - reach),
+        };
+        (is_before && reach < inside_by).then_some(Drift {
+            distance: displacement,
+            chord: chord + 1e-4,
         })
     }
 

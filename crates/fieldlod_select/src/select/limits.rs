@@ -64,6 +64,9 @@ impl SceneCuts {
     fn update_limits_of(&mut self, frame: &Frame, index: usize, key: &LimitsKey) {
         let (memory, entry) = (&mut self.memories[index], &frame.scene.entries[index]);
         let forced_level = entry.forced_level;
+        if let InstanceState::Mixed(key) = memory.state {
+            self.pool.at_mut(key).hold = None;
+        }
         let mut state = memory.state;
         let mut is_known = memory.version == entry.version && memory.generation == entry.generation;
         if frame.is_first {

@@ -25,6 +25,9 @@ impl SceneCuts {
     /// Decides one instance, and notes what that changes.
     pub(super) fn decide(&mut self, frame: &Frame, near: &Near) {
         let (index, entry) = (near.index, &frame.scene.entries[near.index as usize]);
+        if self.holds(index) {
+            return;
+        }
         // If the index has gone to another instance, what the last one drew leaves.
         if self.memories[index as usize].generation != entry.generation {
             self.change_state(frame, index, InstanceState::Empty);
@@ -53,7 +56,7 @@ impl SceneCuts {
         if frame.scene.table(mesh).is_chain() {
             self.decide_level(frame, near, mesh, forced_level);
         } else if !self.stays_hidden(frame, near, mesh, forced_level) {
-            self.decide_groups(frame, index, mesh, forced_level);
+            self.decide_groups(frame, near, mesh, forced_level);
         }
     }
 
@@ -190,19 +193,61 @@ impl SceneCuts {
         stays
     }
 
+    /// Whether the cut of an instance holds for the camera's motion so far.
+    fn holds(&self, index: u32) -> bool {
+        let hold = match self.memories[index as usize].state {
+            InstanceState::Mixed(key) => &self.pool.at(key).hold,
+            _ => &None,
+        };
+        hold.as_ref()
+            .is_some_and(|hold| self.odometer.is_within(hold))
+    }
+
+    /// Tests whether the cut of an instance holds for the next frames too.
+    fn extend_hold(&mut self, frame: &Frame, index: u32, mesh: MeshId) -> bool {
+        let InstanceState::Mixed(key) = self.memories[index as usize].state else {
+            return false;
+        };
+        let (table, placed) = (
+            frame.scene.table(mesh),
+            &frame.scene.instances[index as usize],
+        );
+        let ahead = (self.odometer.ahead()).filter(|_| frame.settings.visible_flux.is_none());
+        let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
+        let (Some(ahead), Some(drift)) = (ahead, drift) else {
+            return false;
+        };
+        let view = InstanceView::new(frame.view, &placed.world_from_local);
+        // Nothing is known of how uneven stretches change with the direction.
+        if view.seen_stretch.is_some() {
+            return false;
+        }
+        let cut = self.pool.at_mut(key);
+        let (bounds, bias) = (&frame.bounds, placed.bias);
+        let decision = Decision::new(&view, bounds, frame.settings, bias, Shares::FULL);
+        let decision = decision.throughout(drift);
+        decision.decide(table, cut.refined(), &mut self.own_throughout);
+        let is_same = cut.is_same_for(&self.own_throughout);
+        cut.hold = is_same.then(|| self.odometer.hold(ahead));
+        is_same
+    }
+
     /// Decides the groups of an instance.
     fn decide_groups(
         &mut self,
         frame: &Frame,
-        index: u32,
+        near: &Near,
         mesh: MeshId,
         forced_level: Option<u32>,
     ) {
-        let (scene, settings) = (frame.scene, frame.settings);
+        let (index, scene, settings) = (near.index, frame.scene, frame.settings);
         let (table, placed) = (scene.table(mesh), &scene.instances[index as usize]);
         // The cut, after what was drawn so far.
         let was = self.memories[index as usize].state;
         let is_mixed = matches!(was, InstanceState::Mixed(_));
+        if forced_level.is_none() && self.extend_hold(frame, index, mesh) {
+            return;
+        }
         let key = match was {
             InstanceState::Mixed(key) => key,
             _ => {
@@ -244,7 +289,12 @@ impl SceneCuts {
             self.changes.record(id, cut.drawn_before(), now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
-        let is_coarsest = forced_level.is_none() && cut.is_coarsest(table);
+        // A cut of its own may hold where the limits of the coarsest level do not.
+        let limits = table.errors_at(None).limits(&frame.units, 1.0);
+        let limits = limits.scaled(scene.columns.error_scales[index as usize]);
+        let has_limits =
+            settings.visible_flux.is_some() || limits.highest <= near.allowed.coarse[0];
+        let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
         self.memories[index as usize].state = InstanceState::Mixed(key);
         if is_coarsest {
             self.change_state(frame, index, InstanceState::Coarsest(mesh));

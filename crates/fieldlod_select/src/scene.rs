@@ -3,7 +3,6 @@
 pub(crate) mod columns;
 mod journal;
 pub(crate) mod table;
-mod tally;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use glam::{Affine3A, Mat3};
@@ -13,7 +12,6 @@ use crate::view::stretch::{largest_stretch, least_stretch};
 use columns::{Columns, NOTHING};
 use journal::Journal;
 use table::GroupTable;
-pub use tally::Tally;
 
 /// A mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -50,7 +48,6 @@ pub(crate) struct Instance {
     pub(crate) sphere: Sphere,
     /// By how much lengths grow at least and at most.
     stretch: [f32; 2],
-    numbers: Option<[u32; 3]>,
 }
 
 /// Which instance has an index now.
@@ -245,9 +242,7 @@ impl Scene {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        let numbers = self.instances[instance.index()].numbers;
-        let placed = self.instance(mesh, world_from_local, bias);
-        self.instances[instance.index()] = Instance { numbers, ..placed };
+        self.instances[instance.index()] = self.instance(mesh, world_from_local, bias);
         self.note_changed(instance.index);
     }
 
@@ -342,7 +337,6 @@ impl Scene {
             sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
             // Beyond what rounding moves it by.
             stretch: [least * 0.999, largest],
-            numbers: None,
         }
     }
 }

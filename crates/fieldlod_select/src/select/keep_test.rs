@@ -245,6 +245,10 @@ impl KeepTest {
         let distance = sighted.seen.dot(sighted.seen).sqrt();
         let displacement =
             motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
+        // A longer way changes errors by more than the hysteresis: hardly any cut would pass the test.
+        if displacement > 0.1 * distance {
+            return None;
+        }
         let reach = sighted.radius + displacement;
         // Outside of the view that groups enter they may be in the dark, if what is outside counts.
         let width = usize::from(self.on_axis.is_none());

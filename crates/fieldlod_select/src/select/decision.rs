@@ -1,5 +1,5 @@
-//! Which groups of an instance ask for refinement: bounds of 64 groups and of eight first, the criterion where they
-//! cannot tell, always eight at a time.
+//! Which groups of an instance ask for refinement: tests of bounds of 64 groups and of eight first, then the criterion,
+//! always eight at a time.
 
 use std::cell::OnceCell;
 
@@ -42,7 +42,7 @@ pub(crate) struct Decision<'a> {
     drift: f32,
     /// Made when first used.
     entering: OnceCell<BoundsTest>,
-    /// For where something was refined.
+    /// For groups that were refined.
     leaving: OnceCell<BoundsTest>,
 }
 

@@ -1,4 +1,4 @@
-//! The cut of one instance that is decided group by group, in storage that is used again.
+//! The cut of one instance that is decided group by group, in storage that is reused.
 
 use super::motion::Hold;
 use crate::hidden::held_shares::{SeenShares, ShareMemory};
@@ -12,7 +12,7 @@ pub(crate) struct InstanceCut {
     /// The closure of those.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
-    /// Of the refined groups those that are at hand, if not all are.
+    /// Refined groups that are loaded, if not all are.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
@@ -24,8 +24,7 @@ pub(crate) struct InstanceCut {
 }
 
 impl InstanceCut {
-    /// Begins with an instance that drew these units and triangles: at its coarsest or, if there is one, at a level of
-    /// the mesh as a whole.
+    /// Starts from the units and triangles drawn so far: those of `level`, or of the coarsest level.
     pub(crate) fn begin(
         &mut self,
         table: &GroupTable,
@@ -48,7 +47,7 @@ impl InstanceCut {
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
 
-    /// Decides the next cut of the same instance. Whether other units are drawn.
+    /// Decides the next cut of the same instance. Returns whether other units are drawn.
     pub(crate) fn decide(
         &mut self,
         table: &GroupTable,
@@ -88,7 +87,7 @@ impl InstanceCut {
         self.triangle_count = table.gather_units(refined, &mut self.units);
     }
 
-    /// Goes on to what a frame sees of the instance; `None` if nothing counts as hidden.
+    /// Updates the visible shares of the groups; `None` without visible flux.
     pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
         match seen {
             None => self.shares.clear(),
@@ -97,12 +96,12 @@ impl InstanceCut {
         }
     }
 
-    /// Whether nothing is refined but what always is.
+    /// Whether only terminal groups are refined.
     pub(crate) fn is_coarsest(&self, table: &GroupTable) -> bool {
         self.refined == table.coarsest_refined
     }
 
-    /// What is remembered of what is visible.
+    /// The visible shares of the groups.
     pub(crate) fn shares(&self) -> &ShareMemory {
         &self.shares
     }
@@ -111,8 +110,8 @@ impl InstanceCut {
         &self.refined
     }
 
-    /// Whether groups with these decisions of their own make the same cut as long as no group that is not refined is
-    /// among them, and all that once asked for refinement are.
+    /// Whether these decisions make the same cut: all groups that asked for refinement still do, and none outside the
+    /// closure does.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
         let words = own.iter().zip(&self.own).zip(&self.refined);
         words.fold(true, |is_same, ((now, own), refined)| {
@@ -131,7 +130,7 @@ impl InstanceCut {
     }
 }
 
-/// Cuts by key, and the keys that no instance has.
+/// Cuts by key, and the free keys.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     cuts: Vec<InstanceCut>,
@@ -139,7 +138,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// The key of a cut that is to begin.
+    /// A free key; its cut must [begin](InstanceCut::begin).
     pub(crate) fn make(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.cuts.push(InstanceCut::default());
@@ -155,7 +154,7 @@ impl Pool {
         &mut self.cuts[key as usize]
     }
 
-    /// Frees a key; its cut is used again.
+    /// Frees a key; its storage is reused.
     pub(crate) fn free(&mut self, key: u32) {
         self.free.push(key);
     }

@@ -1,4 +1,4 @@
-//! The first pass of a frame: which instances certainly stay as they are drawn, eight at a time.
+//! The first pass of a frame: tests which instances certainly keep their cuts, eight at a time.
 //!
 //! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
 //! sphere as in [the criterion](crate::criterion), it stays if
@@ -6,9 +6,8 @@
 //! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
 //! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
 //! ```
-//! or, of what is at its coarsest, if the sphere is outside of the view. Every comparison has a margin for what
-//! rounding, and the size of the sphere, may change: the test answers only where the criterion answers the same.
-//! What is not a number never stays.
+//! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
+//! size of the sphere: the test answers only if the criterion gives the same answer. NaN never passes.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -36,14 +35,14 @@ pub(crate) struct KeepTest {
     eye_slack: f32,
     camera_from_world: M3<f32>,
     is_orthographic: bool,
-    /// Whether it can answer at all: neither for a view that scales, nor without thresholds.
+    /// False for a view that scales, and without thresholds: then no instance passes.
     is_usable: bool,
-    /// Of the views that groups enter and, once refined, leave.
+    /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
     /// Cosines of their widest corners.
     least_cosines: [f32; 2],
     scale: Scale,
-    /// What is outside counts by this scale; `None` if not at all.
+    /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
     /// Whether bounds with a secant are those of deviations, at most and at least.
     counts_secant: [bool; 2],
@@ -95,11 +94,11 @@ pub(crate) struct Allowed<L> {
     pub(crate) fine: [L; 2],
 }
 
-/// What a look at eight instances tells.
+/// Result of the test of eight instances.
 pub(crate) struct Looked {
-    /// The bits of those that stay as they are.
+    /// Bits of the instances that keep their cuts.
     pub(crate) kept: u32,
-    /// Of those that are outside of the view and cast no shadow into it, where what is outside counts.
+    /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
     pub(crate) dark: u32,
     allowed: Allowed<f32x8>,
 }
@@ -235,7 +234,8 @@ impl KeepTest {
         })
     }
 
-    /// How far a motion of the camera moves the groups of an instance, if that stays within the view meanwhile.
+    /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
+    /// edge meanwhile.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
         // Nothing is known of errors that have other limits than those of the field's bounds.
         if !self.is_usable || self.tests_sizes() || self.least_relaxation != 1.0 {

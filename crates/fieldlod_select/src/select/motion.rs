@@ -2,9 +2,9 @@
 //!
 //! A camera that travels by `t` and turns by `θ` displaces a point at the distance `ρ` by at most `t + θ ρ` in camera
 //! space, and its direction from the point by at most `t / (ρ − t)`. The criterion bounds the field over a group's
-//! sphere. Over a sphere whose radius is larger by the displacement, the bound holds wherever the group gets to; over one
-//! whose radius is smaller by it, even negative, no place gives less. If groups that are not refined pass the first test
-//! and refined ones the second, no group is decided anew until the camera has moved as far.
+//! sphere: with the displacement added to its radius, the bound holds for every displaced group; with the displacement
+//! subtracted, even below zero, no displaced group has a smaller bound. If the groups that are not refined stay below
+//! the threshold by the first, and the others above it by the second, the cut holds for the whole motion.
 
 use super::frame::Input;
 use crate::view::stretch::largest_stretch;

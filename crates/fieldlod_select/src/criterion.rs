@@ -124,7 +124,7 @@ pub(crate) fn usable_deviation(group: &Group) -> f32 {
     group.deviation_in_local.min(UNMEASURED)
 }
 
-/// What the criterion reads of a group, in local space.
+/// Input of the criterion from a group, in local space.
 #[derive(Clone, Copy)]
 pub(crate) struct CriterionInput<L> {
     pub(crate) center: V3<L>,
@@ -187,13 +187,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
         }
     }
 
-    /// What is compared with [`LodSettings::threshold_px`], of groups that are not terminal.
+    /// The error to compare with [`LodSettings::threshold_px`], of groups that are not terminal.
     #[inline(always)]
     pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
         // The sphere in camera space, and what the view knows of it.
         let seen = self.seen(group, was_refined);
         let extent = self.extent(&seen, was_refined);
-        // What scales both errors.
+        // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
         // e √(c (4 V + 0.4 p) o); where the strength has no bound, no factor may hide that.

@@ -1,4 +1,4 @@
-//! What there is to select from: meshes and where they stand.
+//! The input of selection: meshes and their placements.
 
 pub(crate) mod columns;
 mod journal;
@@ -146,9 +146,9 @@ impl Scene {
         }
     }
 
-    /// Lets selection refine only those groups of a mesh whose units are `at_hand`, by their index: for
-    /// meshes that are loaded in parts. What would be refined and is not is drawn at the finest level that
-    /// is there ([`Selector::demand`](crate::Selector::demand) tells what is missing). Terminal groups
+    /// Restricts refinement to groups of a mesh whose units are `at_hand`, by group index: for meshes that are loaded
+    /// in parts. Missing groups are drawn at the finest loaded level ([`Selector::demand`](crate::Selector::demand)
+    /// lists them). Terminal groups
     /// always count as at hand, and none does without all coarser groups that simplify what it produces.
     pub fn set_available(&mut self, mesh: MeshId, at_hand: impl Fn(u32) -> bool) {
         self.meshes[mesh.index()].table.set_available(at_hand);
@@ -291,7 +291,7 @@ impl Scene {
             .flatten()
     }
 
-    /// Where an instance is, or was last.
+    /// Placement of an instance, or its last one if it was removed.
     #[must_use]
     pub fn placement(&self, instance: InstanceId) -> Affine3A {
         self.instances[instance.index()].world_from_local

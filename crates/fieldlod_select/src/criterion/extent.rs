@@ -1,4 +1,4 @@
-//! Where a group's sphere lies in a view, and the bounds of secant and depth in its visible part: those of
+//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part: those of
 //! `camera_field`, for one sphere or for eight.
 
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
@@ -18,7 +18,7 @@ pub(super) struct SeenSphere<L> {
     pub(super) distance: L,
 }
 
-/// What the view knows of a sphere: where it lies, and bounds if neither mask is set.
+/// The place of a sphere in a view; the bounds are valid if neither mask is set.
 pub(super) struct SeenExtent<L: Lane> {
     pub(super) outside: L::Mask,
     /// The sphere holds the camera, or its numbers are not usable.

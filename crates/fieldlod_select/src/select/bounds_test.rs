@@ -23,17 +23,17 @@ use crate::view::InstanceView;
 use crate::view::sides::Sides;
 use crate::view::stretch::least_stretch;
 
-/// What rounding may move a point by, relative to the numbers it is made of, and what it may add to an error.
+/// Rounding of points, relative to their coordinates, and of errors.
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// What the tests need of the cameras that groups enter and, once refined, leave.
+/// Bounds of the camera that groups enter, and of the wider one that refined groups leave.
 pub(crate) struct ViewBounds {
     pub(super) entering: CameraBounds,
     pub(super) leaving: CameraBounds,
 }
 
-/// What they need of one camera.
+/// Bounds of one camera.
 pub(super) struct CameraBounds {
     is_orthographic: bool,
     /// `None` where outside is not the same as below.

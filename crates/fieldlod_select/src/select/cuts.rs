@@ -11,7 +11,7 @@ use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
 use crate::scene::{InstanceId, MeshId, Scene};
 
-/// What the last selection did.
+/// Counters of the last selection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Instances tested eight at a time, outside chunks of 64 that were skipped.

@@ -77,7 +77,7 @@ struct Sighted<L> {
     slack: L,
 }
 
-/// What errors may be over their threshold and scale.
+/// Bounds of errors, divided by threshold and scale.
 struct Bounds<L> {
     /// In the view: up to the first they surely fit, above the second they surely exceed.
     in_view: [L; 2],
@@ -323,7 +323,7 @@ impl KeepTest {
         let mut outside = L::infinity();
         if let Some(scale) = &self.on_axis {
             let on_axis = bounds.on_axis[0] * L::splat(scale.coarse[width]);
-            // What is on the edge may be either.
+            // A sphere on the edge may be inside or outside.
             in_view = in_view.smaller(on_axis);
             outside = L::choose(dark, outside, on_axis);
         }
@@ -386,7 +386,7 @@ impl KeepTest {
         let is_certain = L::zero().is_below(rest);
         Bounds {
             in_view: [
-                // What reaches the camera has no limit.
+                // A sphere that reaches the camera has no bound.
                 L::choose(L::zero().is_below(gap), most, -L::infinity()),
                 L::choose(is_certain, least * gap / rest, L::infinity()),
             ],

@@ -74,7 +74,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn cuts_of_a_walk_are_those_of_single_instances(
+    fn walk_cuts_equal_naive_cuts(
         places in prop::collection::vec((vector(), 0.2f32..4.0), 150),
         camera in prop_oneof![any_camera(), any_orthographic(), Just(perspective(1.0))],
         (settings, is_plain) in (any_settings(), any::<bool>()),

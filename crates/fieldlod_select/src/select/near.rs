@@ -6,7 +6,7 @@ use super::frame::Frame;
 use super::keep_test::Allowed;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
-use crate::lanes::V3;
+use crate::lanes::{Lane, V3};
 use crate::scene::MeshId;
 use crate::scene::table::GroupTable;
 use crate::view::InstanceView;
@@ -293,7 +293,7 @@ impl SceneCuts {
         let limits = table.errors_at(None).limits(&frame.units, 1.0);
         let limits = limits.scaled(scene.columns.error_scales[index as usize]);
         let has_limits =
-            settings.visible_flux.is_some() || limits.highest <= near.allowed.coarse[0];
+            settings.visible_flux.is_some() || !near.allowed.coarse[0].is_below(limits.highest);
         let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
         self.memories[index as usize].state = InstanceState::Mixed(key);
         if is_coarsest {

@@ -3,15 +3,18 @@
 //!
 //! Run with `cargo run --release -p bevy_fieldlod --example minimal`.
 
+mod common;
+
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
-fn main() {
+fn main() -> AppExit {
     App::new()
-        .add_plugins((DefaultPlugins, FieldLodPlugin))
+        // In a game: `DefaultPlugins` in place of `common::plugins()`.
+        .add_plugins((common::plugins(), FieldLodPlugin))
         .add_systems(Startup, setup)
         .add_systems(Update, (move_camera, count_triangles))
-        .run();
+        .run()
 }
 
 fn setup(

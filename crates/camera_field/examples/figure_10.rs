@@ -9,20 +9,16 @@
 
 mod drawing;
 
-use std::path::Path;
-
 use camera_field::double::Intrinsics;
 use drawing::{
-    Area, Fallible, INK, OTHER, OURS, arrow, blues, contains, curve, dot, flat, out_folder,
-    picture, plane, polar, save, shade, wide_camera,
+    Area, Color, Fallible, OTHER, OURS, arrow, blues, contains, curve, draw, flat, plane, polar,
+    shade, wide_camera,
 };
-use glam::{DVec2, dvec2, dvec3};
-use plotters::style::Color;
+use glam::{dvec2, dvec3};
 
 /// Level surface and gradient at an angle off the axis.
 #[derive(Clone, Copy, Debug)]
 struct GradientAtAngle {
-    off_axis_deg: f64,
     /// Distance of the level surface, relative to its distance on the axis.
     level_radius_over_axis: f64,
     /// Angle between the gradient and the direction to the camera: `atan(3/2 tan φ)`.
@@ -31,34 +27,23 @@ struct GradientAtAngle {
     strength_over_level: f64,
 }
 
-/// Strengths of the level surfaces, for a focal length of 1.
-const LEVELS: [f64; 6] = [0.6, 1.0, 1.8, 3.6, 9.0, 36.0];
-/// Half of the field of view that is drawn, in radians.
+const ANGLES_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
+/// Strengths of the drawn level surfaces, for a focal length of 1.
+const LEVELS: [f64; 5] = [0.6, 1.0, 1.8, 3.6, 9.0];
+/// Half of the drawn field of view, in radians.
 const WIDEST: f64 = 1.22;
 
 fn main() -> Fallible {
+    let camera = wide_camera(1.0);
     println!("off axis    level radius / axis    gradient off camera    strength / level");
-    for at in figure(&out_folder()?)? {
+    for degrees in ANGLES_DEG {
+        let at = gradient_at(&camera, degrees);
         println!(
-            "{:>5} deg{:>23.4}{:>19.3} deg{:>20.12}",
-            at.off_axis_deg,
-            at.level_radius_over_axis,
-            at.gradient_off_camera_deg,
-            at.strength_over_level
+            "{degrees:>5} deg{:>23.4}{:>19.3} deg{:>20.12}",
+            at.level_radius_over_axis, at.gradient_off_camera_deg, at.strength_over_level
         );
     }
-    Ok(())
-}
-
-/// Draws `figure_10.svg` and returns the numbers.
-fn figure(folder: &Path) -> Fallible<Vec<GradientAtAngle>> {
-    let camera = wide_camera(1.0);
-    let path = folder.join("figure_10.svg");
-    let whole = picture(&path, (920, 560))?;
-    draw_cut(&whole, &camera)?;
-    save(&whole, &path)?;
-    let angles = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
-    Ok(angles.map(|degrees| gradient_at(&camera, degrees)).into())
+    draw("figure_10.svg", (920, 560), |area| draw_cut(area, &camera))
 }
 
 fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
@@ -66,7 +51,6 @@ fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
     let radius = |phi: f64| camera.level_radius(1.0, phi.cos());
     let p = polar(radius(phi), phi);
     GradientAtAngle {
-        off_axis_deg,
         level_radius_over_axis: radius(phi) / radius(0.0),
         gradient_off_camera_deg: camera.gradient(p).angle_between(-p).to_degrees(),
         strength_over_level: camera.strength(p),
@@ -74,8 +58,7 @@ fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
 }
 
 fn draw_cut(area: &Area, camera: &Intrinsics) -> Fallible {
-    let title =
-        "strength (shade), level surfaces (blue), gradient (orange), direction to the camera (ink)";
+    let title = "strength (shade), level surfaces (blue), gradient (orange)";
     let mut chart = plane(area, title, dvec2(0.0, 0.72), 330.0)?;
     shade(&mut chart, 0.02, |at| {
         let p = dvec3(at.x, 0.0, at.y);
@@ -83,23 +66,19 @@ fn draw_cut(area: &Area, camera: &Intrinsics) -> Fallible {
         is_in_view.then(|| blues(0.12 + 0.09 * camera.strength(p).ln()))
     })?;
     for level in LEVELS {
+        let at = |phi: f64| polar(camera.level_radius(level, phi.cos()), phi);
         let angles = (-100..=100).map(|step| WIDEST * f64::from(step) / 100.0);
-        let points = angles.map(|phi| flat(polar(camera.level_radius(level, phi.cos()), phi)));
+        let points = angles.map(|phi| flat(at(phi)));
         curve(&mut chart, points, OURS.stroke_width(2))?;
-    }
-    // The innermost surface has no room for arrows. All arrows have one length.
-    for &level in &LEVELS[..5] {
         for step in -5..=5 {
-            let phi = f64::from(step) * 0.215;
-            let p = polar(camera.level_radius(level, phi.cos()), phi);
+            let p = at(f64::from(step) * 0.215);
             let along = flat(camera.gradient(p).normalize()) * 0.11;
             if contains(&chart, flat(p)) {
-                curve(&mut chart, [flat(p), flat(p * 0.93)], INK)?;
                 arrow(&mut chart, flat(p), flat(p) + along, OTHER)?;
             }
         }
     }
-    dot(&mut chart, DVec2::ZERO, 5, INK)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -108,13 +87,12 @@ mod tests {
 
     #[test]
     fn level_surfaces_are_level_and_gradients_turn_off_the_axis() {
-        let folder = tempfile::tempdir().unwrap();
-        for at in figure(folder.path()).unwrap() {
+        for degrees in ANGLES_DEG {
+            let at = gradient_at(&wide_camera(1.0), degrees);
             assert!((at.strength_over_level - 1.0).abs() < 1e-12, "{at:?}");
-            let expected = (1.5 * at.off_axis_deg.to_radians().tan()).atan();
+            let expected = (1.5 * degrees.to_radians().tan()).atan();
             let error = at.gradient_off_camera_deg - expected.to_degrees();
-            assert!(error.abs() < 1e-5, "{at:?}");
+            assert!(error.abs() < 1e-5, "{degrees}: {at:?}");
         }
-        assert!(folder.path().join("figure_10.svg").exists());
     }
 }

@@ -10,22 +10,15 @@
 mod drawing;
 
 use core::f64::consts::TAU;
-use std::path::Path;
 
 use camera_field::double::Intrinsics;
-use drawing::{
-    Area, Fallible, OTHER, OURS, Series, curve, fill, graph, out_folder, picture, plane, polar,
-    save,
-};
+use drawing::{Area, Color, Fallible, OTHER, curve, draw, fill, plane, polar};
 use glam::{DVec2, dvec2, dvec3};
-use plotters::chart::SeriesLabelPosition;
-use plotters::style::Color;
 
-/// The pattern of one sample at an angle off the axis: the image of a round pixel on the plane across the
+/// The pattern of one sample at an angle off the axis: a round pixel, projected onto the plane across the
 /// sight ray.
 #[derive(Clone, Copy, Debug)]
 struct PatternAtAngle {
-    off_axis_deg: f64,
     /// The paper's aspect ratio, `cos φ`.
     cos_phi: f64,
     /// Width over height of the exact pattern, for a focal length of 100 pixels.
@@ -38,52 +31,14 @@ const ANGLES_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0];
 
 fn main() -> Fallible {
     println!("off axis      cos phi    measured, 100 px    measured, 1000 px");
-    for at in figure(&out_folder()?)? {
+    for degrees in ANGLES_DEG {
+        let at = pattern_at(degrees);
         println!(
-            "{:>5} deg{:>12.6}{:>20.6}{:>21.6}",
-            at.off_axis_deg, at.cos_phi, at.measured_at_100_px, at.measured_at_1000_px
+            "{degrees:>5} deg{:>12.6}{:>20.6}{:>21.6}",
+            at.cos_phi, at.measured_at_100_px, at.measured_at_1000_px
         );
     }
-    Ok(())
-}
-
-/// Draws `figure_11.svg` and returns the numbers.
-fn figure(folder: &Path) -> Fallible<Vec<PatternAtAngle>> {
-    let angles = ANGLES_DEG.map(pattern_at);
-    let path = folder.join("figure_11.svg");
-    let whole = picture(&path, (1080, 460))?;
-    let (left, right) = whole.split_horizontally(560);
-    draw_patterns(&left)?;
-    let cosine = (0..=90).map(|deg: u8| dvec2(deg.into(), f64::from(deg).to_radians().cos()));
-    let measured = angles
-        .iter()
-        .map(|at| dvec2(at.off_axis_deg, at.measured_at_1000_px));
-    let series = [
-        Series {
-            name: "cos phi",
-            color: OURS,
-            points: cosine.collect(),
-        },
-        Series {
-            name: "measured, 1000 px",
-            color: OTHER,
-            points: measured.collect(),
-        },
-    ];
-    let (x, y) = (
-        ("degrees off the axis", 0.0..90.0),
-        ("width / height", 0.0..1.0),
-    );
-    graph(
-        &right,
-        "aspect ratio of the sampling pattern",
-        x,
-        y,
-        &series,
-        SeriesLabelPosition::LowerLeft,
-    )?;
-    save(&whole, &path)?;
-    Ok(angles.into())
+    draw("figure_11.svg", (560, 220), draw_patterns)
 }
 
 fn pattern_at(off_axis_deg: f64) -> PatternAtAngle {
@@ -93,7 +48,6 @@ fn pattern_at(off_axis_deg: f64) -> PatternAtAngle {
         extent(&pattern, |p| p.x) / extent(&pattern, |p| p.y)
     };
     PatternAtAngle {
-        off_axis_deg,
         cos_phi: Intrinsics::aspect_ratio(polar(1.0, phi)),
         measured_at_100_px: measured(100.0),
         measured_at_1000_px: measured(1000.0),
@@ -113,7 +67,7 @@ fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
     let u_phi = dvec3(phi.cos(), 0.0, -phi.sin());
     let point = |step: u32| {
         let on_pixel = DVec2::from_angle(f64::from(step) / 720.0 * TAU) * radius;
-        // Where the ray meets the plane through the centre, across the sight ray.
+        // Intersection of the ray and the plane through the centre, across the sight ray.
         let ray = center + on_pixel.extend(0.0);
         let offset = ray * (center.length() / ray.dot(sight)) - center;
         dvec2(offset.dot(u_phi), offset.y)
@@ -121,20 +75,16 @@ fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
     (0..720).map(point).collect()
 }
 
-/// Patterns as seen along the sight ray, each scaled to one height.
+/// Draws patterns along the sight ray, each scaled to one height.
 fn draw_patterns(area: &Area) -> Fallible {
     let title = "one sample at 0, 30, 60 and 75 degrees, seen along the sight ray";
     let mut chart = plane(area, title, dvec2(1.5, 0.0), 130.0)?;
     for (index, degrees) in [0.0_f64, 30.0, 60.0, 75.0].into_iter().enumerate() {
         let outline = pattern(degrees.to_radians(), 1e-3);
         let scale = 0.8 / extent(&outline, |p| p.y);
-        let points = || {
-            outline
-                .iter()
-                .map(|p| *p * scale + dvec2(index as f64, 0.0))
-        };
-        fill(&mut chart, points(), OTHER.mix(0.4))?;
-        curve(&mut chart, points(), OTHER.stroke_width(2))?;
+        let place = |p: &DVec2| *p * scale + dvec2(index as f64, 0.0);
+        fill(&mut chart, outline.iter().map(place), OTHER.mix(0.4))?;
+        curve(&mut chart, outline.iter().map(place), OTHER.stroke_width(2))?;
     }
     Ok(())
 }
@@ -145,17 +95,10 @@ mod tests {
 
     #[test]
     fn patterns_have_the_aspect_ratio_of_the_cosine() {
-        let folder = tempfile::tempdir().unwrap();
-        for at in figure(folder.path()).unwrap() {
-            assert!(
-                (at.measured_at_100_px / at.cos_phi - 1.0).abs() < 1e-5,
-                "{at:?}"
-            );
-            assert!(
-                (at.measured_at_1000_px / at.cos_phi - 1.0).abs() < 1e-6,
-                "{at:?}"
-            );
+        for at in ANGLES_DEG.map(pattern_at) {
+            let [coarse, fine] = [at.measured_at_100_px, at.measured_at_1000_px];
+            assert!((coarse / at.cos_phi - 1.0).abs() < 1e-5, "{at:?}");
+            assert!((fine / at.cos_phi - 1.0).abs() < 1e-6, "{at:?}");
         }
-        assert!(folder.path().join("figure_11.svg").exists());
     }
 }

@@ -1,8 +1,7 @@
 //! Figure 15: a model drawn from splats (§4.1.1), beside its triangles.
 //!
 //! Splats are drawn in two passes: depth first, then the colours of all splats near that depth, weighted by a
-//! Gaussian and normalised. Above: triangles, splats with the paper's kernel, splats with the sheared kernel.
-//! Below: the paper's kernel minus triangles, times 2; either kernel minus exact splats, times 8.
+//! Gaussian and normalised.
 //!
 //! `cargo run -p camera_field --example figure_15 -- paper-out`
 #![expect(
@@ -14,12 +13,11 @@
 mod drawing;
 
 use core::f64::consts::{PI, TAU};
-use std::path::Path;
 
 use camera_field::double::{Intrinsics, Pose, PosedCamera, SplatKernel, Surfel};
 use drawing::{Fallible, Random, out_folder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 
 /// Differences of a picture of splats from that of the triangles.
 #[derive(Clone, Copy, Debug)]
@@ -50,70 +48,57 @@ const SIDE: usize = 400;
 const SAMPLES: u32 = 9000;
 
 fn main() -> Fallible {
+    let (reference, splats) = draw_all();
     println!("kernel     RMSE    to exact splats, of 255    missing px    extra px");
-    for (kind, errors) in KINDS.iter().zip(figure(&out_folder()?)?) {
-        let SplatErrors {
-            rmse,
-            rmse_to_exact_splats,
-            missing_px,
-            extra_px,
-        } = errors;
-        let name = format!("{kind:?}");
-        println!("{name:7}{rmse:>8.2}{rmse_to_exact_splats:>27.2}{missing_px:>14}{extra_px:>12}");
+    for (kind, image) in KINDS.iter().zip(&splats) {
+        let errors = errors(&reference, &splats[2], image);
+        println!(
+            "{:7}{:>8.2}{:>27.2}{:>14}{:>12}",
+            format!("{kind:?}"),
+            errors.rmse,
+            errors.rmse_to_exact_splats,
+            errors.missing_px,
+            errors.extra_px
+        );
     }
-    Ok(())
+    save(&reference, &splats)
 }
 
-/// Draws `figure_15.png` and returns the numbers for each of [`KINDS`].
-fn figure(folder: &Path) -> Fallible<[SplatErrors; 3]> {
-    // Near the model and wide, so that perspective is strong.
+/// Triangles, and splats with each of [`KINDS`].
+fn draw_all() -> (Image, [Image; 3]) {
+    // A close and wide camera has strong perspective.
     let camera = PosedCamera {
         intrinsics: Intrinsics::centered(190.0, DVec2::splat(SIDE as f64)),
         pose: Pose::looking_at(dvec3(0.2, -0.5, -2.05), DVec3::ZERO, DVec3::NEG_Y),
     };
     let triangles = torus_knot();
     let (samples, stratum) = sample_surface(&triangles, &mut Random::new(15));
-    // Disks of eight strata: random samples leave few gaps.
+    // Disks of eight strata leave few gaps between random samples.
     let radius = (8.0 * stratum / PI).sqrt();
-    let reference = draw_triangles(&camera, &triangles);
     let splats = KINDS.map(|kind| draw_splats(&camera, &samples, radius, kind));
-    let [paper, sheared, exact] = &splats;
-    // Six panels in two rows.
-    let mut picture = RgbImage::from_pixel(3 * SIDE as u32, 2 * SIDE as u32, Rgb([255; 3]));
-    let mut panel = |column: u32, row: u32, color_at: &dyn Fn(usize) -> DVec3| {
-        for index in 0..SIDE * SIDE {
-            let color = color_at(index).clamp(DVec3::ZERO, DVec3::ONE) * 255.0;
-            let (x, y) = ((index % SIDE) as u32, (index / SIDE) as u32);
-            let at = (column * SIDE as u32 + x, row * SIDE as u32 + y);
-            picture.put_pixel(at.0, at.1, Rgb(color.to_array().map(|level| level as u8)));
-        }
-    };
-    panel(0, 0, &|index| reference.color[index]);
-    panel(1, 0, &|index| paper.color[index]);
-    panel(2, 0, &|index| sheared.color[index]);
-    panel(0, 1, &|index| {
-        (paper.color[index] - reference.color[index]) * 2.0 + 0.5
-    });
-    panel(1, 1, &|index| {
-        (paper.color[index] - exact.color[index]) * 8.0 + 0.5
-    });
-    panel(2, 1, &|index| {
-        (sheared.color[index] - exact.color[index]) * 8.0 + 0.5
-    });
-    let path = folder.join("figure_15.png");
+    (draw_triangles(&camera, &triangles), splats)
+}
+
+/// Draws triangles, and splats with the paper's kernel and with the sheared kernel, side by side.
+fn save(reference: &Image, [paper, sheared, _]: &[Image; 3]) -> Fallible {
+    let mut picture = RgbImage::new(3 * SIDE as u32, SIDE as u32);
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let panel = [reference, paper, sheared][x as usize / SIDE];
+        let color = panel.color[y as usize * SIDE + x as usize % SIDE];
+        let levels = color.clamp(DVec3::ZERO, DVec3::ONE) * 255.0;
+        pixel.0 = levels.to_array().map(|level| level as u8);
+    }
+    let path = out_folder()?.join("figure_15.png");
     let saved = picture.save(&path);
     saved.map_err(|error| format!("could not write {}: {error}", path.display()))?;
-    Ok(splats
-        .each_ref()
-        .map(|image| errors(&reference, exact, image)))
+    Ok(())
 }
 
 fn errors(reference: &Image, exact: &Image, image: &Image) -> SplatErrors {
     let only = |one: &Image, other: &Image| {
         let indices = 0..SIDE * SIDE;
-        indices
-            .filter(|&index| one.covers(index) && !other.covers(index))
-            .count()
+        let only = indices.filter(|&index| one.covers(index) && !other.covers(index));
+        only.count()
     };
     SplatErrors {
         rmse: rmse_of_255(reference, image),
@@ -136,7 +121,7 @@ fn rmse_of_255(one: &Image, other: &Image) -> f64 {
 #[derive(Clone, Debug)]
 struct Image {
     color: Vec<DVec3>,
-    /// Depth along the axis; infinite where nothing was drawn.
+    /// Depth along the axis. Infinite for uncovered pixels.
     depth: Vec<f64>,
 }
 
@@ -179,7 +164,7 @@ fn pixels_near(middle_px: DVec2, reach: DVec2) -> impl Iterator<Item = (usize, D
 struct Vertex {
     position: DVec3,
     normal: DVec3,
-    /// Colour before light.
+    /// Unlit colour.
     albedo: DVec3,
 }
 
@@ -227,7 +212,7 @@ impl Vertex {
     }
 }
 
-/// The model's triangles; their fronts are outside.
+/// The triangles of the model. Their fronts are outside.
 fn torus_knot() -> Vec<[Vertex; 3]> {
     const ALONG: u32 = 720;
     const AROUND: u32 = 80;
@@ -257,9 +242,8 @@ fn sample_surface(triangles: &[[Vertex; 3]], random: &mut Random) -> (Vec<Vertex
     let (mut index, mut passed, mut samples) = (0u32, 0.0, Vec::new());
     for triangle in triangles {
         passed += area(triangle);
-        // All strata whose point lies within this triangle.
         while next < passed {
-            // Evenly over a triangle: fold the unit square.
+            // Folding the unit square gives an even distribution over the triangle.
             let (u, v) = (random.unit(), random.unit());
             let (u, v) = if u + v > 1.0 {
                 (1.0 - u, 1.0 - v)
@@ -278,7 +262,6 @@ fn sample_surface(triangles: &[[Vertex; 3]], random: &mut Random) -> (Vec<Vertex
 fn draw_triangles(camera: &PosedCamera, triangles: &[[Vertex; 3]]) -> Image {
     let mut image = Image::new();
     for triangle in triangles {
-        // Only fronts before the camera.
         let corners = triangle.map(|vertex| camera.pose.to_camera(vertex.position));
         let [p0, p1, p2] = corners;
         let volume = p0.dot((p1 - p0).cross(p2 - p0));
@@ -290,7 +273,7 @@ fn draw_triangles(camera: &PosedCamera, triangles: &[[Vertex; 3]]) -> Image {
         let reach = (pixels[0].max(pixels[1]).max(pixels[2]) - least) * 0.5;
         for (index, pixel) in pixels_near(least + reach, reach) {
             let ray = (pixel / camera.intrinsics.focal_px).extend(1.0);
-            // The point of the plane at depth 1/Σw, with barycentric weights w/Σw.
+            // The point of the plane has the depth 1/Σw and the barycentric weights w/Σw.
             let weights = [(p1, p2), (p2, p0), (p0, p1)].map(|(a, b)| ray.dot(a.cross(b)) / volume);
             let depth = 1.0 / weights.iter().sum::<f64>();
             let is_inside = weights.iter().all(|&weight| weight >= 0.0);
@@ -304,7 +287,7 @@ fn draw_triangles(camera: &PosedCamera, triangles: &[[Vertex; 3]]) -> Image {
     image
 }
 
-/// A surfel as the camera sees it.
+/// A surfel in camera space.
 struct Splat {
     kernel: SplatKernel,
     depth: f64,
@@ -312,7 +295,7 @@ struct Splat {
 }
 
 impl Splat {
-    /// `None` for surfels that face away.
+    /// Returns `None` if the surfel faces away.
     fn new(camera: &PosedCamera, sample: &Vertex, radius: f64) -> Option<Self> {
         let center = camera.pose.to_camera(sample.position);
         let normal = camera.pose.direction_to_camera(sample.normal.normalize());
@@ -329,7 +312,7 @@ impl Splat {
         })
     }
 
-    /// The covered pixels, each with its point of the unit disk and its depth.
+    /// The covered pixels, with their points of the unit disk and their depths.
     fn pixels(&self, kind: KernelKind) -> impl Iterator<Item = (usize, DVec2, f64)> {
         let (middle_px, [a, b]) = self.kernel.ellipse();
         let affine = self.kernel.axes_px[0].abs() + self.kernel.axes_px[1].abs();
@@ -358,7 +341,7 @@ fn draw_splats(camera: &PosedCamera, samples: &[Vertex], radius: f64, kind: Kern
             image.depth[index] = image.depth[index].min(depth);
         }
     }
-    // Colours up to one radius behind the nearest surface.
+    // Blends colours up to one radius behind the nearest surface.
     let mut sums = vec![(DVec3::ZERO, 0.0); SIDE * SIDE];
     for splat in &splats {
         for (index, e, depth) in splat.pixels(kind) {
@@ -383,14 +366,13 @@ mod tests {
 
     #[test]
     fn sheared_splats_are_nearer_to_exact_splats() {
-        let folder = tempfile::tempdir().unwrap();
-        let [paper, sheared, exact] = figure(folder.path()).unwrap();
-        assert!(
-            sheared.rmse_to_exact_splats < 0.5 * paper.rmse_to_exact_splats,
-            "{sheared:?}"
-        );
+        let (reference, splats) = draw_all();
+        let [paper, sheared, exact] = splats
+            .each_ref()
+            .map(|image| errors(&reference, &splats[2], image));
+        let [of_paper, of_sheared] = [&paper, &sheared].map(|errors| errors.rmse_to_exact_splats);
+        assert!(of_sheared < 0.5 * of_paper, "{paper:?} {sheared:?}");
         assert!(sheared.rmse < paper.rmse, "{paper:?} {sheared:?}");
         assert_eq!((sheared.missing_px, exact.rmse_to_exact_splats), (0, 0.0));
-        assert!(folder.path().join("figure_15.png").exists());
     }
 }

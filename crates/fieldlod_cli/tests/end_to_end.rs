@@ -1,12 +1,12 @@
-//! The program on the command line.
+//! The `fieldlod` program.
+
+mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use fieldlod_bake::SourceMesh;
-use fieldlod_hierarchy::Vertices;
-use glam::Vec3;
+use common::{glb, grid, parts};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -21,52 +21,33 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A flat grid of `2 · cells²` triangles as a GLB.
-fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
-    let side = cells + 1;
-    let corner = |i: u32| Vec3::new((i / side) as f32, 0.0, (i % side) as f32);
-    let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
-    let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
-    let path = folder.join("grid.glb");
-    let positions: Vec<Vec3> = (0..side * side).map(corner).collect();
-    let grid = SourceMesh {
-        vertices: Vertices {
-            normals: vec![Vec3::Y; positions.len()],
-            positions,
-            ..Vertices::default()
-        },
-        indices: triangles.collect(),
-        ..SourceMesh::default()
-    };
-    write_glb(&path, &grid);
-    path
+/// Runs a command that must succeed, and returns its output.
+fn output(arguments: &[&str]) -> String {
+    let output = fieldlod(arguments);
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
 }
 
-/// The triangles of a mesh with their normals, and then its vertices as points.
-fn write_glb(path: &Path, mesh: &SourceMesh) {
-    let count = mesh.positions.len();
-    let least = mesh.positions.iter().copied().reduce(Vec3::min).unwrap();
-    let most = mesh.positions.iter().copied().reduce(Vec3::max).unwrap();
-    let (min, max) = (least.to_array(), most.to_array());
-    let bytes = |vectors: &[Vec3]| -> Vec<u8> {
-        let numbers = vectors.iter().flat_map(Vec3::to_array);
-        numbers.flat_map(f32::to_le_bytes).collect()
-    };
-    let (positions, normals) = (bytes(&mesh.positions), bytes(&mesh.normals));
-    let indices = mesh.indices.iter().flat_map(|index| index.to_le_bytes());
-    let indices: Vec<u8> = indices.collect();
-    let (p, n, i) = (positions.len(), normals.len(), indices.len());
+/// Writes a flat grid of `2 · cells²` triangles, and its vertices as points.
+fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
+    let [positions, indices] = grid(cells);
+    let count = positions.len() / 12;
+    let normals = [0.0f32, 1.0, 0.0]
+        .map(f32::to_le_bytes)
+        .concat()
+        .repeat(count);
+    let (p, i) = (positions.len(), indices.len());
     let json = json!({
         "asset": { "version": "2.0" },
-        "buffers": [{ "byteLength": p + n + i }],
+        "buffers": [{ "byteLength": p + p + i }],
         "bufferViews": [
             { "buffer": 0, "byteOffset": 0, "byteLength": p },
-            { "buffer": 0, "byteOffset": p, "byteLength": n },
-            { "buffer": 0, "byteOffset": p + n, "byteLength": i },
+            { "buffer": 0, "byteOffset": p, "byteLength": p },
+            { "buffer": 0, "byteOffset": p + p, "byteLength": i },
         ],
         "accessors": [
             { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count,
-              "min": min, "max": max },
+              "min": [0, 0, 0], "max": [cells, 0, cells] },
             { "bufferView": 1, "componentType": 5126, "type": "VEC3", "count": count },
             { "bufferView": 2, "componentType": 5125, "type": "SCALAR", "count": i / 4 },
         ],
@@ -75,34 +56,17 @@ fn write_glb(path: &Path, mesh: &SourceMesh) {
             { "attributes": { "POSITION": 0, "NORMAL": 1 }, "mode": 0 },
         ] }],
     });
-    fs::write(path, glb(&json, &[positions, normals, indices].concat())).unwrap();
+    let path = folder.join("grid.glb");
+    fs::write(&path, glb(&json, &[positions, normals, indices].concat())).unwrap();
+    path
 }
 
 /// Changes the JSON of a file.
 fn change(path: &Path, change: impl FnOnce(&mut Value)) {
     let bytes = fs::read(path).unwrap();
-    let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let mut json: Value = serde_json::from_slice(&bytes[20..binary]).unwrap();
+    let (mut json, binary) = parts(&bytes);
     change(&mut json);
-    fs::write(path, glb(&json, &bytes[binary + 8..])).unwrap();
-}
-
-fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut json = json.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let length = 12 + 8 + json.len() + 8 + binary.len();
-    let mut bytes = b"glTF".to_vec();
-    bytes.extend(
-        [2, length as u32, json.len() as u32]
-            .iter()
-            .flat_map(|n| n.to_le_bytes()),
-    );
-    bytes.extend(b"JSON");
-    bytes.extend(json);
-    bytes.extend((binary.len() as u32).to_le_bytes());
-    bytes.extend(b"BIN\0");
-    bytes.extend(binary);
-    bytes
+    fs::write(path, glb(&json, binary)).unwrap();
 }
 
 #[test]
@@ -113,27 +77,17 @@ fn bakes_and_inspects() {
 
     let bake = fieldlod(&["bake", text(&input), "-o", text(&output)]);
     assert!(bake.status.success(), "{bake:?}");
-    let said = String::from_utf8(bake.stdout).unwrap();
-    assert!(said.contains("8,192 triangles to "), "{said}");
-    assert!(
-        said.contains("skipped: mesh 0 (\"grid\"), primitive 1"),
-        "{said}"
-    );
-    assert!(
-        bake.stderr.is_empty(),
-        "progress where there is no terminal"
-    );
-
-    let inspect = fieldlod(&["inspect", text(&output)]);
-    assert!(inspect.status.success());
-    let said = String::from_utf8(inspect.stdout).unwrap();
-    assert!(
-        said.contains("mesh 0 (\"grid\"), primitive 0: 8,192 triangles"),
-        "{said}"
-    );
-
-    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
-    assert_eq!(left.len(), 2, "a temporary file was left");
+    // Without a terminal, there is no progress.
+    assert!(bake.stderr.is_empty(), "{bake:?}");
+    let shown = String::from_utf8(bake.stdout).unwrap();
+    assert!(shown.contains("8,192 triangles to "), "{shown}");
+    let skipped = "skipped: mesh 0 (\"grid\"), primitive 1";
+    assert!(shown.contains(skipped), "{shown}");
+    let shown = self::output(&["inspect", text(&output)]);
+    let expected = "mesh 0 (\"grid\"), primitive 0: 8,192 triangles";
+    assert!(shown.contains(expected), "{shown}");
+    // No temporary file remains.
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 }
 
 #[test]
@@ -149,22 +103,19 @@ fn unreadable_images_are_named() {
     });
     fs::write(folder.path().join("leaves.ktx2"), "KTX").unwrap();
 
-    let bake = fieldlod(&["bake", text(&input)]);
-    assert!(bake.status.success(), "{bake:?}");
-    let said = String::from_utf8(bake.stdout).unwrap();
+    let shown = output(&["bake", text(&input)]);
     let warning = format!(
         "warning: {}: image 0 (\"leaves.ktx2\") is ignored: it is neither PNG nor JPEG",
         input.display()
     );
-    assert!(said.contains(&warning), "{said}");
+    assert!(shown.contains(&warning), "{shown}");
 }
 
 #[test]
 fn json_is_one_object_on_standard_output() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);
-    let bake = fieldlod(&["bake", "--json", text(&input)]);
-    let report: Value = serde_json::from_slice(&bake.stdout).unwrap();
+    let report: Value = serde_json::from_str(&output(&["bake", "--json", text(&input)])).unwrap();
     assert_eq!(report["source_triangles"], 8_192);
     let bake = &report["bakes"][0];
     assert_eq!(bake["stuck"], false);
@@ -174,11 +125,11 @@ fn json_is_one_object_on_standard_output() {
         report["skipped"][0]["reason"],
         "it is made of points or lines"
     );
-    let output = input.with_extension("fieldlod");
-    assert_eq!(report["bytes"], fs::metadata(&output).unwrap().len());
+    let file = input.with_extension("fieldlod");
+    assert_eq!(report["bytes"], fs::metadata(&file).unwrap().len());
 
-    let inspect = fieldlod(&["inspect", text(&output), "--json"]);
-    let inspected: Value = serde_json::from_slice(&inspect.stdout).unwrap();
+    let inspected = output(&["inspect", text(&file), "--json"]);
+    let inspected: Value = serde_json::from_str(&inspected).unwrap();
     assert_eq!(inspected["primitives"], report["primitives"]);
     let levels = inspected["primitives"][0]["levels"].as_array().unwrap();
     assert_eq!(levels[0]["triangles"], 8_192);
@@ -186,39 +137,36 @@ fn json_is_one_object_on_standard_output() {
 }
 
 #[test]
-fn verify_passes_a_bake_and_fails_that_of_another_mesh() {
+fn verify_passes_a_bake_and_rejects_another_mesh() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 48);
-    let output = input.with_extension("fieldlod");
-    assert!(fieldlod(&["bake", text(&input)]).status.success());
-    let verify = fieldlod(&["verify", "--json", text(&input), text(&output)]);
-    assert_eq!(verify.status.code(), Some(0), "{verify:?}");
-    let report: Value = serde_json::from_slice(&verify.stdout).unwrap();
+    let file = input.with_extension("fieldlod");
+    output(&["bake", text(&input)]);
+    let report = output(&["verify", "--json", text(&input), text(&file)]);
+    let report: Value = serde_json::from_str(&report).unwrap();
     assert_eq!(report["passed"], true);
     assert_eq!(report["primitives"][0]["cuts"], 200);
 
     grid_glb(folder.path(), 47);
-    let verify = fieldlod(&["verify", text(&input), text(&output)]);
+    let verify = fieldlod(&["verify", text(&input), text(&file)]);
     assert_eq!(verify.status.code(), Some(1));
-    let said = String::from_utf8(verify.stdout).unwrap();
-    assert!(
-        said.contains("FAILED: it was baked from another mesh"),
-        "{said}"
-    );
+    let shown = String::from_utf8(verify.stdout).unwrap();
+    let expected = "FAILED: it was baked from another mesh";
+    assert!(shown.contains(expected), "{shown}");
 }
 
-/// Runs a command that must fail with one line that names the file and holds `fault`.
+/// Runs a command that must fail with one line that names the file and contains `fault`.
 fn assert_fails(arguments: &[&str], file: &Path, fault: &str) {
     let output = fieldlod(arguments);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(output.stdout.is_empty(), "{output:?}");
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(said.lines().count(), 1, "{said}");
+    let shown = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(shown.lines().count(), 1, "{shown}");
+    let start = format!("error: {}: ", file.display());
     assert!(
-        said.starts_with(&format!("error: {}: ", file.display())),
-        "{said}"
+        shown.starts_with(&start) && shown.contains(fault),
+        "{shown}"
     );
-    assert!(said.contains(fault), "{said}");
 }
 
 #[test]
@@ -323,17 +271,14 @@ fn quantized_files_are_smaller_and_deterministic() {
     let output = input.with_extension("fieldlod");
     let bake = |arguments: &[&str]| {
         let arguments = [&["bake", text(&input)], arguments].concat();
-        assert!(fieldlod(&arguments).status.success());
+        self::output(&arguments);
         fs::read(&output).unwrap()
     };
     let (lossless, quantized) = (bake(&[]), bake(&["--quantize"]));
     assert!(quantized.len() < lossless.len());
-    let inspect = fieldlod(&["inspect", text(&output)]);
-    let said = String::from_utf8(inspect.stdout).unwrap();
-    assert!(
-        said.contains("quantized: positions differ by up to "),
-        "{said}"
-    );
+    let shown = self::output(&["inspect", text(&output)]);
+    let expected = "quantized: positions differ by up to ";
+    assert!(shown.contains(expected), "{shown}");
     assert!(bake(&[]) == lossless && bake(&["--quantize"]) == quantized);
 }
 
@@ -343,10 +288,9 @@ fn files_in_pages_are_inspected() {
     let input = grid_glb(folder.path(), 100);
     let output = folder.path().join("grid.fieldpages");
     for quantize in [&[][..], &["--quantize"]] {
-        let baked = fieldlod(&[&["bake", text(&input), "--pages"], quantize].concat());
-        assert!(baked.status.success(), "{baked:?}");
-        let inspected = fieldlod(&["inspect", text(&output), "--json"]);
-        let report: Value = serde_json::from_slice(&inspected.stdout).unwrap();
+        self::output(&[&["bake", text(&input), "--pages"], quantize].concat());
+        let report = self::output(&["inspect", text(&output), "--json"]);
+        let report: Value = serde_json::from_str(&report).unwrap();
         let bytes = fs::metadata(&output).unwrap().len();
         assert_eq!(report["bytes"], bytes);
         assert_eq!(report["meshes"][0]["source_triangles"], 20_000);
@@ -371,26 +315,15 @@ fn files_without_source_vertices_are_verified() {
     let input = grid_glb(folder.path(), 64);
     let output = input.with_extension("fieldlod");
     for options in [&["--beside-source"][..], &["--beside-source", "--quantize"]] {
-        let bake = fieldlod(&[&["bake", text(&input)], options].concat());
-        assert!(bake.status.success(), "{bake:?}");
-        let inspect = fieldlod(&["inspect", text(&output)]);
-        let shown = String::from_utf8(inspect.stdout).unwrap();
-        assert!(
-            shown.contains("without the vertices of the source"),
-            "{shown}"
-        );
-        let verify = fieldlod(&["verify", text(&input), text(&output)]);
-        assert!(verify.status.success(), "{verify:?}");
+        self::output(&[&["bake", text(&input)], options].concat());
+        let shown = self::output(&["inspect", text(&output)]);
+        let expected = "without the vertices of the source";
+        assert!(shown.contains(expected), "{shown}");
+        self::output(&["verify", text(&input), text(&output)]);
     }
-    // The grid of another size.
-    let other = grid_glb(folder.path(), 32);
-    let verify = fieldlod(&["verify", text(&other), text(&output)]);
-    assert_eq!(verify.status.code(), Some(1), "{verify:?}");
-    let shown = String::from_utf8(verify.stdout).unwrap();
-    assert!(shown.contains("baked from another mesh"), "{shown}");
 }
 
-/// Whenever it is stopped, the file is the old one or the new one.
+/// The file is the old one or the new one.
 #[test]
 fn stopped_bake_leaves_no_partial_file() {
     let folder = TempDir::new().unwrap();

@@ -1,9 +1,12 @@
-//! `bake --scene`: a folder of a scene and its files.
+//! `bake --scene`: a folder with a scene and its files.
+
+mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use common::{glb, grid, parts};
 use fieldlod_bake::import_gltf;
 use fieldlod_hierarchy::{BakedFile, PagedFile};
 use serde_json::{Value, json};
@@ -18,19 +21,7 @@ fn bake(input: &Path, folder: &Path) -> Output {
         .unwrap()
 }
 
-/// Positions and indices of a flat grid.
-fn grid(cells: u32) -> [Vec<u8>; 2] {
-    let side = cells + 1;
-    let corners = (0..side * side).map(|i| [(i / side) as f32, 0.0, (i % side) as f32]);
-    let quads = (0..cells * cells).map(|q| q / cells * side + q % cells);
-    let triangles = quads.flat_map(|a| [a, a + 1, a + side, a + side, a + 1, a + side + 1]);
-    [
-        corners.flatten().flat_map(f32::to_le_bytes).collect(),
-        triangles.flat_map(u32::to_le_bytes).collect(),
-    ]
-}
-
-const IMAGE: &[u8] = b"an image, as far as this test goes";
+const IMAGE: &[u8] = b"contents of an image";
 
 /// A scene of a large and a small grid, an animation and an image.
 fn scene() -> (Value, Vec<u8>) {
@@ -87,31 +78,6 @@ fn scene() -> (Value, Vec<u8>) {
     (json, binary)
 }
 
-fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut json = json.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let length = (12 + 8 + json.len() + 8 + binary.len()) as u32;
-    let numbers = |numbers: [u32; 2]| numbers.map(u32::to_le_bytes).concat();
-    [
-        b"glTF",
-        &numbers([2, length])[..],
-        &(json.len() as u32).to_le_bytes(),
-        b"JSON",
-        &json,
-        &(binary.len() as u32).to_le_bytes(),
-        b"BIN\0",
-        binary,
-    ]
-    .concat()
-}
-
-/// JSON and data of a file.
-fn parts(glb: &[u8]) -> (Value, &[u8]) {
-    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
-    let json = serde_json::from_slice(&glb[20..20 + length]).unwrap();
-    (json, &glb[28 + length..])
-}
-
 #[test]
 fn scene_keeps_everything_except_large_meshes() {
     let folder = TempDir::new().unwrap();
@@ -150,7 +116,7 @@ fn scene_keeps_everything_except_large_meshes() {
         binary.len()
     );
 
-    // It is read again: the large mesh as its coarsest level, the small one as it was.
+    // The large mesh is its coarsest level, and the small mesh is unchanged.
     let again = import_gltf(&output.join("world.glb")).unwrap();
     let triangles: Vec<usize> = again
         .primitives
@@ -178,7 +144,7 @@ fn scene_errors_name_the_file() {
     let baked = bake(&input, &output);
     let said = String::from_utf8(baked.stderr).unwrap();
     assert!(said.contains("stone.png: could not be copied"), "{said}");
-    // The folder of the source is not a place for it.
+    // The folder of the source.
     let (json, binary) = scene();
     fs::write(&input, glb(&json, &binary)).unwrap();
     let baked = bake(&input, folder.path());

@@ -1,5 +1,5 @@
-//! How fast a file is read on one core, in bytes of decoded arrays a second, validation included;
-//! beside it what copying those arrays takes, and validation alone.
+//! Throughput of decoding and validating a file on one core, in decoded bytes per second. Copying and
+//! validation alone are measured for comparison.
 //!
 //! `cargo bench -p fieldlod_hierarchy`. The result is asserted before it is timed.
 

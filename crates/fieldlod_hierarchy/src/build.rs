@@ -1,10 +1,10 @@
-//! Hierarchies put together group by group.
+//! Builds a hierarchy group by group.
 
 use crate::bounds::Aabb;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 impl Hierarchy {
-    /// Adds a unit to the group that [`push_group`](Self::push_group) adds next.
+    /// Adds a unit to the group that the next call of [`push_group`](Self::push_group) adds.
     ///
     /// `vertices` are indices into [`Hierarchy::vertices`], and `indices` are three indices into
     /// `vertices` for each triangle.
@@ -17,10 +17,8 @@ impl Hierarchy {
     ) {
         let first_vertex = self.unit_vertices.len() as u32;
         let first_triangle = self.triangle_count();
-        // The arrays that the unit has ranges of.
         self.unit_vertices.extend(vertices);
         self.indices.extend(indices);
-        // The unit itself: its ranges are all that was added.
         self.units.push(Unit {
             aabb,
             consumed_by: self.groups.len() as u32,
@@ -32,19 +30,17 @@ impl Hierarchy {
         });
     }
 
-    /// Adds a group that consumes all units added since the last one. `finer` are the groups that
-    /// produced those units, each once.
+    /// Adds a group that consumes all units added since the last group. `finer` lists each group that
+    /// produced one of these units once.
     ///
-    /// The level and the ranges of `group` are ignored and filled in.
+    /// The level and the ranges of `group` are ignored and computed.
     pub fn push_group(&mut self, group: Group, finer: impl IntoIterator<Item = u32>) {
         let first_finer = self.finer.len();
         self.finer.extend(finer);
-        // One level above the coarsest of the finer groups. A link to a group that is still to come
-        // is left to `validate`.
+        // `validate` reports links to groups that do not exist yet.
         let links = self.finer[first_finer..].iter();
         let levels = links.filter_map(|&finer| Some(self.groups.get(finer as usize)?.level + 1));
         let level = levels.max().unwrap_or(0);
-        // The units since the last group.
         let first_unit = self.groups.last().map_or(0, |last| last.units().end) as u32;
         self.groups.push(Group {
             level,
@@ -56,7 +52,7 @@ impl Hierarchy {
         });
     }
 
-    /// Triangles of all units.
+    /// Number of triangles of all units.
     fn triangle_count(&self) -> u32 {
         (self.indices.len() / 3) as u32
     }

@@ -1,4 +1,4 @@
-//! The `.fieldlod` file: hierarchies, compact, coarsest level first.
+//! The `.fieldlod` file: compressed hierarchies, coarsest level first.
 //!
 //! ```text
 //! magic "FLDLOD\r\n" | version u32 | primitive count u32 | directory bytes u64 | XXH3 of it u64
@@ -6,19 +6,19 @@
 //!            and length u64 and XXH3 u64 of each section
 //! sections:  the first of every primitive, the second of every primitive, …
 //! ```
-//! Little-endian throughout. The magic's line end catches transfers that rewrite line ends. The
-//! first section of a primitive holds the terminal groups, each further one the groups of the next finer
-//! level.
+//! All numbers are little-endian. The line end in the magic detects transfers that rewrite line ends.
+//! The first section of a primitive holds the terminal groups. Each further section holds the groups
+//! of the next finer level.
 //!
-//! A vertex is stored once, in the first section that uses it, as the difference to what its
-//! neighbours suggest (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh
-//! Compression, 1998), its normal as the difference to that of its triangles; a triangle by the edge
-//! that it shares with one before it. What remains is entropy-coded by the pco library. A file may
-//! leave out the attributes of the source's vertices, but not which of them its triangles use.
+//! The first section that uses a vertex stores it. Attributes are stored as differences to predictions
+//! from neighbours (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh Compression,
+//! 1998). Normals are predicted from the triangles. A triangle is coded by the edge that it shares with
+//! an earlier triangle. The pco library entropy-codes the results. A file may omit the attributes of
+//! source vertices; it always stores which vertices the triangles use.
 //!
-//! Deviation: meshoptimizer's vertex and index codecs are not used. Their only kept implementation
-//! is C++, which whoever loads a file would have to link; they keep neither the order of vertices
-//! nor the corner at which a triangle begins; and they rely on a general compressor after them.
+//! meshoptimizer's vertex and index codecs do not fit: their maintained implementation is C++, which
+//! every loader would have to link. They also change the order of vertices and the first corner of
+//! triangles, and they need a general compressor behind them.
 
 mod contents;
 mod decode;
@@ -39,11 +39,11 @@ use decode::Decoder;
 use layout::Entry;
 use reader::Reader;
 
-// The arrays are written as they lie in memory.
+// Arrays are written with the byte order of memory.
 const _: () = assert!(cfg!(target_endian = "little"));
 
 impl BakedFile {
-    /// The file's bytes, lossless and with all vertices: the same for the same contents.
+    /// Encodes the file losslessly and with all vertices. Equal contents give equal bytes.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
@@ -52,7 +52,7 @@ impl BakedFile {
         self.to_bytes_with(FileOptions::default())
     }
 
-    /// The file's bytes: the same for the same contents.
+    /// Encodes the file. Equal contents give equal bytes.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
@@ -63,22 +63,15 @@ impl BakedFile {
             .map(|primitive| encode::encode(primitive, options))
             .unzip();
         let mut bytes = layout::write(&entries);
-        // The first section of every primitive, the second of every primitive, and so on.
-        let most = parts.iter().map(Vec::len).max().unwrap_or(0);
-        for number in 0..most {
-            for part in parts.iter().filter_map(|parts| parts.get(number)) {
-                bytes.extend_from_slice(part);
-            }
-        }
+        bytes.extend(in_file_order(&parts).flatten());
         bytes
     }
 
-    /// Reads and validates a file's bytes.
+    /// Decodes and validates a file.
     ///
     /// # Errors
-    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
-    /// [`FileError::SourceVerticesLeftOut`] for a file that was written
-    /// [`beside_source`](FileOptions::beside_source).
+    /// A [`FileError`] if the bytes are not a valid file. [`FileError::SourceVerticesLeftOut`] if the
+    /// file was written [`beside_source`](FileOptions::beside_source).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
         let file = read(bytes)?;
         let mut primitives = file.primitives.iter();
@@ -88,12 +81,14 @@ impl BakedFile {
         }
     }
 
-    /// Reads a file whose source is at hand. Hierarchies may
-    /// [lack the source's vertices](crate::Hierarchy::lacks_source_vertices): before they are used, call
-    /// [`with_source_vertices`](crate::Hierarchy::with_source_vertices), which also checks what could not be checked without.
+    /// Decodes a file that may omit source vertices.
+    ///
+    /// If a hierarchy [lacks source vertices](crate::Hierarchy::lacks_source_vertices), call
+    /// [`with_source_vertices`](crate::Hierarchy::with_source_vertices) before other methods. It also
+    /// runs the checks that need vertices.
     ///
     /// # Errors
-    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    /// A [`FileError`] if the bytes are not a valid file.
     pub fn from_bytes_beside_source(bytes: &[u8]) -> Result<Self, FileError> {
         read(bytes)
     }
@@ -105,7 +100,6 @@ fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
     let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
     let mut reader = Reader { rest: sections };
-    // The first section of every primitive, the second of every primitive, and so on.
     for _ in 0..longest.unwrap_or(0) {
         for decoder in &mut decoders {
             decoder.read_section(&mut reader)?;
@@ -118,7 +112,13 @@ fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
     })
 }
 
-/// Checks that the file has exactly the sections that the directory announces.
+/// The first item of each list, the second item of each list, and so on.
+fn in_file_order<T>(lists: &[Vec<T>]) -> impl Iterator<Item = &T> {
+    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
+    (0..longest).flat_map(move |number| lists.iter().filter_map(move |list| list.get(number)))
+}
+
+/// Checks that the file ends with the last section of the directory.
 fn check_length(entries: &[Entry], available: u64) -> Result<(), FileError> {
     let sections = entries.iter().flat_map(|entry| &entry.sections);
     let needed = sections.fold(0, |sum: u64, part| sum.saturating_add(part.length));

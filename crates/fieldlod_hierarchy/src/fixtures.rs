@@ -1,5 +1,5 @@
-//! Hierarchies made without a baker, and repeatable numbers, for doc examples, tests and benches. Enabled by the
-//! feature `test-support`.
+//! Small hierarchies and repeatable random numbers for doc examples, tests and benches. The feature
+//! `test-support` enables this module.
 
 mod pyramid;
 
@@ -14,8 +14,8 @@ use crate::vertices::Vertices;
 
 /// A flat strip of four triangles in the plane z = 0 that simplifies to two.
 ///
-/// Two groups: group 0 consumes the source unit 0 (4 triangles) with an error and a deviation of
-/// 0.1, group 1 is terminal and consumes unit 1 (2 triangles), which group 0 produced.
+/// Group 0 consumes the source unit 0 (4 triangles) and has an error and a deviation of 0.1. It produces
+/// unit 1 (2 triangles). Group 1 is terminal and consumes unit 1.
 #[must_use]
 pub fn two_level_strip() -> Hierarchy {
     let positions: Vec<Vec3> = (0..6u8)

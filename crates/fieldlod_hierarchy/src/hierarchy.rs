@@ -1,4 +1,4 @@
-//! The hierarchy itself: groups, drawable units, and the rule that makes a cut.
+//! The hierarchy: groups, units, and the cut rule.
 
 use std::ops::Range;
 
@@ -8,101 +8,97 @@ use glam::Vec3;
 use crate::bounds::{Aabb, Sphere};
 use crate::vertices::{SourceHash, Vertices};
 
-/// Marks "no group" in [`Unit::produced_by`]: the unit is source geometry.
+/// Value of [`Unit::produced_by`] for source geometry.
 pub const NO_GROUP: u32 = u32::MAX;
 
-/// One mesh at all its levels of detail.
+/// All levels of detail of one mesh.
 ///
 /// # The cut rule
-/// Let a *criterion* decide for every group whether it is *refined* (its simplification is too coarse
-/// for the view). A group without a simplification ([`Group::is_terminal`]) is always refined, and
-/// a group is refined whenever one of its [finer groups](Hierarchy::finer_groups) is. Then a unit
-/// is drawn if and only if
+/// A *criterion* decides which groups are *refined*, because their simplification is too coarse for the
+/// view. A group without a simplification ([`Group::is_terminal`]) is always refined. A group is also
+/// refined if one of its [finer groups](Hierarchy::finer_groups) is refined. A unit is drawn if and
+/// only if
 ///
 /// 1. the group that consumes it is refined, and
 /// 2. it is source geometry, or the group that produced it is not refined.
 ///
-/// The units so drawn cover the surface exactly once, without cracks, whatever the criterion.
-/// [`Hierarchy::refine_by`] refines by a criterion, and [`Hierarchy::drawn_units`] lists the units.
+/// For any criterion, the drawn units cover the surface exactly once and without cracks.
+/// [`Hierarchy::refine_by`] applies a criterion, and [`Hierarchy::drawn_units`] lists the units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hierarchy {
-    /// The mesh that this was baked from.
+    /// Hash of the source mesh.
     pub source: SourceHash,
-    /// The vertices of the source mesh in its order, and behind them those that simplification
-    /// made, which only coarser units use: the moved vertices.
+    /// The vertices of the source mesh in its order, followed by the *moved vertices*. Simplification
+    /// creates these, and only coarser units use them.
     pub vertices: Vertices,
-    /// How many of `vertices` are the source mesh's.
+    /// Number of source vertices in `vertices`.
     pub source_vertex_count: u32,
-    /// For each moved vertex, the source vertex that it came from: vertex attributes that
-    /// [`Vertices`] does not hold are taken from there. Empty if the source has no others.
+    /// For each moved vertex, the source vertex that it came from. Vertex attributes that [`Vertices`]
+    /// does not hold are read from there. Empty if the source has no other attributes.
     pub moved_from: Vec<u32>,
-    /// Groups, finer before coarser: every finer group of a group has a smaller index.
+    /// Groups. Each finer group of a group has a smaller index.
     pub groups: Vec<Group>,
-    /// The lists that [`Group`]'s `finer` ranges point into: group indices.
+    /// Group indices. The `finer` ranges of [`Group`] refer to this list.
     pub finer: Vec<u32>,
-    /// Drawable units, ordered by the group that consumes them.
+    /// Units, ordered by the group that consumes them.
     pub units: Vec<Unit>,
-    /// The lists that [`Unit`]'s vertex ranges point into: indices into `vertices`.
+    /// Indices into `vertices`. The vertex ranges of [`Unit`] refer to this list.
     pub unit_vertices: Vec<u32>,
-    /// Triangle lists of the units, three entries a triangle, each an index into the unit's own
-    /// list of vertices.
+    /// Triangles of the units, three indices each. An index refers to the vertex list of its unit.
     pub indices: Vec<u16>,
 }
 
-/// Triangles that are simplified together: one decision of a cut.
+/// Triangles that are simplified together. A cut refines all of them or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Group {
-    /// Sphere around the group's surface before and after its simplification, in local space.
+    /// Sphere around the surface of the group before and after simplification, in local space.
     pub bounds: Sphere,
-    /// Geometric error of the simplified surface against the one that it replaces, in local units,
-    /// as the simplifier reports it. Never less than that of any finer group, and infinite for a
+    /// Geometric error between the simplified surface and the surface that it replaces, in local units,
+    /// as reported by the simplifier. Not smaller than the error of any finer group. Infinite for a
     /// terminal group.
     pub error_in_local: f32,
-    /// Deviation from the source: the two-sided Hausdorff distance between the simplified surface
-    /// and the *source* surface under the group, in local units, as measured. Never less than that
-    /// of any finer group, and infinite for a terminal group. Infinite for all groups of a
-    /// hierarchy that was not measured ([`Hierarchy::is_measured`]).
+    /// Deviation from the source: the measured two-sided Hausdorff distance between the simplified
+    /// surface and the *source* surface under the group, in local units. Not smaller than the deviation
+    /// of any finer group. Infinite for a terminal group, and for all groups of a hierarchy that was not
+    /// measured ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
-    /// Error of the whole mesh drawn at the level that this group is simplified to, in local units, as
-    /// pictures of it look: a mesh drawn as a whole is chosen by it. Never less than that of a finer
-    /// level; 0 for a terminal group, and for all groups of a hierarchy of which no pictures were drawn.
+    /// Error of the whole mesh at the level that this group is simplified to, in local units, measured on
+    /// pictures. It selects the level of a mesh that is drawn as a whole. Not smaller than that of a
+    /// finer level. 0 for a terminal group, and for all groups if no pictures were measured.
     pub whole_mesh_error_in_local: f32,
-    /// Area-weighted mean of the unit normals of the group's triangles, |m| ≤ 1: near 1 for a flat
-    /// piece, near 0 for a closed one.
+    /// Area-weighted mean of the unit normals of the triangles. Its length is near 1 for a flat surface
+    /// and near 0 for a closed surface.
     pub mean_normal: Vec3,
-    /// Level of detail that the group consumes: 0 for source geometry, one more at each
-    /// simplification.
+    /// Level of the consumed units: 0 for source geometry, plus 1 per simplification.
     pub level: u32,
-    /// First entry of this group in [`Hierarchy::finer`].
+    /// First entry in [`Hierarchy::finer`].
     pub first_finer: u32,
-    /// Number of its entries there.
+    /// Number of entries in [`Hierarchy::finer`].
     pub finer_count: u32,
-    /// First unit that this group consumes.
+    /// First consumed unit.
     pub first_unit: u32,
-    /// Number of units that it consumes.
+    /// Number of consumed units.
     pub unit_count: u32,
 }
 
-/// The smallest drawable piece: triangles that share the group that produced them and the group that
-/// consumes them.
+/// The smallest drawable piece: triangles with the same producing group and the same consuming group.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Unit {
-    /// Tight box around the unit's triangles, for culling.
+    /// Tight box around the triangles, for culling.
     pub aabb: Aabb,
-    /// The group that simplifies these triangles into coarser ones.
+    /// The group that simplifies these triangles.
     pub consumed_by: u32,
-    /// The group whose simplification these triangles are, or [`NO_GROUP`] for source geometry.
+    /// The group whose simplification produced these triangles, or [`NO_GROUP`] for source geometry.
     pub produced_by: u32,
-    /// First entry of this unit in [`Hierarchy::unit_vertices`].
+    /// First entry in [`Hierarchy::unit_vertices`].
     pub first_vertex: u32,
-    /// Number of its vertices.
+    /// Number of vertices.
     pub vertex_count: u32,
-    /// First triangle of this unit; its indices start at three times this in
-    /// [`Hierarchy::indices`].
+    /// First triangle. Its indices start at `3 * first_triangle` in [`Hierarchy::indices`].
     pub first_triangle: u32,
-    /// Number of its triangles.
+    /// Number of triangles.
     pub triangle_count: u32,
 }
 
@@ -111,13 +107,13 @@ fn range(first: u32, count: u32) -> Range<usize> {
 }
 
 impl Group {
-    /// Whether nothing coarser exists: such a group is refined in every cut.
+    /// Returns `true` if there is no coarser level. A terminal group is refined in every cut.
     #[must_use]
     pub fn is_terminal(&self) -> bool {
         self.error_in_local == f32::INFINITY
     }
 
-    /// The units that this group consumes, as indices into [`Hierarchy::units`].
+    /// Indices of the consumed units in [`Hierarchy::units`].
     #[must_use]
     pub fn units(&self) -> Range<usize> {
         range(self.first_unit, self.unit_count)
@@ -129,7 +125,7 @@ impl Group {
 }
 
 impl Unit {
-    /// The group whose simplification this unit is; `None` for source geometry.
+    /// The group that produced this unit. `None` for source geometry.
     #[must_use]
     pub fn producer(&self) -> Option<u32> {
         (self.produced_by != NO_GROUP).then_some(self.produced_by)
@@ -145,7 +141,8 @@ impl Unit {
 }
 
 impl Hierarchy {
-    /// The source vertex that `vertex` is or came from; `None` for a moved vertex if [`Hierarchy::moved_from`] is empty.
+    /// The source vertex that `vertex` is or came from. `None` for a moved vertex if
+    /// [`Hierarchy::moved_from`] is empty.
     #[must_use]
     pub fn origin_of(&self, vertex: u32) -> Option<u32> {
         match vertex.checked_sub(self.source_vertex_count) {
@@ -154,25 +151,22 @@ impl Hierarchy {
         }
     }
 
-    /// How many levels there are; 0 for a hierarchy of nothing.
+    /// Number of levels. 0 for an empty hierarchy.
     #[must_use]
     pub fn level_count(&self) -> u32 {
         self.groups.iter().map(|g| g.level + 1).max().unwrap_or(0)
     }
 
-    /// Whether deviations were measured; there is nothing to measure where nothing is simplified. A
-    /// guarantee asked of a hierarchy that was not measured draws all detail.
+    /// Returns `true` if deviations were measured, or if no group is simplified. With a guaranteed
+    /// deviation, selection draws unmeasured hierarchies at full detail.
     #[must_use]
     pub fn is_measured(&self) -> bool {
-        let mut simplified = self.groups.iter().filter(|group| !group.is_terminal());
-        let first = simplified.next();
-        first.is_none_or(|first| {
-            let mut all = std::iter::once(first).chain(simplified);
-            all.any(|group| group.deviation_in_local.is_finite())
-        })
+        let mut groups = self.groups.iter();
+        groups.clone().all(Group::is_terminal)
+            || groups.any(|group| group.deviation_in_local.is_finite())
     }
 
-    /// Triangles of the source mesh (degenerate ones included).
+    /// Number of triangles of the source mesh, including degenerate ones.
     #[must_use]
     pub fn source_triangle_count(&self) -> u64 {
         let counts = self
@@ -181,7 +175,7 @@ impl Hierarchy {
         counts.sum()
     }
 
-    /// How many triangles `group` consumes.
+    /// Number of triangles that `group` consumes.
     #[must_use]
     pub fn triangle_count_of(&self, group: &Group) -> u64 {
         let units = &self.units[group.units()];
@@ -189,7 +183,7 @@ impl Hierarchy {
         counts.sum()
     }
 
-    /// The area of the triangles of `unit`, in local units squared.
+    /// Area of `unit` in square local units.
     #[must_use]
     pub fn area_of_unit(&self, unit: &Unit) -> f64 {
         let corner = |vertex: u32| self.vertices.positions[vertex as usize].as_dvec3();
@@ -200,33 +194,32 @@ impl Hierarchy {
         areas.sum()
     }
 
-    /// The units of source geometry: as indices into [`Hierarchy::units`], ascending.
+    /// Indices of the source units in [`Hierarchy::units`], ascending.
     pub fn source_units(&self) -> impl Iterator<Item = usize> {
         (0..self.units.len()).filter(|&unit| self.units[unit].producer().is_none())
     }
 
-    /// The groups whose simplification `group` consumes: as indices into `groups`, each smaller
-    /// than the index of `group`.
+    /// Indices of the groups that produced the units of `group`. They are smaller than the index of
+    /// `group`.
     #[must_use]
     pub fn finer_groups(&self, group: &Group) -> &[u32] {
         &self.finer[group.finer()]
     }
 
-    /// The vertices that `unit` uses: indices into [`Hierarchy::vertices`].
+    /// Vertex list of `unit`: indices into [`Hierarchy::vertices`].
     #[must_use]
     pub fn vertices_of(&self, unit: &Unit) -> &[u32] {
         &self.unit_vertices[unit.vertices()]
     }
 
-    /// The triangle list of `unit`: three entries a triangle, indices into
-    /// [`Hierarchy::vertices_of`].
+    /// Triangles of `unit`, three indices into [`Hierarchy::vertices_of`] each.
     #[must_use]
     pub fn indices_of(&self, unit: &Unit) -> &[u16] {
         let triangles = unit.triangles();
         &self.indices[triangles.start * 3..triangles.end * 3]
     }
 
-    /// The triangles of `unit` as indices into [`Hierarchy::vertices`].
+    /// Triangles of `unit` as indices into [`Hierarchy::vertices`].
     pub fn triangles_of(&self, unit: &Unit) -> impl Iterator<Item = [u32; 3]> + '_ {
         let vertices = self.vertices_of(unit);
         let (triangles, _) = self.indices_of(unit).as_chunks::<3>();
@@ -235,14 +228,14 @@ impl Hierarchy {
             .map(|triangle| triangle.map(|index| vertices[usize::from(index)]))
     }
 
-    /// The level at which `unit` stands: 0 for source geometry.
+    /// The level of `unit`. 0 for source geometry.
     #[must_use]
     pub fn level_of(&self, unit: &Unit) -> u32 {
         unit.producer()
             .map_or(0, |group| self.groups[group as usize].level + 1)
     }
 
-    /// The box around the whole mesh; `None` without any unit.
+    /// Bounding box of the mesh. `None` without units.
     #[must_use]
     pub fn aabb(&self) -> Option<Aabb> {
         let corners = self.units.iter().flat_map(|u| [u.aabb.min, u.aabb.max]);

@@ -1,11 +1,10 @@
 //! Baked level-of-detail hierarchies: the data, its invariants and its file format.
 //!
-//! A [`Hierarchy`] holds one mesh at every level of detail at once. Triangles are gathered in
-//! *groups*; each group is simplified as a whole, with its outline kept, and the triangles that
-//! result form the groups of the next, coarser level, divided otherwise. A *cut* through this
-//! directed acyclic graph picks, for each piece of the surface, exactly one level. What is drawn
-//! with one command is a [`Unit`]: all triangles that the same group produced and the same group
-//! consumes, so that a cut draws either all of them or none.
+//! A [`Hierarchy`] holds all levels of detail of one mesh. Each *group* of triangles is simplified as
+//! a whole, and its outline is kept. The resulting triangles are divided into the groups of the next
+//! coarser level. A *cut* through this directed acyclic graph picks exactly one level for each piece
+//! of the surface. A [`Unit`] is the smallest piece that is drawn: all triangles that one group
+//! produced and one group consumes. A cut draws either all of them or none.
 //!
 //! `fieldlod_bake` makes hierarchies, `fieldlod_select` chooses cuts, and `bevy_fieldlod` draws them.
 //!
@@ -22,23 +21,19 @@
 //! ```
 //!
 //! # Conventions
-//! Lengths are in the units of the mesh's own ("local") space. Triangles wind counter-clockwise
-//! seen from outside. Level 0 is the finest. "Finer" and "coarser" name the links of the graph.
+//! Lengths are in units of the mesh's local space. Triangles wind counter-clockwise, seen from
+//! outside. Level 0 is the finest. "Finer" and "coarser" name the links of the graph.
 //!
 //! # Simplifications
-//! A vertex has the six attributes of [`Vertices`]. Other attributes of a source mesh are not simplified: each moved
-//! vertex names the source vertex that it came from ([`Hierarchy::moved_from`]), which has them.
+//! A vertex has the six attributes of [`Vertices`]. Other attributes of the source mesh are not stored.
+//! They are read from the source vertex that each moved vertex came from ([`Hierarchy::moved_from`]).
 //!
-//! Groups have no normal cones: in default bakes of eight models, such cones have half angles of 150° and more, so they
-//! hardly ever prove that a group faces away.
-//!
-//! The deviation of a group, the two-sided Hausdorff distance of its simplified surface to the source, is one length for
-//! all directions: on most models the part across the mean normal alone is 0.7 to 1 of the whole.
+//! A group has no normal cone and one deviation for all directions.
 //!
 //! # Fuzzing
-//! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
-//! `cargo +nightly fuzz run read_file -- -max_total_time=600`, or with a stable compiler and without a
-//! sanitizer `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`.
+//! `fuzz/` is a separate workspace. Run `cargo +nightly fuzz run read_file -- -max_total_time=600` in
+//! the folder of this crate. A stable compiler needs
+//! `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`.
 
 mod bounds;
 mod build;

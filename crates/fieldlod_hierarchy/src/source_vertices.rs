@@ -1,4 +1,4 @@
-//! Hierarchies without the vertices of their source, which are somewhere else.
+//! Hierarchies that are stored without source vertices.
 
 use glam::Vec3;
 
@@ -7,24 +7,22 @@ use crate::validate::InvalidHierarchy;
 use crate::vertices::Vertices;
 
 impl Hierarchy {
-    /// Whether the source's vertices are missing: it was read from a file that leaves them out.
+    /// Returns `true` if source vertices are missing, because the file omits them.
     ///
-    /// The positions of all source vertices are then NaN, and such a hierarchy is
-    /// [not valid](Self::validate), until [`with_source_vertices`](Self::with_source_vertices) puts
-    /// them in.
+    /// The positions of all source vertices are NaN, and the hierarchy is [invalid](Self::validate),
+    /// until [`with_source_vertices`](Self::with_source_vertices) adds them.
     #[must_use]
     pub fn lacks_source_vertices(&self) -> bool {
         let first = self.vertices.positions.first();
         self.source_vertex_count > 0 && first.is_some_and(|position| position.is_nan())
     }
 
-    /// Takes the source's vertices from the mesh that this was baked from, whose hash
-    /// [`source`](Self::source) is: `source` holds them and no others. A hierarchy that has them
-    /// stays as it is.
+    /// Adds missing source vertices. `source` holds the vertices of the mesh with the hash
+    /// [`source`](Self::source). A complete hierarchy is returned unchanged.
     ///
     /// # Errors
-    /// If `source` has more or fewer vertices, or other attributes than the moved vertices, or if
-    /// some invariant does not hold with them: then it is not the mesh that this was baked from.
+    /// If `source` has another number of vertices or other attributes, or if it breaks an invariant.
+    /// In all these cases it is not the baked mesh.
     pub fn with_source_vertices(mut self, source: &Vertices) -> Result<Self, InvalidHierarchy> {
         if !self.lacks_source_vertices() {
             return Ok(self);
@@ -46,7 +44,7 @@ impl Hierarchy {
         vertices
     }
 
-    /// Takes the source's vertices away.
+    /// Removes the positions of source vertices.
     pub(crate) fn without_source_vertices(mut self) -> Self {
         let count = self.source_vertex_count as usize;
         for position in self.vertices.positions.iter_mut().take(count) {
@@ -66,7 +64,7 @@ impl Vertices {
         self.colors.truncate(count);
     }
 
-    /// Puts the first `count` vertices of `source` in place of the first here.
+    /// Replaces the first `count` vertices by those of `source`.
     pub(crate) fn replace_first(
         &mut self,
         count: usize,

@@ -1,5 +1,5 @@
-//! Every invariant of a hierarchy, one small check each. The loader, the baker's tests and the
-//! selection's tests call them all through [`Hierarchy::validate`].
+//! Checks the invariants of a hierarchy, one small function each. The loader and the tests of other
+//! crates call them through [`Hierarchy::validate`].
 
 mod bounds;
 mod links;
@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::hierarchy::Hierarchy;
 
-/// The first broken invariant that was found.
+/// A broken invariant of a hierarchy.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -18,39 +18,39 @@ use crate::hierarchy::Hierarchy;
     reason = "the fields are named by each variant's message"
 )]
 pub enum InvalidHierarchy {
-    /// An attribute array does not have one entry per vertex.
+    /// The length of an attribute array is neither 0 nor the number of vertices.
     #[error("{count} {attribute} for {vertices} vertices")]
     AttributeCount {
         attribute: &'static str,
         count: usize,
         vertices: usize,
     },
-    /// The source's vertices are some of all.
-    #[error("{count} vertices of the source among {vertices}")]
+    /// There are more source vertices than vertices.
+    #[error("{count} source vertices, but only {vertices} vertices")]
     SourceVertexCount { count: usize, vertices: usize },
-    /// Every moved vertex names the source vertex that it came from, or none does.
-    #[error("{count} origins for {moved} moved vertices")]
+    /// `moved_from` is neither empty nor complete.
+    #[error("{count} entries of moved_from for {moved} moved vertices")]
     MovedFromCount { count: usize, moved: usize },
-    /// It was read from a file that leaves the source's vertices out.
-    #[error("it is without the vertices of its source")]
+    /// The hierarchy was read from a file that omits source vertices.
+    #[error("the vertices of the source mesh are missing")]
     LacksSourceVertices,
-    /// The source's vertices are others than those that are missing.
-    #[error("the source has {vertices} vertices, but should have {expected}")]
+    /// The given source mesh has another number of vertices than the baked mesh.
+    #[error("the source mesh has {vertices} vertices, but {expected} are expected")]
     OtherSource { vertices: usize, expected: usize },
-    /// The vertices of the source and the moved ones have the same attributes.
+    /// Source vertices and moved vertices have different attributes.
     #[error("only the source vertices or only the moved vertices have {attribute}")]
     OtherAttributes { attribute: &'static str },
     /// A position is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
-    /// Sub-ranges must follow each other without gap or overlap and end with the array.
+    /// Ranges have gaps, overlap, or do not cover the array.
     #[error("the {what} of {owner} {index} do not follow the previous ones, or end out of range")]
     BrokenRange {
         what: &'static str,
         owner: &'static str,
         index: usize,
     },
-    /// A reference to something that does not exist.
+    /// An index is out of range.
     #[error("{owner} {index} refers to {what} {target}, which does not exist")]
     DanglingReference {
         owner: &'static str,
@@ -58,61 +58,61 @@ pub enum InvalidHierarchy {
         what: &'static str,
         target: usize,
     },
-    /// A finer group must come before the coarser ones.
+    /// A finer group does not precede its coarser group.
     #[error("group {group} has the finer group {finer}, which does not come before it")]
     FinerNotBefore { group: usize, finer: usize },
-    /// The finer groups are exactly the producers of the units consumed.
+    /// The finer groups differ from the producers of the consumed units.
     #[error("the finer groups of group {group} are not the producers of its units")]
     FinerMismatch { group: usize },
-    /// A group without units.
+    /// A group has no units.
     #[error("group {group} consumes no unit")]
     EmptyGroup { group: usize },
-    /// A unit without triangles.
+    /// A unit has no triangles.
     #[error("unit {unit} has no triangle")]
     EmptyUnit { unit: usize },
-    /// A unit in the range of one group that names another as consumer.
+    /// A unit is in the range of one group but names another group as its consumer.
     #[error("unit {unit} is in the range of group {group} but names group {named}")]
     WrongConsumer {
         unit: usize,
         group: usize,
         named: usize,
     },
-    /// A terminal group has no simplification, so nothing can be produced by it.
+    /// A terminal group has no simplification, but produces a unit.
     #[error("unit {unit} is produced by group {group}, which is terminal")]
     ProducedByTerminal { unit: usize, group: usize },
-    /// A group that is not terminal must produce something, or its surface would vanish.
+    /// A group that is not terminal produces no unit, so its surface would disappear.
     #[error("group {group} is not terminal but produces no unit")]
     ProducesNothing { group: usize },
-    /// Levels count simplifications.
+    /// The level is not one above the coarsest finer group.
     #[error("group {group} has level {level}, but its finer groups imply {expected}")]
     BadLevel {
         group: usize,
         level: u32,
         expected: u32,
     },
-    /// Errors are lengths and never shrink from finer to coarser.
+    /// An error is no length, or is smaller than that of a finer group.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
-    /// Deviations are lengths, never shrink from finer to coarser, and are infinite exactly where
-    /// the error is; or everywhere, if they were not measured.
+    /// A deviation is no length, is smaller than that of a finer group, or is infinite where the error
+    /// is not. An unmeasured hierarchy has only infinite deviations.
     #[error(
         "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
-         infinite where the error is not or the other way round"
+         not infinite for the same groups as the error"
     )]
     BadDeviation { group: usize, deviation: f32 },
-    /// Errors of the whole mesh are lengths and never shrink from finer to coarser.
+    /// A whole-mesh error is no length, or is smaller than that of a finer group.
     #[error(
         "group {group} has whole-mesh error {error}, which is negative, not finite or below a finer \
          group's"
     )]
     BadWholeMeshError { group: usize, error: f32 },
-    /// Bounds are finite and not negative.
-    #[error("the bounds of {owner} {index} are not finite or negative")]
+    /// A bounding sphere is not finite, or has a negative radius.
+    #[error("the bounds of {owner} {index} are not finite or have a negative radius")]
     BadBounds { owner: &'static str, index: usize },
-    /// Bounds contain what they are around.
+    /// Bounds do not contain their triangles.
     #[error("the bounds of {owner} {index} do not contain its triangles")]
     TrianglesOutsideBounds { owner: &'static str, index: usize },
-    /// The mean of unit vectors is no longer than 1.
+    /// A mean normal is NaN or longer than 1.
     #[error("group {group} has a mean normal that is NaN or longer than 1")]
     BadMeanNormal { group: usize },
 }
@@ -123,7 +123,7 @@ impl Hierarchy {
     /// Checks every invariant.
     ///
     /// # Errors
-    /// The first invariant found broken.
+    /// The first broken invariant.
     pub fn validate(&self) -> Result<(), InvalidHierarchy> {
         if self.lacks_source_vertices() {
             return Err(E::LacksSourceVertices);
@@ -131,14 +131,14 @@ impl Hierarchy {
         if let Some(vertex) = self.vertices.positions.iter().position(|p| !p.is_finite()) {
             return Err(E::PositionNotFinite { vertex });
         }
-        self.validate_apart_from_places()?;
+        self.validate_without_positions()?;
         self.check_bounds()
     }
 
-    /// Checks all that does not depend on where vertices are.
-    pub(crate) fn validate_apart_from_places(&self) -> Result<(), InvalidHierarchy> {
+    /// Checks the invariants that do not depend on positions.
+    pub(crate) fn validate_without_positions(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
-        // What follows relies on these, and would read out of bounds without.
+        // Later checks index with these ranges and references and would panic without them.
         self.check_group_ranges()?;
         self.check_unit_ranges()?;
         self.check_group_references()?;
@@ -147,7 +147,7 @@ impl Hierarchy {
         self.check_errors()
     }
 
-    /// Checks groups, units and their links, where there is no geometry.
+    /// Checks groups, units and links of a hierarchy without geometry.
     pub(crate) fn validate_graph(&self) -> Result<(), InvalidHierarchy> {
         self.check_group_ranges()?;
         self.check_group_references()?;

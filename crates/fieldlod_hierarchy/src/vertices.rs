@@ -1,10 +1,10 @@
-//! Vertex attributes, and the identity of the mesh that a hierarchy was baked from.
+//! Vertex attributes and the hash of a source mesh.
 
 use bytemuck::{NoUninit, Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Vertex attributes. Local space.
+/// Vertex attributes in local space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Vertices {
     /// Positions in local units.
@@ -13,17 +13,16 @@ pub struct Vertices {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, one per position, or empty.
     pub uvs: Vec<Vec2>,
-    /// Unit tangents, and in `w` the handedness of the bitangent (1 or -1), one per position, or
-    /// empty.
+    /// Unit tangents, one per position, or empty. `w` is the handedness of the bitangent (1 or -1).
     pub tangents: Vec<Vec4>,
-    /// The second set of texture coordinates, one per position, or empty.
+    /// Second texture coordinates, one per position, or empty.
     pub uvs_1: Vec<Vec2>,
-    /// Colours, linear red, green, blue and alpha, one per position, or empty.
+    /// Linear colours (red, green, blue, alpha), one per position, or empty.
     pub colors: Vec<Vec4>,
 }
 
 impl Vertices {
-    /// The first attribute that only some vertices have, and its count.
+    /// The first attribute with a wrong number of values, and this number.
     #[must_use]
     pub fn incomplete_attribute(&self) -> Option<(&'static str, usize)> {
         let counts = [
@@ -38,7 +37,7 @@ impl Vertices {
         counts.find(|&(_, count)| count != 0 && count != vertices)
     }
 
-    /// The vertices with these indices, in their order.
+    /// The vertices with these indices.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -54,14 +53,23 @@ impl Vertices {
         }
     }
 
-    /// The hash of a mesh of these vertices and no others, with the triangle list `indices`.
+    /// Hash of a mesh with exactly these vertices and the triangle list `indices`.
+    ///
+    /// The indices of a mesh without an index buffer are `0, 1, 2, …`.
     #[must_use]
     pub fn source_hash(&self, indices: &[u32]) -> SourceHash {
-        SourceHash::of(indices, self)
+        SourceHash::default()
+            .and(indices)
+            .and(&self.positions)
+            .and(&self.normals)
+            .and(&self.uvs)
+            .and(&self.tangents)
+            .and(&self.uvs_1)
+            .and(&self.colors)
     }
 }
 
-/// The values at some indices; none if there are no values.
+/// The values at these indices. Empty if the attribute is missing.
 fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
     let of_index = |&index: &u32| values[index as usize];
     let has_values = !values.is_empty();
@@ -69,31 +77,16 @@ fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
     indices.map(of_index).collect()
 }
 
-/// A hash (XXH3, 64 bits) of a mesh's vertices and triangle indices.
+/// A hash (XXH3, 64 bits) of the vertices and triangle indices of a mesh.
 ///
-/// A hierarchy refers to its source's vertices by index, and its moved vertices mix their attributes,
-/// so it is only good for the very mesh that it was baked from; this tells a stale file from a
-/// fitting one. Attributes that [`Vertices`] does not hold do not count.
+/// A hierarchy refers to source vertices by index, so it only fits the mesh that it was baked from. The
+/// hash detects stale files. It ignores attributes that [`Vertices`] does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct SourceHash(pub u64);
 
 impl SourceHash {
-    /// Hashes the triangle list `indices` and the attributes of the vertices. A mesh without an index buffer is hashed with
-    /// the indices `0, 1, 2, …`.
-    #[must_use]
-    pub fn of(indices: &[u32], vertices: &Vertices) -> Self {
-        Self::default()
-            .and(indices)
-            .and(&vertices.positions)
-            .and(&vertices.normals)
-            .and(&vertices.uvs)
-            .and(&vertices.tangents)
-            .and(&vertices.uvs_1)
-            .and(&vertices.colors)
-    }
-
-    /// Hashes one more list, and its length.
+    /// Adds a list and its length to the hash.
     fn and<V: NoUninit>(self, values: &[V]) -> Self {
         let mut hasher = Xxh3::with_seed(self.0);
         hasher.update(&(values.len() as u64).to_le_bytes());

@@ -1,7 +1,7 @@
-//! Levels of the mesh as a whole, also known as discrete LODs: cuts that keep nothing finer than a level.
+//! Levels of the whole mesh, also known as discrete LODs.
 //!
-//! A prop is drawn with one command at one level. Its levels form a hierarchy too, with one group and one
-//! unit per level, so that the same selection decides for both kinds.
+//! A prop is drawn with one command at one level. Its levels also form a hierarchy, with one group and one
+//! unit per level, so both kinds of meshes use the same selection.
 
 use glam::Vec3;
 
@@ -12,20 +12,20 @@ use crate::vertices::Vertices;
 /// The whole mesh at one level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WholeMeshCut {
-    /// Groups below this level are not refined.
+    /// The cut refines only groups of this level and coarser levels.
     pub group_level: u32,
     /// Triangles as indices into [`Hierarchy::vertices`].
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl WholeMeshCut {
-    /// A level with more than this share of the triangles of the finer level is left out.
+    /// A level with more than this share of the triangles of the finer level is skipped.
     pub const MOST_KEPT: f32 = 0.75;
 }
 
 impl Hierarchy {
-    /// The levels of the mesh as a whole, finest first, each with three quarters of the triangles of
-    /// the one before at most.
+    /// The levels of the whole mesh, finest first. Each level has at most three quarters of the triangles
+    /// of the previous level.
     #[must_use]
     pub fn whole_mesh_cuts(&self) -> Vec<WholeMeshCut> {
         let mut kept: Vec<WholeMeshCut> = Vec::new();
@@ -44,14 +44,14 @@ impl Hierarchy {
         kept
     }
 
-    /// The levels of the whole mesh, one unit each, finest first; `None` if a level has more vertices
-    /// than 16-bit indices reach.
+    /// A hierarchy with one unit per level of the whole mesh, finest first. `None` if a level has more
+    /// vertices than 16-bit indices reach.
     ///
-    /// The result is a hierarchy itself, from which every cut draws exactly one unit: for props, of which one
-    /// command draws all instances at a level. A level with more than three quarters of the triangles of the finer
-    /// level is left out. The error of a level is [measured on pictures](Group::whole_mesh_error_in_local) if some
-    /// were drawn, else it is the largest error of the groups that the level simplifies. Its deviation is the
-    /// largest deviation of these groups. A hierarchy that already has this form is returned unchanged.
+    /// Each cut of the result draws exactly one unit. One command draws all instances of a prop at one
+    /// level. A level with more than three quarters of the triangles of the finer level is skipped. The
+    /// error of a level is [measured on pictures](Group::whole_mesh_error_in_local), or else the largest
+    /// error of the groups that the level simplifies. Its deviation is the largest deviation of these
+    /// groups. A hierarchy that already has this form is returned unchanged.
     #[must_use]
     pub fn whole_mesh_levels(&self) -> Option<Self> {
         if self.is_chain_of_whole_meshes() {
@@ -67,7 +67,7 @@ impl Hierarchy {
         let bounds = Sphere::around(self.vertices.positions.iter().copied());
         let levels = self.whole_mesh_cuts();
         for (index, level) in levels.iter().enumerate() {
-            // The step to the next level; the coarsest level has none.
+            // The coarsest level has no simplification, so its lengths are infinite.
             let largest = |length: fn(&Group) -> f32| {
                 let next = levels.get(index + 1);
                 next.map_or(f32::INFINITY, |next| {
@@ -76,7 +76,7 @@ impl Hierarchy {
             };
             let group = Group {
                 bounds,
-                error_in_local: largest(seen_error),
+                error_in_local: largest(error_of_step),
                 deviation_in_local: largest(|group| group.deviation_in_local),
                 mean_normal: mean_normal(&self.vertices, &level.triangles),
                 ..Group::default()
@@ -86,9 +86,10 @@ impl Hierarchy {
         Some(whole)
     }
 
-    /// Adds the next coarser level of the whole mesh: its triangles of [`Hierarchy::vertices`], and the group
-    /// that simplifies them. Returns `None` and adds nothing if the level has more vertices than 16-bit indices
-    /// reach.
+    /// Adds the next coarser level of the whole mesh. `triangles` are indices into
+    /// [`Hierarchy::vertices`], and `group` simplifies them.
+    ///
+    /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices reach.
     pub fn push_whole_mesh(&mut self, triangles: &[[u32; 3]], group: Group) -> Option<()> {
         let finer = (self.groups.len() as u32).checked_sub(1);
         let mut used: Vec<u32> = triangles.as_flattened().to_vec();
@@ -100,29 +101,29 @@ impl Hierarchy {
         let position = |&vertex: &u32| self.vertices.positions[vertex as usize];
         let aabb = Aabb::around(used.iter().map(position)).unwrap_or_default();
         self.push_unit(finer.unwrap_or(NO_GROUP), aabb, used, indices);
-        let seen = group.error_in_local;
+        let error = group.error_in_local;
         let group = Group {
-            whole_mesh_error_in_local: if seen.is_finite() { seen } else { 0.0 },
+            whole_mesh_error_in_local: if error.is_finite() { error } else { 0.0 },
             ..group
         };
         self.push_group(group, finer);
         Some(())
     }
 
-    /// Whether every level is one group with one unit, with the same sphere and the error of its pictures.
+    /// Returns `true` if each level is one group with one unit, a common sphere and its whole-mesh error.
     fn is_chain_of_whole_meshes(&self) -> bool {
         let Some(first) = self.groups.first() else {
             return false;
         };
         let is_level = |(index, group): (usize, &Group)| {
-            let is_seen = group.whole_mesh_error_in_local == group.error_in_local;
+            let has_error = group.whole_mesh_error_in_local == group.error_in_local;
             let is_alone = group.unit_count == 1 && group.level as usize == index;
-            is_alone && group.bounds == first.bounds && (is_seen || group.is_terminal())
+            is_alone && group.bounds == first.bounds && (has_error || group.is_terminal())
         };
         self.groups.iter().enumerate().all(is_level)
     }
 
-    /// The largest length of the groups that a cut at `group_level` does not refine; 0 if there are none.
+    /// Largest `length` of the groups that a cut at `group_level` does not refine. 0 without such groups.
     #[must_use]
     pub fn largest_below(&self, group_level: u32, length: impl Fn(&Group) -> f32) -> f32 {
         let simplified = self.groups.iter();
@@ -132,7 +133,7 @@ impl Hierarchy {
             .fold(0.0, f32::max)
     }
 
-    /// The triangles of the cut at a level.
+    /// Triangles of the cut at a level.
     fn triangles_from_level(&self, group_level: u32) -> Vec<[u32; 3]> {
         let units = self.units_at_level(group_level).into_iter();
         units
@@ -141,15 +142,15 @@ impl Hierarchy {
     }
 }
 
-/// The error measured on pictures if some were drawn, else the error of the group.
-fn seen_error(group: &Group) -> f32 {
+/// The error measured on pictures, or else the error of the group.
+fn error_of_step(group: &Group) -> f32 {
     match group.whole_mesh_error_in_local {
         0.0 => group.error_in_local,
-        seen => seen,
+        measured => measured,
     }
 }
 
-/// Area-weighted mean of the unit normals.
+/// Area-weighted mean of the unit normals of triangles.
 fn mean_normal(vertices: &Vertices, triangles: &[[u32; 3]]) -> Vec3 {
     let corner = |vertex: u32| vertices.positions[vertex as usize];
     let crosses = triangles.iter().map(|&[a, b, c]| {
@@ -172,7 +173,7 @@ mod tests {
     use crate::fixtures;
 
     #[test]
-    fn whole_mesh_levels_are_a_valid_hierarchy_of_one_unit_a_level() {
+    fn whole_mesh_levels_are_a_valid_hierarchy() {
         for levels in 1..4 {
             let baked = fixtures::grid_pyramid(levels);
             let whole = baked.whole_mesh_levels().unwrap();
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_shrink_and_errors_grow() {
+    fn coarser_levels_shrink_and_errors_grow() {
         let whole = fixtures::grid_pyramid(3).whole_mesh_levels().unwrap();
         let counts: Vec<u32> = whole.units.iter().map(|u| u.triangle_count).collect();
         assert!(counts.len() > 2, "{counts:?}");
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_levels_that_need_wider_indices() {
+    fn rejects_levels_that_need_wider_indices() {
         let mut baked = fixtures::two_level_strip();
         let far = 70_000u32;
         baked.vertices.positions = (0..=far).map(|i| Vec3::splat(i as f32)).collect();

@@ -1,12 +1,10 @@
-//! The cut rule, word for word, against the methods that apply it.
+//! Compares the methods of the cut rule to a literal implementation.
 
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_hierarchy::fixtures::{self, Random};
 use proptest::prelude::*;
 
-mod common;
-
-/// Whether a group is refined: marked, terminal, or with a refined finer group.
+/// A group is refined if it is marked, terminal, or has a refined finer group.
 fn is_refined(hierarchy: &Hierarchy, marked: &[bool], group: usize) -> bool {
     let data = &hierarchy.groups[group];
     let mut finer = hierarchy.finer_groups(data).iter();
@@ -37,7 +35,7 @@ proptest! {
 }
 
 #[test]
-fn hierarchies_built_by_methods_are_valid() {
+fn fixtures_are_valid_and_have_the_source_hash() {
     for hierarchy in [fixtures::two_level_strip(), fixtures::grid_pyramid(2)] {
         hierarchy.validate().unwrap();
         let source: Vec<usize> = hierarchy.source_units().collect();

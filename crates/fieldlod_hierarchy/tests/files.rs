@@ -1,4 +1,4 @@
-//! What a `.fieldlod` file keeps, and how much of it must be read.
+//! Round trips of `.fieldlod` files and bounds of quantization.
 
 mod common;
 
@@ -30,9 +30,8 @@ fn files_round_trip() {
     assert!(strip_file().find(3, 2).is_none());
 }
 
-/// Attributes that are missing, numbers without a meaning, vertices without a use.
 #[test]
-fn odd_vertices_round_trip_bit_for_bit() {
+fn unused_vertices_and_missing_attributes_round_trip() {
     let mut hierarchy = fixtures::two_level_strip();
     hierarchy.source_vertex_count += 1;
     hierarchy.vertices.normals.clear();
@@ -43,27 +42,19 @@ fn odd_vertices_round_trip_bit_for_bit() {
     hierarchy.vertices.colors = vec![Vec4::new(f32::MIN, -0.0, 1e-45, f32::INFINITY); 7];
     let read = BakedFile::from_bytes(&file_of(hierarchy.clone()).to_bytes()).unwrap();
     let read = &read.primitives[0].hierarchy.vertices;
-    let bits = |v: &[Vec3]| {
-        v.iter()
-            .flat_map(Vec3::to_array)
-            .map(f32::to_bits)
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(bits(&read.positions), bits(&hierarchy.vertices.positions));
-    assert_eq!(read.colors, hierarchy.vertices.colors);
+    assert_eq!(bits(read), bits(&hierarchy.vertices));
     assert!(read.normals.is_empty());
 }
 
 #[test]
-fn the_same_contents_give_the_same_bytes() {
+fn equal_contents_give_equal_bytes() {
     for precision in [Precision::Lossless, Precision::Quantized16] {
         let bytes = || file_of(fixtures::grid_pyramid(2)).to_bytes_with(precision.into());
         assert_eq!(bytes(), bytes());
     }
 }
 
-/// The same hills with attributes that mean nothing, and places at random within bounds that hold
-/// them all.
+/// Hills with random positions and random bits in all other attributes.
 fn scrambled(seed: u64) -> Hierarchy {
     let mut random = Random::new(seed);
     let mut hierarchy = fixtures::grid_pyramid(1);
@@ -90,25 +81,26 @@ fn scrambled(seed: u64) -> Hierarchy {
     hierarchy
 }
 
-/// All numbers of the vertices, bit for bit: NaN equals itself.
+/// The bits of all attributes, because NaN does not equal itself.
 fn bits(vertices: &Vertices) -> Vec<u32> {
     let positions = vertices.positions.iter().flat_map(Vec3::to_array);
     let normals = vertices.normals.iter().flat_map(Vec3::to_array);
     let uvs = vertices.uvs.iter().flat_map(Vec2::to_array);
     let tangents = vertices.tangents.iter().flat_map(Vec4::to_array);
+    let colors = vertices.colors.iter().flat_map(Vec4::to_array);
     let all = positions.chain(normals).chain(uvs).chain(tangents);
-    all.map(f32::to_bits).collect()
+    all.chain(colors).map(f32::to_bits).collect()
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn any_numbers_round_trip_bit_for_bit(seed: u64, turned in 0usize..3) {
+    fn any_attributes_round_trip_bit_for_bit(seed: u64, rotation in 0usize..3) {
         let mut hierarchy = scrambled(seed);
-        // Triangles keep the corner at which they begin.
+        // Triangles keep their first corner.
         for triangle in hierarchy.indices.as_chunks_mut::<3>().0.iter_mut().step_by(2) {
-            triangle.rotate_left(turned);
+            triangle.rotate_left(rotation);
         }
         let file = file_of(hierarchy);
         let source = file.primitives[0].hierarchy.source_vertices();
@@ -129,9 +121,9 @@ proptest! {
     }
 }
 
-/// The promises at [`Precision::Quantized16`].
+/// The bounds are documented at [`Precision::Quantized16`].
 #[test]
-fn quantized_attributes_stay_near() {
+fn quantized_attributes_are_within_documented_bounds() {
     let hierarchy = fixtures::grid_pyramid(3);
     let bytes = file_of(hierarchy.clone()).to_bytes_with(Precision::Quantized16.into());
     let read = BakedFile::from_bytes(&bytes).unwrap().primitives.remove(0);
@@ -143,15 +135,12 @@ fn quantized_attributes_stay_near() {
     for (new, old) in new.positions.iter().zip(&old.positions) {
         assert!(new.distance(*old) <= read.position_error_in_local);
     }
-    let near_enough = |new: Vec3, old: Vec3| new.distance(old).to_degrees() <= 0.125;
-    assert!(
-        new.normals
-            .iter()
-            .zip(&old.normals)
-            .all(|(n, o)| near_enough(*n, *o))
-    );
+    let is_near = |new: Vec3, old: Vec3| new.distance(old).to_degrees() <= 0.125;
+    for (new, old) in new.normals.iter().zip(&old.normals) {
+        assert!(is_near(*new, *old));
+    }
     for (new, old) in new.tangents.iter().zip(&old.tangents) {
-        assert!(near_enough(new.truncate(), old.truncate()) && new.w == old.w);
+        assert!(is_near(new.truncate(), old.truncate()) && new.w == old.w);
     }
     for (new, old) in new.uvs_1.iter().zip(&old.uvs_1) {
         assert!((new - old).abs().max_element() <= 7.0 / 65_535.0 * 0.51);
@@ -159,7 +148,6 @@ fn quantized_attributes_stay_near() {
     for (new, old) in new.colors.iter().zip(&old.colors) {
         assert!((new - old).abs().max_element() <= 1.0 / 65_535.0 * 0.51);
     }
-    // The triangles are the same.
     assert_eq!(read.hierarchy.indices, hierarchy.indices);
     assert_eq!(read.hierarchy.unit_vertices, hierarchy.unit_vertices);
 }
@@ -186,20 +174,4 @@ fn quantized_directions_are_exact_on_axes() {
         Vec3::Z,
     ];
     assert_eq!(read.hierarchy.vertices.normals, expected);
-}
-
-/// Hills of 131,072 triangles: position, normal and texture coordinates of all levels.
-#[test]
-fn files_are_small() {
-    let mut hierarchy = fixtures::grid_pyramid(4);
-    hierarchy.vertices.tangents.clear();
-    hierarchy.vertices.uvs_1.clear();
-    hierarchy.vertices.colors.clear();
-    let triangles = hierarchy.source_triangle_count() as f64;
-    let file = file_of(hierarchy);
-    let bytes_each =
-        |precision: Precision| file.to_bytes_with(precision.into()).len() as f64 / triangles;
-    let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(bytes_each);
-    println!("{lossless:.2} bytes a triangle lossless, {quantized:.2} quantized");
-    assert!(lossless <= 20.0 && quantized <= 10.0);
 }

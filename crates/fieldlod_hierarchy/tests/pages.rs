@@ -1,4 +1,4 @@
-//! What a `.fieldpages` file keeps, and what is said of broken ones.
+//! Round trips of `.fieldpages` files, and rejection of malformed ones.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -37,7 +37,7 @@ fn read_page(mesh: &PagedMesh, page: usize, bytes: &[u8]) -> Result<Hierarchy, F
     mesh.read_page(page, &bytes[range.start as usize..range.end as usize])
 }
 
-/// The corners of each triangle of a unit.
+/// The corner positions of the triangles of a unit.
 fn triangles(hierarchy: &Hierarchy, unit: usize) -> Vec<[Vec3; 3]> {
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
     let triangles = hierarchy.triangles_of(&hierarchy.units[unit]);
@@ -45,7 +45,7 @@ fn triangles(hierarchy: &Hierarchy, unit: usize) -> Vec<[Vec3; 3]> {
 }
 
 #[test]
-fn pages_hold_all_units_as_they_were() {
+fn pages_hold_each_unit_unchanged() {
     let file = file();
     let bytes = PagedFile::to_bytes(&file, small_pages(Precision::Lossless));
     let paged = PagedFile::from_contents(&bytes).unwrap();
@@ -75,9 +75,9 @@ fn pages_hold_all_units_as_they_were() {
     }
 }
 
-/// The first page is all that the coarsest cut draws, and no page mixes levels but that.
+/// Only the first page may mix levels.
 #[test]
-fn the_first_page_draws_the_coarsest_cut() {
+fn first_page_holds_the_coarsest_cut() {
     let bytes = PagedFile::to_bytes(&file(), small_pages(Precision::Lossless));
     for mesh in PagedFile::from_contents(&bytes).unwrap().meshes {
         let mut coarsest = vec![false; mesh.graph.groups.len()];
@@ -97,14 +97,11 @@ fn the_first_page_draws_the_coarsest_cut() {
     }
 }
 
-/// A vertex that two pages have is at the same place in both: nothing cracks.
+/// A vertex has the same position in all pages that contain it.
 #[test]
 fn quantized_pages_have_no_cracks() {
     let hierarchy = fixtures::grid_pyramid(3);
-    let places: HashMap<_, _> = (0..)
-        .zip(&hierarchy.vertices.positions)
-        .map(|(v, p): (u32, _)| (v, *p))
-        .collect();
+    let exact = hierarchy.vertices.positions.clone();
     let file = BakedFile {
         primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
     };
@@ -122,7 +119,7 @@ fn quantized_pages_have_no_cracks() {
                 for (&vertex, &read_vertex) in vertices.iter().zip(read_vertices) {
                     let at = read.vertices.positions[read_vertex as usize];
                     assert_eq!(*read_places.entry(vertex).or_insert(at), at);
-                    assert!(at.distance(places[&vertex]) <= mesh.position_error_in_local());
+                    assert!(at.distance(exact[vertex as usize]) <= mesh.position_error_in_local());
                 }
             }
         }
@@ -130,7 +127,7 @@ fn quantized_pages_have_no_cracks() {
 }
 
 #[test]
-fn the_table_of_contents_is_read_without_the_pages() {
+fn table_of_contents_is_read_without_pages() {
     let bytes = PagedFile::to_bytes(&file(), PageOptions::default());
     let end = PagedFile::contents_end(&bytes[..PagedFile::HEADER_BYTES]).unwrap();
     let paged = PagedFile::from_contents(&bytes[..end as usize]).unwrap();
@@ -144,7 +141,7 @@ fn the_table_of_contents_is_read_without_the_pages() {
 }
 
 #[test]
-fn the_same_contents_give_the_same_bytes() {
+fn equal_contents_give_equal_bytes() {
     let bytes = || PagedFile::to_bytes(&file(), small_pages(Precision::Quantized16));
     assert_eq!(bytes(), bytes());
 }
@@ -163,7 +160,7 @@ fn rejects_broken_tables() {
             Err(FileError::Truncated { .. })
         ));
     }
-    // Any bit of table or pages.
+    // A flipped bit in the table or in a page.
     let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
     let mut random = Random::new(3);
     for _ in 0..200 {
@@ -181,16 +178,16 @@ fn rejects_broken_tables() {
             ));
         }
     }
-    // A page in place of another.
+    // The bytes of another page.
     let first = mesh.pages[0].bytes.clone();
     let other = mesh.read_page(1, &bytes[first.start as usize..first.end as usize]);
     assert_eq!(other, Err(FileError::Checksum));
 }
 
 proptest! {
-    /// Whatever is in a table that is sealed: an error, or pages that cannot be read, never a panic.
+    /// A malformed table with a matching checksum gives errors, but no panic.
     #[test]
-    fn no_table_panics(changes in prop::collection::vec((0usize..4096, any::<u8>()), 1..8)) {
+    fn malformed_tables_do_not_panic(changes in prop::collection::vec((0usize..4096, any::<u8>()), 1..8)) {
         static FILE: LazyLock<Vec<u8>> =
             LazyLock::new(|| PagedFile::to_bytes(&file(), small_pages(Precision::Lossless)));
         let mut bytes = FILE.clone();
@@ -202,9 +199,9 @@ proptest! {
         read_all(&bytes);
     }
 
-    /// Nor does a page, whatever is in it.
+    /// A malformed page with a matching checksum gives errors, but no panic.
     #[test]
-    fn no_page_panics(
+    fn malformed_pages_do_not_panic(
         changes in prop::collection::vec((any::<usize>(), any::<u8>()), 1..8),
         page in any::<usize>(),
         is_quantized: bool,
@@ -223,7 +220,6 @@ proptest! {
         for (at, value) in changes {
             bytes[range.start + at % range.len()] = value;
         }
-        // Checksums that fit let it be read to where it is wrong.
         let after = xxh3_64(&bytes[range]).to_le_bytes();
         let places = bytes[..end].windows(8).filter(|window| **window == before);
         prop_assert_eq!(places.count(), 1);
@@ -234,14 +230,14 @@ proptest! {
     }
 }
 
-/// Makes the checksum of a table fit, which ends at `end`.
+/// Updates the checksum of a table that ends at `end`.
 fn seal(bytes: &mut [u8], end: usize) {
     let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
     let checksum = xxh3_64_with_seed(&bytes[32..end], u64::from(count));
     bytes[24..32].copy_from_slice(&checksum.to_le_bytes());
 }
 
-/// Reads all pages, of which each is sound as far as it can be read.
+/// Reads all pages and the triangles of all valid ones.
 fn read_all(bytes: &[u8]) {
     let Ok(paged) = PagedFile::from_contents(bytes) else {
         return;

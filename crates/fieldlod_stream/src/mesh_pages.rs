@@ -1,10 +1,10 @@
-//! The pages of one mesh, and which of them depend on which.
+//! The pages of one mesh and their dependencies.
 
 use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
 
-/// A mesh of a [`Residency`](crate::Residency). Ids are given once.
+/// A mesh of a [`Residency`](crate::Residency). Ids are not reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StreamMeshId(pub(crate) u32);
 
@@ -13,7 +13,7 @@ pub struct StreamMeshId(pub(crate) u32);
 pub struct StreamPageId {
     /// The mesh.
     pub mesh: StreamMeshId,
-    /// The page's number in [`PagedMesh::pages`].
+    /// Index in [`PagedMesh::pages`].
     pub page: u32,
 }
 
@@ -24,7 +24,7 @@ pub(crate) enum PageState {
     Absent,
     Loading,
     Resident,
-    /// It could not be loaded, and is not to be tried again before this frame.
+    /// Could not be loaded. Retried in frame `until` or later.
     Failed {
         until: u64,
     },
@@ -35,22 +35,22 @@ pub(crate) struct PageEntry {
     pub(crate) state: PageState,
     /// Bytes on the GPU.
     pub(crate) gpu_bytes: u64,
-    /// Bytes of main memory while it is loaded: those of the file, and what they are decoded to.
+    /// Bytes of main memory while loading: the encoded and the decoded page.
     pub(crate) loading_bytes: u64,
-    /// How often it could not be loaded, one time after the other.
+    /// Number of consecutive failures.
     pub(crate) failures: u32,
-    /// The last frame in which a view refined one of its groups, or would have.
+    /// Last frame with a demand for one of its groups.
     pub(crate) used_at: u64,
-    /// The time of that frame.
+    /// Time of this frame.
     pub(crate) used_at_time: Duration,
-    /// Pixels that are lacking for each byte; what depends on it included.
+    /// Missing pixels per byte. At least the priority of each page that depends on this page.
     pub(crate) priority: f32,
-    /// Pages of coarser groups, without which groups of this are not refined.
+    /// Pages of coarser groups. They must be resident before groups of this page can be refined.
     pub(crate) coarser: Vec<u32>,
 }
 
 impl PageEntry {
-    /// Bytes of the file.
+    /// Bytes in the file.
     pub(crate) fn file_bytes(&self) -> u64 {
         self.loading_bytes - self.gpu_bytes
     }
@@ -101,7 +101,7 @@ impl MeshPages {
     }
 
     /// Raises the priority of the coarser pages that a page depends on.
-    pub(crate) fn hand_on_priority(&mut self, page: u32) {
+    pub(crate) fn raise_coarser_priorities(&mut self, page: u32) {
         let priority = self.pages[page as usize].priority;
         let coarser = std::mem::take(&mut self.pages[page as usize].coarser);
         for &coarser in &coarser {

@@ -8,39 +8,42 @@ use fieldlod_hierarchy::PagedMesh;
 use crate::mesh_pages::{MeshPages, PageEntry, PageState, StreamMeshId, StreamPageId};
 use crate::settings::StreamSettings;
 
-/// Factors of the coarsening per frame, while more is wanted than fits and while much of the budget is free.
+/// Factors of the coarsening per frame: while wanted pages exceed the budget, and while much of it is free.
 const COARSER: f32 = 1.05;
 const FINER: f32 = 1.0 / 1.02;
-/// Share of the budget below which it counts as free. Between this and the whole budget nothing changes.
+/// The coarsening falls below this share of the budget. Between this and the whole budget it stays constant.
 const DEAD_BAND_FROM: f64 = 0.8;
 /// Largest coarsening.
-const MOST_COARSENING: f32 = 1000.0;
-/// Frames for which errors do not count for more again after they had to count for less: twice as many each
-/// time that this was too early, up to the most. Pages come in steps, which may be larger than the dead band.
+const MAX_COARSENING: f32 = 1000.0;
+/// First and largest number of frames between exceeding the budget and lowering thresholds again.
+///
+/// The number doubles if the budget is exceeded again soon. Otherwise a page that is larger than the dead band would be
+/// loaded and evicted forever.
 const PATIENCE: [u64; 2] = [120, 7680];
-/// Frames until a page that could not be loaded is tried again, for the first time and at most.
+/// First and largest number of frames until a failed page is retried.
 const RETRY_FRAMES: [u64; 2] = [30, 1920];
-/// Frames in which all meshes are looked through for pages that were not in use for long, some in each.
+/// Number of frames of one pass over all meshes that evicts unused pages.
 const SWEEP_FRAMES: u64 = 16;
 
-/// Which pages are in memory.
+/// Tracks resident pages and decides which pages are loaded and evicted.
 #[derive(Clone, Debug)]
 pub struct Residency {
     settings: StreamSettings,
     meshes: Vec<Option<MeshPages>>,
     frame: u64,
-    /// The time of this frame, since the beginning.
+    /// Time of this frame since the first frame.
     time: Duration,
     coarsening: f32,
-    /// The last frame in which more was wanted than fits, and for how long that is remembered.
+    /// Last frame in which wanted pages exceeded the budget.
     exceeded_at: u64,
+    /// Frames to wait after it. See [`PATIENCE`].
     patience: u64,
-    /// Bytes of pages that are in use or wanted in this frame, first pages included.
+    /// Bytes of demanded pages of this frame, without first pages.
     wanted_bytes: u64,
-    /// Pages wanted and absent, each once.
+    /// Demanded pages that are not resident, without duplicates.
     wanted: Vec<StreamPageId>,
     first_page_bytes: u64,
-    /// Pages that may be evicted in this frame, once that was asked for.
+    /// Pages that may be evicted in this frame, least recently used last. Computed on first use.
     idle: Option<Vec<StreamPageId>>,
     statistics: Statistics,
 }
@@ -48,32 +51,32 @@ pub struct Residency {
 /// The loads and evictions of a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Orders {
-    /// Pages to free, that which was not in use for longest first. They are not at hand any more.
+    /// Pages to free, least recently used first. They are no longer resident.
     pub evict: Vec<StreamPageId>,
-    /// Pages to load, the most urgent first.
+    /// Pages to load, by descending priority.
     pub load: Vec<StreamPageId>,
 }
 
-/// How memory is used. Sums since the beginning are of all frames.
+/// Memory statistics. Totals cover all frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Bytes on the GPU of resident pages.
+    /// GPU bytes of resident pages.
     pub resident_bytes: u64,
-    /// Bytes on the GPU that pages being loaded will take.
+    /// GPU bytes of loading pages.
     pub loading_gpu_bytes: u64,
-    /// Bytes of main memory that pages being loaded take.
+    /// Bytes of main memory of loading pages.
     pub loading_bytes: u64,
-    /// Bytes on the GPU of all that was in use or wanted in the last frame.
+    /// GPU bytes of all pages that were in use or wanted in the last frame.
     pub wanted_bytes: u64,
     /// Pages that were wanted in the last frame and are not resident.
     pub missing_pages: u32,
-    /// Pages loaded, evicted and failed since the beginning.
+    /// Total number of loaded pages.
     pub loaded: u64,
-    /// Bytes of files of the pages loaded since the beginning.
+    /// Total file bytes of loaded pages.
     pub loaded_file_bytes: u64,
-    /// Pages evicted since the beginning.
+    /// Total number of evicted pages.
     pub evicted: u64,
-    /// Failures to load a page since the beginning.
+    /// Total number of failed loads.
     pub failed: u64,
 }
 
@@ -97,7 +100,7 @@ impl Residency {
         }
     }
 
-    /// Changes the budgets from the next frame on.
+    /// Changes the budgets, starting with the next frame.
     pub fn set_settings(&mut self, settings: StreamSettings) {
         self.settings = settings;
     }
@@ -131,13 +134,13 @@ impl Residency {
         }
     }
 
-    /// Factor for thresholds in pixels in this frame. 1 while everything that is wanted fits the budget.
+    /// Factor for thresholds in pixels in this frame. 1 while all wanted pages fit the budget.
     #[must_use]
     pub fn coarsening(&self) -> f32 {
         self.coarsening
     }
 
-    /// Whether the first pages alone exceed the budget. Nothing finer is loaded then.
+    /// Returns `true` if the first pages alone exceed the budget. Finer pages are then not loaded.
     #[must_use]
     pub fn is_budget_too_small(&self) -> bool {
         self.first_page_bytes > self.settings.gpu_bytes
@@ -149,7 +152,7 @@ impl Residency {
         self.statistics
     }
 
-    /// Whether the units of a group are resident.
+    /// Returns `true` if the units of a group are resident.
     #[must_use]
     pub fn is_at_hand(&self, mesh: StreamMeshId, group: u32) -> bool {
         let Some(mesh) = self.mesh(mesh) else {
@@ -159,7 +162,7 @@ impl Residency {
         page.is_some_and(|page| mesh.pages[page as usize].state == PageState::Resident)
     }
 
-    /// Whether a page is resident.
+    /// Returns `true` if a page is resident.
     #[must_use]
     pub fn is_resident(&self, page: StreamPageId) -> bool {
         let entry = self.page(page);
@@ -174,8 +177,8 @@ impl Residency {
         self.meshes.get(mesh.0 as usize)?.as_ref()
     }
 
-    /// Reports that a view refines a group in this frame, or would refine it if it were resident. In the second case the
-    /// geometry that is drawn instead has an error of `missing_px`.
+    /// Reports that a view refines a group in this frame, or would refine it if it were resident. `missing_px` is the
+    /// error of the geometry that is drawn in place of a group that is not resident.
     pub fn demand(&mut self, mesh: StreamMeshId, group: u32, missing_px: Option<f32>) {
         let Some(pages) = self
             .meshes
@@ -193,7 +196,7 @@ impl Residency {
             entry.used_at = self.frame;
             entry.used_at_time = self.time;
             entry.priority = 0.0;
-            // First pages are counted anyway.
+            // `update` adds all first pages.
             if page > 0 {
                 self.wanted_bytes += entry.gpu_bytes;
             }
@@ -215,7 +218,7 @@ impl Residency {
         let mut orders = Orders::default();
         self.load_first_pages(&mut orders);
         self.load_wanted(&mut orders);
-        // With a smaller budget than before, nothing may be wanted and yet too much be held.
+        // A reduced budget may require evictions even if no page is wanted.
         self.make_room(0, &mut orders);
         self.idle = None;
         self.evict_unused(&mut orders);
@@ -226,14 +229,14 @@ impl Residency {
         orders
     }
 
-    /// Raises thresholds if more is wanted than fits, and lowers them if much of the budget is free.
+    /// Raises thresholds if wanted pages exceed the budget, and lowers them if much of it is free.
     fn adapt(&mut self) {
         let budget = self.settings.gpu_bytes;
         let wanted = self.statistics.wanted_bytes;
         let waited = self.frame - self.exceeded_at;
         if wanted > budget {
-            self.coarsening = (self.coarsening * COARSER).min(MOST_COARSENING);
-            // After a rest and a try, not in the midst of getting coarser.
+            self.coarsening = (self.coarsening * COARSER).min(MAX_COARSENING);
+            // Only after a pause: thresholds also rise in consecutive frames.
             if waited > self.patience {
                 self.patience = if waited < self.patience * 2 {
                     (self.patience * 2).min(PATIENCE[1])
@@ -259,18 +262,18 @@ impl Residency {
         }
     }
 
-    /// Loads wanted pages, the most urgent first, while there is room.
+    /// Loads wanted pages by descending priority, while there is room.
     fn load_wanted(&mut self, orders: &mut Orders) {
         let mut wanted = std::mem::take(&mut self.wanted);
-        // Finer pages have greater numbers.
+        // Finer pages have larger indices.
         wanted.sort_unstable_by_key(|page| Reverse(*page));
         for page in &wanted {
             if let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] {
-                mesh.hand_on_priority(page.page);
+                mesh.raise_coarser_priorities(page.page);
             }
         }
         let priority = |page: &StreamPageId| self.page(*page).map_or(0.0, |page| page.priority);
-        // Of equal priority, coarser ones come first.
+        // At equal priority, coarser pages come first.
         wanted.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
         for page in wanted.drain(..) {
             if !self.may_load(page) {
@@ -285,7 +288,7 @@ impl Residency {
         self.wanted = wanted;
     }
 
-    /// Whether a page is absent, due for a retry if it failed, and within the limit of concurrent loads.
+    /// Returns `true` if a page is absent or due for a retry, and fits the budget of loading pages.
     fn may_load(&self, page: StreamPageId) -> bool {
         let Some(entry) = self.page(page) else {
             return false;
@@ -328,26 +331,26 @@ impl Residency {
         true
     }
 
-    /// The pages that are not in use, least recently used last.
+    /// The pages that may be evicted, least recently used last.
     fn find_idle(&self) -> Vec<StreamPageId> {
         let meshes = 0..self.meshes.len() as u32;
         let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
         let mut idle: Vec<(StreamPageId, &PageEntry)> = idle.collect();
-        // Of those that were in use together, finer ones, with greater numbers, go first.
+        // Of pages that were used in the same frame, finer ones are evicted first.
         idle.sort_unstable_by_key(|&(id, page)| (Reverse(page.used_at), id.page, id.mesh));
         idle.into_iter().map(|(id, _)| id).collect()
     }
 
-    /// The pages of a mesh that are not in use.
+    /// The pages of a mesh that may be evicted: resident and unused in this frame.
     fn idle_of(&self, mesh: StreamMeshId) -> impl Iterator<Item = (StreamPageId, &PageEntry)> {
         let pages = self.mesh(mesh).map_or(&[][..], |mesh| &mesh.pages);
-        // First pages stay.
+        // First pages are never evicted.
         let pages = (0..).zip(pages).skip(1);
         let pages = pages.map(move |(page, entry)| (StreamPageId { mesh, page }, entry));
         pages.filter(|(_, page)| page.state == PageState::Resident && page.used_at < self.frame)
     }
 
-    /// Evicts pages that were unused for longer than the setting, for some meshes in each frame.
+    /// Evicts pages that were unused for longer than the setting. Each frame checks some of the meshes.
     fn evict_unused(&mut self, orders: &mut Orders) {
         let keep = self.settings.keep_unused;
         let is_unused = |page: &PageEntry| self.time - page.used_at_time > keep;
@@ -372,7 +375,7 @@ impl Residency {
         orders.evict.push(page);
     }
 
-    /// Reports that a page is loaded. Returns `false` if its mesh was removed meanwhile.
+    /// Reports that a page is loaded. Returns `false` if its mesh was removed.
     pub fn set_loaded(&mut self, page: StreamPageId) -> bool {
         let Some(entry) = self.end_loading(page) else {
             return false;

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-/// Memory budgets of pages.
+/// Memory budgets for pages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
-    /// Bytes of meshes on the GPU. The coarsest levels of all meshes may exceed it, nothing else.
+    /// Budget of meshes on the GPU, in bytes. Only the first pages of all meshes may exceed it.
     pub gpu_bytes: u64,
-    /// Bytes of main memory of pages that are being loaded. One page at a time is always loaded.
+    /// Budget of main memory for loading pages, in bytes. A single page may exceed it.
     pub loading_bytes: u64,
-    /// Pages that were unused for longer are evicted even if there is room.
+    /// Pages that are unused for longer are evicted even if there is room.
     pub keep_unused: Duration,
 }
 

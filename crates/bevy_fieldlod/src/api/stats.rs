@@ -20,7 +20,6 @@ pub struct FieldLodViewStats {
     /// CPU time of the selection.
     pub selection_time: Duration,
     /// Pieces of `.fieldpages` files that this camera would refine and that are not in memory.
-    /// [`FieldLodSharp`](crate::FieldLodSharp) is triggered when no piece is missing.
     pub missing_pieces: u32,
     /// The largest error, in pixels, of the coarser pieces that are drawn in place of the missing ones.
     pub missing_px: f32,

@@ -20,7 +20,7 @@ use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
-use crate::scene::lod_mesh::LodClusters;
+use crate::scene::lod_mesh::LodObject;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Source meshes that the GPU does not have.
@@ -71,8 +71,13 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-fn note_units<E: EntityEvent>(_: On<E, LodClusters>, mut sources: ResMut<ReleasedSources>) {
-    sources.is_stale = true;
+fn note_units<E: EntityEvent>(
+    event: On<E, LodObject>,
+    objects: Query<&LodObject>,
+    mut sources: ResMut<ReleasedSources>,
+) {
+    let object = objects.get(event.event_target());
+    sources.is_stale |= object.is_ok_and(LodObject::has_units);
 }
 
 fn note_lost_mesh<M: Component>(
@@ -108,7 +113,7 @@ fn any_draws_sources(views: &Query<&ViewCut>) -> bool {
 /// Decides which sources the GPU is to have.
 fn release_sources(
     mut sources: ResMut<ReleasedSources>,
-    drawn: Query<(Entity, &Mesh3d, Has<LodClusters>), Without<LodUnit>>,
+    drawn: Query<(Entity, &Mesh3d, Option<&LodObject>), Without<LodUnit>>,
     drawn_meshes: Res<DrawnMeshes>,
     flat: Query<&Mesh2d>,
     views: Query<&ViewCut>,
@@ -120,7 +125,8 @@ fn release_sources(
     sources.any_view_draws_sources = any_draws_sources(&views);
     let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
     if !config.advanced.sources_on_gpu && !sources.any_view_draws_sources {
-        let clustered = drawn.iter().filter(|(.., is_cut)| *is_cut);
+        let has_units = |object: &Option<&LodObject>| object.is_some_and(LodObject::has_units);
+        let clustered = drawn.iter().filter(|(.., object)| has_units(object));
         spare.extend(clustered.map(|(_, mesh, _)| mesh.id()));
         // It comes back from main memory.
         let is_kept = |mesh: &AssetId<Mesh>| {
@@ -129,7 +135,7 @@ fn release_sources(
         };
         spare.retain(is_kept);
         // Whole meshes have it as their finest level, and may draw it in any frame.
-        let others = drawn.iter().filter(|(.., is_cut)| !is_cut);
+        let others = drawn.iter().filter(|(.., object)| !has_units(object));
         let others = others.map(|(_, mesh, _)| mesh.id());
         for mesh in others.chain(flat.iter().map(|mesh| mesh.id())) {
             shared.extend(spare.take(&mesh));

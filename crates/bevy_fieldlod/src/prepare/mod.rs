@@ -56,11 +56,8 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             PostUpdate,
             (
-                (
-                    objects::skip_unsupported_objects.run_if(any_waiting),
-                    collect::collect_prepared_meshes.run_if(any_preparing),
-                )
-                    .chain()
+                collect::collect_prepared_meshes
+                    .run_if(any_preparing)
                     .in_set(Collect),
                 (
                     objects::give_levels_to_objects.run_if(any_waiting),

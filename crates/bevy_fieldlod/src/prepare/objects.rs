@@ -16,7 +16,7 @@ use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
 use crate::api::stats::FieldLodProgress;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
-use crate::scene::lod_mesh::{LodClusters, LodMesh, LodObject, LodState, LodWaiting};
+use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 
 /// Logs meshes that cannot have levels of detail: one for each reason.
 #[derive(SystemParam)]
@@ -42,23 +42,6 @@ impl UnsupportedLog<'_, '_> {
     }
 }
 
-/// Excludes skinned and morphed meshes.
-pub(super) fn skip_unsupported_objects(
-    mut commands: Commands,
-    waiting: Query<(Entity, &Mesh3d, Has<SkinnedMesh>, Has<MeshMorphWeights>), Added<LodWaiting>>,
-    mut log: UnsupportedLog,
-) {
-    for (entity, mesh, skinned, morphed) in &waiting {
-        let reason = match (skinned, morphed) {
-            (true, _) => "it is skinned",
-            (_, true) => "it has morph targets",
-            _ => continue,
-        };
-        log.add(entity, mesh.id(), reason.into());
-        leave_plain(&mut commands.entity(entity), None);
-    }
-}
-
 type Material = MeshMaterial3d<StandardMaterial>;
 
 /// A mesh entity that waits for its levels.
@@ -67,6 +50,8 @@ type Waiting = (
     &'static Mesh3d,
     &'static LodWaiting,
     Option<&'static Material>,
+    Has<SkinnedMesh>,
+    Has<MeshMorphWeights>,
 );
 
 /// Looks up the levels of waiting entities, and inserts those that are ready.
@@ -83,7 +68,17 @@ pub(super) fn give_levels_to_objects(
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, material) in &waiting {
+    for (entity, mesh, wanted, material, is_skinned, is_morphed) in &waiting {
+        if is_skinned || is_morphed {
+            let reason = if is_skinned {
+                "it is skinned"
+            } else {
+                "it has morph targets"
+            };
+            log.add(entity, mesh.id(), reason.into());
+            leave_plain(&mut commands.entity(entity), None);
+            continue;
+        }
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -104,9 +99,10 @@ pub(super) fn give_levels_to_objects(
                 if culling.is_on {
                     commands.try_insert(NoCpuCulling);
                 }
-                if lod.kind == LodKind::WholeMesh {
-                    // A mesh of its own if the source is not for the GPU.
-                    drawn.set(entity, lod.mesh_at(0));
+                let finest = lod.mesh_at(0).filter(|_| lod.kind == LodKind::WholeMesh);
+                if finest.is_some() {
+                    // The source is not for the GPU.
+                    drawn.set(entity, finest);
                 }
                 give_levels(&mut commands, lod, mesh, wanted);
             }
@@ -121,7 +117,8 @@ fn first_materials(
     ready: &Query<(&Mesh3d, &Material), With<LodObject>>,
 ) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
     let waiting = waiting.iter();
-    let waiting = waiting.filter_map(|(_, mesh, .., material)| Some((mesh.id(), material?.id())));
+    let waiting =
+        waiting.filter_map(|(_, mesh, _, material, ..)| Some((mesh.id(), material?.id())));
     let ready = ready.iter();
     let ready = ready.map(|(mesh, material)| (mesh.id(), material.id()));
     let mut first = HashMap::new();
@@ -149,9 +146,6 @@ fn give_levels(
     wanted: &LodWaiting,
 ) {
     let kind = lod.kind;
-    if kind == LodKind::Clusters {
-        commands.try_insert(LodClusters);
-    }
     let object = LodObject {
         mesh: lod.clone(),
         source: mesh.id(),

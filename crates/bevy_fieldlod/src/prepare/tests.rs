@@ -215,6 +215,84 @@ fn rejects_file_of_another_mesh() {
     assert!(find(&bare, &file_of(&pyramid(), true)) == stale());
 }
 
+#[test]
+fn meshes_with_unused_vertices_find_levels_of_used_ones() {
+    let hierarchy = pyramid();
+    let used = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    // A vertex far away before all others.
+    let mut whole = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    let with_first: Vec<u32> = std::iter::once(0)
+        .chain(0..hierarchy.source_vertex_count)
+        .collect();
+    whole.vertices = used.vertices.at(&with_first);
+    whole.vertices.positions[0] = Vec3::splat(1e9);
+    whole.indices.iter_mut().for_each(|index| *index += 1);
+    for beside_source in [false, true] {
+        let file = file_of(&hierarchy, beside_source);
+        let found = whole.find_hierarchy(&file, None, "pyramid").unwrap();
+        assert_eq!(found.validate(), Ok(()));
+        assert_eq!(found.source_vertex_count, hierarchy.source_vertex_count + 1);
+        let pairs = found.units.iter().zip(&hierarchy.units);
+        for (found_unit, unit) in pairs {
+            let positions: Vec<Vec3> = of_unit(&found, found_unit, &found.vertices.positions);
+            let expected: Vec<Vec3> = of_unit(&hierarchy, unit, &hierarchy.vertices.positions);
+            assert!(positions == expected);
+        }
+    }
+}
+
+#[test]
+fn meshes_with_unused_vertices_find_levels_of_used_ones() {
+    let hierarchy = pyramid();
+    let used = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    // A vertex far away before all others.
+    let mut whole = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    let with_first: Vec<u32> = std::iter::once(0)
+        .chain(0..hierarchy.source_vertex_count)
+        .collect();
+    whole.vertices = used.vertices.at(&with_first);
+    whole.vertices.positions[0] = Vec3::splat(1e9);
+    whole.indices.iter_mut().for_each(|index| *index += 1);
+    for beside_source in [false, true] {
+        let file = file_of(&hierarchy, beside_source);
+        let found = whole.find_hierarchy(&file, None, "pyramid").unwrap();
+        assert_eq!(found.validate(), Ok(()));
+        assert_eq!(found.source_vertex_count, hierarchy.source_vertex_count + 1);
+        let pairs = found.units.iter().zip(&hierarchy.units);
+        for (found_unit, unit) in pairs {
+            let positions: Vec<Vec3> = of_unit(&found, found_unit, &found.vertices.positions);
+            let expected: Vec<Vec3> = of_unit(&hierarchy, unit, &hierarchy.vertices.positions);
+            assert!(positions == expected);
+        }
+    }
+}
+
+#[test]
+fn meshes_with_unused_vertices_find_levels_of_used_ones() {
+    let hierarchy = pyramid();
+    let used = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    // A vertex far away before all others.
+    let mut whole = SourceArrays::of(&source_of(&hierarchy)).unwrap();
+    let with_first: Vec<u32> = std::iter::once(0)
+        .chain(0..hierarchy.source_vertex_count)
+        .collect();
+    whole.vertices = used.vertices.at(&with_first);
+    whole.vertices.positions[0] = Vec3::splat(1e9);
+    whole.indices.iter_mut().for_each(|index| *index += 1);
+    for beside_source in [false, true] {
+        let file = file_of(&hierarchy, beside_source);
+        let found = whole.find_hierarchy(&file, None, "pyramid").unwrap();
+        assert_eq!(found.validate(), Ok(()));
+        assert_eq!(found.source_vertex_count, hierarchy.source_vertex_count + 1);
+        let pairs = found.units.iter().zip(&hierarchy.units);
+        for (found_unit, unit) in pairs {
+            let positions: Vec<Vec3> = of_unit(&found, found_unit, &found.vertices.positions);
+            let expected: Vec<Vec3> = of_unit(&hierarchy, unit, &hierarchy.vertices.positions);
+            assert!(positions == expected);
+        }
+    }
+}
+
 /// For example a trunk that two trees share, with different levels for each tree.
 #[test]
 fn equal_meshes_find_levels_of_their_own_place() {

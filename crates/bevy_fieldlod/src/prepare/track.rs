@@ -13,7 +13,7 @@ use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
 use crate::prepare::restart::RestartObjects;
 use crate::scene::changed::ChangedOn;
-use crate::scene::lod_mesh::{LodClusters, LodObject, LodState, LodWaiting};
+use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
 
 /// Tracks mesh entities in each frame.
@@ -119,9 +119,9 @@ fn track_objects(
         sources.note(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodWaiting)>();
-        // A clone has these of its original.
+        // A clone has it of its original.
         if let Some(LodState::Ready(_)) = state {
-            commands.try_remove::<FromLevels>();
+            commands.try_remove::<NoCpuCulling>();
         }
         if let Some(auto_lod) = auto_lod {
             commands.try_insert((LodWaiting { auto_lod }, LodState::Waiting));
@@ -130,9 +130,6 @@ fn track_objects(
         }
     }
 }
-
-/// The components that the plugin inserts together with a [`LodObject`].
-type FromLevels = (LodClusters, NoCpuCulling);
 
 /// Records a new object.
 fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
@@ -151,7 +148,7 @@ fn remove_object(
     }
     drawn.set(removal.entity, None);
     let mut commands = commands.entity(removal.entity);
-    commands.try_remove::<FromLevels>();
+    commands.try_remove::<NoCpuCulling>();
 }
 
 /// Removes the components of the plugin from an entity whose [`Mesh3d`] was removed.

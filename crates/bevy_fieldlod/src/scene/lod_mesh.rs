@@ -123,6 +123,11 @@ pub(crate) struct LodObject {
 }
 
 impl LodObject {
+    /// Whether it is drawn as units.
+    pub(crate) fn has_units(&self) -> bool {
+        self.mesh.kind == LodKind::Clusters
+    }
+
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
         let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
@@ -153,7 +158,3 @@ impl LodRequest {
         }
     }
 }
-
-/// Marks an object that is drawn as units.
-#[derive(Component)]
-pub(crate) struct LodClusters;

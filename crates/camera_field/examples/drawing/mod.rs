@@ -1,4 +1,4 @@
-//! What the figures share: pictures as SVG, planes in scene units, graphs with axes, repeatable random numbers.
+//! Shared by the figures: SVG pictures, planes in scene units, graphs with axes, repeatable random numbers.
 
 #![allow(
     dead_code,
@@ -10,7 +10,7 @@ use std::env;
 use std::error::Error;
 use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3, dvec3};
@@ -32,7 +32,7 @@ pub(crate) const OTHER: RGBColor = RGBColor(224, 122, 20);
 
 const FONT: (&str, u32) = ("sans-serif", 16);
 
-/// The folder named by the first argument, or `paper-out`; it is created if it is missing.
+/// Creates the folder named by the first argument, or `paper-out`.
 pub(crate) fn out_folder() -> Fallible<PathBuf> {
     let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| "paper-out".into()));
     let cause = |error| format!("could not create {}: {error}", folder.display());
@@ -40,15 +40,16 @@ pub(crate) fn out_folder() -> Fallible<PathBuf> {
     Ok(folder)
 }
 
-/// A white picture; [`save`] writes it.
-pub(crate) fn picture(path: &Path, size_px: (u32, u32)) -> Fallible<Area<'_>> {
-    let area = SVGBackend::new(path, size_px).into_drawing_area();
+/// Draws an SVG picture into the output folder.
+pub(crate) fn draw(
+    name: &str,
+    size_px: (u32, u32),
+    draw: impl FnOnce(&Area) -> Fallible,
+) -> Fallible {
+    let path = out_folder()?.join(name);
+    let area = SVGBackend::new(&path, size_px).into_drawing_area();
     area.fill(&WHITE)?;
-    Ok(area)
-}
-
-/// Writes a picture to its file.
-pub(crate) fn save(area: &Area, path: &Path) -> Fallible {
+    draw(&area)?;
     let cause = |error| format!("could not write {}: {error}", path.display());
     area.present().map_err(cause)?;
     Ok(())
@@ -80,14 +81,13 @@ pub(crate) struct Series<'a> {
     pub(crate) points: Vec<DVec2>,
 }
 
-/// A graph with axes, curves and their names at `labels`.
+/// A graph with axes and named curves.
 pub(crate) fn graph(
     area: &Area,
     title: &str,
     x: (&str, Range<f64>),
     y: (&str, Range<f64>),
     series: &[Series],
-    labels: SeriesLabelPosition,
 ) -> Fallible {
     let mut chart = ChartBuilder::on(area)
         .caption(title, FONT)
@@ -98,24 +98,21 @@ pub(crate) fn graph(
     let mut mesh = chart.configure_mesh();
     mesh.x_desc(x.0).y_desc(y.0).label_style(FONT);
     mesh.light_line_style(TRANSPARENT).draw()?;
-    for &Series {
-        name,
-        color,
-        ref points,
-    } in series
-    {
-        let points = points.iter().map(|&point| point.into());
+    for series in series {
+        let color = series.color;
+        let points = series.points.iter().map(|&point| point.into());
         let drawn = chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
         let sample = move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color.stroke_width(2));
-        drawn.label(name).legend(sample);
+        drawn.label(series.name).legend(sample);
     }
     let mut names = chart.configure_series_labels();
-    names.position(labels).background_style(WHITE);
+    names.position(SeriesLabelPosition::UpperRight);
+    names.background_style(WHITE);
     names.label_font(FONT).draw()?;
     Ok(())
 }
 
-/// A line through those of the points that are in the chart; others would be moved to its border.
+/// A line through the points that are inside the chart. plotters would move others to its border.
 pub(crate) fn curve(
     chart: &mut Chart,
     points: impl IntoIterator<Item = DVec2>,
@@ -127,7 +124,7 @@ pub(crate) fn curve(
     Ok(())
 }
 
-/// Whether a point is in the chart.
+/// Returns `true` if a point is inside the chart.
 pub(crate) fn contains(chart: &Chart, point: DVec2) -> bool {
     chart.x_range().contains(&point.x) && chart.y_range().contains(&point.y)
 }
@@ -161,7 +158,7 @@ pub(crate) fn arrow(chart: &mut Chart, from: DVec2, to: DVec2, color: RGBColor) 
     )
 }
 
-/// Colours a chart by its coordinates, in squares of `cell` units; `None` stays white.
+/// Colours a chart in squares of `cell` units. `None` stays white.
 pub(crate) fn shade(
     chart: &mut Chart,
     cell: f64,
@@ -207,7 +204,7 @@ pub(crate) fn flat(p: DVec3) -> DVec2 {
     DVec2::new(p.x, p.z)
 }
 
-/// The same numbers from the same seed on every machine: xorshift64* (S. Vigna, 2016).
+/// A random number generator, xorshift64* (S. Vigna, 2016). A seed gives equal numbers on all machines.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -215,7 +212,7 @@ impl Random {
         Self(seed + 1)
     }
 
-    /// A number from 0 to below 1.
+    /// A number in `0..1`.
     pub(crate) fn unit(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -224,7 +221,7 @@ impl Random {
         bits as f64 / f64::from(1u32 << 24)
     }
 
-    /// A number between two.
+    /// A number in `least..greatest`.
     pub(crate) fn between(&mut self, least: f64, greatest: f64) -> f64 {
         least + (greatest - least) * self.unit()
     }

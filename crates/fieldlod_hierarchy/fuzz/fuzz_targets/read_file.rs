@@ -1,9 +1,8 @@
-//! Reads any bytes as a `.fieldlod` file: as they are, and with all checksums made to fit, so that
-//! what lies behind them is reached.
+//! Decodes arbitrary bytes as a `.fieldlod` file: unchanged, and with matching checksums.
 //!
-//! `cargo +nightly fuzz run read_file -- -max_total_time=600`, in `crates/fieldlod_hierarchy`. (Or
-//! `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600` with a stable compiler.) To
-//! begin with, put some files written by `fieldlod bake` into `fuzz/corpus/read_file`.
+//! Run `cargo +nightly fuzz run read_file -- -max_total_time=600` in `crates/fieldlod_hierarchy`. A stable
+//! compiler needs `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`. Files of
+//! `fieldlod bake` in `fuzz/corpus/read_file` are good seeds.
 
 #![no_main]
 
@@ -32,7 +31,7 @@ fn read(bytes: &[u8]) {
     }
 }
 
-/// As many source vertices as `hierarchy` has, with the same attributes, which are all zero.
+/// Source vertices with the number and the attributes of `hierarchy`. All values are zero.
 fn zeros_like(hierarchy: &Hierarchy) -> Vertices {
     let count = |length: usize| length.min(hierarchy.source_vertex_count as usize);
     let vertices = &hierarchy.vertices;

@@ -3,13 +3,13 @@
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
-/// How a file is written.
+/// Options of writing a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileOptions {
-    /// How exactly the file keeps vertex attributes.
+    /// Precision of vertex attributes.
     pub precision: Precision,
-    /// Leaves out the source's vertices: for a file that is read where its source is at hand, by
-    /// [`BakedFile::from_bytes_beside_source`]. Only moved vertices are then stored.
+    /// Omits the source vertices and stores only moved vertices. Such a file is read with its source
+    /// mesh, by [`BakedFile::from_bytes_beside_source`].
     pub beside_source: bool,
 }
 
@@ -23,7 +23,7 @@ impl From<Precision> for FileOptions {
     }
 }
 
-/// The contents of a `.fieldlod` file: the hierarchies of one glTF file's mesh primitives.
+/// The contents of a `.fieldlod` file: hierarchies of the mesh primitives of one glTF file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BakedFile {
     /// One entry per baked primitive.
@@ -39,16 +39,16 @@ pub struct BakedPrimitive {
     pub primitive_index: u32,
     /// The mesh's name, or an empty string.
     pub name: String,
-    /// Its levels of detail.
+    /// The levels of detail.
     pub hierarchy: Hierarchy,
-    /// How far the positions in `hierarchy` lie from where the bake had them at most, in local
-    /// units: 0 unless the file was written with [`Precision::Quantized16`]. Vertices that come from
-    /// the source mesh itself are not concerned.
+    /// Largest distance between a stored position and the baked position, in local units. 0 unless the
+    /// file was written with [`Precision::Quantized16`]. Vertices that are read from the source mesh
+    /// are exact.
     pub position_error_in_local: f32,
 }
 
 impl BakedPrimitive {
-    /// Names a hierarchy by its place in the glTF file.
+    /// A hierarchy of the primitive with these indices in the glTF file.
     #[must_use]
     pub fn new(
         mesh_index: u32,
@@ -67,7 +67,7 @@ impl BakedPrimitive {
 }
 
 impl BakedFile {
-    /// The hierarchy of one primitive, by its place in the glTF file.
+    /// The primitive with these indices in the glTF file.
     #[must_use]
     pub fn find(&self, mesh_index: u32, primitive_index: u32) -> Option<&BakedPrimitive> {
         self.primitives

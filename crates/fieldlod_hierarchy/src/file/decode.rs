@@ -1,4 +1,4 @@
-//! From the bytes of sections to a primitive.
+//! Decodes the sections of a primitive.
 
 use super::contents::BakedPrimitive;
 use super::error::FileError;
@@ -34,14 +34,14 @@ impl Decoder {
         }
     }
 
-    /// The decoder of a page.
+    /// Creates the decoder of a page.
     pub(super) fn of_page(entry: Entry) -> Self {
         let mut decoder = Self::new(entry);
         decoder.coded.is_page = true;
         decoder
     }
 
-    /// Takes the next section off the front of `reader`, if the primitive has one more.
+    /// Reads the next section of the primitive, if there is one, from the front of `reader`.
     pub(super) fn read_section(&mut self, reader: &mut Reader<'_>) -> Result<(), FileError> {
         let Some(section) = self.entry.sections.get(self.sections_read) else {
             return Ok(());
@@ -49,7 +49,7 @@ impl Decoder {
         let bytes = reader.take("a section", section.length)?;
         section.check(bytes)?;
         self.sections_read += 1;
-        // They come with the last section.
+        // Only the last section has them.
         let (unused_vertices, origins) = if self.is_whole() {
             (self.entry.unused_vertices, self.entry.origin_count)
         } else {
@@ -69,15 +69,14 @@ impl Decoder {
         self.sections_read == self.entry.sections.len()
     }
 
-    /// The hierarchy of all sections, validated. `primitive` is its number in the file.
+    /// Returns the validated primitive. `primitive` is its index in the file.
     pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
         let mut hierarchy = self.hierarchy()?;
-        let valid = match self.entry.options.beside_source {
-            false => hierarchy.validate(),
-            true => {
-                hierarchy = hierarchy.without_source_vertices();
-                hierarchy.validate_apart_from_places()
-            }
+        let valid = if self.entry.options.beside_source {
+            hierarchy = hierarchy.without_source_vertices();
+            hierarchy.validate_without_positions()
+        } else {
+            hierarchy.validate()
         };
         valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
         Ok(BakedPrimitive {
@@ -101,7 +100,6 @@ impl Decoder {
             entry.grids(),
             &rows_of_vertices,
         );
-        // Groups are put back in the order of the hierarchy, with what was left out.
         let order = group_order(coded)?;
         let indices = order
             .iter()
@@ -134,34 +132,33 @@ fn check_count(expected: u32, found: usize, what: &'static str) -> Result<(), Fi
     }
 }
 
-/// The row of each source vertex: the first row is that of no vertex.
-fn inverse(source_vertices: &[u32]) -> Result<Vec<u32>, FileError> {
+/// The row of each vertex of the hierarchy. Row 0 belongs to no vertex.
+fn inverse(vertex_indices: &[u32]) -> Result<Vec<u32>, FileError> {
     let what = "the vertex order";
-    let mut places = vec![0; source_vertices.len()];
-    for (code, &vertex) in source_vertices.iter().enumerate() {
-        match places.get_mut(vertex as usize) {
-            Some(place) if *place == 0 => *place = code as u32 + 1,
+    let mut rows = vec![0; vertex_indices.len()];
+    for (code, &vertex) in vertex_indices.iter().enumerate() {
+        match rows.get_mut(vertex as usize) {
+            Some(row) if *row == 0 => *row = code as u32 + 1,
             _ => return Err(FileError::Corrupt { what }),
         }
     }
-    Ok(places)
+    Ok(rows)
 }
 
-/// The places of the groups in `coded`, in the order of the hierarchy.
+/// Positions of the groups in `coded`, in the order of the hierarchy.
 fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
     let indices = &coded.group_indices;
     let mut order: Vec<u32> = (0..indices.len() as u32).collect();
     order.sort_unstable_by_key(|&place| indices[place as usize]);
-    // No two groups can have the same place.
-    let twice = |pair: &[u32]| indices[pair[0] as usize] == indices[pair[1] as usize];
-    if order.windows(2).any(twice) {
+    let is_equal = |pair: &[u32]| indices[pair[0] as usize] == indices[pair[1] as usize];
+    if order.windows(2).any(is_equal) {
         let what = "the groups";
         return Err(FileError::Corrupt { what });
     }
     Ok(order)
 }
 
-/// Where the ranges of each group, and of each unit, start in the arrays of a [`Coded`].
+/// Starts of the ranges of groups and units in the arrays of a [`Coded`].
 struct Starts {
     /// First finer link and first unit.
     groups: Vec<[usize; 2]>,
@@ -180,7 +177,7 @@ impl Starts {
     }
 }
 
-/// Where ranges of these lengths start that follow each other.
+/// Starts of consecutive ranges with these lengths.
 fn starts<const N: usize>(counts: impl Iterator<Item = [u32; N]>) -> Vec<[usize; N]> {
     let next_starts = counts.scan([0; N], |next, counts| {
         let starts = *next;
@@ -195,13 +192,12 @@ fn starts<const N: usize>(counts: impl Iterator<Item = [u32; N]>) -> Vec<[usize;
 struct Builder<'a> {
     coded: &'a Coded,
     starts: Starts,
-    /// The groups that were read, by where they stand in the whole hierarchy.
+    /// Indices of the groups in the encoded hierarchy, ascending.
     indices: Vec<u32>,
     hierarchy: Hierarchy,
 }
 
 impl Builder<'_> {
-    /// Makes room for all that is to come.
     fn reserve(&mut self) {
         let (from, to) = (self.coded, &mut self.hierarchy);
         to.groups.reserve_exact(from.groups.len());
@@ -211,10 +207,10 @@ impl Builder<'_> {
         to.indices.reserve_exact(from.indices.len());
     }
 
-    /// Adds the group at this place of the coded ones.
-    fn add_group(&mut self, place: usize) {
-        let group = self.coded.groups[place];
-        let [first_finer, first_unit] = self.starts.groups[place];
+    /// Adds a group of `coded`.
+    fn add_group(&mut self, index: usize) {
+        let group = self.coded.groups[index];
+        let [first_finer, first_unit] = self.starts.groups[index];
         for unit in first_unit..first_unit + group.unit_count as usize {
             self.add_unit(unit);
         }
@@ -225,9 +221,9 @@ impl Builder<'_> {
         self.hierarchy.push_group(group, read);
     }
 
-    fn add_unit(&mut self, place: usize) {
-        let (coded, unit) = (self.coded, &self.coded.units[place]);
-        let [vertex, triangle] = self.starts.units[place];
+    fn add_unit(&mut self, index: usize) {
+        let (coded, unit) = (self.coded, &self.coded.units[index]);
+        let [vertex, triangle] = self.starts.units[index];
         let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
         let indices = &coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
         self.hierarchy.push_unit(
@@ -241,7 +237,7 @@ impl Builder<'_> {
     }
 }
 
-/// The position of a group among those that were read.
+/// Position of a group index in the sorted `indices`.
 fn position(indices: &[u32], index: u32) -> Option<u32> {
     let place = indices.binary_search(&index).ok()?;
     Some(place as u32)

@@ -1,4 +1,4 @@
-//! From a primitive to the bytes of its sections.
+//! Encodes the sections of a primitive.
 
 use super::contents::{BakedPrimitive, FileOptions};
 use super::layout::{Entry, SectionEntry};
@@ -9,7 +9,7 @@ use crate::file::vertices::quantize::{self, Grids, Precision};
 use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
-/// The directory entry of a primitive, and its sections.
+/// Returns the directory entry and the sections of a primitive.
 ///
 /// # Panics
 /// If the hierarchy is not valid.
@@ -23,10 +23,10 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
     (entry, sections)
 }
 
-/// A hierarchy as it will be read, and the numbers of its vertices.
+/// A hierarchy with the vertices that a reader will get, and the rows of these vertices.
 pub(super) struct Prepared<'a> {
     source: &'a Hierarchy,
-    /// With vertices where rounding puts them, and by how much that moves them at most.
+    /// The hierarchy with rounded vertices, and the largest distance that rounding moves a position.
     rounded: Option<(Hierarchy, f32)>,
     pub(super) rows: Rows,
     attributes: Attributes,
@@ -46,12 +46,12 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
     let grids = Grids::around(&source.vertices);
     let quantized = (options.precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);
-    // Where vertices are rounded, bounds must contain them as they will be read.
+    // Bounds must contain the rounded vertices.
     let rounded = quantized.map(|grids| {
-        let places: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
-        let mut vertices = attributes::from_rows(&rows, attributes, Some(grids), &places);
+        let all: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
+        let mut vertices = attributes::from_rows(&rows, attributes, Some(grids), &all);
         if options.beside_source {
-            // Those of the source will be read as they are.
+            // Readers take exact vertices from the source.
             let count = source.source_vertex_count as usize;
             let replaced = vertices.replace_first(count, &source.vertices);
             assert_eq!(replaced, Ok(()), "the attributes are the same");
@@ -75,7 +75,7 @@ impl Prepared<'_> {
             .map_or(self.source, |(hierarchy, _)| hierarchy)
     }
 
-    /// The directory entry, if every vertex is in use.
+    /// The directory entry of a primitive without unused vertices.
     pub(super) fn entry(&self, primitive: &BakedPrimitive, sections: Vec<SectionEntry>) -> Entry {
         let hierarchy = self.hierarchy();
         let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
@@ -97,14 +97,13 @@ impl Prepared<'_> {
         }
     }
 
-    /// The only section of a hierarchy without simplifications, which uses its vertices in their order;
-    /// they have these `rows`.
+    /// Encodes a page: one section with unsimplified units that use the vertices in order.
     pub(super) fn page(&self, hierarchy: &Hierarchy, rows: &Rows) -> Vec<u8> {
         self.sections(hierarchy, rows, true).0.swap_remove(0)
     }
 
-    /// The sections of a hierarchy whose vertices have these `rows`, and how many vertices no unit
-    /// uses.
+    /// Encodes the sections of a hierarchy whose vertices have these `rows`. Also returns the number of
+    /// vertices that no unit uses.
     fn sections(&self, hierarchy: &Hierarchy, rows: &Rows, is_page: bool) -> (Vec<Vec<u8>>, usize) {
         let grids = (self.options.precision == Precision::Quantized16).then_some(&self.grids);
         let predictors = self.attributes.predictors(grids.is_some());
@@ -137,8 +136,8 @@ impl Prepared<'_> {
     }
 }
 
-/// The groups of each section: the first holds those with nothing coarser above them, so that what
-/// any number of first sections hold is all that some cut refines.
+/// The groups of each section. The first section holds the terminal groups, so the first N sections
+/// always hold all groups that some cut refines.
 fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
     let level_count = hierarchy.level_count();
     let mut groups_of_sections = vec![Vec::new(); level_count.max(1) as usize];
@@ -157,7 +156,7 @@ struct Coder<'a> {
     hierarchy: &'a Hierarchy,
     source_rows: &'a Rows,
     coded: Coded,
-    /// By source vertex: its place in the order of coding, if it has one yet.
+    /// For each vertex of the hierarchy, its index in `coded`, or `u32::MAX`.
     codes: Vec<u32>,
 }
 
@@ -203,7 +202,7 @@ impl Coder<'_> {
         *code
     }
 
-    /// Adds the vertices that no unit uses; returns how many there are.
+    /// Adds the vertices that no unit uses and returns their number.
     fn add_unused(&mut self) -> usize {
         let before = self.coded.vertex_indices.len();
         for vertex in 0..self.codes.len() as u32 {

@@ -1,13 +1,13 @@
-//! The format version, and errors of reading.
+//! The format version and errors of reading.
 
 use thiserror::Error;
 
 use crate::validate::InvalidHierarchy;
 
-/// The version that this crate writes, and the only one that it reads.
+/// The format version that this crate reads and writes.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// Why bytes are not a usable `.fieldlod` file.
+/// Reasons why bytes are not a valid `.fieldlod` file.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -18,32 +18,32 @@ pub enum FileError {
     /// The first bytes are not the magic.
     #[error("not a .fieldlod file")]
     NotFieldlod,
-    /// Another version of the program wrote the file.
+    /// The format version is not [`FORMAT_VERSION`].
     #[error("format version {found}, but this program reads version {FORMAT_VERSION}: bake again")]
     Version { found: u32 },
-    /// There are fewer bytes than the header or an array announces.
+    /// The bytes end before the announced length.
     #[error("truncated: {what} ends after {available} of {needed} bytes")]
     Truncated {
         what: &'static str,
         needed: u64,
         available: u64,
     },
-    /// There are more bytes than the header announces.
+    /// The bytes continue after the announced length.
     #[error("{extra} bytes follow the end of the data")]
     TrailingBytes { extra: u64 },
-    /// The checksum does not fit the bytes.
+    /// The checksum does not match the bytes.
     #[error("corrupt: wrong checksum")]
     Checksum,
     /// The name of a primitive is not UTF-8.
     #[error("corrupt: the name of primitive {primitive} is not UTF-8")]
     Name { primitive: usize },
-    /// Data that no writer produces, although the checksum fits.
+    /// The checksum matches, but the data cannot be decoded.
     #[error("corrupt: could not decode {what}")]
     Corrupt { what: &'static str },
-    /// The file is without the vertices of its source, but the reader needs all vertices.
-    #[error("primitive {primitive}: the file is without the vertices of its source")]
+    /// The file omits source vertices, but the reader needs all vertices.
+    #[error("primitive {primitive}: the file omits the vertices of its source mesh")]
     SourceVerticesLeftOut { primitive: usize },
-    /// An invariant is broken, although the checksum fits.
+    /// The checksum matches, but the hierarchy is invalid.
     #[error("primitive {primitive}: {fault}")]
     Invalid {
         primitive: usize,

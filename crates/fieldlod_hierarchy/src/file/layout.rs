@@ -26,9 +26,9 @@ pub(super) struct Entry {
     pub(super) group_count: u32,
     pub(super) vertex_count: u32,
     pub(super) source_vertex_count: u32,
-    /// Moved vertices that name the source vertex that they came from: in the last section, too.
+    /// Number of moved vertices with a source vertex. The last section holds them.
     pub(super) origin_count: u32,
-    /// Vertices that no unit uses: they are in the last section.
+    /// Number of vertices that no unit uses. The last section holds them.
     pub(super) unused_vertices: u32,
     pub(super) sections: Vec<SectionEntry>,
 }
@@ -162,7 +162,7 @@ fn read_sections(reader: &mut Reader<'_>) -> Result<Vec<SectionEntry>, FileError
     Ok(fields.map(SectionEntry::of_fields).collect())
 }
 
-/// The bytes of header and directory.
+/// Encodes header and directory.
 pub(super) fn write(entries: &[Entry]) -> Vec<u8> {
     let mut directory = Vec::new();
     for entry in entries {
@@ -171,7 +171,7 @@ pub(super) fn write(entries: &[Entry]) -> Vec<u8> {
     seal(MAGIC, entries.len() as u32, &directory)
 }
 
-/// A header, which seals the directory, and the directory.
+/// Prepends a header with length and checksum to a directory.
 pub(super) fn seal(magic: [u8; 8], count: u32, directory: &[u8]) -> Vec<u8> {
     let mut bytes = magic.to_vec();
     bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
@@ -183,10 +183,10 @@ pub(super) fn seal(magic: [u8; 8], count: u32, directory: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Bytes before the directory.
+/// Length of the header.
 pub(super) const HEADER_BYTES: usize = 32;
 
-/// The header of a directory.
+/// Header of a directory.
 pub(super) struct Header {
     pub(super) count: u32,
     pub(super) length: u64,
@@ -194,7 +194,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Reads the header that begins with this magic.
+    /// Reads a header that starts with `magic`.
     pub(super) fn read(magic: [u8; 8], reader: &mut Reader<'_>) -> Result<Self, FileError> {
         let Some(rest) = reader.rest.strip_prefix(&magic) else {
             return Err(FileError::NotFieldlod);
@@ -211,7 +211,7 @@ impl Header {
         })
     }
 
-    /// Takes the directory, if it is what was sealed.
+    /// Takes the directory and verifies its checksum.
     pub(super) fn directory<'a>(&self, reader: &mut Reader<'a>) -> Result<&'a [u8], FileError> {
         let directory = reader.take(WHAT, self.length)?;
         if xxh3_64_with_seed(directory, u64::from(self.count)) == self.checksum {
@@ -222,13 +222,11 @@ impl Header {
     }
 }
 
-/// Reads header and directory; what remains are the sections.
+/// Reads header and directory. Also returns the bytes of the sections.
 pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
     let mut reader = Reader { rest: bytes };
-    // The directory is checked before it is read.
     let header = Header::read(MAGIC, &mut reader)?;
     let directory = header.directory(&mut reader)?;
-    // An entry for each primitive, and nothing else.
     let sections = reader.rest;
     let mut reader = Reader { rest: directory };
     let mut entries = Vec::new();

@@ -1,14 +1,14 @@
-//! The `.fieldpages` file: hierarchies that are streamed in pages.
+//! The `.fieldpages` file: hierarchies for streaming in pages.
 //!
 //! ```text
 //! magic "FLDPAG\r\n" | version u32 | mesh count u32 | contents bytes u64 | XXH3 of them u64
-//! contents: per mesh  place, name, attributes, precision, counts, and length u64 and XXH3 u64 of each page;
-//!           groups, units and their links; how many groups and vertices are in each page, and which
+//! contents: per mesh  indices, name, attributes, precision, counts, and length u64 and XXH3 u64 of each page;
+//!           groups, units and their links; counts of groups and vertices of each page; groups by page
 //! pages:    the first of every mesh, the second of every mesh, …
 //! ```
-//! The first page of a mesh holds what its coarsest cut draws, each further one some neighbouring
-//! groups of one level, coarse levels first. A page is coded as a section of a
-//! [`.fieldlod` file](super) is, with all its vertices: it needs no other page to be read.
+//! The first page of a mesh holds the groups of its coarsest cut. Each further page holds neighbouring
+//! groups of one level, coarse levels first. A page has the encoding of a section of a
+//! [`.fieldlod` file](super). It contains all its vertices, so it is decoded without other pages.
 
 mod partition;
 mod table;
@@ -18,17 +18,18 @@ use std::ops::Range;
 use super::contents::BakedFile;
 use super::decode::Decoder;
 use super::error::FileError;
+use super::in_file_order;
 use super::layout::{self, Entry};
 use super::reader::Reader;
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
-/// How a file that is read in parts is written.
+/// Options of writing a `.fieldpages` file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PageOptions {
-    /// How exactly the file keeps vertex attributes.
+    /// Precision of vertex attributes.
     pub precision: Precision,
-    /// About how many bytes the meshes of a page take on the GPU.
+    /// Approximate size of the meshes of a page on the GPU, in bytes.
     pub page_bytes: u32,
 }
 
@@ -45,11 +46,11 @@ impl Default for PageOptions {
 /// The table of contents of a `.fieldpages` file.
 #[derive(Clone, Debug)]
 pub struct PagedFile {
-    /// One for each primitive that was baked.
+    /// One entry per baked primitive.
     pub meshes: Vec<PagedMesh>,
 }
 
-/// A mesh whose geometry is read page by page.
+/// The graph and the pages of one mesh.
 #[derive(Clone, Debug)]
 pub struct PagedMesh {
     /// Index of the mesh in the glTF file.
@@ -58,41 +59,41 @@ pub struct PagedMesh {
     pub primitive_index: u32,
     /// The mesh's name, or an empty string.
     pub name: String,
-    /// Groups, units and their links: a hierarchy without vertices and triangles. Units tell how many
-    /// triangles and vertices they have, and no boxes.
+    /// Groups, units and links, without vertices and triangles. Units have counts of triangles and
+    /// vertices, but empty boxes.
     pub graph: Hierarchy,
     /// The pages.
     pub pages: Vec<Page>,
-    /// All groups, page by page.
+    /// Group indices, ordered by page.
     groups: Vec<u32>,
-    /// By group.
+    /// The page of each group.
     page_of: Vec<u32>,
     entry: Entry,
 }
 
-/// Where some groups of a mesh are in the file.
+/// One page of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
-    /// The bytes of the file to read.
+    /// Byte range in the file.
     pub bytes: Range<u64>,
-    /// Bytes of the meshes of its units on the GPU.
+    /// Size of the meshes of its units on the GPU, in bytes.
     pub mesh_bytes: u32,
-    /// Its groups in `PagedMesh::groups`.
+    /// Range in `PagedMesh::groups`.
     groups: Range<u32>,
     vertex_count: u32,
 }
 
 impl PagedFile {
-    /// Bytes at the beginning of a file that tell how long the table of contents is.
+    /// Length of the file header, which holds the length of the table of contents.
     pub const HEADER_BYTES: usize = layout::HEADER_BYTES;
 
-    /// Whether bytes begin as those of such a file do.
+    /// Returns `true` if the bytes start with the magic of a `.fieldpages` file.
     #[must_use]
     pub fn is_paged(bytes: &[u8]) -> bool {
         bytes.starts_with(&table::MAGIC)
     }
 
-    /// The bytes of a file of the hierarchies in `file`: the same for the same contents.
+    /// Encodes the hierarchies of `file`. Equal contents give equal bytes.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
@@ -102,16 +103,15 @@ impl PagedFile {
         let meshes = primitives.map(|primitive| partition::encode(primitive, options));
         let (meshes, pages): (Vec<_>, Vec<_>) = meshes.unzip();
         let mut bytes = table::write(&meshes);
-        for page in in_file_order(&pages) {
-            bytes.extend_from_slice(page);
-        }
+        bytes.extend(in_file_order(&pages).flatten());
         bytes
     }
 
-    /// Where the table of contents ends, from the [first bytes](Self::HEADER_BYTES) of a file.
+    /// End of the table of contents in the file. `header` starts with the
+    /// [file header](Self::HEADER_BYTES).
     ///
     /// # Errors
-    /// A [`FileError`] if those are not of such a file.
+    /// A [`FileError`] if the bytes are not the header of a `.fieldpages` file.
     pub fn contents_end(header: &[u8]) -> Result<u64, FileError> {
         let (header, _) = table::read_header(header)?;
         let end = header.length.checked_add(Self::HEADER_BYTES as u64);
@@ -120,14 +120,14 @@ impl PagedFile {
         })
     }
 
-    /// Reads the table of contents from the bytes of a file up to where [that ends](Self::contents_end),
-    /// or beyond.
+    /// Decodes the table of contents. `bytes` starts at the beginning of the file and reaches at least
+    /// the [end of the table](Self::contents_end).
     ///
     /// # Errors
-    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    /// A [`FileError`] if the table is invalid.
     pub fn from_contents(bytes: &[u8]) -> Result<Self, FileError> {
         let mut meshes = table::read(bytes)?;
-        // Where pages are follows from how long those before are.
+        // The table holds lengths only.
         let mut start = Self::contents_end(bytes)?;
         let longest = meshes.iter().map(|mesh| mesh.pages.len()).max();
         for number in 0..longest.unwrap_or(0) {
@@ -144,15 +144,9 @@ impl PagedFile {
     }
 }
 
-/// The first of each, the second of each, and so on.
-fn in_file_order<T>(lists: &[Vec<T>]) -> impl Iterator<Item = &T> {
-    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
-    (0..longest).flat_map(move |number| lists.iter().filter_map(move |list| list.get(number)))
-}
-
 impl PagedMesh {
-    /// How far positions lie from where the bake had them at most, in local units: 0 unless the file was
-    /// written with [`Precision::Quantized16`].
+    /// Largest distance between a stored position and the baked position, in local units. 0 unless the
+    /// file was written with [`Precision::Quantized16`].
     #[must_use]
     pub fn position_error_in_local(&self) -> f32 {
         self.entry.position_error_in_local
@@ -165,8 +159,8 @@ impl PagedMesh {
         &self.groups[start as usize..end as usize]
     }
 
-    /// The units of a page as indices into those of [`PagedMesh::graph`], in the order in which
-    /// [`PagedMesh::read_page`] gives them.
+    /// The units of a page as indices into the units of [`PagedMesh::graph`]. The order is that of
+    /// [`PagedMesh::read_page`].
     pub fn units_of(&self, page: usize) -> impl Iterator<Item = u32> + '_ {
         let groups = self.groups_of(page).iter();
         groups.flat_map(|&group| {
@@ -175,17 +169,17 @@ impl PagedMesh {
         })
     }
 
-    /// The page that holds the units which `group` consumes.
+    /// The page that holds the units that `group` consumes.
     #[must_use]
     pub fn page_of(&self, group: u32) -> u32 {
         self.page_of[group as usize]
     }
 
-    /// Reads a page from its bytes: a hierarchy of the page's groups in their order, whose units are
+    /// Decodes a page. The result has the groups of the page in order, without links: all units are
     /// source geometry.
     ///
     /// # Errors
-    /// A [`FileError`] that says what is wrong; never a panic, whatever the bytes.
+    /// A [`FileError`] if the bytes are not this page.
     pub fn read_page(&self, page: usize, bytes: &[u8]) -> Result<Hierarchy, FileError> {
         let entry = self.entry_of(page);
         if bytes.len() as u64 != entry.sections[0].length {
@@ -198,7 +192,7 @@ impl PagedMesh {
         Ok(read)
     }
 
-    /// What a directory would say of a page.
+    /// The directory entry of a `.fieldlod` file that holds only this page.
     fn entry_of(&self, page: usize) -> Entry {
         let Page {
             groups,
@@ -216,7 +210,7 @@ impl PagedMesh {
         }
     }
 
-    /// Checks that a page has the units that the table of contents announces.
+    /// Checks that the units of a decoded page match the table of contents.
     fn check_page(&self, page: usize, read: &Hierarchy) -> Result<(), FileError> {
         let announced = self.units_of(page);
         let announced = announced.map(|unit| &self.graph.units[unit as usize]);

@@ -1,4 +1,4 @@
-//! Reads values off the front of bytes, none of them beyond the end.
+//! Reads values from the front of a byte slice, with bounds checks.
 
 use bytemuck::Pod;
 

@@ -1,4 +1,4 @@
-//! Bounds contain what they are around.
+//! Checks that bounds contain their triangles.
 
 use glam::Vec3;
 
@@ -24,18 +24,18 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Checks the boxes and spheres around the unit's vertices, which are at `positions`.
+    /// Checks the box and the spheres around a unit whose vertices have these `positions`.
     fn check_bounds_of_unit(&self, index: usize, positions: &[Vec3]) -> Result<(), E> {
         let unit = &self.units[index];
         let in_box = positions.iter().all(|&point| unit.aabb.contains(point));
         check_contains("unit", index, in_box)?;
-        // The sphere of a group holds its surface before and after its simplification.
+        // The sphere of a group contains its surface before and after simplification.
         for group in [Some(unit.consumed_by), unit.producer()]
             .into_iter()
             .flatten()
         {
             let bounds = self.groups[group as usize].bounds;
-            let in_sphere = bounds.contains_all(positions.iter().copied());
+            let in_sphere = positions.iter().all(|&point| bounds.contains(point));
             check_contains("group", group as usize, in_sphere)?;
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Links between groups and units, and their levels.
+//! Checks links between groups and units, and levels.
 
 use super::InvalidHierarchy as E;
 use crate::hierarchy::{Hierarchy, Unit};
@@ -35,7 +35,6 @@ impl Hierarchy {
             let finer = finer as usize;
             return Err(E::FinerNotBefore { group, finer });
         }
-        // The same groups, in whatever order.
         let mut stated = links.to_vec();
         stated.sort_unstable();
         let units = &self.units[self.groups[group].units()];
@@ -52,7 +51,7 @@ impl Hierarchy {
     fn check_level_of(&self, group: usize) -> Result<(), E> {
         let level = self.groups[group].level;
         let finer = self.finer_groups(&self.groups[group]).iter();
-        // Finer groups come before and were checked, so that this cannot overflow.
+        // Cannot overflow: finer groups were already checked.
         let above = finer.map(|&finer| self.groups[finer as usize].level + 1);
         let expected = above.max().unwrap_or(0);
         if level == expected {
@@ -66,7 +65,7 @@ impl Hierarchy {
         }
     }
 
-    /// Checks that all groups but the terminal ones produce something.
+    /// Checks that exactly the groups that are not terminal produce units.
     fn check_producers(&self) -> Result<(), E> {
         let mut produces = vec![false; self.groups.len()];
         for (unit, producer) in self.units.iter().map(Unit::producer).enumerate() {

@@ -1,4 +1,4 @@
-//! Errors, deviations and mean normals of groups.
+//! Checks errors, deviations and mean normals of groups.
 
 use super::InvalidHierarchy as E;
 use crate::hierarchy::{Group, Hierarchy};
@@ -38,7 +38,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// The largest `length` of the finer groups of `group`; 0 without any.
+    /// Largest `length` of the finer groups of `group`. 0 without finer groups.
     fn greatest_of_finer(&self, group: usize, length: impl Fn(&Group) -> f32) -> f32 {
         let finer = self.finer_groups(&self.groups[group]).iter();
         let lengths = finer.map(|&finer| length(&self.groups[finer as usize]));

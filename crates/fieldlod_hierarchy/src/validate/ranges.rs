@@ -1,10 +1,9 @@
-//! Ranges and references stay within their arrays.
+//! Checks that ranges and references stay within their arrays.
 
 use super::InvalidHierarchy as E;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 impl Hierarchy {
-    /// Checks the ranges of groups.
     pub(super) fn check_group_ranges(&self) -> Result<(), E> {
         let groups = &self.groups;
         let range = |group: &Group| (group.first_unit, group.unit_count);
@@ -13,7 +12,6 @@ impl Hierarchy {
         check_tiling("finer groups", "group", groups, range, self.finer.len())
     }
 
-    /// Checks the ranges of units.
     pub(super) fn check_unit_ranges(&self) -> Result<(), E> {
         let units = &self.units;
         let range = |unit: &Unit| (unit.first_vertex, unit.vertex_count);
@@ -26,7 +24,7 @@ impl Hierarchy {
         check_tiling("triangles", "unit", units, range, triangles)
     }
 
-    /// Checks that all groups exist that units and groups name.
+    /// Checks the group indices in units and finer links.
     pub(super) fn check_group_references(&self) -> Result<(), E> {
         let groups = self.groups.len();
         for (index, unit) in self.units.iter().enumerate() {
@@ -41,12 +39,12 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Checks that all vertices exist that units and vertices name.
+    /// Checks the vertex indices in units and `moved_from`.
     pub(super) fn check_vertex_references(&self) -> Result<(), E> {
         let vertices = self.vertices.positions.len();
         for (index, unit) in self.units.iter().enumerate() {
             let used = self.vertices_of(unit).iter().map(|&vertex| vertex as usize);
-            // Source geometry uses none that a simplification made.
+            // Source geometry uses source vertices only.
             let (what, end) = match unit.producer() {
                 Some(_) => ("vertex", vertices),
                 None => ("source vertex", self.source_vertex_count as usize),
@@ -67,7 +65,7 @@ impl Hierarchy {
     }
 }
 
-/// Checks that what `owner` refers to comes before `end`.
+/// Checks that all `targets` of `owner` are below `end`.
 fn check_targets(
     owner: &'static str,
     index: usize,
@@ -86,7 +84,7 @@ fn check_targets(
     }
 }
 
-/// Checks that the ranges of all owners, first and count, follow each other up to `end`.
+/// Checks that the ranges (first, count) of all owners are consecutive and end at `end`.
 fn check_tiling<T>(
     what: &'static str,
     owner: &'static str,

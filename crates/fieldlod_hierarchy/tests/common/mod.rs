@@ -1,6 +1,6 @@
-//! Small files, and a plain reading of where things are in them.
+//! Small files, and an independent parser of their layout.
 
-#![allow(dead_code, reason = "each suite uses its part")]
+#![allow(dead_code, reason = "each test file uses a part")]
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
 
-/// Two primitives.
+/// A file with two strips.
 pub(crate) fn strip_file() -> BakedFile {
     let strip = fixtures::two_level_strip();
     let primitive = |index| BakedPrimitive::new(3, index, "strip", strip.clone());
@@ -18,18 +18,18 @@ pub(crate) fn strip_file() -> BakedFile {
     }
 }
 
-/// Where a section and its entry in the directory are.
+/// Places of a section and of its directory entry.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
     pub(crate) entry: usize,
     pub(crate) bytes: Range<usize>,
 }
 
-/// As far as the bytes make sense.
+/// The directory of a file. Stops at malformed bytes.
 #[derive(Debug)]
 pub(crate) struct Directory {
     pub(crate) end: usize,
-    /// In the order of the file.
+    /// In file order.
     pub(crate) sections: Vec<Place>,
 }
 
@@ -82,7 +82,7 @@ fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>>
     (*place <= end).then(|| (0..count).map(|k| first + k * 16).collect())
 }
 
-/// Makes all checksums fit bytes that a test has changed.
+/// Updates all checksums after a test has changed bytes.
 pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let directory = Directory::of(&bytes);
     for part in &directory.sections {

@@ -1,7 +1,7 @@
 //! A walk through a world of rocks whose pages come from a simulated disk.
 #![allow(dead_code, reason = "tests and bench each use a part")]
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;
 
 use camera_field::Camera;
@@ -13,29 +13,28 @@ use fieldlod_select::{
 use fieldlod_stream::{Residency, StreamMeshId, StreamPageId, StreamSettings};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
-pub(crate) const FRAMES_A_SECOND: f64 = 60.0;
-/// Between rocks of a radius of about one, in world units.
+pub(crate) const FRAMES_PER_SECOND: f64 = 60.0;
+/// Distance between rocks with a radius of about one.
 const SPACING: f32 = 4.0;
 
-/// Reads one page after the other at a rate; each begins to arrive a latency after it was asked for.
+/// A disk that reads pages in order, with a latency per page.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disk {
-    pub(crate) bytes_a_second: f64,
+    pub(crate) bytes_per_second: f64,
     pub(crate) latency_seconds: f64,
 }
 
 impl Disk {
-    /// At once.
     pub(crate) const IDEAL: Self = Self {
-        bytes_a_second: f64::INFINITY,
+        bytes_per_second: f64::INFINITY,
         latency_seconds: 0.0,
     };
 }
 
-/// The tables of contents of so many rocks of `20 · 4^subdivisions` triangles, of which `different` were baked.
+/// Tables of contents of `count` rocks with `20 · 4^subdivisions` triangles. `distinct` rocks are baked.
 pub(crate) fn rocks(
     count: usize,
-    different: u32,
+    distinct: u32,
     subdivisions: u32,
     page_bytes: u32,
 ) -> Vec<PagedMesh> {
@@ -43,57 +42,57 @@ pub(crate) fn rocks(
         measure_deviation: false,
         ..BakeConfig::default()
     };
-    let paged = (0..different).map(|seed| {
-        let hierarchy =
-            bake_mesh(&fixtures::rock(subdivisions, seed), &config).expect("a sound mesh");
-        let file = BakedFile {
-            primitives: vec![BakedPrimitive::new(0, 0, "rock", hierarchy)],
-        };
-        let options = PageOptions {
-            page_bytes,
-            ..PageOptions::default()
-        };
-        let bytes = PagedFile::to_bytes(&file, options);
-        let mut read = PagedFile::from_contents(&bytes).expect("it was just written");
-        read.meshes.swap_remove(0)
+    let options = PageOptions {
+        page_bytes,
+        ..PageOptions::default()
+    };
+    let paged = (0..distinct).map(|seed| {
+        let rock = fixtures::rock(subdivisions, seed);
+        let hierarchy = bake_mesh(&rock, &config).expect("the rock is valid");
+        let primitives = vec![BakedPrimitive::new(0, 0, "rock", hierarchy)];
+        let bytes = PagedFile::to_bytes(&BakedFile { primitives }, options);
+        let file = PagedFile::from_contents(&bytes).expect("the file is valid");
+        file.meshes.into_iter().next().expect("one rock")
     });
-    let different: Vec<PagedMesh> = paged.collect();
-    (0..count)
-        .map(|index| different[index % different.len()].clone())
-        .collect()
+    let distinct: Vec<PagedMesh> = paged.collect();
+    distinct.iter().cycle().take(count).cloned().collect()
 }
 
-/// What a frame was like.
+/// Measurements of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FrameReport {
-    /// Pages that were wanted and absent.
+    /// Pages that were wanted and not resident.
     pub(crate) missing: u32,
-    /// The most that any of those lacked, in pixels.
+    /// Largest error of a missing page, in pixels.
     pub(crate) missing_px: f32,
     pub(crate) gpu_bytes: u64,
     pub(crate) loading_bytes: u64,
     pub(crate) read_bytes: u64,
     pub(crate) coarsening: f32,
-    pub(crate) triangles: u64,
 }
 
-/// The world, one view of it, and its disk.
+pub(crate) struct Rock {
+    pub(crate) mesh: PagedMesh,
+    pub(crate) id: MeshId,
+    pub(crate) stream: StreamMeshId,
+    pub(crate) instance: InstanceId,
+}
+
+/// Rocks, one view and a disk.
 pub(crate) struct World {
     pub(crate) scene: Scene,
     pub(crate) selector: Selector,
     pub(crate) residency: Residency,
     pub(crate) settings: LodSettings,
-    pub(crate) meshes: Vec<(PagedMesh, MeshId, StreamMeshId)>,
-    pub(crate) instances: Vec<InstanceId>,
+    pub(crate) rocks: Vec<Rock>,
     disk: Disk,
-    seconds: f64,
-    /// Pages on their way, with when they arrive.
-    arriving: VecDeque<(f64, StreamPageId)>,
+    frame: u64,
+    /// Loading pages and their times of arrival.
+    loading: VecDeque<(f64, StreamPageId)>,
     /// Pages that cannot be read.
     pub(crate) broken: Vec<StreamPageId>,
-    /// Every load and eviction: when, and whether it was a load.
+    /// Loads (`true`) and evictions (`false`) with their frames.
     pub(crate) log: Vec<(u64, StreamPageId, bool)>,
-    frame: u64,
 }
 
 impl World {
@@ -101,15 +100,18 @@ impl World {
         let mut scene = Scene::default();
         let mut residency = Residency::new(settings);
         let side = (meshes.len() as f32).sqrt().ceil() as usize;
-        let mut instances = Vec::new();
-        let mut placed = Vec::new();
-        for (index, mesh) in meshes.iter().enumerate() {
+        let place = |(index, mesh): (usize, &PagedMesh)| {
             let id = scene.add_mesh(&mesh.graph);
             scene.set_available(id, |_| false);
             let place = Vec3::new((index % side) as f32, 0.0, (index / side) as f32) * SPACING;
-            instances.push(scene.add_instance(id, Affine3A::from_translation(place), 1.0));
-            placed.push((mesh.clone(), id, residency.add_mesh(mesh)));
-        }
+            Rock {
+                mesh: mesh.clone(),
+                id,
+                stream: residency.add_mesh(mesh),
+                instance: scene.add_instance(id, Affine3A::from_translation(place), 1.0),
+            }
+        };
+        let rocks = meshes.iter().enumerate().map(place).collect();
         scene.update();
         Self {
             scene,
@@ -117,133 +119,122 @@ impl World {
             residency,
             settings: LodSettings {
                 advanced: AdvancedSettings {
-                    // What is beside the view is kept for when it turns there.
+                    // Keeps pages of rocks beside the view, in case it turns.
                     offscreen: Offscreen::OnAxis { bias: 1.0 },
                     ..AdvancedSettings::default()
                 },
                 ..LodSettings::with_error_px(1.0)
             },
-            meshes: placed,
-            instances,
+            rocks,
             disk,
-            seconds: 0.0,
-            arriving: VecDeque::new(),
+            frame: 0,
+            loading: VecDeque::new(),
             broken: Vec::new(),
             log: Vec::new(),
-            frame: 0,
         }
     }
 
-    /// One frame from `eye`, which looks at `target`.
+    fn seconds(&self) -> f64 {
+        self.frame as f64 / FRAMES_PER_SECOND
+    }
+
+    /// Draws a frame from `eye` towards `target`.
     pub(crate) fn frame(&mut self, eye: Vec3, target: Vec3) -> FrameReport {
         self.frame += 1;
-        self.seconds += 1.0 / FRAMES_A_SECOND;
         self.receive();
-        // The cut, at the threshold that memory allows.
-        let error_px = self
-            .settings
-            .error_px
-            .map(|px| px * self.residency.coarsening());
+        let coarsening = self.residency.coarsening();
         let settings = LodSettings {
-            error_px,
+            error_px: self.settings.error_px.map(|px| px * coarsening),
             ..self.settings
         };
-        self.selector
-            .select(&self.scene, &view(eye, target), &settings);
-        let mut report = FrameReport::default();
-        let (residency, meshes) = (&mut self.residency, &self.meshes);
+        let view = view(eye, target);
+        self.selector.select(&self.scene, &view, &settings);
+        let mut missing_px = 0.0f32;
+        let (residency, rocks) = (&mut self.residency, &self.rocks);
         self.selector.demand(&self.scene, |demand| {
-            let mesh = meshes.iter().find(|(_, id, _)| *id == demand.mesh);
-            let stream = mesh.expect("all meshes are streamed").2;
+            let rock = rocks.iter().find(|rock| rock.id == demand.mesh);
+            let stream = rock.expect("all meshes are rocks").stream;
             residency.demand(stream, demand.group, demand.missing_px);
-            report.missing_px = report.missing_px.max(demand.missing_px.unwrap_or(0.0));
+            missing_px = missing_px.max(demand.missing_px.unwrap_or(0.0));
         });
-        let read_bytes = self.obey();
+        let read_bytes = self.apply_orders();
         let statistics = self.residency.statistics();
         FrameReport {
             missing: statistics.missing_pages,
+            missing_px,
             gpu_bytes: statistics.resident_bytes + statistics.loading_gpu_bytes,
             loading_bytes: statistics.loading_bytes,
             read_bytes,
             coarsening: self.residency.coarsening(),
-            triangles: self.selector.triangle_count(),
-            ..report
         }
     }
 
-    /// Does what residency asks for. Returns the bytes that are to be read.
-    fn obey(&mut self) -> u64 {
-        let orders = self
-            .residency
-            .update(Duration::from_secs_f64(1.0 / FRAMES_A_SECOND));
-        let mut changed: Vec<StreamMeshId> = orders.evict.iter().map(|page| page.mesh).collect();
-        self.log
-            .extend(orders.evict.iter().map(|&page| (self.frame, page, false)));
+    /// Starts loads and applies evictions. Returns the bytes to read.
+    fn apply_orders(&mut self) -> u64 {
+        let elapsed = Duration::from_secs_f64(1.0 / FRAMES_PER_SECOND);
+        let orders = self.residency.update(elapsed);
+        let evictions = orders.evict.iter().map(|&page| (self.frame, page, false));
+        self.log.extend(evictions);
         let mut read_bytes = 0;
         for page in orders.load {
             self.log.push((self.frame, page, true));
-            let bytes = &self.meshes[self.place(page.mesh)].0.pages[page.page as usize].bytes;
+            let bytes = &self.rock(page.mesh).mesh.pages[page.page as usize].bytes;
             let length = bytes.end - bytes.start;
-            let free_at = self.arriving.back().map_or(self.seconds, |(at, _)| *at);
-            let starts = free_at.max(self.seconds + self.disk.latency_seconds);
-            let ends = starts + length as f64 / self.disk.bytes_a_second;
-            self.arriving.push_back((ends, page));
+            let free_at = self.loading.back().map_or(0.0, |(at, _)| *at);
+            let start = free_at.max(self.seconds() + self.disk.latency_seconds);
+            let end = start + length as f64 / self.disk.bytes_per_second;
+            self.loading.push_back((end, page));
             read_bytes += length;
         }
-        self.tell_scene(&mut changed);
+        self.update_available(orders.evict.iter().map(|page| page.mesh));
         read_bytes
     }
 
-    /// Takes what has arrived.
     fn receive(&mut self) {
+        let now = self.seconds();
         let mut changed = Vec::new();
-        while let Some((_, page)) = self.arriving.pop_front_if(|(at, _)| *at <= self.seconds) {
+        while let Some((_, page)) = self.loading.pop_front_if(|(at, _)| *at <= now) {
             if self.broken.contains(&page) {
                 self.residency.set_failed(page);
             } else if self.residency.set_loaded(page) {
                 changed.push(page.mesh);
             }
         }
-        self.tell_scene(&mut changed);
+        self.update_available(changed.into_iter());
     }
 
-    fn tell_scene(&mut self, changed: &mut Vec<StreamMeshId>) {
-        changed.sort_unstable();
-        changed.dedup();
-        for &stream in &*changed {
-            let (_, mesh, _) = self.meshes[self.place(stream)];
+    fn update_available(&mut self, changed: impl Iterator<Item = StreamMeshId>) {
+        for stream in changed.collect::<BTreeSet<_>>() {
+            let id = self.rock(stream).id;
             let residency = &self.residency;
-            self.scene
-                .set_available(mesh, |group| residency.is_at_hand(stream, group));
+            let is_available = |group| residency.is_at_hand(stream, group);
+            self.scene.set_available(id, is_available);
         }
     }
 
-    fn place(&self, stream: StreamMeshId) -> usize {
-        let place = self.meshes.iter().position(|(_, _, id)| *id == stream);
-        place.expect("all meshes are streamed")
+    fn rock(&self, stream: StreamMeshId) -> &Rock {
+        let rock = self.rocks.iter().find(|rock| rock.stream == stream);
+        rock.expect("all meshes are rocks")
     }
 
-    /// Whether each instance draws units that are at hand, and covers its surface: a cut.
-    pub(crate) fn draws_whole_cuts(&self) -> bool {
-        self.instances
-            .iter()
-            .zip(&self.meshes)
-            .all(|(&instance, (mesh, _, stream))| {
-                let units = self.selector.units(&self.scene, instance);
-                let consumer = |unit: &u32| mesh.graph.units[*unit as usize].consumed_by;
-                // The coarsest cut waits for its first page.
-                let at_hand = |unit: &u32| {
-                    let group = consumer(unit);
-                    mesh.page_of(group) == 0 || self.residency.is_at_hand(*stream, group)
-                };
-                let mut refined: Vec<bool> = vec![false; mesh.graph.groups.len()];
-                units
-                    .iter()
-                    .for_each(|unit| refined[consumer(unit) as usize] = true);
-                mesh.graph.close_refinement(&mut refined);
-                let whole = mesh.graph.drawn_units(&refined).map(|unit| unit as u32);
-                units.iter().all(at_hand) && whole.eq(units.iter().copied())
-            })
+    /// Returns `true` if each rock draws a complete cut of resident units.
+    pub(crate) fn draws_complete_cuts(&self) -> bool {
+        self.rocks.iter().all(|rock| {
+            let graph = &rock.mesh.graph;
+            let units = self.selector.units(&self.scene, rock.instance);
+            let consumer = |unit: &u32| graph.units[*unit as usize].consumed_by;
+            // The coarsest cut is selected before its page is resident.
+            let is_resident = |group| {
+                rock.mesh.page_of(group) == 0 || self.residency.is_at_hand(rock.stream, group)
+            };
+            let mut refined = vec![false; graph.groups.len()];
+            for unit in units {
+                refined[consumer(unit) as usize] = true;
+            }
+            graph.close_refinement(&mut refined);
+            let complete = graph.drawn_units(&refined).map(|unit| unit as u32);
+            units.iter().map(consumer).all(is_resident) && complete.eq(units.iter().copied())
+        })
     }
 }
 
@@ -252,7 +243,7 @@ pub(crate) fn view(eye: Vec3, target: Vec3) -> View {
     let camera = Camera::from_projection(&projection, Vec2::new(1280.0, 720.0));
     let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
     View::new(
-        camera.expect("a sound camera"),
+        camera.expect("the camera is valid"),
         &Affine3A::from_mat4(world_from_view),
     )
 }

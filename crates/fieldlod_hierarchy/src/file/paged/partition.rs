@@ -1,4 +1,4 @@
-//! Divides a hierarchy into pages, and codes them.
+//! Divides a hierarchy into pages and encodes them.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -12,10 +12,10 @@ use crate::file::layout::SectionEntry;
 use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
-/// Bits of a place along each axis, by which groups are put in order.
+/// Bits of each coordinate in the Z-order key of a group.
 const PLACE_BITS: u32 = 10;
 
-/// The table of contents of a mesh, and its pages.
+/// Returns the table of contents of a mesh and its encoded pages.
 pub(super) fn encode(
     primitive: &BakedPrimitive,
     options: PageOptions,
@@ -24,7 +24,6 @@ pub(super) fn encode(
     let prepared = encode::prepare(&primitive.hierarchy, file_options);
     let hierarchy = prepared.hierarchy();
     let vertex_bytes = prepared.rows.width as u64 * 4;
-    // Which groups are in which page.
     let mut groups: Vec<u32> = Vec::new();
     let mut pages = Vec::new();
     for mut page in partition(hierarchy, vertex_bytes, u64::from(options.page_bytes)) {
@@ -33,7 +32,6 @@ pub(super) fn encode(
         groups.extend(page);
         pages.push(first..groups.len() as u32);
     }
-    // Each page by itself.
     let (pages, sections): (Vec<Page>, Vec<Vec<u8>>) = pages
         .into_iter()
         .map(|range| encode_page(&prepared, &groups, range, vertex_bytes))
@@ -55,7 +53,7 @@ pub(super) fn encode(
     )
 }
 
-/// Groups page by page: first what the coarsest cut draws, then level by level.
+/// The groups of each page: first the groups of the coarsest cut, then level by level.
 fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<Vec<u32>> {
     let mut is_coarsest = vec![false; hierarchy.groups.len()];
     hierarchy.close_refinement(&mut is_coarsest);
@@ -65,14 +63,14 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
             .filter(|&group| is_coarsest[group as usize])
             .collect(),
     ];
-    let places = Places::of(hierarchy);
+    let order = ZOrder::of(hierarchy);
     for level in (0..hierarchy.level_count()).rev() {
         let of_level = |&group: &u32| {
             !is_coarsest[group as usize] && hierarchy.groups[group as usize].level == level
         };
         let mut groups: Vec<u32> = indices().filter(of_level).collect();
-        groups.sort_by_cached_key(|&group| places.key(&hierarchy.groups[group as usize]));
-        // As many pages of about the same size as are needed.
+        groups.sort_by_cached_key(|&group| order.key(&hierarchy.groups[group as usize]));
+        // All pages of a level have about the same size.
         let bytes = |group: &u32| {
             let units = &hierarchy.units[hierarchy.groups[*group as usize].units()];
             units
@@ -99,18 +97,18 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
     pages
 }
 
-/// Bytes of the mesh of a unit on the GPU.
+/// Size of the mesh of a unit on the GPU.
 fn mesh_bytes(unit: &Unit, vertex_bytes: u64) -> u64 {
     u64::from(unit.vertex_count) * vertex_bytes + u64::from(unit.triangle_count) * 6
 }
 
-/// Where groups are, along a curve that fills space.
-struct Places {
+/// Orders groups along a space-filling curve, so that neighbours share pages.
+struct ZOrder {
     min: Vec3,
     size: Vec3,
 }
 
-impl Places {
+impl ZOrder {
     fn of(hierarchy: &Hierarchy) -> Self {
         let aabb = hierarchy.aabb().unwrap_or_default();
         let size = (aabb.max - aabb.min).max(Vec3::splat(f32::MIN_POSITIVE));
@@ -120,13 +118,12 @@ impl Places {
         }
     }
 
-    /// Z-order: the bits of the three coordinates in turn.
+    /// Interleaves the bits of the three coordinates of the centre of a group.
     fn key(&self, group: &Group) -> u32 {
         let last = ((1 << PLACE_BITS) - 1) as f32;
-        let place = ((group.bounds.center - self.min) / self.size * last).as_uvec3();
+        let cell = ((group.bounds.center - self.min) / self.size * last).as_uvec3();
         let bits = (0..PLACE_BITS).rev().flat_map(|bit| {
-            place
-                .to_array()
+            cell.to_array()
                 .map(|along| along.min(last as u32) >> bit & 1)
         });
         bits.fold(0, |key, bit| key << 1 | bit)
@@ -156,19 +153,19 @@ fn encode_page(
     )
 }
 
-/// A hierarchy of some groups, whose units are source geometry, and the numbers of its vertices.
+/// Copies groups into a hierarchy without links. Also returns the rows of its vertices.
 fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
     let from = prepared.hierarchy();
     let mut page = Hierarchy::default();
     let mut rows = Rows::zeros(prepared.rows.width, 0);
-    // By vertex, its place in the page.
-    let mut places: HashMap<u32, u32> = HashMap::new();
+    // The index in the page of each vertex.
+    let mut indices: HashMap<u32, u32> = HashMap::new();
     for &group in groups {
         let group = &from.groups[group as usize];
         for unit in &from.units[group.units()] {
             let vertices = from.vertices_of(unit).iter().map(|&vertex| {
-                let next = places.len() as u32;
-                *places.entry(vertex).or_insert_with(|| {
+                let next = indices.len() as u32;
+                *indices.entry(vertex).or_insert_with(|| {
                     rows.push(prepared.rows.row(vertex));
                     next
                 })
@@ -191,12 +188,12 @@ fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
             [],
         );
     }
-    page.vertices.positions = vec![Vec3::ZERO; places.len()];
-    page.source_vertex_count = places.len() as u32;
+    page.vertices.positions = vec![Vec3::ZERO; indices.len()];
+    page.source_vertex_count = indices.len() as u32;
     (page, rows)
 }
 
-/// Groups, units and links only.
+/// Copies groups, units and links only.
 fn without_geometry(hierarchy: &Hierarchy) -> Hierarchy {
     let unit = |unit: &Unit| Unit {
         aabb: crate::bounds::Aabb::default(),

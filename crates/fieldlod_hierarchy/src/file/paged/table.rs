@@ -1,4 +1,4 @@
-//! The table of contents.
+//! The table of contents of a `.fieldpages` file.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::hierarchy::{Group, Hierarchy, Unit};
 pub(super) const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
 const WHAT: &str = "the table of contents";
 
-/// The bytes of header and table.
+/// Encodes header and table.
 pub(super) fn write(meshes: &[PagedMesh]) -> Vec<u8> {
     let mut table = Vec::new();
     for mesh in meshes {
@@ -27,13 +27,12 @@ pub(super) fn write(meshes: &[PagedMesh]) -> Vec<u8> {
     layout::seal(MAGIC, meshes.len() as u32, &table)
 }
 
-/// What follows the entry of a mesh.
+/// Encodes the graph and the pages of a mesh. The directory entry precedes these bytes.
 fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
     let mut bytes = Vec::new();
     let coded = coded_graph(&mesh.graph);
     let nothing = Coded::default().ends();
     section_writer::write_graph(&mut bytes, &coded, nothing);
-    // Pages, and which groups are in which.
     let of_pages = |number: fn(&Page) -> u32| mesh.pages.iter().map(number).collect();
     let columns: [Vec<u32>; 4] = [
         of_pages(|page| page.groups.end - page.groups.start),
@@ -44,14 +43,14 @@ fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
     for column in columns {
         numbers::write(&mut bytes, &column, Kind::Plain);
     }
-    // Zeros, so that no byte stands for more memory than a reader grants.
+    // Readers reject sections that need more than `MAX_PER_BYTE` bytes of memory per byte.
     let claimed = section_writer::claimed_by_graph(&coded, nothing);
     let least = claimed.div_ceil(MAX_PER_BYTE as usize);
     bytes.resize(bytes.len().max(least), 0);
     bytes
 }
 
-/// A graph in the order of the hierarchy, as it is coded.
+/// Converts a graph to its coded form, in the order of the hierarchy.
 fn coded_graph(graph: &Hierarchy) -> Coded {
     let mut coded = Coded::default();
     for (index, group) in (0..).zip(&graph.groups) {
@@ -73,14 +72,14 @@ fn coded_graph(graph: &Hierarchy) -> Coded {
     coded
 }
 
-/// The header and the rest of `bytes` behind it.
+/// Reads the header. The reader continues behind it.
 pub(super) fn read_header<'a>(bytes: &'a [u8]) -> Result<(Header, Reader<'a>), FileError> {
     let mut reader = Reader { rest: bytes };
     let header = Header::read(MAGIC, &mut reader)?;
     Ok((header, reader))
 }
 
-/// The meshes of a table, whose pages have lengths in place of where they are.
+/// Reads the meshes of a table. The byte ranges of pages are `0..length`.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
     let (header, mut reader) = read_header(bytes)?;
     let table = header.directory(&mut reader)?;
@@ -139,11 +138,10 @@ fn read_graph(
         groups: coded.groups,
         ..Hierarchy::default()
     };
-    // Where ranges start.
     let (mut first_finer, mut first_unit) = (0, 0);
     for group in &mut graph.groups {
         (group.first_finer, group.first_unit) = (first_finer, first_unit);
-        // They are as many as were read.
+        // Cannot overflow: as many elements were read.
         first_finer += group.finer_count;
         first_unit += group.unit_count;
     }
@@ -155,7 +153,7 @@ fn read_graph(
     Ok(graph)
 }
 
-/// Pages with lengths in place of where they are.
+/// Reads pages with the byte ranges `0..length`.
 fn read_pages(reader: &mut Reader<'_>, entry: &Entry) -> Result<Vec<Page>, FileError> {
     let count = entry.sections.len();
     let mut column = || numbers::read(reader, count, WHAT);
@@ -176,15 +174,15 @@ fn read_pages(reader: &mut Reader<'_>, entry: &Entry) -> Result<Vec<Page>, FileE
     Ok(pages)
 }
 
-/// The page of each group, all of which are in one page.
+/// Returns the page of each group. Fails if a group is in no page or in several pages.
 fn pages_of_groups(pages: &[Page], groups: &[u32]) -> Result<Vec<u32>, FileError> {
     const NONE: u32 = u32::MAX;
     let corrupt = FileError::Corrupt { what: "the pages" };
     let mut page_of = vec![NONE; groups.len()];
-    let mut places = groups.iter();
+    let mut left = groups.iter();
     for (number, page) in (0..).zip(pages) {
         for _ in page.groups.clone() {
-            let group = places
+            let group = left
                 .next()
                 .and_then(|&group| page_of.get_mut(group as usize));
             match group {
@@ -193,7 +191,7 @@ fn pages_of_groups(pages: &[Page], groups: &[u32]) -> Result<Vec<u32>, FileError
             }
         }
     }
-    match places.next() {
+    match left.next() {
         None => Ok(page_of),
         Some(_) => Err(corrupt),
     }

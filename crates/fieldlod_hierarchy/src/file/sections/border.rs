@@ -1,11 +1,10 @@
-//! The border of the triangles of a unit that were coded so far.
+//! Border edges of the coded triangles of a unit.
 
-/// The border of the triangles so far: their edges that no other triangle uses, as that would run
-/// through them.
+/// Edges that only one of the coded triangles uses.
 pub(in crate::file) struct Border {
-    /// For each vertex, where an edge leads that begins there.
+    /// For each vertex, the end of the border edge that starts there.
     after: Vec<u16>,
-    /// Where one comes from that ends there.
+    /// For each vertex, the start of the border edge that ends there.
     before: Vec<u16>,
 }
 
@@ -17,13 +16,13 @@ impl Border {
         }
     }
 
-    /// The vertices that would close a triangle on the edge from `x` to `y` with another one.
+    /// The vertices that close a triangle of the edge from `x` to `y` and a second border edge.
     #[inline(always)]
     pub(in crate::file) fn beside(&self, x: u16, y: u16) -> [u16; 2] {
         [self.after[usize::from(y)], self.before[usize::from(x)]]
     }
 
-    /// Adds the edge of a triangle, or takes away the border that it closes.
+    /// Adds the edge of a triangle, or removes the border edge that it closes.
     #[inline(always)]
     pub(in crate::file) fn add(&mut self, from: u16, to: u16) {
         let (begin, end) = (usize::from(from), usize::from(to));

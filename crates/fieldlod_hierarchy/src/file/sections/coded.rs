@@ -1,60 +1,58 @@
-//! A hierarchy in the order in which it is coded: coarsest level first, vertices in the order of
-//! their first use.
+//! A hierarchy in coding order: coarsest level first, vertices in the order of their first use.
 
 use crate::file::vertices::rows::{Prediction, Rows};
 use crate::hierarchy::{Group, Unit};
 
-/// Bytes of memory that one byte of a section may stand for, so that a small file claims little.
+/// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot
+/// allocate much memory.
 pub(in crate::file) const MAX_PER_BYTE: u64 = 64;
-/// What a group claims: itself and its index.
+/// Memory of a group and its index.
 pub(in crate::file) const GROUP_BYTES: usize = size_of::<Group>() + 4;
-/// What a triangle claims: three indices and the symbol of an edge.
+/// Memory of a triangle: three indices and the symbol of an edge.
 pub(in crate::file) const TRIANGLE_BYTES: usize = 3 * 2 + 4;
 
-/// The arrays of a hierarchy, in the order of its sections. Where ranges start is not kept, and
-/// units of a section follow each other like its groups.
+/// The arrays of a hierarchy in coding order. Ranges are consecutive, so their starts are not stored.
 #[derive(Debug, Default)]
 pub(in crate::file) struct Coded {
-    /// Where each group stands in the hierarchy.
+    /// The index of each group in the hierarchy.
     pub(in crate::file) group_indices: Vec<u32>,
     pub(in crate::file) groups: Vec<Group>,
     pub(in crate::file) finer: Vec<u32>,
     pub(in crate::file) units: Vec<Unit>,
-    /// By the order in which vertices are coded.
+    /// Vertices as indices in coding order.
     pub(in crate::file) unit_vertices: Vec<u32>,
     pub(in crate::file) indices: Vec<u16>,
-    /// Vertices before this one in the hierarchy are the source's.
+    /// Number of source vertices, which come first in the hierarchy.
     pub(in crate::file) source_vertex_count: u32,
-    /// Whether these have no numbers of their own. They are then as predicted, which is enough to
-    /// predict others from.
+    /// Omits the attributes of source vertices. Predictions from these vertices use their predicted
+    /// attributes.
     pub(in crate::file) beside_source: bool,
-    /// Whether vertices stand in the hierarchy in the order in which they are coded, as those of a page
-    /// do: nothing is stored of where they stand.
+    /// The hierarchy is a page: its vertices are in coding order, so their indices are not stored.
     pub(in crate::file) is_page: bool,
-    /// Where each vertex stands in the hierarchy.
+    /// The index of each vertex in the hierarchy.
     pub(in crate::file) vertex_indices: Vec<u32>,
-    /// The source vertices that moved ones came from, in the order of the hierarchy.
+    /// The source vertex of each moved vertex, in the order of the hierarchy.
     pub(in crate::file) moved_from: Vec<u32>,
-    /// Of the vertices in the order in which they are coded, after one of zeros.
+    /// Rows of the vertices in coding order, after one row of zeros.
     pub(in crate::file) rows: Rows,
 }
 
 impl Coded {
-    /// Nothing yet, with so many numbers for each vertex to come.
+    /// Creates an empty hierarchy whose vertices have rows of `columns` numbers.
     pub(in crate::file) fn new(
-        planes: usize,
+        columns: usize,
         source_vertex_count: u32,
         beside_source: bool,
     ) -> Self {
         Self {
             source_vertex_count,
             beside_source,
-            rows: Rows::zeros(planes, 1),
+            rows: Rows::zeros(columns, 1),
             ..Self::default()
         }
     }
 
-    /// Groups and where they stand in the hierarchy, from the `first` on.
+    /// Groups and their indices in the hierarchy, starting with the group `first`.
     pub(in crate::file) fn groups_since(
         &self,
         first: usize,
@@ -63,7 +61,7 @@ impl Coded {
         groups.zip(self.group_indices[first..].iter().copied())
     }
 
-    /// Which of the targets of `predictions` have numbers.
+    /// For each target of `predictions`, whether its attributes are stored.
     pub(in crate::file) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
         let indices = predictions
             .iter()
@@ -72,7 +70,7 @@ impl Coded {
         indices.map(is_stored).collect()
     }
 
-    /// How much there is so far.
+    /// Current lengths of the arrays.
     pub(in crate::file) fn ends(&self) -> Ends {
         Ends {
             groups: self.groups.len(),
@@ -86,7 +84,7 @@ impl Coded {
     }
 }
 
-/// How long the arrays of a [`Coded`] are before a section is added.
+/// Lengths of the arrays of a [`Coded`] at the start of a section.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::file) struct Ends {
     pub(in crate::file) groups: usize,

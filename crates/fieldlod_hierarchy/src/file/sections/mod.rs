@@ -1,6 +1,6 @@
-//! Sections: groups, units and triangles as numbers, and their packing.
+//! Encodes and decodes sections: groups, units and triangles.
 //!
-//! In: the groups of one level. Out: the bytes of a section, and back.
+//! Input: the groups of one level. Output: the bytes of a section.
 
 pub(super) mod border;
 pub(super) mod coded;

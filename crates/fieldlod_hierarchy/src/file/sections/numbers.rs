@@ -1,11 +1,11 @@
-//! Sequences of 32-bit numbers, coded.
+//! Codes sequences of 32-bit numbers.
 //!
 //! ```text
-//! 0 | value u32            all are equal
-//! 1, 2, 4 | numbers        as they are, in so many bytes each
-//! 8 | length u32 | bytes   by pco
+//! 0 | value u32            all numbers are equal
+//! 1, 2, 4 | numbers        1, 2 or 4 bytes per number
+//! 8 | length u32 | bytes   compressed by pco
 //! ```
-//! How many numbers there are is known from what was read before.
+//! The reader knows the length of the sequence.
 
 use pco::{ChunkConfig, DeltaSpec, ModeSpec};
 
@@ -15,25 +15,23 @@ use crate::file::reader::Reader;
 const EQUAL: u8 = 0;
 const PCO: u8 = 8;
 
-/// What is known about a sequence before it is coded.
+/// The expected correlation of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::file) enum Kind {
-    /// Neighbours may be alike.
+    /// Neighbours may be similar.
     Plain,
-    /// Remainders of a prediction, or symbols: nothing more to be gained from the order.
+    /// Remainders of a prediction, or symbols. Neighbours are not correlated.
     Remainders,
 }
 
-/// Appends `numbers` in the shortest of the codings.
+/// Appends `numbers` in the shortest coding.
 pub(in crate::file) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
-    // All are equal.
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
         bytes.push(EQUAL);
         bytes.extend_from_slice(&first.to_le_bytes());
         return;
     }
-    // As many bytes as the largest needs, unless packing them is shorter.
     let largest = numbers.iter().fold(0, |largest, &number| largest | number);
     let width = match largest {
         0..=0xff => 1,
@@ -75,7 +73,7 @@ pub(in crate::file) fn read(
     Ok(numbers)
 }
 
-/// Likewise, in place of what `numbers` held: memory that was in use before costs less.
+/// Like [`read`], but replaces the contents of `numbers` and reuses its memory.
 pub(in crate::file) fn read_into(
     reader: &mut Reader<'_>,
     count: usize,
@@ -107,7 +105,7 @@ fn decompress(packed: &[u8], numbers: &mut [u32]) -> Option<()> {
     (progress.finished && progress.n_processed == numbers.len()).then_some(())
 }
 
-/// Small numbers for differences of either sign.
+/// Maps signed differences near 0 to small numbers.
 pub(in crate::file) fn zigzag(difference: u32) -> u32 {
     difference << 1 ^ ((difference as i32) >> 31) as u32
 }

@@ -1,5 +1,4 @@
-//! Arrays of plain structs, coded field by field: a field of one element is like that of the next.
-//! New fields need nothing here.
+//! Codes arrays of plain structs field by field, because the same field of neighbours is similar.
 
 use bytemuck::Pod;
 

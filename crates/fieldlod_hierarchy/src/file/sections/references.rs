@@ -1,17 +1,19 @@
-//! The vertex lists of units.
+//! Codes the vertex lists of units.
 
 use crate::file::sections::numbers::{unzigzag, zigzag};
 
-/// Vertices of units, named in the order in which they are coded.
+/// Converts vertices in coding order to numbers, and back.
 pub(in crate::file) struct References {
+    /// The next new vertex.
     pub(in crate::file) next: u32,
-    before: u32,
+    /// The last vertex that was coded by its difference.
+    last: u32,
 }
 
 impl References {
     pub(in crate::file) fn new(vertices: usize) -> Self {
         let next = vertices as u32;
-        Self { next, before: next }
+        Self { next, last: next }
     }
 
     pub(in crate::file) fn number(&mut self, vertex: u32) -> u32 {
@@ -19,18 +21,18 @@ impl References {
             self.next += 1;
             return 0;
         }
-        let difference = vertex.wrapping_sub(self.before);
-        self.before = vertex;
+        let difference = vertex.wrapping_sub(self.last);
+        self.last = vertex;
         zigzag(difference).wrapping_add(1)
     }
 
-    /// `None` for a vertex that was not coded yet.
+    /// Returns `None` if the vertex is not coded yet.
     pub(in crate::file) fn vertex(&mut self, number: u32) -> Option<u32> {
         if number == 0 {
             self.next = self.next.checked_add(1)?;
             return Some(self.next - 1);
         }
-        self.before = self.before.wrapping_add(unzigzag(number - 1));
-        (self.before < self.next).then_some(self.before)
+        self.last = self.last.wrapping_add(unzigzag(number - 1));
+        (self.last < self.next).then_some(self.last)
     }
 }

@@ -1,4 +1,4 @@
-//! Reads one section, as `section_writer` describes it.
+//! Decodes a section. `section_writer` documents the layout.
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
@@ -7,7 +7,7 @@ use crate::file::sections::numbers::{self, unzigzag};
 use crate::file::sections::records;
 use crate::file::sections::references::References;
 use crate::file::sections::triangles::SymbolReader;
-use crate::file::vertices::attributes::suggested_normals;
+use crate::file::vertices::attributes::predicted_normals;
 use crate::file::vertices::planes::{self, Targets};
 use crate::file::vertices::predict::Predict;
 use crate::file::vertices::predictor::Predictor;
@@ -16,8 +16,8 @@ use crate::file::vertices::rows::{Prediction, Rows};
 use crate::file::vertices::vertex_order;
 use crate::hierarchy::{Group, NO_GROUP, Unit};
 
-/// Reads a section onto the end of `coded`. The last `unused_vertices` of it are those that no unit
-/// uses, and so many moved vertices name where they came from.
+/// Reads a section and appends it to `coded`. The section ends with `unused_vertices` vertices that no
+/// unit uses, and with the source vertices of `origins` moved vertices.
 pub(in crate::file) fn read(
     bytes: &[u8],
     coded: &mut Coded,
@@ -34,17 +34,16 @@ pub(in crate::file) fn read(
     };
     section.read_graph()?;
     let counts = section.claim_geometry()?;
-    // Which vertices the units use, and which of them are new.
     let used = section.read_references(counts.references)?;
     let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
-    // Triangles, which tell what new vertices are like, and how far they are not.
+    // Attributes follow the triangles, because these predict them.
     let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
     section.read_vertex_order(added, &predictions)?;
     section.coded.rows.add_zeros(added);
     let are_stored = section.coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut section.coded.rows);
     let (coded, from) = (&*section.coded, section.from);
-    let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
+    let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
     let targets = Targets {
         predictors,
         predictions: &predictions,
@@ -72,14 +71,14 @@ struct SectionReader<'a> {
     from: Ends,
 }
 
-/// What the units of a section announce together.
+/// Sums of the counts of all units of a section.
 struct UnitCounts {
-    /// Entries of their vertex lists.
+    /// Entries of vertex lists.
     references: usize,
     triangles: usize,
 }
 
-/// Reads a graph without geometry onto the end of `coded`; what follows it remains in `reader`.
+/// Reads a graph without geometry and appends it to `coded`.
 pub(in crate::file) fn read_graph(
     reader: &mut Reader<'_>,
     coded: &mut Coded,
@@ -105,10 +104,8 @@ impl SectionReader<'_> {
 
     fn read_groups(&mut self) -> Result<(), FileError> {
         const WHAT: &str = "the groups";
-        // As many as there is room for.
         let count: u32 = self.reader.value(WHAT)?;
         let count = self.budget.claim(u64::from(count), GROUP_BYTES)?;
-        // Where they stand, what they are, and which are finer.
         read_indices(&mut self.reader, count, WHAT, &mut self.coded.group_indices)?;
         let groups: Vec<Group> = records::read(&mut self.reader, count, WHAT)?;
         let finer = groups.iter().map(|group| group.finer_count);
@@ -118,7 +115,7 @@ impl SectionReader<'_> {
     }
 
     fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
-        // By how far they lie before their group.
+        // Links are coded as distances to their group.
         let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
         let mut left = differences.into_iter();
         let mut finer = Vec::with_capacity(count);
@@ -131,7 +128,6 @@ impl SectionReader<'_> {
     }
 
     fn read_units(&mut self) -> Result<(), FileError> {
-        // As many as the groups announce.
         let groups = &self.coded.groups[self.from.groups..];
         let count = groups.iter().map(|group| group.unit_count);
         let count = self.budget.claim_all(count, size_of::<Unit>())?;
@@ -140,7 +136,7 @@ impl SectionReader<'_> {
         self.restore_units()
     }
 
-    /// Room for all that the units announce.
+    /// Claims memory for the vertex lists and triangles of the units.
     fn claim_geometry(&mut self) -> Result<UnitCounts, FileError> {
         let units = &self.coded.units[self.from.units..];
         let mut claim =
@@ -151,7 +147,7 @@ impl SectionReader<'_> {
         })
     }
 
-    /// Puts back who consumes and who produced each unit.
+    /// Restores the consumer and the producer of each unit.
     fn restore_units(&mut self) -> Result<(), FileError> {
         let coded = &mut *self.coded;
         let mut units_left = coded.units[self.from.units..].iter_mut();
@@ -170,7 +166,7 @@ impl SectionReader<'_> {
         Ok(())
     }
 
-    /// Returns how many vertices are new.
+    /// Reads vertex lists and returns the number of new vertices.
     fn read_references(&mut self, count: usize) -> Result<usize, FileError> {
         const WHAT: &str = "the vertex lists";
         let mut references = References::new(self.from.vertices);
@@ -184,13 +180,13 @@ impl SectionReader<'_> {
         Ok(references.next as usize - self.from.vertices)
     }
 
-    /// Room for `count` new vertices.
+    /// Claims memory for `count` new vertices.
     fn claim_vertices(&mut self, count: u64) -> Result<usize, FileError> {
         let bytes = (self.coded.rows.width + 1) * 4;
         self.budget.claim(count, bytes)
     }
 
-    /// Reads where `count` new vertices stand in the hierarchy.
+    /// Reads the indices of `count` new vertices in the hierarchy.
     fn read_vertex_order(
         &mut self,
         count: usize,
@@ -207,7 +203,7 @@ impl SectionReader<'_> {
         vertex_order::read(&mut self.reader, indices, predictions, source_count)
     }
 
-    /// Returns what each new vertex is predicted from.
+    /// Reads triangles and returns the predictions of new vertices.
     fn read_triangles(
         &mut self,
         triangles: usize,
@@ -215,7 +211,6 @@ impl SectionReader<'_> {
         unused_vertices: usize,
     ) -> Result<Vec<Prediction>, FileError> {
         const WHAT: &str = "the triangles";
-        // The symbols.
         let edges = numbers::read(&mut self.reader, triangles, WHAT)?;
         let vertices = self.read_counted(WHAT)?;
         let distances = self.read_counted(WHAT)?;
@@ -224,7 +219,6 @@ impl SectionReader<'_> {
             vertices: vertices.iter(),
             distances: distances.iter(),
         };
-        // The triangles of one unit after the other, each seen by the predictor.
         let (coded, from) = (&mut *self.coded, self.from);
         let mut predictor = Predictor::new(from.vertices, added);
         coded.indices.reserve(triangles * 3);
@@ -233,7 +227,7 @@ impl SectionReader<'_> {
             let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
             let (triangles, count) = (unit.triangle_count, unit.vertex_count);
             symbols.read_unit(triangles, count, &mut coded.indices, |step| {
-                predictor.see(step, vertices);
+                predictor.add_triangle(step, vertices);
             })?;
             predictor.finish_unit(vertices);
             vertex += vertices.len();
@@ -241,7 +235,7 @@ impl SectionReader<'_> {
         Ok(predictor.finish(unused_vertices))
     }
 
-    /// Reads numbers that come after how many they are.
+    /// Reads a count and as many numbers.
     fn read_counted(&mut self, what: &'static str) -> Result<Vec<u32>, FileError> {
         let count: u32 = self.reader.value(what)?;
         let count = self.budget.claim(u64::from(count), 4)?;
@@ -249,8 +243,8 @@ impl SectionReader<'_> {
     }
 }
 
-/// Reads `count` indices that mostly count up.
-pub(in crate::file) fn read_indices(
+/// Reads `count` indices that are mostly consecutive.
+fn read_indices(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -265,23 +259,19 @@ pub(in crate::file) fn read_indices(
     Ok(())
 }
 
-/// How much memory a section may still claim.
-pub(in crate::file) struct Budget {
+/// Memory that the rest of a section may claim.
+struct Budget {
     bytes: u64,
 }
 
 impl Budget {
-    pub(in crate::file) fn of(section: &[u8]) -> Self {
+    fn of(section: &[u8]) -> Self {
         let bytes = (section.len() as u64).saturating_mul(MAX_PER_BYTE);
         Self { bytes }
     }
 
-    /// Room for `count` elements of so many bytes.
-    pub(in crate::file) fn claim(
-        &mut self,
-        count: u64,
-        element_bytes: usize,
-    ) -> Result<usize, FileError> {
+    /// Claims memory for `count` elements.
+    fn claim(&mut self, count: u64, element_bytes: usize) -> Result<usize, FileError> {
         let what = "the number of elements";
         let claimed = count.saturating_mul(element_bytes as u64);
         let left = self.bytes.checked_sub(claimed);
@@ -289,7 +279,7 @@ impl Budget {
         Ok(count as usize)
     }
 
-    pub(in crate::file) fn claim_all(
+    fn claim_all(
         &mut self,
         counts: impl Iterator<Item = u32>,
         element_bytes: usize,

@@ -1,25 +1,24 @@
-//! Writes one section: the groups that one more level adds, their units, and the vertices that no
-//! coarser level uses.
+//! Encodes a section: the groups of one level, their units, and the vertices that no earlier section
+//! uses.
 //!
 //! ```text
 //! group count u32
 //! group indices, groups, finer groups, units               (see `numbers`, `records`)
-//! per entry of the units' vertex lists: 0 for the next new vertex, or 1 more than the difference
-//!     to the vertex named before
+//! vertex lists: per entry 0 for the next new vertex, or the difference to the last entry plus 1
 //! triangles                                                (see `triangles`)
 //! indices of the new vertices in the hierarchy             (see `vertex_order`)
-//! attributes of the new vertices that are stored           (see `planes`)
-//! in the last section: source vertices that moved ones came from
-//! zeros, so that no byte stands for more than MAX_PER_BYTE bytes of memory
+//! stored attributes of the new vertices                    (see `planes`)
+//! in the last section: the source vertices of moved vertices
+//! zeros, up to 1 byte per MAX_PER_BYTE bytes of decoded memory
 //! ```
-//! What follows from other fields (where ranges start, who consumes a unit) is left out.
+//! Starts of ranges and consumers of units follow from other fields and are not stored.
 
 use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
 use crate::file::sections::numbers::{self, Kind, zigzag};
 use crate::file::sections::records;
 use crate::file::sections::references::References;
 use crate::file::sections::triangles::Symbols;
-use crate::file::vertices::attributes::suggested_normals;
+use crate::file::vertices::attributes::predicted_normals;
 use crate::file::vertices::planes::{self, Targets};
 use crate::file::vertices::predict::Predict;
 use crate::file::vertices::predictor::Predictor;
@@ -28,8 +27,8 @@ use crate::file::vertices::rows::{Prediction, Rows};
 use crate::file::vertices::vertex_order;
 use crate::hierarchy::Unit;
 
-/// The bytes of what `coded` holds since `from`. The last `unused_vertices` of it are those that no
-/// unit uses.
+/// Encodes the part of `coded` that was added after `from`. No unit uses its last `unused_vertices`
+/// vertices.
 pub(in crate::file) fn write(
     coded: &mut Coded,
     from: Ends,
@@ -39,9 +38,8 @@ pub(in crate::file) fn write(
 ) -> Vec<u8> {
     let mut bytes = Vec::new();
     write_graph(&mut bytes, coded, from);
-    // Which vertices the units use, and which of them are new.
     write_references(&mut bytes, coded, from);
-    // Triangles, which tell what new vertices are like, and how far they are not.
+    // Attributes follow the triangles, because these predict them.
     let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
     write_symbols(&mut bytes, &symbols);
     if !coded.is_page {
@@ -54,7 +52,7 @@ pub(in crate::file) fn write(
     }
     let are_stored = coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut coded.rows);
-    let normals = |rows: &Rows| suggested_normals(coded, from, rows, grids, &predictions);
+    let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
     let targets = Targets {
         predictors,
         predictions: &predictions,
@@ -83,7 +81,7 @@ pub(in crate::file) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: End
     records::write(bytes, &coded.units[from.units..]);
 }
 
-/// The memory that a reader claims for the graph.
+/// Memory that a reader claims for the graph.
 pub(in crate::file) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
     let to = coded.ends();
     (to.groups - from.groups) * GROUP_BYTES
@@ -91,7 +89,7 @@ pub(in crate::file) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
         + (to.units - from.units) * size_of::<Unit>()
 }
 
-/// The memory that a reader claims for all that `coded` holds since `from`.
+/// Memory that a reader claims for the section.
 fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
     let to = coded.ends();
     claimed_by_graph(coded, from)
@@ -102,8 +100,8 @@ fn claimed_bytes(coded: &Coded, from: Ends, symbols: &Symbols) -> usize {
         + (to.moved_from - from.moved_from) * 4
 }
 
-/// Writes indices that mostly count up.
-pub(in crate::file) fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
+/// Writes indices that are mostly consecutive.
+fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
     let mut before = u32::MAX;
     let differences = indices.iter().map(|&index| {
         let difference = index.wrapping_sub(before).wrapping_sub(1);
@@ -113,7 +111,7 @@ pub(in crate::file) fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
     numbers::write(bytes, &differences.collect::<Vec<_>>(), Kind::Remainders);
 }
 
-/// Writes finer groups, by how far they lie before their group.
+/// Writes links to finer groups as distances to their group.
 fn write_finer(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     let mut finer = coded.finer[from.finer..].iter();
     let mut differences = Vec::new();
@@ -131,7 +129,7 @@ fn write_references(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     numbers::write(bytes, &numbers, Kind::Remainders);
 }
 
-/// The triangles as symbols, and for each new vertex what it is predicted from.
+/// Returns the symbols of the triangles and the predictions of the new vertices.
 fn triangle_symbols(
     coded: &Coded,
     from: Ends,
@@ -145,7 +143,7 @@ fn triangle_symbols(
         let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
         let indices = &coded.indices[index..][..unit.triangle_count as usize * 3];
         symbols.write_unit(indices, unit.vertex_count, |step| {
-            predictor.see(step, vertices);
+            predictor.add_triangle(step, vertices);
         });
         predictor.finish_unit(vertices);
         vertex += vertices.len();
@@ -155,7 +153,7 @@ fn triangle_symbols(
 }
 
 fn write_symbols(bytes: &mut Vec<u8>, symbols: &Symbols) {
-    // As many edges as triangles, which is known.
+    // Readers know the number of edges: it is that of triangles.
     numbers::write(bytes, &symbols.edges, Kind::Remainders);
     for numbers in [&symbols.vertices, &symbols.distances] {
         bytes.extend_from_slice(&(numbers.len() as u32).to_le_bytes());

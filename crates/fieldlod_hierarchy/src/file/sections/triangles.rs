@@ -1,10 +1,9 @@
-//! The triangles of one unit, coded against their neighbours.
+//! Codes the triangles of a unit by shared edges.
 //!
-//! As in meshoptimizer's index codec (A. Kapoulkine), a triangle is told by the edge that it
-//! shares with one of the last triangles, and by its third vertex: the next one that was not used
-//! yet, the next or the last along the border of the triangles so far (J. Rossignac: Edgebreaker,
-//! 1999), or one used a moment ago. Unlike there the symbols are entropy-coded, and triangles keep the
-//! corner at which they begin; it costs least if that is the vertex that comes first in the unit.
+//! As in meshoptimizer's index codec (A. Kapoulkine), a triangle is coded as an edge of a recent
+//! triangle and a third vertex. The third vertex is the next unused vertex, one of two neighbours along
+//! the border (J. Rossignac: Edgebreaker, 1999), a recent vertex, or a distance. The symbols are
+//! entropy-coded. Triangles keep their first corner, which costs least if it is the lowest vertex.
 
 use crate::file::error::FileError;
 use crate::file::sections::border::Border;
@@ -13,17 +12,18 @@ use crate::file::sections::numbers::{unzigzag, zigzag};
 const EDGES: usize = 16;
 const RECENT: usize = 16;
 
-/// No edge is shared.
+/// The triangle shares no recent edge.
 const MISS: u32 = EDGES as u32 * 3;
+/// The next unused vertex.
 const NEXT: u32 = 0;
-/// One of the two vertices along the border.
+/// The first of two symbols for vertices along the border.
 const BORDER: u32 = 1;
-/// One used a moment ago.
+/// The first of the symbols for recent vertices.
 const FIRST_RECENT: u32 = 3;
-/// The vertex is told by its distance to the last one that was told so.
+/// The vertex is coded as the distance to the last vertex with this symbol.
 const FAR: u32 = FIRST_RECENT + RECENT as u32;
 
-/// Beside a triangle that shares no edge.
+/// Border neighbours of a triangle without a shared edge.
 const NOTHING: [u16; 2] = [u16::MAX; 2];
 
 const WHAT: &str = "the triangles";
@@ -31,16 +31,16 @@ const WHAT: &str = "the triangles";
 /// The symbols of the triangles of a section.
 #[derive(Debug, Default)]
 pub(in crate::file) struct Symbols {
-    /// For each triangle: which edge times three, plus how many corners after its first vertex in
-    /// the unit it begins.
+    /// For each triangle: age of the edge × 3 + number of corners between the lowest vertex and the
+    /// first corner.
     pub(in crate::file) edges: Vec<u32>,
-    /// For each vertex that is not on a shared edge: which.
+    /// A symbol for each vertex that is not on a shared edge.
     pub(in crate::file) vertices: Vec<u32>,
-    /// For those told by distance.
+    /// Distances of the vertices with the symbol [`FAR`].
     pub(in crate::file) distances: Vec<u32>,
 }
 
-/// How a triangle came: its corners, turned so that the shared edge, if any, is first.
+/// A coded triangle. Its corners are rotated so that the shared edge comes first.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::file) struct Step {
     pub(in crate::file) corners: [u16; 3],
@@ -87,7 +87,7 @@ impl History {
         Some(self.recent[place % RECENT])
     }
 
-    /// Remembers a vertex that was not told as a recent one.
+    /// Adds a vertex to the recent vertices.
     fn push_vertex(&mut self, vertex: u16) {
         self.recent[self.recent_count % RECENT] = vertex;
         self.recent_count += 1;
@@ -96,14 +96,13 @@ impl History {
         }
     }
 
-    /// The vertex of a symbol below [`FAR`], remembered if it is the next one. Which of all it is
-    /// cannot be foreseen, so that nothing branches on it.
+    /// The vertex of a symbol below [`FAR`]. The next unused vertex becomes a recent vertex. Branchless,
+    /// because the symbol is unpredictable.
     fn take(&mut self, symbol: u32, [after, before]: [u16; 2]) -> Option<u16> {
         let age = symbol.saturating_sub(FIRST_RECENT) as usize + 1;
         if symbol >= FIRST_RECENT && age > self.recent_count {
             return None;
         }
-        // All are read, and one of them is taken.
         let is_next = symbol == NEXT;
         let newest = self.recent_count % RECENT;
         let recent = self.recent[self.recent_count.wrapping_sub(age) % RECENT];
@@ -114,7 +113,7 @@ impl History {
         Some(vertex)
     }
 
-    /// Remembers the edges of a triangle as its neighbours run through them.
+    /// Adds the edges of a triangle, in the direction in which neighbours use them.
     #[inline(always)]
     fn push_edges_of(&mut self, step: Step) {
         let [a, b, c] = step.corners;
@@ -138,7 +137,7 @@ impl History {
 }
 
 impl Symbols {
-    /// Codes the triangles of a unit of so many vertices.
+    /// Appends the symbols of the triangles of a unit.
     pub(in crate::file) fn write_unit(
         &mut self,
         indices: &[u16],
@@ -149,10 +148,8 @@ impl Symbols {
         let (triangles, _) = indices.as_chunks::<3>();
         for &triangle in triangles {
             let step = match history.find(triangle) {
-                // An edge and the third vertex.
                 Some((age, turn)) => {
                     let corners = std::array::from_fn(|k| triangle[(turn + k) % 3]);
-                    // Where the turned triangle begins.
                     let begin = (6 - turn - first_corner(corners)) % 3;
                     self.edges.push((age * 3 + begin) as u32);
                     let opposite = history.edge(age).map(|edge| edge[2]);
@@ -160,7 +157,6 @@ impl Symbols {
                     self.write_vertex(&mut history, corners[2], beside);
                     Step { corners, opposite }
                 }
-                // All three vertices.
                 None => {
                     self.edges.push(MISS);
                     for vertex in triangle {
@@ -196,18 +192,18 @@ impl Symbols {
     }
 }
 
-/// Which of a triangle's corners is the vertex that comes first in the unit.
+/// The corner with the lowest vertex.
 #[inline(always)]
 fn first_corner([a, b, c]: [u16; 3]) -> usize {
-    // Without a branch, which could not be foreseen.
+    // Branchless, because the order is unpredictable.
     let [b_before_a, c_before_a, c_before_b] = [b < a, c < a, c < b].map(usize::from);
     (c_before_a & c_before_b) * 2 + (b_before_a & (1 - c_before_b))
 }
 
-/// The corners of a triangle, by the first of them.
-const TURNED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1, 2, 0]];
+/// Rotated corners, by the first corner.
+const ROTATED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1, 2, 0]];
 
-/// Symbols on their way back to triangles.
+/// Decodes symbols to triangles.
 #[derive(Debug)]
 pub(in crate::file) struct SymbolReader<'a> {
     pub(in crate::file) edges: std::slice::Iter<'a, u32>,
@@ -228,8 +224,8 @@ impl SymbolReader<'_> {
         for _ in 0..triangle_count {
             let (step, begin) = self.read_step(&mut history, vertex_count)?;
             history.push_edges_of(step);
-            // Without a branch, which could not be foreseen.
-            let [a, b, c] = TURNED[begin];
+            // Branchless, because the first corner is unpredictable.
+            let [a, b, c] = ROTATED[begin];
             let corners = step.corners;
             indices.extend_from_slice(&[corners[a], corners[b], corners[c]]);
             on_step(step);
@@ -243,7 +239,6 @@ impl SymbolReader<'_> {
         vertex_count: u32,
     ) -> Result<(Step, usize), FileError> {
         let symbol = next(&mut self.edges)?;
-        // All three vertices.
         if symbol >= MISS {
             let mut corners = [0; 3];
             for corner in &mut corners {
@@ -252,7 +247,6 @@ impl SymbolReader<'_> {
             let opposite = None;
             return Ok((Step { corners, opposite }, 0));
         }
-        // An edge and the third vertex.
         let edge = history.edge((symbol / 3) as usize);
         let [x, y, opposite] = edge.ok_or(FileError::Corrupt { what: WHAT })?;
         let beside = history.border.beside(x, y);
@@ -262,7 +256,7 @@ impl SymbolReader<'_> {
         Ok((Step { corners, opposite }, begin))
     }
 
-    /// What comes from the history was checked when it was read.
+    /// Fails if the vertex is not below `vertex_count`.
     fn read_vertex(
         &mut self,
         history: &mut History,
@@ -270,12 +264,12 @@ impl SymbolReader<'_> {
         beside: [u16; 2],
     ) -> Result<u16, FileError> {
         let symbol = next(&mut self.vertices)?;
-        let told = if symbol < FAR {
+        let vertex = if symbol < FAR {
             history.take(symbol, beside)
         } else {
             self.read_far(history, symbol)
         };
-        let inside = told.filter(|&vertex| u32::from(vertex) < vertex_count);
+        let inside = vertex.filter(|&vertex| u32::from(vertex) < vertex_count);
         inside.ok_or(FileError::Corrupt { what: WHAT })
     }
 

@@ -1,4 +1,4 @@
-//! Vertex attributes as planes of numbers, exact or on a grid of 16 bits.
+//! Converts vertex attributes to rows of numbers, exact or quantized to 16 bits.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ use crate::file::vertices::rows::{Prediction, Rows};
 use crate::file::vertices::vertex_normals::vertex_normals;
 use crate::vertices::Vertices;
 
-/// Which attributes there are besides positions.
+/// The set of attributes besides positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::file) struct Attributes {
     pub(in crate::file) bits: u8,
@@ -24,7 +24,7 @@ const COLORS: u8 = 16;
 
 impl Attributes {
     pub(in crate::file) fn of(vertices: &Vertices) -> Self {
-        let bit = |bit: u8, is_there: bool| if is_there { bit } else { 0 };
+        let bit = |bit: u8, is_present: bool| if is_present { bit } else { 0 };
         Self {
             bits: bit(NORMALS, !vertices.normals.is_empty())
                 | bit(UVS, !vertices.uvs.is_empty())
@@ -34,7 +34,7 @@ impl Attributes {
         }
     }
 
-    /// `None` for bits that mean nothing.
+    /// Returns `None` if unknown bits are set.
     pub(in crate::file) fn from_bits(bits: u8) -> Option<Self> {
         (bits < COLORS * 2).then_some(Self { bits })
     }
@@ -43,14 +43,14 @@ impl Attributes {
         self.bits & bit != 0
     }
 
-    /// How the planes are predicted, in their order.
+    /// The predictor of each column.
     pub(in crate::file) fn predictors(self, quantized: bool) -> Vec<Predict> {
         let (line, mean) = if quantized {
             (Predict::IntParallelogram, Predict::IntMean)
         } else {
             (Predict::FloatParallelogram, Predict::FloatMean)
         };
-        // Columns of a direction: on an octahedron, or its coordinates.
+        // A direction has two octahedral coordinates, or three exact coordinates.
         let (direction, normal, columns) = if quantized {
             (Predict::IntMean, Predict::IntNormal, 2)
         } else {
@@ -72,7 +72,7 @@ impl Attributes {
     }
 }
 
-/// The numbers of `vertices`, a row for each.
+/// Converts each vertex to a row.
 pub(in crate::file) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
     let width = Attributes::of(vertices).predictors(grids.is_some()).len();
     let mut rows = Rows::zeros(width, 0);
@@ -111,7 +111,7 @@ pub(in crate::file) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Ro
     rows
 }
 
-/// Appends a vector, if there is one: bit by bit, or by its places on the grids.
+/// Appends the coordinates of a vector, if it exists: their bits, or their steps on `grids`.
 fn push_vector<const N: usize, V: Into<[f32; N]> + Copy>(
     row: &mut Vec<u32>,
     vector: Option<&V>,
@@ -132,62 +132,62 @@ fn push_direction(row: &mut Vec<u32>, direction: Option<Vec3>, is_quantized: boo
     }
 }
 
-/// Undoes [`to_rows`]: the vertices at `places` of the rows.
+/// Inverse of [`to_rows`]. Vertex `i` has the row `indices[i]`.
 pub(in crate::file) fn from_rows(
     rows: &Rows,
     attributes: Attributes,
     grids: Option<&Grids>,
-    places: &[u32],
+    indices: &[u32],
 ) -> Vertices {
-    let mut taker = Taker {
+    let mut columns = Columns {
         rows,
         column: 0,
-        places,
+        indices,
     };
-    let positions = taker.vectors(true, grids.map(|g| g.position));
-    let normals = taker.directions(attributes.has(NORMALS), grids.is_some());
-    let uvs = taker.vectors(attributes.has(UVS), grids.map(|g| g.uv));
-    let along = taker.directions(attributes.has(TANGENTS), grids.is_some());
-    let sides = taker.sides(attributes.has(TANGENTS), grids.is_some());
-    let uvs_1 = taker.vectors(attributes.has(UVS_1), grids.map(|g| g.uv_1));
-    let colors = taker.vectors(attributes.has(COLORS), grids.map(|g| g.color));
-    let tangents = along.into_iter().zip(sides);
+    let positions = columns.vectors(true, grids.map(|g| g.position));
+    let normals = columns.directions(attributes.has(NORMALS), grids.is_some());
+    let uvs = columns.vectors(attributes.has(UVS), grids.map(|g| g.uv));
+    let directions = columns.directions(attributes.has(TANGENTS), grids.is_some());
+    let signs = columns.signs(attributes.has(TANGENTS), grids.is_some());
+    let uvs_1 = columns.vectors(attributes.has(UVS_1), grids.map(|g| g.uv_1));
+    let colors = columns.vectors(attributes.has(COLORS), grids.map(|g| g.color));
+    let tangents = directions.into_iter().zip(signs);
     Vertices {
         positions,
         normals,
         uvs,
-        tangents: tangents.map(|(along, side)| along.extend(side)).collect(),
+        tangents: tangents.map(|(t, sign)| t.extend(sign)).collect(),
         uvs_1,
         colors,
     }
 }
 
-/// Takes columns, one after the other.
-struct Taker<'a> {
+/// Reads columns in order.
+struct Columns<'a> {
     rows: &'a Rows,
     column: usize,
-    places: &'a [u32],
+    indices: &'a [u32],
 }
 
-impl<'a> Taker<'a> {
-    /// The numbers of the next columns.
+impl<'a> Columns<'a> {
+    /// The next `N` columns.
     fn numbers<const N: usize>(&mut self) -> impl Iterator<Item = [u32; N]> + use<'a, N> {
         let (rows, column) = (self.rows, self.column);
         self.column += N;
-        let places = self.places.iter();
-        places.map(move |&place| rows.some(place, column))
+        let indices = self.indices.iter();
+        indices.map(move |&index| rows.some(index, column))
     }
 
     fn vectors<const N: usize, V: From<[f32; N]>>(
         &mut self,
-        there: bool,
+        is_present: bool,
         grids: Option<[Grid; N]>,
     ) -> Vec<V> {
-        if !there {
+        if !is_present {
             return Vec::new();
         }
         let numbers = self.numbers();
-        // Not `map` on the arrays: it may stay a call.
+        // Array `map` is not always inlined.
         match grids {
             None => numbers
                 .map(|n: [u32; N]| std::array::from_fn(|k| f32::from_bits(n[k])).into())
@@ -198,31 +198,31 @@ impl<'a> Taker<'a> {
         }
     }
 
-    fn directions(&mut self, there: bool, quantized: bool) -> Vec<Vec3> {
-        if !there || !quantized {
-            return self.vectors(there, None::<[Grid; 3]>);
+    fn directions(&mut self, is_present: bool, quantized: bool) -> Vec<Vec3> {
+        if !is_present || !quantized {
+            return self.vectors(is_present, None::<[Grid; 3]>);
         }
         self.numbers().map(octahedron::direction).collect()
     }
 
-    fn sides(&mut self, there: bool, quantized: bool) -> Vec<f32> {
-        if !there {
+    fn signs(&mut self, is_present: bool, quantized: bool) -> Vec<f32> {
+        if !is_present {
             return Vec::new();
         }
         let numbers = self.numbers();
         if quantized {
             numbers
-                .map(|[side]| if side == 0 { 1.0 } else { -1.0 })
+                .map(|[sign]| if sign == 0 { 1.0 } else { -1.0 })
                 .collect()
         } else {
-            numbers.map(|[side]| f32::from_bits(side)).collect()
+            numbers.map(|[sign]| f32::from_bits(sign)).collect()
         }
     }
 }
 
-/// The numbers of the normals that the triangles since `from` suggest for the targets of
-/// `predictions`, whose positions are in `rows`.
-pub(in crate::file) fn suggested_normals(
+/// Predicts the normals of the targets of `predictions` from the triangles that were added after
+/// `from`. `rows` holds the positions.
+pub(in crate::file) fn predicted_normals(
     coded: &Coded,
     from: Ends,
     rows: &Rows,

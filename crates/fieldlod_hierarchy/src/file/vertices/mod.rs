@@ -1,6 +1,6 @@
-//! Vertices as numbers: rounded, ordered, and predicted from their neighbours.
+//! Encodes and decodes vertices: rounds, orders and predicts them.
 //!
-//! In: the attributes of vertices. Out: small numbers to pack, and back.
+//! Input: vertex attributes. Output: small numbers for the entropy coder.
 
 pub(super) mod attributes;
 pub(super) mod octahedron;

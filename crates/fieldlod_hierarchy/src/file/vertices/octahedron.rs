@@ -1,25 +1,24 @@
-//! Directions as two numbers: the sphere unfolded to a square over an octahedron (Z. Cigolle,
-//! S. Donow, D. Evangelakos, M. Mara, M. McGuire, L. Meyer: A Survey of Efficient Representations
-//! for Independent Unit Vectors, 2014).
+//! Octahedral coding of directions as two numbers (Z. Cigolle, S. Donow, D. Evangelakos, M. Mara,
+//! M. McGuire, L. Meyer: A Survey of Efficient Representations for Independent Unit Vectors, 2014).
 
 use glam::Vec3;
 
 /// Bits of each of the two numbers.
 const BITS: u32 = 11;
 
-// An even number of steps, so that the axes come back exactly.
+// An even number of steps keeps the axes exact.
 const STEPS: u32 = (1 << BITS) - 2;
 
-/// Marks a vector that has no direction.
+/// Code of a vector without a direction.
 const NONE: u32 = (1 << BITS) - 1;
 
-/// The numbers of the direction nearest to `vector`.
+/// The code of the direction of `vector`.
 pub(in crate::file) fn numbers(vector: Vec3) -> [u32; 2] {
     let length = vector.abs().element_sum();
     if length.is_nan() || length <= 0.0 || length.is_infinite() {
         return [NONE; 2];
     }
-    // Onto the octahedron, whose lower half is folded over the upper one.
+    // The lower half of the octahedron is folded over the upper half.
     let v = vector / length;
     let folded = if v.z < 0.0 {
         [(1.0 - v.y.abs()) * sign(v.x), (1.0 - v.x.abs()) * sign(v.y)]
@@ -29,13 +28,12 @@ pub(in crate::file) fn numbers(vector: Vec3) -> [u32; 2] {
     folded.map(|x| ((x * 0.5 + 0.5) * STEPS as f32).round() as u32)
 }
 
-/// The unit vector that [`numbers`] stands for, or zero.
+/// Inverse of [`numbers`]: a unit vector, or zero.
 pub(in crate::file) fn direction(numbers: [u32; 2]) -> Vec3 {
     if numbers == [NONE; 2] {
         return Vec3::ZERO;
     }
     let coordinate = |number: u32| number as f32 * (2.0 / STEPS as f32) - 1.0;
-    // Back onto the sphere.
     let (x, y) = (coordinate(numbers[0]), coordinate(numbers[1]));
     let z = 1.0 - x.abs() - y.abs();
     let below = (-z).max(0.0);
@@ -51,9 +49,9 @@ mod tests {
     use super::*;
     use crate::fixtures::Random;
 
-    /// The claim at [`Precision::Quantized16`](crate::Precision), all over the sphere.
+    /// The bound is documented at [`Precision::Quantized16`](crate::Precision).
     #[test]
-    fn quantized_directions_are_accurate() {
+    fn quantized_directions_are_within_an_eighth_degree() {
         let mut random = Random::new(0);
         let mut largest = 0.0f32;
         for _ in 0..200_000 {

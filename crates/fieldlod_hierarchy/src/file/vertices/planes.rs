@@ -1,4 +1,4 @@
-//! The numbers of every vertex, each predicted from those of the vertices that came before.
+//! Codes vertex rows as differences to predictions from earlier vertices.
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
@@ -6,30 +6,30 @@ use crate::file::sections::numbers::{self, Kind};
 use crate::file::vertices::predict::{Predict, remainders_of, restored};
 use crate::file::vertices::rows::{Prediction, Rows};
 
-/// Columns that are coded together at most.
-const TOGETHER: usize = 4;
+/// Largest number of columns that are coded in one pass.
+const MAX_COLUMNS: usize = 4;
 
-/// Columns that are coded together, and the first of them.
-fn columns_together(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict])> {
-    let alike = predictors.chunk_by(|a, b| a == b);
-    let together = alike.flat_map(|alike| match alike[0] {
-        Predict::FloatDirection | Predict::FloatNormal => alike.chunks(3),
-        _ => alike.chunks(TOGETHER),
+/// Sets of columns that are coded in one pass, with the index of the first column.
+fn column_sets(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict])> {
+    let equal = predictors.chunk_by(|a, b| a == b);
+    let sets = equal.flat_map(|equal| match equal[0] {
+        Predict::FloatDirection | Predict::FloatNormal => equal.chunks(3),
+        _ => equal.chunks(MAX_COLUMNS),
     });
-    together.scan(0, |next, columns| {
+    sets.scan(0, |next, columns| {
         let first = *next;
         *next += columns.len();
         Some((first, columns))
     })
 }
 
-/// What is known of the vertices of a section besides their numbers.
+/// The vertices of a section and their predictions.
 pub(in crate::file) struct Targets<'a> {
     pub(in crate::file) predictors: &'a [Predict],
     pub(in crate::file) predictions: &'a [Prediction],
-    /// Which of the targets have numbers of their own.
+    /// For each prediction, whether the target is stored.
     pub(in crate::file) are_stored: &'a [bool],
-    /// The normal of each as its triangles lie, from rows that have positions.
+    /// Computes the predicted normal of each target. The rows must have positions.
     pub(in crate::file) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
 }
 
@@ -42,27 +42,27 @@ impl Targets<'_> {
     }
 }
 
-/// Codes the targets. Those that are not stored get the numbers that the reader will take for
-/// theirs.
+/// Writes the stored targets. The rows of other targets are replaced by their predictions, which the
+/// reader uses in their place.
 pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
     let predictions = targets.predictions;
-    for (first, columns) in columns_together(targets.predictors) {
+    for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
         let normals = targets.normals_for(predict, rows);
         let mut remainders = vec![Vec::with_capacity(predictions.len()); count];
         for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {
             let numbers = match normals.get(index) {
                 Some(&[x, y, z]) => [[x, y, z, 0]; 3],
-                None => [p.a, p.b, p.d].map(|place| rows.up_to(place, first, count)),
+                None => [p.a, p.b, p.d].map(|row| rows.up_to(row, first, count)),
             };
             if is_stored {
-                let target: [u32; TOGETHER] = rows.up_to(p.target, first, count);
+                let target: [u32; MAX_COLUMNS] = rows.up_to(p.target, first, count);
                 let found = remainders_of(predict, numbers, target);
                 for (remainders, number) in remainders.iter_mut().zip(found) {
                     remainders.push(number);
                 }
             } else {
-                let numbers = restored(predict, numbers, [0; TOGETHER]);
+                let numbers = restored(predict, numbers, [0; MAX_COLUMNS]);
                 rows.replace(p.target, first, &numbers[..count]);
             }
         }
@@ -72,7 +72,7 @@ pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Tar
     }
 }
 
-/// Reads the targets into rows that have room for them. Those that are not stored are as predicted.
+/// Reads the targets into existing rows. Targets that are not stored get their predictions.
 pub(in crate::file) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
@@ -80,14 +80,13 @@ pub(in crate::file) fn read(
 ) -> Result<(), FileError> {
     let are_stored = targets.are_stored;
     let stored = are_stored.iter().filter(|&&is_stored| is_stored).count();
-    let mut remainders: [Vec<u32>; TOGETHER] = Default::default();
-    for (first, columns) in columns_together(targets.predictors) {
-        // The remainders of these columns.
+    let mut remainders: [Vec<u32>; MAX_COLUMNS] = Default::default();
+    for (first, columns) in column_sets(targets.predictors) {
         for remainders in &mut remainders[..columns.len()] {
             numbers::read_into(reader, stored, "the vertices", remainders)?;
             spread(remainders, are_stored);
         }
-        // Together: each column waits for its own numbers only.
+        // One pass decodes several columns, because each waits only for its own earlier results.
         let filler = Filler {
             first,
             predict: columns[0],
@@ -105,16 +104,16 @@ pub(in crate::file) fn read(
     Ok(())
 }
 
-/// Puts zeros between numbers, for those that are not stored.
+/// Inserts zeros for targets that are not stored.
 fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
     let mut left = numbers.len();
     numbers.resize(are_stored.len(), 0);
-    // From the end, and no farther than where nothing is missing.
-    for place in (0..are_stored.len()).rev() {
-        if left == place + 1 {
+    // Backwards, so that no number is overwritten before it is moved.
+    for index in (0..are_stored.len()).rev() {
+        if left == index + 1 {
             break;
         }
-        numbers[place] = if are_stored[place] {
+        numbers[index] = if are_stored[index] {
             left -= 1;
             numbers[left]
         } else {
@@ -123,7 +122,7 @@ fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
     }
 }
 
-/// Restores the columns from `first` on.
+/// Restores the columns that start at `first`.
 struct Filler<'a> {
     first: usize,
     predict: Predict,
@@ -134,9 +133,9 @@ struct Filler<'a> {
 impl Filler<'_> {
     fn fill<const N: usize>(&self, rows: &mut Rows, remainders: [&Vec<u32>; N]) {
         use Predict::{FloatDirection, FloatMean, FloatParallelogram, IntMean, IntParallelogram};
-        // As long as the predictions, which spares a check for each.
+        // Equal lengths let the compiler remove bounds checks.
         let remainders = remainders.map(|remainders| &remainders[..self.predictions.len()]);
-        // A loop for each kind, so that nothing is decided within.
+        // One loop per predictor keeps the choice out of the loops.
         match self.predict {
             FloatParallelogram => self.fill_with(rows, remainders, |numbers, remainders| {
                 restored(FloatParallelogram, numbers, remainders)
@@ -166,7 +165,7 @@ impl Filler<'_> {
         restored: impl Fn([[u32; N]; 3], [u32; N]) -> [u32; N],
     ) {
         for (index, p) in self.predictions.iter().enumerate() {
-            // Not `map` on the array: it may stay a call.
+            // Array `map` is not always inlined.
             let (a, b) = (rows.some(p.a, self.first), rows.some(p.b, self.first));
             let numbers = [a, b, rows.some(p.d, self.first)];
             let remainders = std::array::from_fn(|k| remainders[k][index]);

@@ -1,29 +1,29 @@
-//! How numbers are predicted from those of the vertices that came before.
+//! Predicts numbers of a vertex from those of earlier vertices.
 
 use crate::file::sections::numbers::{unzigzag, zigzag};
 
-/// How a number is predicted from those of its neighbours `a`, `b` (on one edge) and `d` (beyond
-/// that edge).
+/// Predictor of a number from those of neighbours: `a` and `b` share an edge, and `d` is opposite to
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::file) enum Predict {
-    /// Floating-point, a + b - d: positions and texture coordinates, which vary linearly.
+    /// Floating-point, a + b - d: positions and texture coordinates.
     FloatParallelogram,
     /// Floating-point, (a + b) / 2: colours.
     FloatMean,
-    /// Floating-point, three columns that are a unit vector: (a + b) / 2, and the largest of them by
-    /// the other two.
+    /// Floating-point, three columns of a unit vector: (a + b) / 2. The largest coordinate is predicted
+    /// from the other two.
     FloatDirection,
-    /// Likewise, as the triangles around the vertex lie.
+    /// Like [`Self::FloatDirection`], from the normals of the triangles at the vertex.
     FloatNormal,
     /// Integer, a + b - d.
     IntParallelogram,
     /// Integer, (a + b) / 2.
     IntMean,
-    /// Integer, as the triangles around the vertex lie.
+    /// Integer, from the normals of the triangles at the vertex.
     IntNormal,
 }
 
-/// What is left of `target` where those of `a`, `b` and `d` are known.
+/// Differences of `target` to its prediction from `a`, `b` and `d`.
 pub(in crate::file) fn remainders_of<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
@@ -42,7 +42,7 @@ pub(in crate::file) fn remainders_of<const N: usize>(
     remainders
 }
 
-/// Undoes [`remainders_of`].
+/// Inverse of [`remainders_of`].
 #[inline(always)]
 pub(in crate::file) fn restored<const N: usize>(
     predict: Predict,
@@ -62,7 +62,7 @@ pub(in crate::file) fn restored<const N: usize>(
     target
 }
 
-/// The axes of a direction, the one along which it is longest last.
+/// The axes of a direction. The axis with the largest coordinate comes last.
 #[inline(always)]
 fn axes_by_size<const N: usize>(direction: [u32; N]) -> [usize; 3] {
     let size = |axis: usize| f32::from_bits(direction[axis]).abs();
@@ -75,12 +75,12 @@ fn axes_by_size<const N: usize>(direction: [u32; N]) -> [usize; 3] {
     }
 }
 
-/// The third coordinate of a unit vector that has the other two, with the sign of `like`.
+/// The third coordinate of a unit vector, with the sign of `like`.
 #[inline(always)]
 fn coordinate(x: u32, y: u32, like: u32) -> u32 {
     let [x, y] = [x, y].map(|bits| f64::from(f32::from_bits(bits)));
     let squared = 1.0 - x * x - y * y;
-    // Machines may differ in the sign of a NaN, and not in that of a number.
+    // The sign of NaN differs between machines.
     let size = if squared > 0.0 {
         squared.sqrt() as f32
     } else {
@@ -118,11 +118,12 @@ fn restore(predict: Predict, guess: u32, remainder: u32) -> u32 {
         Predict::IntParallelogram | Predict::IntMean | Predict::IntNormal => {
             guess.wrapping_add(unzigzag(remainder))
         }
-        _ => unordered(ordered(canonical(guess)).wrapping_add(unzigzag(remainder))),
+        // `ordered` is its own inverse.
+        _ => ordered(ordered(canonical(guess)).wrapping_add(unzigzag(remainder))),
     }
 }
 
-/// Machines differ in the bits of a NaN that they compute.
+/// Replaces NaN by 0, because the bits of a computed NaN differ between machines.
 #[inline(always)]
 fn canonical(bits: u32) -> u32 {
     if f32::from_bits(bits).is_nan() {
@@ -132,14 +133,8 @@ fn canonical(bits: u32) -> u32 {
     }
 }
 
-/// Numbers in the order of the floating-point numbers that the bits stand for.
+/// Maps the bits of floating-point numbers to signed integers in the same order.
 #[inline(always)]
 fn ordered(bits: u32) -> u32 {
     bits ^ (((bits as i32) >> 31) as u32 >> 1)
-}
-
-/// Undoes [`ordered`]: it is its own inverse.
-#[inline(always)]
-fn unordered(number: u32) -> u32 {
-    ordered(number)
 }

@@ -1,19 +1,20 @@
-//! From triangles to predictions: a new vertex is like those of the triangles around it.
+//! Derives predictions of new vertices from triangles.
 
 use crate::file::sections::triangles::Step;
 use crate::file::vertices::rows::Prediction;
 
-/// Finds for each new vertex those that it is predicted from.
+/// Chooses the vertices from which each new vertex is predicted.
 pub(in crate::file) struct Predictor {
-    /// One for each new vertex, of which the first `count` were found yet, and room for one more.
+    /// The first `count` entries are valid. There is one more entry than new vertices, which `add` may
+    /// overwrite.
     predictions: Vec<Prediction>,
     count: usize,
-    /// Whether each vertex comes from a coarser section or was predicted yet.
+    /// For each vertex, whether it is from an earlier section or already predicted.
     known: Vec<bool>,
 }
 
 impl Predictor {
-    /// For `count` new vertices after the `first`.
+    /// Creates a predictor for `count` new vertices after `first` known vertices.
     pub(in crate::file) fn new(first: usize, count: usize) -> Self {
         let mut known = vec![true; first];
         known.resize(first + count, false);
@@ -28,21 +29,18 @@ impl Predictor {
         self.known[vertex as usize]
     }
 
-    /// Adds the prediction of a vertex, unless it is known. Which of both cannot be foreseen, so
-    /// that nothing branches on it.
+    /// Adds the prediction of a vertex, unless it is known. Branchless, because this is unpredictable.
     fn add(&mut self, prediction: Prediction) {
-        // Vertices are counted from 1 there.
         let known = &mut self.known[prediction.target as usize - 1];
         self.predictions[self.count] = prediction;
         self.count += usize::from(!*known);
         *known = true;
     }
 
-    /// A triangle of the unit with these `vertices`.
-    pub(in crate::file) fn see(&mut self, step: Step, vertices: &[u32]) {
+    /// Predicts the new vertices of a triangle. `vertices` is the list of its unit.
+    pub(in crate::file) fn add_triangle(&mut self, step: Step, vertices: &[u32]) {
         let [a, b, c] = step.corners;
         let vertex = |corner: u16| vertices[usize::from(corner)];
-        // The parallelogram over a shared edge.
         if let Some(opposite) = step.opposite {
             let (a, b, d) = (vertex(a) + 1, vertex(b) + 1, vertex(opposite) + 1);
             let target = vertex(c) + 1;
@@ -52,7 +50,6 @@ impl Predictor {
         let corners = [vertex(a), vertex(b), vertex(c)];
         for corner in corners {
             if !self.is_known(corner) {
-                // Like a neighbour that is known, or else like the latest.
                 let known = corners.into_iter().find(|&corner| self.is_known(corner));
                 let like = known.map_or_else(|| self.latest(), |corner| corner + 1);
                 self.add(Prediction::like(corner + 1, like));
@@ -60,8 +57,7 @@ impl Predictor {
         }
     }
 
-    /// The vertex predicted last, or else the last of the coarser sections, counted from 1; 0 if
-    /// there is neither.
+    /// The row of the last predicted vertex, or of the last known vertex. 0 without vertices.
     fn latest(&self) -> u32 {
         match self.predictions[..self.count].last() {
             Some(prediction) => prediction.target,
@@ -69,7 +65,7 @@ impl Predictor {
         }
     }
 
-    /// Vertices of a unit that none of its triangles use.
+    /// Predicts the vertices of a unit that none of its triangles use.
     pub(in crate::file) fn finish_unit(&mut self, vertices: &[u32]) {
         for &vertex in vertices {
             if !self.is_known(vertex) {
@@ -78,7 +74,7 @@ impl Predictor {
         }
     }
 
-    /// With those for the vertices that no unit uses: the last, `unused` of the new ones.
+    /// Predicts the last `unused` vertices, which no unit uses, and returns all predictions.
     pub(in crate::file) fn finish(mut self, unused: usize) -> Vec<Prediction> {
         let end = self.known.len();
         for vertex in end - unused..end {

@@ -1,4 +1,4 @@
-//! Numbers on a grid of 16 bits, and what that does to a hierarchy.
+//! Quantization of vertex attributes to 16 bits.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -6,18 +6,18 @@ use crate::bounds::Aabb;
 use crate::hierarchy::Hierarchy;
 use crate::vertices::Vertices;
 
-/// How exactly a file keeps vertex attributes.
+/// Precision of vertex attributes in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// Bit for bit.
+    /// Exact.
     #[default]
     Lossless,
-    /// Positions, texture coordinates and colours in 65536 steps of their extent along each axis;
-    /// normals and tangents to 0.125°. Bounds grow to contain the moved triangles.
+    /// Positions, texture coordinates and colours have 65536 steps per axis of their extent. Normals and
+    /// tangents differ by at most 0.125°. Bounds grow to contain the rounded triangles.
     Quantized16,
 }
 
-/// Numbers from `min` upwards in 65536 equal steps.
+/// 65536 equally spaced values, starting at `min`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(in crate::file) struct Grid {
@@ -40,7 +40,7 @@ impl Grid {
         Self { min, step }
     }
 
-    /// Whether it stands for finite numbers.
+    /// Returns `true` if all values are finite.
     pub(in crate::file) fn is_usable(self) -> bool {
         let end = self.min + self.step * f64::from(Self::LAST);
         self.step >= 0.0 && (self.min as f32).is_finite() && (end as f32).is_finite()
@@ -60,7 +60,7 @@ impl Grid {
     }
 }
 
-/// The grids of all attributes that are not directions.
+/// The grids of all attributes except directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(in crate::file) struct Grids {
@@ -94,13 +94,12 @@ impl Grids {
     }
 }
 
-/// The hierarchy with `vertices` in place of its own, and bounds that contain them; and how far
-/// positions are off at most, in local units.
+/// Replaces the vertices of a hierarchy and grows its bounds. Also returns the largest distance that a
+/// position moves, in local units.
 pub(in crate::file) fn with_vertices(
     hierarchy: &Hierarchy,
     vertices: Vertices,
 ) -> (Hierarchy, f32) {
-    // How far the vertices are off.
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
     let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();
@@ -108,11 +107,9 @@ pub(in crate::file) fn with_vertices(
         vertices,
         ..hierarchy.clone()
     };
-    // Spheres grow by that much.
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
     }
-    // Boxes are made anew, since they are tight.
     for index in 0..hierarchy.units.len() {
         let unit = &hierarchy.units[index];
         let used = hierarchy.vertices_of(unit).iter();

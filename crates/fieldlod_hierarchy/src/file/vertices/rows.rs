@@ -1,7 +1,7 @@
-//! The numbers of vertices, and from which others each is predicted.
+//! Vertices as rows of numbers, and the rows that predict them.
 
-/// Which vertices a vertex is predicted from. Vertices are counted from 1 in the order in which
-/// they are coded; 0 stands for a number that is 0.
+/// The row of a vertex, and the rows that it is predicted from. Row 0 holds zeros, so vertex `i` in
+/// coding order has the row `i + 1`.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::file) struct Prediction {
     pub(in crate::file) target: u32,
@@ -11,14 +11,14 @@ pub(in crate::file) struct Prediction {
 }
 
 impl Prediction {
-    /// That the vertex is like another.
+    /// Predicts that `target` equals `a`.
     pub(in crate::file) fn like(target: u32, a: u32) -> Self {
         let (b, d) = (a, a);
         Self { target, a, b, d }
     }
 }
 
-/// The numbers of vertices: a row of so many for each. A plane is a column.
+/// A table with a row of `width` numbers per vertex.
 #[derive(Clone, Debug, Default)]
 pub(in crate::file) struct Rows {
     pub(in crate::file) width: usize,
@@ -32,43 +32,43 @@ impl Rows {
         Self { width, numbers }
     }
 
-    pub(in crate::file) fn row(&self, place: u32) -> &[u32] {
-        &self.numbers[place as usize * self.width..][..self.width]
+    pub(in crate::file) fn row(&self, row: u32) -> &[u32] {
+        &self.numbers[row as usize * self.width..][..self.width]
     }
 
-    /// Some of the numbers of a row, from column `first` on.
+    /// `N` numbers of a row, starting at column `first`.
     #[inline(always)]
-    pub(in crate::file) fn some<const N: usize>(&self, place: u32, first: usize) -> [u32; N] {
-        let row = &self.numbers[place as usize * self.width + first..];
+    pub(in crate::file) fn some<const N: usize>(&self, row: u32, first: usize) -> [u32; N] {
+        let row = &self.numbers[row as usize * self.width + first..];
         *row.first_chunk().expect("there are so many columns")
     }
 
     #[inline(always)]
     pub(in crate::file) fn set<const N: usize>(
         &mut self,
-        place: u32,
+        row: u32,
         first: usize,
         numbers: [u32; N],
     ) {
-        let row = &mut self.numbers[place as usize * self.width + first..];
+        let row = &mut self.numbers[row as usize * self.width + first..];
         *row.first_chunk_mut().expect("there are so many columns") = numbers;
     }
 
-    /// `count` numbers of a row, from column `first` on, and zeros after them.
+    /// `count` numbers of a row, starting at column `first`, padded with zeros.
     pub(in crate::file) fn up_to<const N: usize>(
         &self,
-        place: u32,
+        row: u32,
         first: usize,
         count: usize,
     ) -> [u32; N] {
         let mut numbers = [0; N];
-        numbers[..count].copy_from_slice(&self.row(place)[first..][..count]);
+        numbers[..count].copy_from_slice(&self.row(row)[first..][..count]);
         numbers
     }
 
-    /// Replaces as many numbers of a row, from column `first` on.
-    pub(in crate::file) fn replace(&mut self, place: u32, first: usize, numbers: &[u32]) {
-        let row = &mut self.numbers[place as usize * self.width + first..];
+    /// Replaces numbers of a row, starting at column `first`.
+    pub(in crate::file) fn replace(&mut self, row: u32, first: usize, numbers: &[u32]) {
+        let row = &mut self.numbers[row as usize * self.width + first..];
         row[..numbers.len()].copy_from_slice(numbers);
     }
 
@@ -76,7 +76,7 @@ impl Rows {
         self.numbers.extend_from_slice(row);
     }
 
-    /// Makes room for rows to be read.
+    /// Appends `count` rows of zeros.
     pub(in crate::file) fn add_zeros(&mut self, count: usize) {
         let length = self.numbers.len() + count * self.width;
         self.numbers.resize(length, 0);

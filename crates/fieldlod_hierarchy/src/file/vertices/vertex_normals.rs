@@ -1,7 +1,7 @@
-//! Normals as triangles lie, to predict those of vertices from.
+//! Computes vertex normals from triangles, to predict the stored normals.
 //!
-//! The normal of a vertex is the mean of those of its triangles, weighted by the angles at it (G. Thürmer,
-//! C. Wüthrich: Computing Vertex Normals from Polygonal Facets, 1998), which is what most tools make.
+//! The normal of a vertex is the mean normal of its triangles, weighted by their angles (G. Thürmer,
+//! C. Wüthrich: Computing Vertex Normals from Polygonal Facets, 1998). Most tools use these weights.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -9,8 +9,8 @@ use glam::Vec3;
 
 use crate::file::sections::coded::{Coded, Ends};
 
-/// The normals of the vertices that `coded` holds since `from`, by the triangles since then; zero
-/// where there are none. `position` is asked for vertices by the order of coding.
+/// The normals of the vertices that were added to `coded` after `from`, from the triangles that were
+/// added after `from`. Zero without triangles. `position` takes indices in coding order.
 pub(in crate::file) fn vertex_normals(
     coded: &Coded,
     from: Ends,
@@ -24,7 +24,7 @@ pub(in crate::file) fn vertex_normals(
         let (vertices, triangles);
         (vertices, lists) = lists.split_at(unit.vertex_count as usize);
         (triangles, indices) = indices.split_at(unit.triangle_count as usize);
-        // Sums of the unit by itself, which stay near.
+        // Sums per unit stay in the cache.
         positions.clear();
         positions.extend(vertices.iter().map(|&vertex| position(vertex)));
         sums_of_unit.clear();
@@ -37,7 +37,7 @@ pub(in crate::file) fn vertex_normals(
             sums_of_unit[b] += at_b;
             sums_of_unit[c] += at_c;
         }
-        // Those of new vertices are asked for.
+        // Known vertices are skipped.
         for (&vertex, &sum) in vertices.iter().zip(&sums_of_unit) {
             if let Some(vertex) = (vertex as usize).checked_sub(from.vertices) {
                 sums[vertex] += sum;
@@ -47,30 +47,30 @@ pub(in crate::file) fn vertex_normals(
     sums.iter().map(|sum| sum.normalize_or_zero()).collect()
 }
 
-/// The normal of a triangle times the angle at each corner; zero for one without area.
+/// The normal of a triangle times the angle at each corner. Zero if the triangle has no area.
 #[inline(always)]
 fn weighted_normals([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
     let [ab, bc, ca] = [b - a, c - b, a - c];
-    // Twice the area: the sine at each corner, times the lengths of the edges there.
+    // The sine at each corner times the lengths of both edges.
     let cross = ca.cross(ab);
     let area = cross.length();
     if area.is_nan() || area <= 0.0 {
         return [Vec3::ZERO; 3];
     }
     let normal = cross * (1.0 / area);
-    // Not `map` on an array: it may stay a call.
+    // Array `map` is not always inlined.
     let at_a = angle(area, -ca.dot(ab));
     let at_b = angle(area, -ab.dot(bc));
     let at_c = angle(area, -bc.dot(ca));
     [normal * at_a, normal * at_b, normal * at_c]
 }
 
-/// The angle with this sine and cosine, which may both be any multiple of them; to 1e-5, with basic
-/// operations only, which are the same on all machines (M. Abramowitz, I. Stegun: Handbook of
-/// Mathematical Functions, 4.4.49).
+/// The angle with this sine and cosine, which may have a common factor. The error is at most 1.2e-5.
+///
+/// Uses basic operations only, because their results are equal on all machines (M. Abramowitz,
+/// I. Stegun: Handbook of Mathematical Functions, 4.4.49).
 #[inline(always)]
 fn angle(sine: f32, cosine: f32) -> f32 {
-    // The tangent of the angle to the nearer axis.
     let (least, most) = (sine.min(cosine.abs()), sine.max(cosine.abs()));
     let x = least / most;
     let x2 = x * x;
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn angles_are_right_to_a_hundred_thousandth() {
+    fn angle_error_is_at_most_12_millionths() {
         for step in 0..=3_000 {
             let expected = f64::from(step) * std::f64::consts::PI / 3_000.0;
             let (sine, cosine) = (expected.sin() as f32, expected.cos() as f32);
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_of_a_triangle_have_its_normal_and_add_up_to_half_a_turn() {
+    fn corner_angles_add_up_to_half_a_turn() {
         let weighted = weighted_normals([Vec3::ZERO, Vec3::X * 3.0, Vec3::new(0.5, 2.0, 0.0)]);
         let sum: Vec3 = weighted.into_iter().sum();
         assert!(sum.distance(Vec3::Z * PI) < 1e-4, "{sum}");

@@ -1,7 +1,7 @@
-//! The order of the vertices of a section in the hierarchy.
+//! Codes the indices of the vertices of a section in the hierarchy.
 //!
-//! A moved vertex mostly follows the moved one before it. A vertex of the source is near its
-//! neighbours, or in line with them: in many meshes the parallelogram rule holds for indices, too.
+//! A moved vertex mostly follows the previous moved vertex. The index of a source vertex is near that
+//! of a neighbour. In many meshes it also follows the parallelogram rule, like the position.
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
@@ -9,33 +9,32 @@ use crate::file::sections::numbers::{self, Kind, unzigzag, zigzag};
 use crate::file::vertices::rows::Prediction;
 
 const WHAT: &str = "the vertex order";
-/// How sure the guesser can get that one rule is better than the other.
-const MOST_TRUST: i32 = 16;
+/// Limit of the score of the two rules for source vertices.
+const MAX_SCORE: i32 = 16;
 
-/// Guesses indices from those that were there before.
-struct Guesser {
+/// Predicts indices from earlier indices.
+struct IndexPredictor {
     source_count: u32,
     last_source: u32,
     last_moved: u32,
-    /// Above zero if parallelograms were the better guess of late.
-    trust: i32,
+    /// Positive if the parallelogram rule was better for recent vertices.
+    score: i32,
 }
 
-impl Guesser {
+impl IndexPredictor {
     fn new(source_count: u32) -> Self {
         Self {
             source_count,
             last_source: 0,
             last_moved: source_count.wrapping_sub(1),
-            trust: 0,
+            score: 0,
         }
     }
 
-    /// The guesses for the target of `p`, if it is a vertex of the source: like a neighbour, and in
-    /// line with its neighbours.
+    /// Predictions for a source vertex: the index of a neighbour, and the parallelogram rule.
     fn source(&self, indices: &[u32], p: &Prediction) -> [u32; 2] {
-        let known = |place: u32| {
-            let index = indices.get((place as usize).wrapping_sub(1)).copied();
+        let known = |row: u32| {
+            let index = indices.get((row as usize).wrapping_sub(1)).copied();
             index.filter(|&index| index < self.source_count)
         };
         let (a, b, d) = (known(p.a), known(p.b), known(p.d));
@@ -46,8 +45,8 @@ impl Guesser {
         }
     }
 
-    /// Codes an index as its difference to what is guessed, by `code`, which returns the index.
-    fn see(
+    /// Passes the prediction of an index to `code`, which returns the index.
+    fn code(
         &mut self,
         indices: &[u32],
         p: &Prediction,
@@ -59,25 +58,25 @@ impl Guesser {
             return self.last_moved;
         }
         let [like, in_line] = self.source(indices, p);
-        let index = code(if self.trust > 0 { in_line } else { like });
+        let index = code(if self.score > 0 { in_line } else { like });
         let by_like = zigzag(index.wrapping_sub(like));
         let by_line = zigzag(index.wrapping_sub(in_line));
-        self.trust += i32::from(by_like > by_line) - i32::from(by_like < by_line);
-        self.trust = self.trust.clamp(-MOST_TRUST, MOST_TRUST);
+        self.score += i32::from(by_like > by_line) - i32::from(by_like < by_line);
+        self.score = self.score.clamp(-MAX_SCORE, MAX_SCORE);
         self.last_source = index;
         index
     }
 }
 
-/// Codes the indices of the targets of `predictions`, of which those below `source_count` are of the
-/// source.
+/// Writes the indices of the targets of `predictions`. Indices below `source_count` belong to source
+/// vertices.
 pub(in crate::file) fn write(
     bytes: &mut Vec<u8>,
     indices: &[u32],
     predictions: &[Prediction],
     source_count: u32,
 ) {
-    let mut guesser = Guesser::new(source_count);
+    let mut predictor = IndexPredictor::new(source_count);
     let mut are_source = Vec::with_capacity(predictions.len());
     let (mut source, mut moved) = (Vec::new(), Vec::new());
     for p in predictions {
@@ -85,7 +84,7 @@ pub(in crate::file) fn write(
         let is_source = index < source_count;
         are_source.push(u32::from(is_source));
         let differences = if is_source { &mut source } else { &mut moved };
-        guesser.see(indices, p, is_source, |guess| {
+        predictor.code(indices, p, is_source, |guess| {
             differences.push(zigzag(index.wrapping_sub(guess)));
             index
         });
@@ -95,7 +94,7 @@ pub(in crate::file) fn write(
     }
 }
 
-/// Reads the indices of the targets of `predictions` into `indices`, which has room for them.
+/// Reads the indices of the targets of `predictions` into existing entries of `indices`.
 pub(in crate::file) fn read(
     reader: &mut Reader<'_>,
     indices: &mut [u32],
@@ -109,16 +108,16 @@ pub(in crate::file) fn read(
         .count();
     let mut source = numbers::read(reader, count, WHAT)?.into_iter();
     let mut moved = numbers::read(reader, predictions.len() - count, WHAT)?.into_iter();
-    let mut guesser = Guesser::new(source_count);
+    let mut predictor = IndexPredictor::new(source_count);
     for (p, is_source) in predictions.iter().zip(are_source) {
         let differences = if is_source != 0 {
             &mut source
         } else {
             &mut moved
         };
-        // There are as many as were counted.
+        // Never 0 by default: the lists have the counted lengths.
         let difference = unzigzag(differences.next().unwrap_or(0));
-        let index = guesser.see(indices, p, is_source != 0, |guess| {
+        let index = predictor.code(indices, p, is_source != 0, |guess| {
             guess.wrapping_add(difference)
         });
         indices[p.target as usize - 1] = index;

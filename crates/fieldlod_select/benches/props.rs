@@ -43,7 +43,9 @@ fn main() {
         sizes.iter().for_each(|&size| views(&levels, size));
         return;
     }
-    println!("rocks, lens, casters, way: first us, then median and most of {FRAMES} frames");
+    println!("us of the first frame, then of {FRAMES} frames");
+    println!("| rocks | lens | sun | way | first | least | median | most |");
+    println!("|---:|---|---|---|---:|---:|---:|---:|");
     for size in sizes {
         let field = Field::new(&levels, size);
         for lens in [Lens::Perspective, Lens::Orthographic] {
@@ -107,12 +109,13 @@ impl<'a> Field<'a> {
         self.check(path);
         let us = |time: Duration| time.as_secs_f64() * 1e6;
         println!(
-            "{:8} {:?} {} {:?}: {:.1}, {:.1}, {:.1}",
+            "| {} | {:?} | {} | {:?} | {:.1} | {:.1} | {:.1} | {:.1} |",
             self.ids.len(),
             path.lens,
-            if path.has_sun { "sun" } else { "none" },
+            if path.has_sun { "yes" } else { "no" },
             path.way,
             us(first),
+            us(times[0]),
             us(times[times.len() / 2]),
             us(times[times.len() - 1]),
         );

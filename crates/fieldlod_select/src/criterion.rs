@@ -35,6 +35,7 @@ use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
 use crate::lanes::{Lane, M3, V3};
+use crate::select::motion::Drift;
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
@@ -123,7 +124,7 @@ pub(crate) fn usable_deviation(group: &Group) -> f32 {
     group.deviation_in_local.min(UNMEASURED)
 }
 
-/// What the criterion reads of a group, in local space.
+/// Input of the criterion from a group, in local space.
 #[derive(Clone, Copy)]
 pub(crate) struct CriterionInput<L> {
     pub(crate) center: V3<L>,
@@ -165,6 +166,9 @@ pub(crate) struct Criterion<'a, L> {
     corner: f32,
     /// The same of the view that refined groups leave, if that is another than they enter.
     leaving_corner: Option<f32>,
+    /// With it, errors are those while groups move by it: the least of refined groups, and the greatest of others.
+    /// The instance has to stay within the view.
+    pub(crate) drift: Option<Drift>,
 }
 
 impl<'a, L: Lane> Criterion<'a, L> {
@@ -179,23 +183,24 @@ impl<'a, L: Lane> Criterion<'a, L> {
             normal_in_camera_from_local: M3::splat(&instance.normal_in_camera_from_local),
             corner: corner_secant(&instance.camera),
             leaving_corner: has_margin.then(|| corner_secant(&instance.kept_camera)),
+            drift: None,
         }
     }
 
-    /// What is compared with [`LodSettings::threshold_px`], of groups that are not terminal.
+    /// The error to compare with [`LodSettings::threshold_px`], of groups that are not terminal.
     #[inline(always)]
     pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
         // The sphere in camera space, and what the view knows of it.
-        let seen = self.seen(group);
+        let seen = self.seen(group, was_refined);
         let extent = self.extent(&seen, was_refined);
-        // What scales both errors.
+        // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
         // e √(c (4 V + 0.4 p) o); where the strength has no bound, no factor may hide that.
         let screen_error = || {
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(group, &seen);
-            let weight = picture_weight(facing, group.normal_variance) * group.share;
+            let weight = self.weight(facing, group, was_refined) * group.share;
             let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
             L::choose(L::infinity().is_at_most(strength), L::infinity(), error_px)
         };
@@ -223,15 +228,21 @@ impl<'a, L: Lane> Criterion<'a, L> {
     }
 
     #[inline]
-    fn seen(&self, group: &CriterionInput<L>) -> SeenSphere<L> {
+    fn seen(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> SeenSphere<L> {
         let center = self
             .camera_from_local
             .of(group.center)
             .plus(self.origin_in_camera);
         let distance_squared = center.dot(center);
+        let radius = L::splat(self.instance.camera_per_local) * group.radius;
+        let reach = self.drift.map_or(radius, |drift| {
+            let distance = L::splat(drift.distance);
+            radius + L::choose(was_refined, -distance, distance)
+        });
         SeenSphere {
             center,
-            radius: L::splat(self.instance.camera_per_local) * group.radius,
+            radius,
+            reach,
             distance_squared,
             distance: distance_squared.sqrt(),
         }
@@ -364,6 +375,21 @@ impl<'a, L: Lane> Criterion<'a, L> {
         let length = turned.dot(turned).sqrt();
         let facing = -away * group.normal_length / (length * distance);
         L::choose(L::zero().is_below(length), facing, L::zero())
+    }
+
+    /// `4 V + 0.4 p`.
+    #[inline]
+    fn weight(&self, facing: L, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
+        let Some(drift) = &self.drift else {
+            return picture_weight(facing, group.normal_variance);
+        };
+        let change = L::splat(drift.chord) * group.normal_length;
+        let change = L::choose(was_refined, -change, change);
+        // V grows with μ and p falls with |μ|.
+        let aside = (facing.abs() - change).larger(L::zero());
+        let flatness = aside * aside / silhouette_width(group.normal_variance);
+        let visible = visible_weight(facing + change, group.normal_variance);
+        visible.larger(L::zero()) + silhouette_weight(flatness)
     }
 
     /// The most that a displacement of a point of the sphere grows across its sight ray, in camera

@@ -35,7 +35,7 @@ impl Cut {
         &self.refined
     }
 
-    /// Forgets the last cut, as after a teleport.
+    /// Removes the last cut, as after a teleport.
     pub fn clear(&mut self) {
         self.refined.clear();
         self.units.clear();

@@ -88,7 +88,7 @@ impl OcclusionBuffer {
         choice.begin(scene, view, &self.plane);
         for index in 0..choice.candidates.len() {
             let candidate = choice.candidates[index];
-            // What is behind others already hides nothing more.
+            // An occluder behind others hides nothing more.
             if self.covers(&scene.instances[candidate.instance as usize].sphere) {
                 continue;
             }
@@ -130,7 +130,7 @@ impl OcclusionBuffer {
         [self.choice.triangle_count, self.choice.point_count]
     }
 
-    /// What was drawn, in triangles: thirty-two points count as one.
+    /// Number of drawn triangles; 32 points count as one.
     #[must_use]
     pub fn cost_in_triangles(&self) -> u32 {
         self.choice.cost_in_triangles()

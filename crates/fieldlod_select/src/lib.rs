@@ -76,7 +76,7 @@ pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, vis
 pub use cut::{Cut, select, select_with};
 pub use hidden::OcclusionBuffer;
 pub use scene::table::GroupTable;
-pub use scene::{InstanceId, MeshId, Scene, Tally};
+pub use scene::{InstanceId, MeshId, Scene};
 pub use select::changes::Change;
 pub use select::cuts::Statistics;
 pub use select::decision::refine;

@@ -1,9 +1,8 @@
-//! What there is to select from: meshes and where they stand.
+//! The input of selection: meshes and their placements.
 
 pub(crate) mod columns;
 mod journal;
 pub(crate) mod table;
-mod tally;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use glam::{Affine3A, Mat3};
@@ -13,7 +12,6 @@ use crate::view::stretch::{largest_stretch, least_stretch};
 use columns::{Columns, NOTHING};
 use journal::Journal;
 use table::GroupTable;
-pub use tally::Tally;
 
 /// A mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -50,7 +48,6 @@ pub(crate) struct Instance {
     pub(crate) sphere: Sphere,
     /// By how much lengths grow at least and at most.
     stretch: [f32; 2],
-    numbers: Option<[u32; 3]>,
 }
 
 /// Which instance has an index now.
@@ -149,9 +146,9 @@ impl Scene {
         }
     }
 
-    /// Lets selection refine only those groups of a mesh whose units are `at_hand`, by their index: for
-    /// meshes that are loaded in parts. What would be refined and is not is drawn at the finest level that
-    /// is there ([`Selector::demand`](crate::Selector::demand) tells what is missing). Terminal groups
+    /// Restricts refinement to groups of a mesh whose units are `at_hand`, by group index: for meshes that are loaded
+    /// in parts. Missing groups are drawn at the finest loaded level ([`Selector::demand`](crate::Selector::demand)
+    /// lists them). Terminal groups
     /// always count as at hand, and none does without all coarser groups that simplify what it produces.
     pub fn set_available(&mut self, mesh: MeshId, at_hand: impl Fn(u32) -> bool) {
         self.meshes[mesh.index()].table.set_available(at_hand);
@@ -245,9 +242,7 @@ impl Scene {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        let numbers = self.instances[instance.index()].numbers;
-        let placed = self.instance(mesh, world_from_local, bias);
-        self.instances[instance.index()] = Instance { numbers, ..placed };
+        self.instances[instance.index()] = self.instance(mesh, world_from_local, bias);
         self.note_changed(instance.index);
     }
 
@@ -296,7 +291,7 @@ impl Scene {
             .flatten()
     }
 
-    /// Where an instance is, or was last.
+    /// Placement of an instance, or its last one if it was removed.
     #[must_use]
     pub fn placement(&self, instance: InstanceId) -> Affine3A {
         self.instances[instance.index()].world_from_local
@@ -342,7 +337,6 @@ impl Scene {
             sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
             // Beyond what rounding moves it by.
             stretch: [least * 0.999, largest],
-            numbers: None,
         }
     }
 }

@@ -1,5 +1,5 @@
-//! From a scene and a view to cuts: the pass over all instances, the decisions on what is near, and what remembers
-//! them. [`Selector`](crate::Selector) calls these steps in order.
+//! From a scene and a view to cuts: the pass over all instances, the decisions on near instances, and the memory of
+//! both. [`Selector`](crate::Selector) calls these steps in order.
 
 mod bounds_test;
 pub(crate) mod budget;
@@ -12,4 +12,5 @@ mod instance_cut;
 mod keep_test;
 mod limits;
 mod memory;
+pub(crate) mod motion;
 mod near;

@@ -9,15 +9,14 @@ use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
 use crate::view::View;
 
-/// Selects, for one view, the cut of every instance of a scene, and remembers it for the hysteresis and for what
-/// changed.
+/// Selects the cut of every instance of a scene in one view. It keeps the last cuts for the hysteresis and for the
+/// list of changes.
 ///
-/// If anything has changed since the last frame, one pass over all instances, eight at a time, finds those that may
-/// not stay as they are: all others are certainly outside of the view, or within the limits of their level. Of those
-/// that are left, levels and groups are decided by the criterion. The cuts are those that deciding every group of
-/// every instance would give.
+/// If the scene, the view or the settings have changed since the last frame, one pass tests all instances, eight at a
+/// time. Most are certainly outside the view, or within the limits of their level, and keep their cuts. The criterion
+/// decides the levels and groups of the others. The cuts equal those of deciding every group of every instance.
 ///
-/// With nothing changed a frame costs nothing.
+/// Without changes a frame returns at once.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -44,7 +43,7 @@ pub struct Selector {
     last: Option<Input>,
     cuts: SceneCuts,
     budget: BudgetSearch,
-    /// Whether this selection has taken notice of what is visible.
+    /// Whether this selection has updated the visible shares.
     has_seen: bool,
 }
 
@@ -58,7 +57,7 @@ impl Selector {
         self.cuts.begin();
         self.has_seen = false;
         let view = view.with_margins(settings);
-        // With a budget, first by the threshold that kept to it last.
+        // With a budget, the first try is the threshold that met it in the last frame.
         self.select_frame(scene, &view, &self.budget.settings(settings));
         if let Some(settings) = self.budget.search(&mut self.cuts, scene, &view, settings) {
             self.select_frame(scene, &view, &settings);
@@ -74,7 +73,9 @@ impl Selector {
         if self.last == Some(input) && is_settled {
             return;
         }
-        let is_first = self.last.replace(input).is_none();
+        let last = self.last.replace(input);
+        let is_first = last.is_none();
+        self.cuts.odometer.advance(last.as_ref(), &input);
         let are_shares_known = std::mem::replace(&mut self.has_seen, true);
         let frame = Frame::new(scene, view, settings, is_first, are_shares_known);
 
@@ -94,11 +95,10 @@ impl Selector {
 
     /// Instances whose cut changed in the last selection, each with its units ascending.
     ///
-    /// The order of the instances follows from the scene and the views so far alone. It is not that of
-    /// their ids, which would take a sort of everything in the first frame: sort by
-    /// [`Change::instance`] where that matters. Where an
-    /// index has gone from one instance to another, what left of the first comes before what
-    /// entered of the second. With a triangle budget, or where other groups
+    /// The order of the instances depends only on the scene and the views so far. It is not the order of their ids,
+    /// which would need a sort of all instances in the first frame: sort by [`Change::instance`] if you need it. If an
+    /// index has passed from one instance to another, the units that left the first come before those that entered
+    /// the second. With a triangle budget, or where other groups
     /// [are at hand](Scene::set_available) than before, an instance may come twice: apply the changes one
     /// after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
@@ -117,27 +117,26 @@ impl Selector {
         self.cuts.statistics
     }
 
-    /// The [threshold](LodSettings::threshold_px) in use: that which keeps to the triangle budget, if
-    /// there is one. `None` before the first selection.
+    /// The [threshold](LodSettings::threshold_px) in use; with a triangle budget, the one that meets it. `None` before the first selection.
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())
     }
 
-    /// The depth image that the last selection asked; `None` if nothing counted as hidden.
+    /// The depth image of the last selection; `None` without [`LodSettings::visible_flux`].
     #[must_use]
     pub fn occlusion(&self) -> Option<&OcclusionBuffer> {
         let flux = self.last.and_then(|frame| frame.settings.visible_flux);
         self.cuts.visible.buffer.as_ref().filter(|_| flux.is_some())
     }
 
-    /// What the last selection remembers, and its view with margins and settings.
+    /// The cuts of the last selection, its view with margins, and its settings.
     pub(crate) fn last_cuts(&self) -> Option<(&SceneCuts, &View, &LodSettings)> {
         let last = self.last.as_ref()?;
         Some((&self.cuts, &last.view, &last.settings))
     }
 
-    /// Forgets the last cuts, as after a teleport: the next selection depends on its input alone.
+    /// Removes the last cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
         self.cuts.clear();

@@ -1,10 +1,11 @@
-//! Meshes that are drawn as a whole: the levels of a walk are those of one instance at a time, and go on where
-//! something else decides for a while.
+//! The cuts of a walk are those of one instance at a time; levels of whole meshes go on where something else decides
+//! for a while.
 
 mod common;
 
 use common::{
-    any_camera, any_orthographic, any_settings, look, perspective, synthetic, vector, zoomed,
+    HIERARCHIES, any_camera, any_orthographic, any_settings, hierarchies, look, perspective,
+    synthetic, vector, zoomed,
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
@@ -23,7 +24,10 @@ struct Field {
 
 impl Field {
     fn new(placements: Vec<Affine3A>) -> Self {
-        let hierarchy = synthetic::whole_mesh_levels(9, 0.004);
+        Self::of(synthetic::whole_mesh_levels(9, 0.004), placements)
+    }
+
+    fn of(hierarchy: Hierarchy, placements: Vec<Affine3A>) -> Self {
         let mut scene = Scene::default();
         let mesh = scene.add_mesh(&hierarchy);
         let place = |placement: &Affine3A| scene.add_instance(mesh, *placement, 1.0);
@@ -39,13 +43,17 @@ impl Field {
 
     /// A square of them around a place ahead.
     fn square(side: u8) -> Self {
+        Self::new(Self::places_in_square(side))
+    }
+
+    fn places_in_square(side: u8) -> Vec<Affine3A> {
         let cells = (0..side).flat_map(|x| (0..side).map(move |z| (f32::from(x), f32::from(z))));
         let place = |(x, z): (f32, f32)| {
             let middle = f32::from(side) * 0.5;
             let turn = Quat::from_rotation_y(x + z);
             Affine3A::from_rotation_translation(turn, Vec3::new(x - middle, 0.0, -z) * 9.0)
         };
-        Self::new(cells.map(place).collect())
+        cells.map(place).collect()
     }
 
     fn levels(&self, selector: &Selector) -> Vec<Vec<u32>> {
@@ -66,7 +74,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn levels_of_a_walk_are_those_of_one_instance_at_a_time(
+    fn walk_cuts_equal_naive_cuts(
         places in prop::collection::vec((vector(), 0.2f32..4.0), 150),
         camera in prop_oneof![any_camera(), any_orthographic(), Just(perspective(1.0))],
         (settings, is_plain) in (any_settings(), any::<bool>()),
@@ -74,7 +82,8 @@ proptest! {
         (start, go) in (vector(), vector()),
         (towards, turn) in (vector(), vector()),
         (pace, turn_pace) in (prop_oneof![Just(0.0f32), 1e-4f32..0.02], prop_oneof![Just(0.0f32), 1e-4f32..0.1]),
-        zoom in prop_oneof![Just(0.0f32), -1e-3f32..1e-3, -0.05f32..0.05],
+        zoom in prop_oneof![2 => Just(0.0f32), 1 => -1e-3f32..1e-3, 1 => -0.05f32..0.05],
+        clusters in prop_oneof![1 => Just(None), 2 => (0..HIERARCHIES).prop_map(Some)],
     ) {
         let settings = if is_plain {
             LodSettings { advanced: AdvancedSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings.advanced }, ..settings }
@@ -85,7 +94,11 @@ proptest! {
             let turn = Quat::from_rotation_y(place.x * 9.0);
             Affine3A::from_scale_rotation_translation(Vec3::splat(*size), turn, *place * reach)
         };
-        let field = Field::new(places.iter().map(place).collect());
+        let places = places.iter().map(place);
+        let field = match clusters {
+            None => Field::new(places.collect()),
+            Some(mesh) => Field::of(hierarchies()[mesh].clone(), places.take(12).collect()),
+        };
         let mut cuts = vec![Cut::default(); field.ids.len()];
         let mut selector = Selector::default();
         let mut followed = vec![Vec::new(); field.ids.len()];
@@ -107,6 +120,7 @@ proptest! {
                 let drawn: &mut Vec<u32> = &mut followed[change.instance.index()];
                 drawn.retain(|unit| !change.left.contains(unit));
                 drawn.extend(change.entered);
+                drawn.sort_unstable();
             }
             prop_assert_eq!(&followed, &expected);
             let triangles: u64 = cuts.iter().map(Cut::triangle_count).sum();
@@ -119,6 +133,24 @@ fn view_at(step: u16) -> View {
     let eye = Vec3::new(f32::from(step) * 0.03, 1.7, 0.0);
     let ahead = Vec3::new(f32::from(step) * 0.0015, -0.05, -1.0);
     look(perspective(1.0), eye, eye + ahead)
+}
+
+/// The others pass the test for the next frames.
+#[test]
+fn walk_decides_few_of_many_clusters() {
+    let field = Field::of(hierarchies()[0].clone(), Field::places_in_square(30));
+    let mut selector = Selector::default();
+    let (mut decided, mut mixed) = (0, 0);
+    for step in 0..60 {
+        selector.select(&field.scene, &view_at(step), &LodSettings::default());
+        if step > 0 {
+            decided += selector.statistics().instances_decided;
+            let cuts = field.levels(&selector);
+            mixed += cuts.iter().filter(|units| units.len() > 1).count();
+        }
+    }
+    assert!(mixed > 59 * 20, "{mixed}");
+    assert!(decided * 2 < mixed, "{decided} of {mixed}");
 }
 
 /// All others certainly stay as they are.

@@ -45,7 +45,7 @@ impl ErrorBounds {
         Some(Self {
             sphere: Sphere {
                 center,
-                // What rounding may take off.
+                // Rounding may make it smaller.
                 radius: largest(&farthest) * 1.0001,
             },
             error_weighed: largest(&|item| item.error_weighed),
@@ -54,7 +54,7 @@ impl ErrorBounds {
     }
 }
 
-/// Where an instance is in the world; everywhere if that is not usable.
+/// Bounding sphere of an instance in the world; infinite if its placement is not usable.
 pub(crate) fn placed_sphere(
     bounds: &ErrorBounds,
     world_from_local: &Affine3A,

@@ -1,4 +1,4 @@
-//! Where a group's sphere lies in a view, and the bounds of secant and depth in its visible part: those of
+//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part: those of
 //! `camera_field`, for one sphere or for eight.
 
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
@@ -12,11 +12,13 @@ pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
 pub(super) struct SeenSphere<L> {
     pub(super) center: V3<L>,
     pub(super) radius: L,
+    /// The radius of the sphere whose bounds count: the radius, more or less by what a group may move.
+    pub(super) reach: L,
     pub(super) distance_squared: L,
     pub(super) distance: L,
 }
 
-/// What the view knows of a sphere: where it lies, and bounds if neither mask is set.
+/// The place of a sphere in a view; the bounds are valid if neither mask is set.
 pub(super) struct SeenExtent<L: Lane> {
     pub(super) outside: L::Mask,
     /// The sphere holds the camera, or its numbers are not usable.
@@ -33,25 +35,28 @@ impl<L: Lane> SeenExtent<L> {
     pub(super) fn new(seen: &SeenSphere<L>, outside: L::Mask, corner: L) -> Self {
         let SeenSphere {
             center,
-            radius,
+            reach,
             distance_squared,
             distance,
+            ..
         } = *seen;
-        let gap = distance * L::splat(1.0 - ROUNDING) - radius;
+        let gap = distance * L::splat(1.0 - ROUNDING) - reach;
         // An infinite square has lost the distance.
         let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-        let tangent_length = (gap * (distance + radius)).sqrt();
+        let tangent_length = (gap * (distance + reach)).sqrt();
         // cos(φ + δ) ρ², expanded.
         let cosine =
-            (center.z * tangent_length - off_axis * radius) / distance_squared - L::splat(ROUNDING);
+            (center.z * tangent_length - off_axis * reach) / distance_squared - L::splat(ROUNDING);
         let is_narrower = L::one().is_below(cosine * corner);
         let secant = L::choose(is_narrower, L::one() / cosine, corner);
+        // A negative reach may be more than the way to the axis.
+        let secant = L::choose(off_axis.is_below(-reach), L::one(), secant);
         Self {
             outside,
             unbounded: is_unusable(seen) | (!is_apart & !outside),
             secant,
-            depth: (center.z - radius).larger(gap / secant),
+            depth: (center.z - reach).larger(gap / secant),
         }
     }
 }
@@ -84,16 +89,16 @@ pub(super) fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask
 
 #[inline]
 fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, radius, .. } = *seen;
+    let SeenSphere { center, reach, .. } = *seen;
     let (min, max) = (camera.slope_min, camera.slope_max);
     // Squares in place of a plane's unit normal save a root.
     let beyond = |across: L, slope: f32| {
         let edge = L::splat(slope) * center.z;
         let inside_by = across - edge + L::splat(ROUNDING) * (across.abs() + edge.abs());
-        let allowed = radius * radius * L::splat(1.0 + slope * slope);
+        let allowed = reach * reach * L::splat(1.0 + slope * slope);
         inside_by.is_below(L::zero()) & allowed.is_below(inside_by * inside_by)
     };
-    center.z.is_below(-radius)
+    center.z.is_below(-reach)
         | beyond(center.x, min.x)
         | beyond(-center.x, -max.x)
         | beyond(center.y, min.y)
@@ -102,10 +107,10 @@ fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask 
 
 #[inline]
 fn beyond_edges<L: Lane>(camera: &OrthographicIntrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, radius, .. } = *seen;
+    let SeenSphere { center, reach, .. } = *seen;
     let (min, max) = (camera.min, camera.max);
-    (center.x + radius).is_below(L::splat(min.x))
-        | L::splat(max.x).is_below(center.x - radius)
-        | (center.y + radius).is_below(L::splat(min.y))
-        | L::splat(max.y).is_below(center.y - radius)
+    (center.x + reach).is_below(L::splat(min.x))
+        | L::splat(max.x).is_below(center.x - reach)
+        | (center.y + reach).is_below(L::splat(min.y))
+        | L::splat(max.y).is_below(center.y - reach)
 }

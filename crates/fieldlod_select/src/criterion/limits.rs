@@ -1,4 +1,4 @@
-//! What an instance shows at its level: the limits within which it stays there.
+//! The limits of errors within which an instance keeps its level.
 //!
 //! ```text
 //! shown error = E · scale(view, sphere)
@@ -15,7 +15,7 @@ use super::{normal_variance, silhouette_weight, silhouette_width, visible_weight
 use crate::settings::LodSettings;
 use camera_field::Camera;
 
-/// What tells of an instance that it stays as it is drawn, in local units or in those of the world.
+/// Limits of allowed errors within which an instance keeps its level, in local or world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
     /// The error of the group that is refined last shows at least this; infinite at the coarsest level, which
@@ -98,7 +98,7 @@ impl ErrorUnits {
     }
 
     fn of(&self, error: f32, deviation: f32) -> f32 {
-        // What does not count may be infinite.
+        // An error that does not count may be infinite.
         let counted = |value: f32, unit: f32| if unit == 0.0 { 0.0 } else { value * unit };
         or_infinity(counted(error, self.error)).max(or_infinity(counted(deviation, self.deviation)))
     }
@@ -146,7 +146,7 @@ impl LevelErrors {
         }
     }
 
-    /// What the level's group shows at least and at most, in local units, where errors count `weight` times.
+    /// Least and largest error of the level's group, in local units; errors count `weight` times.
     /// Infinite if it is always refined.
     pub(crate) fn own(&self, units: &ErrorUnits, weight: f32) -> [f32; 2] {
         if self.own_deviation == f32::INFINITY {

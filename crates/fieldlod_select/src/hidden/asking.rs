@@ -1,4 +1,4 @@
-//! What a depth image leaves visible: shares of instances and groups. What is not in the image shows nothing, and counts as hidden.
+//! Visible shares of instances and groups by a depth image. Points outside the image count as hidden.
 
 use wide::f32x8;
 
@@ -19,7 +19,7 @@ const SMALL_RADIUS: f32 = 1.0;
 /// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
 const SAME_DEPTH: f32 = 1e-3;
 
-/// What is asked of the points of one instance.
+/// The points of one instance, as the depth image tests them.
 struct Query {
     linear: M3<f32x8>,
     origin: V3<f32x8>,

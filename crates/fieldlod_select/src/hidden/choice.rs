@@ -62,7 +62,7 @@ pub(crate) struct ChosenOccluder {
 pub(crate) enum DrawnBy {
     /// The triangles of a level.
     Level(usize),
-    /// So many points.
+    /// This number of points.
     Points(usize),
 }
 
@@ -73,7 +73,7 @@ pub(crate) struct Candidate {
     area: f32,
 }
 
-/// Where an instance is in camera space: its linear part and its origin.
+/// Placement of an instance in camera space: linear part and origin.
 pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Mat3, Vec3) {
     let from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
     let linear = view.camera_from_world * Mat3::from(world_from_local.matrix3);
@@ -141,7 +141,7 @@ impl OccluderChoice {
         }
     }
 
-    /// What was chosen so far, in triangles.
+    /// Triangles chosen so far.
     pub(crate) fn cost_in_triangles(&self) -> u32 {
         self.triangle_count + self.point_count / POINTS_PER_TRIANGLE
     }

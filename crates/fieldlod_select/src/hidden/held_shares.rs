@@ -1,4 +1,4 @@
-//! What counts as visible from frame to frame: a share that rises at once and falls late.
+//! Visible shares from frame to frame: they rise at once and fall late.
 
 use crate::hidden::shares::{FULL_SHARE, Shares};
 use crate::lanes::bits::{CHUNK, LANES, is_set};
@@ -57,7 +57,7 @@ impl LevelShare {
         self.share.held == self.now
     }
 
-    /// What counts of finer levels and of those that are refined.
+    /// Shares of finer levels and of refined ones.
     pub(crate) fn now_and_held(&self) -> [u8; 2] {
         [self.now, self.share.held]
     }
@@ -72,22 +72,22 @@ impl LevelShare {
     }
 }
 
-/// What counts of the levels of a mesh as a whole, in steps.
+/// Shares of the levels of a whole mesh, in steps.
 pub(crate) type LevelSteps = [[u8; LANES]; LANES];
 
 /// The shares of groups.
 #[derive(Debug, Default)]
 pub(crate) struct ShareMemory {
     shares: Vec<HeldShare>,
-    /// What they hold, eight to an element.
+    /// Held shares, eight to an element.
     held: Vec<[u8; LANES]>,
     /// Whether `held` is what is seen.
     is_settled: bool,
-    /// What was seen last, if it was the same of all groups.
+    /// The last share, if it was the same for all groups.
     last_of_all: Option<u8>,
 }
 
-/// What a frame sees of an instance's groups.
+/// Visible shares of an instance's groups in one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SeenShares<'a> {
     /// The same of all.
@@ -127,7 +127,7 @@ impl ShareMemory {
         self.is_settled
     }
 
-    /// What decisions under some settings read.
+    /// The shares as decisions read them.
     pub(crate) fn shares(&self, settings: &LodSettings) -> Shares<'_> {
         match &settings.visible_flux {
             Some(flux) => Shares::new(&self.held, flux.least_share),

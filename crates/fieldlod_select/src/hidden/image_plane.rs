@@ -14,9 +14,9 @@ use crate::lanes::{Lane, V3};
 const LONGER_SIDE: f32 = 256.0;
 /// Texels along a side at least; sides are multiples of it.
 const LEAST_SIDE: usize = 8;
-/// What rounding may move something by, in texels.
+/// Rounding of positions, in texels.
 const ROUNDING: f32 = 0.01;
-/// What is nearer than this depth has no place in the image.
+/// Least depth of points in the image.
 pub(crate) const NEAREST: f32 = 1e-3;
 
 /// A camera's image as texels, x to the right and y down.
@@ -27,7 +27,7 @@ pub(crate) struct ImagePlane {
     pub(crate) height: usize,
     /// Texels per unit of slope, or per unit of length of an orthographic camera.
     pub(crate) scale: Vec2,
-    /// Where the axis is.
+    /// Position of the optical axis.
     offset: Vec2,
 }
 
@@ -102,7 +102,7 @@ impl ImagePlane {
             & depth.is_below(L::infinity())
     }
 
-    /// Where a sphere of camera space is in the image; `None` if it reaches the camera.
+    /// The place of a sphere of camera space in the image; `None` if it reaches the camera.
     pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
         let depth = center.z - radius;
         if !(NEAREST..f32::INFINITY).contains(&depth) {

@@ -1,4 +1,4 @@
-//! What a large mesh hides others with: some of its coarse levels.
+//! Occluders of a large mesh: some of its coarse levels.
 
 use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};

@@ -13,14 +13,14 @@ pub(crate) struct ScreenTriangle {
     /// Corners of its bounds.
     min: [f32; 2],
     max: [f32; 2],
-    /// Where it begins and ends in a row, by each edge.
+    /// Bounds of its start and end in a row, by each edge.
     ends: [RowEnd; 3],
     /// Its nearness `a x + b y + c`, and the greatest of its corners.
     nearness: [f32; 3],
     nearest: f32,
 }
 
-/// Where an edge is in the row with centres at `y`: `slope y + offset`, left of a triangle or right of it.
+/// Position of an edge in the row with centers at `y`: `slope y + offset`, left of a triangle or right of it.
 #[derive(Clone, Copy, Debug)]
 struct RowEnd {
     slope: f32,
@@ -42,7 +42,7 @@ impl RowEnd {
             left_offset: f32::NEG_INFINITY,
             right_offset: f32::INFINITY,
         };
-        // What lies along a row ends no row.
+        // A horizontal edge bounds no row.
         if offset.is_finite() {
             end.slope = slope;
             *(if is_left {
@@ -98,7 +98,7 @@ pub(crate) fn parts_in_front(
     }
 }
 
-/// What of a triangle is farther than a depth: a polygon and the number of its corners.
+/// The part of a triangle beyond a depth: a polygon and the number of its corners.
 #[cold]
 fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
     let mut polygon = [Vec3::ZERO; 4];
@@ -152,7 +152,7 @@ impl ScreenTriangle {
         left.is_at_most(x) & x.is_at_most(right)
     }
 
-    /// Where the row with centres at `y` begins and ends; empty if it does not meet the triangle.
+    /// The triangle's range in the row with centers at `y`; empty if they do not meet.
     #[inline(always)]
     pub(crate) fn span<L: Lane>(&self, y: L) -> [L; 2] {
         let (mut left, mut right) = (L::splat(self.min[0]), L::splat(self.max[0]));

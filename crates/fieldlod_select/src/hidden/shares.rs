@@ -1,4 +1,4 @@
-//! What is visible of the groups of one instance, as decisions read it.
+//! Visible shares of the groups of one instance, as decisions read them.
 
 use wide::f32x8;
 
@@ -12,9 +12,9 @@ pub(crate) const FULL_SHARE: u8 = 16;
 #[derive(Clone, Copy)]
 pub(crate) struct Shares<'a> {
     steps: &'a [[u8; LANES]],
-    /// What hidden groups count at least.
+    /// Least share of hidden groups.
     least: f32,
-    /// What groups without steps count.
+    /// Share of groups without steps.
     rest: f32,
 }
 
@@ -52,7 +52,7 @@ impl<'a> Shares<'a> {
     }
 }
 
-/// What a step counts, where anything counts `least` at least.
+/// The share of a step, at least `least`.
 pub(crate) fn share_of_step(step: u8, least: f32) -> f32 {
     let share = f32::from(step) / f32::from(FULL_SHARE);
     share.max(least).clamp(f32::MIN_POSITIVE, 1.0)

@@ -1,4 +1,4 @@
-//! What each place of a depth image shows.
+//! The texels of a depth image.
 
 use glam::Vec3;
 use wide::f32x8;
@@ -8,7 +8,7 @@ use super::screen_triangle::{ScreenTriangle, is_between_centres};
 use crate::lanes::Lane;
 use crate::lanes::bits::LANES;
 
-/// Who owns a texel that shows nothing.
+/// Owner of an empty texel.
 pub(crate) const NOBODY: u32 = u32::MAX;
 
 /// Texels by row.

@@ -1,4 +1,4 @@
-//! What a view sees of instances: its depth image, and the shares that this leaves visible.
+//! The depth image of a view, and the visible shares of instances.
 
 use crate::hidden::OcclusionBuffer;
 use crate::hidden::shares::{FULL_SHARE, Shares};
@@ -34,7 +34,7 @@ impl VisibleShares {
         buffer.redraw(scene, view, triangles);
     }
 
-    /// What is seen of an instance.
+    /// The visible shares of an instance.
     pub(crate) fn seen(
         &mut self,
         table: &GroupTable,
@@ -64,7 +64,7 @@ impl VisibleShares {
         Shares::of_all(share.unwrap_or(FULL_SHARE), flux.least_share)
     }
 
-    /// Forgets the image.
+    /// Removes the image.
     pub(crate) fn clear(&mut self) {
         self.drawn_of = None;
     }

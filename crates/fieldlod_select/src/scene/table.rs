@@ -18,7 +18,7 @@ use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
 pub(crate) use lanes::BoundsLanes;
 use lanes::{lanes_of, vectors_of};
 
-/// What selection reads of a [`Hierarchy`], and nothing else: it does not borrow it.
+/// The part of a [`Hierarchy`] that selection reads; it does not borrow the hierarchy.
 ///
 /// Tests ask for 64 groups at once first, then for eight, then for each.
 #[derive(Clone, Debug)]
@@ -45,9 +45,9 @@ pub struct GroupTable {
     level_errors: Vec<LevelErrors>,
     /// The level of each group.
     levels: Vec<u32>,
-    /// Where visibility is asked for.
+    /// Sample points of visibility.
     pub(crate) samples: SurfaceSamples,
-    /// What the mesh hides others with, finest first.
+    /// Occluders of the mesh, finest first.
     pub(crate) occluders: Vec<OccluderMesh>,
     /// Groups that consume what a group produces, group by group.
     coarser: Vec<u32>,
@@ -68,7 +68,7 @@ pub struct GroupTable {
     pub(crate) coarsest_triangle_count: u64,
 }
 
-/// What a cut needs of a unit.
+/// The part of a unit that cuts need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TableUnit {
     produced_by: u32,
@@ -163,7 +163,7 @@ impl GroupTable {
         *self = Self {
             coarsest_units: std::mem::take(&mut self.coarsest_units),
             coarsest_triangle_count: self.coarsest_triangle_count,
-            // What left may have been at any level.
+            // A removed instance may have been at any level.
             units: match self.is_chain {
                 true => std::mem::take(&mut self.units),
                 false => Vec::new(),
@@ -186,7 +186,7 @@ impl GroupTable {
         self.is_chain && self.available.is_none()
     }
 
-    /// What is drawn of a mesh as a whole at a level, and its triangles.
+    /// The units of a whole mesh at a level, and their triangles.
     pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
         let triangle_count = self.units[level].triangle_count;
         (&UNITS[level..=level], u64::from(triangle_count))
@@ -204,7 +204,7 @@ impl GroupTable {
         u64::MAX << level & self.present_in(0)
     }
 
-    /// Lets those groups be refined which are `at_hand`, and whose coarser groups are too.
+    /// Allows refinement of groups that are `at_hand` together with all their coarser groups.
     pub(crate) fn set_available(&mut self, at_hand: impl Fn(u32) -> bool) {
         let mut available = self.coarsest_refined.clone();
         // Coarser groups have greater indices, so one pass from the coarsest on does it.
@@ -235,7 +235,7 @@ impl GroupTable {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
     }
 
-    /// What the criterion reads of the groups of a block.
+    /// Criterion input of the groups of a block.
     #[inline(always)]
     pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
         CriterionInput {

@@ -23,17 +23,17 @@ use crate::view::InstanceView;
 use crate::view::sides::Sides;
 use crate::view::stretch::least_stretch;
 
-/// What rounding may move a point by, relative to the numbers it is made of, and what it may add to an error.
+/// Rounding of points, relative to their coordinates, and of errors.
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// What the tests need of the cameras that groups enter and, once refined, leave.
+/// Bounds of the camera that groups enter, and of the wider one that refined groups leave.
 pub(crate) struct ViewBounds {
     pub(super) entering: CameraBounds,
     pub(super) leaving: CameraBounds,
 }
 
-/// What they need of one camera.
+/// Bounds of one camera.
 pub(super) struct CameraBounds {
     is_orthographic: bool,
     /// `None` where outside is not the same as below.
@@ -95,16 +95,19 @@ pub(super) struct BoundsTest {
 }
 
 impl BoundsTest {
-    /// For groups within `size` of the local origin that enter or leave the view of a camera.
+    /// For groups within `size` of the local origin that enter or leave the view of a camera, and may move by `drift`
+    /// in it.
     pub(super) fn new(
         instance: &InstanceView,
         size: f32,
         camera: &CameraBounds,
         threshold_px: f32,
+        drift: f32,
     ) -> Self {
         let most = instance.camera_per_local;
+        let least = least_stretch(&instance.camera_from_local, most) * 0.999;
         let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
-        let slack = POSITION_SLACK * (eye.length() + size) + 1e-14;
+        let slack = POSITION_SLACK * (eye.length() + size) + drift * ROUNDING / least + 1e-14;
         // Beyond these, squares of lengths are no numbers to trust.
         let is_trusted = (1e-15..1e13).contains(&(slack * most));
         let sides = camera.sides.as_ref().filter(|_| is_trusted);
@@ -116,7 +119,7 @@ impl BoundsTest {
             eye: V3::splat(eye),
             error_px: f32x8::splat(camera.error_px * factor),
             deviation_px: camera.deviation_px.map(|px| f32x8::splat(px * factor)),
-            unevenness: f32x8::splat(most / (least_stretch(linear, most) * 0.999)),
+            unevenness: f32x8::splat(most / least),
             slack: f32x8::splat(slack),
             sides: sides.map(|sides| sides.moved(linear, translation, slack * most)),
             camera_per_local: f32x8::splat(most * ROUNDING),

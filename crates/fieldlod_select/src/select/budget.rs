@@ -236,7 +236,7 @@ impl BudgetSearch {
                 *coarser = coarser.max(error);
             }
         }
-        // What is not at hand is refined at no threshold.
+        // Groups that are not at hand are never refined.
         for group in 0..table.group_count() {
             if !table.is_available(group) {
                 self.errors[group] = 0.0;

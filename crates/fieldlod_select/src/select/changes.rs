@@ -1,11 +1,11 @@
-//! What the last selection changed.
+//! Changes of the last selection.
 
 use std::ops::Range;
 
 use crate::scene::table::GroupTable;
 use crate::scene::{InstanceId, MeshId};
 
-/// What changed in the cut of one instance.
+/// Change of the cut of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change<'a> {
     /// The instance.

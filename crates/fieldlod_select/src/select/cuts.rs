@@ -5,21 +5,22 @@ use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
 use super::limits::{LimitColumns, LimitsKey};
 use super::memory::{InstanceMemory, InstanceState};
+use super::motion::Odometer;
 use super::near::Near;
 use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
 use crate::scene::{InstanceId, MeshId, Scene};
 
-/// What the last selection did.
+/// Counters of the last selection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Instances that were looked at one by one, eight at a time.
+    /// Instances tested eight at a time, outside chunks of 64 that were skipped.
     pub instances_tested: usize,
     /// Instances whose levels or groups were decided.
     pub instances_decided: usize,
     /// Groups of those.
     pub groups_decided: usize,
-    /// Searches for the threshold that keeps to the triangle budget, each of which goes through all groups.
+    /// Searches for the threshold that meets the triangle budget; each visits all groups.
     pub budget_searches: usize,
 }
 
@@ -27,15 +28,18 @@ pub struct Statistics {
 pub(crate) struct SceneCuts {
     pub(super) memories: Vec<InstanceMemory>,
     pub(super) limits: LimitColumns,
-    /// What the limits are of.
+    /// Input of the limits.
     pub(super) limits_of: Option<LimitsKey>,
-    /// Changes of the scene up to here are taken into account.
+    /// Revision of the journal up to which changes are applied.
     pub(super) journal_revision: u64,
-    /// Instances that may not stay as they are.
+    /// Instances whose cuts may change in this frame.
     near: Vec<Near>,
     pub(super) pool: Pool,
+    pub(crate) odometer: Odometer,
+    /// Bits of groups, for tests of cuts.
+    pub(super) own_throughout: Vec<u64>,
     pub(crate) visible: VisibleShares,
-    /// Whether the next frame may see less of something than it counts for now.
+    /// Whether a visible share is held above its current value, so that a later frame may lower it.
     pub(crate) has_unsettled_shares: bool,
     pub(crate) changes: Changes,
     pub(crate) triangle_count: u64,
@@ -58,13 +62,13 @@ impl Run {
 }
 
 impl SceneCuts {
-    /// Gets ready for a selection: no changes yet.
+    /// Starts a selection without changes.
     pub(crate) fn begin(&mut self) {
         self.changes.clear();
         self.statistics = Statistics::default();
     }
 
-    /// Takes notice of what is visible in a frame.
+    /// Draws the depth image of a frame, once per selection.
     pub(crate) fn update_shares(&mut self, frame: &Frame) {
         if frame.are_shares_known {
             return;
@@ -76,13 +80,13 @@ impl SceneCuts {
         }
     }
 
-    /// One pass over all instances: lists those that do not certainly stay as they are.
+    /// One pass over all instances: lists those that do not certainly keep their cuts.
     pub(crate) fn find_near(&mut self, frame: &Frame) {
         self.near.clear();
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for element in 0..self.limits.chunks.len() {
-            // Chunks know no sizes.
+            // Chunks have no sizes.
             let kept = match test.tests_sizes() {
                 true => 0,
                 false => {
@@ -124,14 +128,14 @@ impl SceneCuts {
         }
     }
 
-    /// Decides the levels and groups of what is near, and notes what that changes.
+    /// Decides the levels and groups of near instances, and records the changes.
     pub(crate) fn decide_near(&mut self, frame: &Frame) {
         let near = std::mem::take(&mut self.near);
         near.iter().for_each(|near| self.decide(frame, near));
         self.near = near;
     }
 
-    /// In a first frame, lets what was not near enter at its coarsest.
+    /// In a first frame, adds all other instances at their coarsest levels.
     pub(crate) fn enter_rest(&mut self, frame: &Frame) {
         if !frame.is_first {
             return;
@@ -167,12 +171,12 @@ impl SceneCuts {
         self.triangle_count += u64::from(count) * table.coarsest_triangle_count;
     }
 
-    /// Goes over to a state without a cut of its own.
+    /// Changes an instance to a state without a cut of its own.
     pub(super) fn change_state(&mut self, frame: &Frame, index: u32, state: InstanceState) {
         let scene = frame.scene;
         let memory = &mut self.memories[index as usize];
         let was = std::mem::replace(&mut memory.state, state);
-        // A first frame lists what is at its coarsest in the end.
+        // A first frame lists instances at their coarsest levels at its end.
         let is_listed_later = frame.is_first && matches!(state, InstanceState::Coarsest(_));
         if is_listed_later && was == InstanceState::Empty {
             memory.state = was;
@@ -221,7 +225,7 @@ impl SceneCuts {
         }
     }
 
-    /// Forgets all cuts.
+    /// Removes all cuts.
     pub(crate) fn clear(&mut self) {
         self.memories.clear();
         self.limits.clear();

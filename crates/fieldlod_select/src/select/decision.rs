@@ -1,11 +1,12 @@
-//! Which groups of an instance ask for refinement: bounds of 64 groups and of eight first, the criterion where they
-//! cannot tell, always eight at a time.
+//! Which groups of an instance ask for refinement: tests of bounds of 64 groups and of eight first, then the criterion,
+//! always eight at a time.
 
 use std::cell::OnceCell;
 
 use wide::f32x8;
 
 use super::bounds_test::{BoundsTest, ViewBounds};
+use super::motion::Drift;
 use crate::criterion::Criterion;
 use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
@@ -37,9 +38,11 @@ pub(crate) struct Decision<'a> {
     criterion: Criterion<'a, f32x8>,
     thresholds: Thresholds,
     shares: Shares<'a>,
+    /// How far groups may move in the camera, for decisions that hold meanwhile.
+    drift: f32,
     /// Made when first used.
     entering: OnceCell<BoundsTest>,
-    /// For where something was refined.
+    /// For groups that were refined.
     leaving: OnceCell<BoundsTest>,
 }
 
@@ -58,9 +61,21 @@ impl<'a> Decision<'a> {
             criterion: Criterion::new(instance, settings),
             thresholds: settings.thresholds(bias),
             shares,
+            drift: 0.0,
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
         }
+    }
+
+    /// Decisions that hold while groups move by `drift`: groups that were refined ask for refinement if they do
+    /// throughout, and others if they may.
+    pub(crate) fn throughout(mut self, drift: Drift) -> Self {
+        self.drift = drift.distance;
+        self.criterion.drift = Some(drift);
+        // Beyond what rounding changes.
+        self.thresholds.refine_above_px *= 0.999;
+        self.thresholds.coarsen_below_px *= 1.001;
+        self
     }
 
     /// Decides all groups of a table.
@@ -122,7 +137,7 @@ impl<'a> Decision<'a> {
         };
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
-        test.get_or_init(|| BoundsTest::new(self.instance, size, camera, threshold_px))
+        test.get_or_init(|| BoundsTest::new(self.instance, size, camera, threshold_px, self.drift))
     }
 
     /// The bits of one block by the criterion.

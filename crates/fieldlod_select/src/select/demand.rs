@@ -54,7 +54,7 @@ impl Selector {
     }
 }
 
-/// What is asked for by one instance.
+/// Demand of one instance.
 struct Demand<'a> {
     scene: &'a Scene,
     view: &'a View,

@@ -1,4 +1,4 @@
-//! What one frame selects with.
+//! The input of a frame, and the tests made from it.
 
 use super::bounds_test::ViewBounds;
 use super::keep_test::KeepTest;
@@ -13,11 +13,11 @@ pub(crate) struct Frame<'a> {
     /// The view with its margins.
     pub(crate) view: &'a View,
     pub(crate) settings: &'a LodSettings,
-    /// Nothing is remembered: what is at its coarsest is listed in the end, in one go.
+    /// Nothing was selected before: instances at their coarsest levels are listed at the end of the frame.
     pub(crate) is_first: bool,
-    /// Whether another selection of the same frame has taken notice of what is visible.
+    /// Whether another selection of the same frame has updated the visible shares.
     pub(crate) are_shares_known: bool,
-    /// How errors count against each other.
+    /// Weights of errors and deviations.
     pub(super) units: ErrorUnits,
     pub(super) test: KeepTest,
     pub(super) bounds: ViewBounds,
@@ -44,7 +44,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// All that a cut depends on, but for its memory.
+/// Everything that a cut depends on, except the last cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Input {
     pub(crate) view: View,
@@ -54,6 +54,17 @@ pub(crate) struct Input {
 }
 
 impl Input {
+    /// Whether all but the pose and the scene's instances is the same.
+    pub(crate) fn differs_by_pose_alone(&self, last: &Self) -> bool {
+        let view = View {
+            camera_from_world: last.view.camera_from_world,
+            eye_in_world: last.view.eye_in_world,
+            ..self.view
+        };
+        let is_same_view = view == last.view && self.settings == last.settings;
+        is_same_view && self.available_revision == last.available_revision
+    }
+
     pub(crate) fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
         Self {
             view: *view,

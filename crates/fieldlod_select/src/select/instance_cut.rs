@@ -1,5 +1,6 @@
-//! The cut of one instance that is decided group by group, in storage that is used again.
+//! The cut of one instance that is decided group by group, in storage that is reused.
 
+use super::motion::Hold;
 use crate::hidden::held_shares::{SeenShares, ShareMemory};
 use crate::scene::table::GroupTable;
 
@@ -11,18 +12,19 @@ pub(crate) struct InstanceCut {
     /// The closure of those.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
-    /// Of the refined groups those that are at hand, if not all are.
+    /// Refined groups that are loaded, if not all are.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
     units_before: Vec<u32>,
     triangle_count: u64,
     shares: ShareMemory,
+    /// The camera's motion within which nothing is decided anew.
+    pub(crate) hold: Option<Hold>,
 }
 
 impl InstanceCut {
-    /// Begins with an instance that drew these units and triangles: at its coarsest or, if there is one, at a level of
-    /// the mesh as a whole.
+    /// Starts from the units and triangles drawn so far: those of `level`, or of the coarsest level.
     pub(crate) fn begin(
         &mut self,
         table: &GroupTable,
@@ -40,16 +42,18 @@ impl InstanceCut {
         self.units.extend_from_slice(units);
         self.triangle_count = triangle_count;
         self.shares.clear();
+        self.hold = None;
         // The first decision gathers units, whatever it decides.
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
 
-    /// Decides the next cut of the same instance. Whether other units are drawn.
+    /// Decides the next cut of the same instance. Returns whether other units are drawn.
     pub(crate) fn decide(
         &mut self,
         table: &GroupTable,
         decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
     ) -> bool {
+        self.hold = None;
         std::mem::swap(&mut self.own, &mut self.own_before);
         decision(&self.shares, &self.refined, &mut self.own);
         let are_units_known = self.available_revision == table.available_revision;
@@ -83,7 +87,7 @@ impl InstanceCut {
         self.triangle_count = table.gather_units(refined, &mut self.units);
     }
 
-    /// Goes on to what a frame sees of the instance; `None` if nothing counts as hidden.
+    /// Updates the visible shares of the groups; `None` without visible flux.
     pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
         match seen {
             None => self.shares.clear(),
@@ -92,18 +96,27 @@ impl InstanceCut {
         }
     }
 
-    /// Whether nothing is refined but what always is.
+    /// Whether only terminal groups are refined.
     pub(crate) fn is_coarsest(&self, table: &GroupTable) -> bool {
         self.refined == table.coarsest_refined
     }
 
-    /// What is remembered of what is visible.
+    /// The visible shares of the groups.
     pub(crate) fn shares(&self) -> &ShareMemory {
         &self.shares
     }
 
     pub(crate) fn refined(&self) -> &[u64] {
         &self.refined
+    }
+
+    /// Whether these decisions make the same cut: all groups that asked for refinement still do, and none outside the
+    /// closure does.
+    pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
+        let words = own.iter().zip(&self.own).zip(&self.refined);
+        words.fold(true, |is_same, ((now, own), refined)| {
+            is_same && now & !refined == 0 && own & !now == 0
+        })
     }
 
     /// The units drawn and their triangles.
@@ -117,7 +130,7 @@ impl InstanceCut {
     }
 }
 
-/// Cuts by key, and the keys that no instance has.
+/// Cuts by key, and the free keys.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     cuts: Vec<InstanceCut>,
@@ -125,7 +138,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// The key of a cut that is to begin.
+    /// A free key; its cut must [begin](InstanceCut::begin).
     pub(crate) fn make(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.cuts.push(InstanceCut::default());
@@ -141,7 +154,7 @@ impl Pool {
         &mut self.cuts[key as usize]
     }
 
-    /// Frees a key; its cut is used again.
+    /// Frees a key; its storage is reused.
     pub(crate) fn free(&mut self, key: u32) {
         self.free.push(key);
     }

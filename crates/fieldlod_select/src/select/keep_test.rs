@@ -1,4 +1,4 @@
-//! The first pass of a frame: which instances certainly stay as they are drawn, eight at a time.
+//! The first pass of a frame: tests which instances certainly keep their cuts, eight at a time.
 //!
 //! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
 //! sphere as in [the criterion](crate::criterion), it stays if
@@ -6,14 +6,15 @@
 //! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
 //! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
 //! ```
-//! or, of what is at its coarsest, if the sphere is outside of the view. Every comparison has a margin for what
-//! rounding, and the size of the sphere, may change: the test answers only where the criterion answers the same.
-//! What is not a number never stays.
+//! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
+//! size of the sphere: the test answers only if the criterion gives the same answer. NaN never passes.
 
 use camera_field::Camera;
+use fieldlod_hierarchy::Sphere;
 use wide::f32x8;
 
 use super::limits::EightLimits;
+use super::motion::{Drift, Motion};
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
@@ -34,14 +35,14 @@ pub(crate) struct KeepTest {
     eye_slack: f32,
     camera_from_world: M3<f32>,
     is_orthographic: bool,
-    /// Whether it can answer at all: neither for a view that scales, nor without thresholds.
+    /// False for a view that scales, and without thresholds: then no instance passes.
     is_usable: bool,
-    /// Of the views that groups enter and, once refined, leave.
+    /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
     /// Cosines of their widest corners.
     least_cosines: [f32; 2],
     scale: Scale,
-    /// What is outside counts by this scale; `None` if not at all.
+    /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
     /// Whether bounds with a secant are those of deviations, at most and at least.
     counts_secant: [bool; 2],
@@ -76,7 +77,7 @@ struct Sighted<L> {
     slack: L,
 }
 
-/// What errors may be over their threshold and scale.
+/// Bounds of errors, divided by threshold and scale.
 struct Bounds<L> {
     /// In the view: up to the first they surely fit, above the second they surely exceed.
     in_view: [L; 2],
@@ -93,11 +94,11 @@ pub(crate) struct Allowed<L> {
     pub(crate) fine: [L; 2],
 }
 
-/// What a look at eight instances tells.
+/// Result of the test of eight instances.
 pub(crate) struct Looked {
-    /// The bits of those that stay as they are.
+    /// Bits of the instances that keep their cuts.
     pub(crate) kept: u32,
-    /// Of those that are outside of the view and cast no shadow into it, where what is outside counts.
+    /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
     pub(crate) dark: u32,
     allowed: Allowed<f32x8>,
 }
@@ -233,6 +234,36 @@ impl KeepTest {
         })
     }
 
+    /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
+    /// edge meanwhile.
+    pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
+        // Nothing is known of errors that have other limits than those of the field's bounds.
+        if !self.is_usable || self.tests_sizes() || self.least_relaxation != 1.0 {
+            return None;
+        }
+        let sighted = self.sight(V3::splat(sphere.center), sphere.radius);
+        let distance = sighted.seen.dot(sighted.seen).sqrt();
+        let displacement =
+            motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
+        // A longer way changes errors by more than the hysteresis: hardly any cut would pass the test.
+        if displacement > 0.1 * distance {
+            return None;
+        }
+        let reach = sighted.radius + displacement;
+        // Outside of the view that groups enter they may be in the dark, if what is outside counts.
+        let width = usize::from(self.on_axis.is_none());
+        let inside_by = self.sides[width].least_inside(sighted.seen);
+        let is_before = self.is_orthographic || reach < sighted.seen.z;
+        let chord = match self.is_orthographic {
+            true => motion.turn,
+            false => motion.travel / (distance - reach),
+        };
+        (is_before && reach < inside_by).then_some(Drift {
+            distance: displacement,
+            chord: chord + 1e-4,
+        })
+    }
+
     #[inline(always)]
     fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
         let from_eye = world.minus(self.eye.in_lanes());
@@ -292,7 +323,7 @@ impl KeepTest {
         let mut outside = L::infinity();
         if let Some(scale) = &self.on_axis {
             let on_axis = bounds.on_axis[0] * L::splat(scale.coarse[width]);
-            // What is on the edge may be either.
+            // A sphere on the edge may be inside or outside.
             in_view = in_view.smaller(on_axis);
             outside = L::choose(dark, outside, on_axis);
         }
@@ -355,7 +386,7 @@ impl KeepTest {
         let is_certain = L::zero().is_below(rest);
         Bounds {
             in_view: [
-                // What reaches the camera has no limit.
+                // A sphere that reaches the camera has no bound.
                 L::choose(L::zero().is_below(gap), most, -L::infinity()),
                 L::choose(is_certain, least * gap / rest, L::infinity()),
             ],

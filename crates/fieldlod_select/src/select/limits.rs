@@ -1,4 +1,4 @@
-//! The limits within which instances stay as they are drawn, in columns, and what ends them.
+//! The limits within which instances keep their cuts, in columns, and the changes that reset them.
 
 use wide::f32x8;
 
@@ -9,7 +9,7 @@ use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::lanes::bits::{CHUNK, LANES};
 use crate::lanes::{Lane, bits_of};
 
-/// What limits depend on, besides the instances.
+/// Input of the limits besides the instances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LimitsKey {
     units: ErrorUnits,
@@ -20,7 +20,7 @@ pub(super) struct LimitsKey {
 }
 
 impl SceneCuts {
-    /// Brings the limits up to date with what has changed in the scene and the settings.
+    /// Updates the limits after changes of the scene and the settings.
     pub(crate) fn update_limits(&mut self, frame: &Frame) {
         let (scene, settings) = (frame.scene, frame.settings);
         let key = LimitsKey {
@@ -43,7 +43,7 @@ impl SceneCuts {
                 }
             }
             None => {
-                // What these change has to be decided anew, all else stays as it is within other limits.
+                // Other units change the limits only; other changes require new decisions.
                 let is_same = |last: LimitsKey| {
                     LimitsKey {
                         units: key.units,
@@ -64,10 +64,13 @@ impl SceneCuts {
     fn update_limits_of(&mut self, frame: &Frame, index: usize, key: &LimitsKey) {
         let (memory, entry) = (&mut self.memories[index], &frame.scene.entries[index]);
         let forced_level = entry.forced_level;
+        if let InstanceState::Mixed(key) = memory.state {
+            self.pool.at_mut(key).hold = None;
+        }
         let mut state = memory.state;
         let mut is_known = memory.version == entry.version && memory.generation == entry.generation;
         if frame.is_first {
-            // Every instance begins at its coarsest, and is listed so in the end.
+            // Every instance starts at its coarsest level, and is listed at the end of the frame.
             (memory.version, memory.generation) = (entry.version, entry.generation);
             let seen = entry.seen_mesh(key.layers);
             state = seen.map_or(InstanceState::Empty, InstanceState::Coarsest);
@@ -82,14 +85,14 @@ impl SceneCuts {
         self.limits.set(index, limits);
     }
 
-    /// Sets the limits within which an instance stays as it was decided.
+    /// Sets the limits within which an instance keeps the cut just decided.
     pub(super) fn set_limits(&mut self, frame: &Frame, index: u32, is_forced: bool) {
         let Some(key) = &self.limits_of else {
             return;
         };
         let index = index as usize;
         let state = match self.memories[index].state {
-            // A first frame lists it in the end.
+            // A first frame lists it at its end.
             InstanceState::Empty if frame.is_first => {
                 let seen = frame.scene.entries[index].seen_mesh(key.layers);
                 seen.map_or(InstanceState::Empty, InstanceState::Coarsest)
@@ -131,7 +134,7 @@ impl EightLimits {
 }
 
 impl LimitColumns {
-    /// Makes room for so many instances.
+    /// Resizes the columns to `count` instances.
     pub(crate) fn resize(&mut self, count: usize) {
         let elements = count.div_ceil(LANES);
         self.instances.resize(elements, EightLimits::EMPTY);
@@ -144,12 +147,12 @@ impl LimitColumns {
         self.end_chunk(index / CHUNK);
     }
 
-    /// Lets a chunk be looked at instance by instance.
+    /// Makes the next pass test a chunk instance by instance.
     fn end_chunk(&mut self, chunk: usize) {
         self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);
     }
 
-    /// Finds the limits of a chunk: those of the coarsest levels if all instances are there.
+    /// Recomputes the limits of a chunk; they are known only if all its instances are at their coarsest levels.
     pub(crate) fn refit(&mut self, chunk: usize) {
         let first = chunk * (CHUNK / LANES);
         let end = self.instances.len().min(first + CHUNK / LANES);

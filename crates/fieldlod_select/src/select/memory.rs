@@ -1,4 +1,4 @@
-//! What a view remembers of an instance: how it is drawn, and within which limits that stays so.
+//! The state of an instance in a view, and the limits within which it stays.
 
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::hidden::held_shares::LevelShare;
@@ -8,22 +8,22 @@ use crate::scene::{MeshId, Scene};
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct InstanceMemory {
     pub(crate) state: InstanceState,
-    /// Which of the instances that had the index one after the other.
+    /// Generation of the instance that has the index.
     pub(crate) generation: u32,
-    /// The version of the instance that this was decided for.
+    /// Version of the instance at the last decision.
     pub(crate) version: u32,
-    /// What counts of it where hidden things count less, of a mesh that is drawn as a whole.
+    /// Visible share of a mesh that is drawn as a whole.
     pub(crate) share: LevelShare,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum InstanceState {
-    /// Not selected yet, or removed, or on other layers: draws nothing.
+    /// Not selected yet, removed, or on other layers: draws nothing.
     #[default]
     Empty,
     /// Too small to be drawn.
     Culled,
-    /// Only what always is refined is refined. The scene may have removed the instance since.
+    /// Only terminal groups are refined. The scene may have removed the instance since.
     Coarsest(MeshId),
     /// The mesh as a whole at one level, finer than the coarsest.
     AtLevel(MeshId, u8),
@@ -32,7 +32,7 @@ pub(crate) enum InstanceState {
 }
 
 impl InstanceState {
-    /// The units drawn without a cut of one's own, and their triangles.
+    /// The units drawn without a cut of its own, and their triangles.
     pub(crate) fn drawn_whole(self, scene: &Scene) -> (&[u32], u64) {
         match self {
             Self::Coarsest(mesh) => {
@@ -44,13 +44,13 @@ impl InstanceState {
         }
     }
 
-    /// Whether a view draws it.
+    /// Whether the view draws the instance.
     pub(crate) fn is_drawn(self) -> bool {
         matches!(self, Self::Coarsest(_) | Self::AtLevel(..) | Self::Mixed(_))
     }
 
-    /// Within which limits an instance that is not forced to a level stays so. At finer levels it has to be decided
-    /// anew in each frame if hidden things count less.
+    /// The limits of an instance that is not forced to a level. With visible flux, finer levels are decided in each
+    /// frame.
     pub(crate) fn limits(
         self,
         scene: &Scene,

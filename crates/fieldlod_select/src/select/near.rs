@@ -1,4 +1,4 @@
-//! The decision on one instance that may not stay as it is: not drawn, at a level, or group by group.
+//! The decision on one near instance: not drawn, at a level, or group by group.
 
 use super::cuts::SceneCuts;
 use super::decision::Decision;
@@ -6,33 +6,36 @@ use super::frame::Frame;
 use super::keep_test::Allowed;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
-use crate::lanes::V3;
+use crate::lanes::{Lane, V3};
 use crate::scene::MeshId;
 use crate::scene::table::GroupTable;
 use crate::view::InstanceView;
 
-/// An instance that may not stay as it is.
+/// An instance whose cut may change in this frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
     pub(super) index: u32,
-    /// Whether it is outside of the view and casts no shadow into it, where what is outside counts.
+    /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
     pub(super) is_dark: bool,
-    /// How large its errors may be, as far as that is certain.
+    /// Certain bounds of its allowed errors.
     pub(super) allowed: Allowed<f32>,
 }
 
 impl SceneCuts {
-    /// Decides one instance, and notes what that changes.
+    /// Decides one instance, and records its changes.
     pub(super) fn decide(&mut self, frame: &Frame, near: &Near) {
         let (index, entry) = (near.index, &frame.scene.entries[near.index as usize]);
-        // If the index has gone to another instance, what the last one drew leaves.
+        if self.holds(index) {
+            return;
+        }
+        // If the index has passed to another instance, the units of the last one leave.
         if self.memories[index as usize].generation != entry.generation {
             self.change_state(frame, index, InstanceState::Empty);
         }
         let memory = &mut self.memories[index as usize];
         (memory.generation, memory.version) = (entry.generation, entry.version);
         let was_drawn = memory.state.is_drawn();
-        // What the view does not see, or not large enough.
+        // Not on the view's layers, or too small.
         let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
             return self.draw_whole(frame, index, InstanceState::Empty);
         };
@@ -43,7 +46,7 @@ impl SceneCuts {
                 return self.draw_whole(frame, index, InstanceState::Culled);
             }
         }
-        // What casts no shadow, or is forced to a level.
+        // Without a shadow in the view, or forced to a level.
         let forced_level = frame.settings.forced_level.or(entry.forced_level);
         if forced_level.is_none() && near.is_dark {
             return self.draw_whole(frame, index, InstanceState::Coarsest(mesh));
@@ -53,7 +56,7 @@ impl SceneCuts {
         if frame.scene.table(mesh).is_chain() {
             self.decide_level(frame, near, mesh, forced_level);
         } else if !self.stays_hidden(frame, near, mesh, forced_level) {
-            self.decide_groups(frame, index, mesh, forced_level);
+            self.decide_groups(frame, near, mesh, forced_level);
         }
     }
 
@@ -93,7 +96,7 @@ impl SceneCuts {
         self.set_limits(frame, near.index, forced_level.is_some());
     }
 
-    /// The level by what errors may certainly be, if that tells it: the first whose group is refined.
+    /// The first level whose group is certainly refined; `None` if the certain bounds do not tell.
     fn certain_level(
         &self,
         frame: &Frame,
@@ -137,7 +140,7 @@ impl SceneCuts {
         Decision::new(&view, &frame.bounds, frame.settings, placed.bias, shares).level(table, was)
     }
 
-    /// Takes notice of what is visible of a mesh that is drawn as a whole.
+    /// Updates the visible share of a mesh that is drawn as a whole.
     fn see_level(&mut self, frame: &Frame, index: u32, mesh: MeshId, is_refined: bool) {
         let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
         else {
@@ -153,7 +156,7 @@ impl SceneCuts {
         self.has_unsettled_shares |= !share.is_settled();
     }
 
-    /// Whether an instance at its coarsest stays there by what is visible of it.
+    /// Whether an instance at its coarsest level stays there because of its visible share.
     fn stays_hidden(
         &mut self,
         frame: &Frame,
@@ -190,19 +193,61 @@ impl SceneCuts {
         stays
     }
 
+    /// Whether the cut of an instance holds for the camera's motion so far.
+    fn holds(&self, index: u32) -> bool {
+        let hold = match self.memories[index as usize].state {
+            InstanceState::Mixed(key) => &self.pool.at(key).hold,
+            _ => &None,
+        };
+        hold.as_ref()
+            .is_some_and(|hold| self.odometer.is_within(hold))
+    }
+
+    /// Tests whether the cut of an instance holds for the next frames too.
+    fn extend_hold(&mut self, frame: &Frame, index: u32, mesh: MeshId) -> bool {
+        let InstanceState::Mixed(key) = self.memories[index as usize].state else {
+            return false;
+        };
+        let (table, placed) = (
+            frame.scene.table(mesh),
+            &frame.scene.instances[index as usize],
+        );
+        let ahead = (self.odometer.ahead()).filter(|_| frame.settings.visible_flux.is_none());
+        let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
+        let (Some(ahead), Some(drift)) = (ahead, drift) else {
+            return false;
+        };
+        let view = InstanceView::new(frame.view, &placed.world_from_local);
+        // Nothing is known of how uneven stretches change with the direction.
+        if view.seen_stretch.is_some() {
+            return false;
+        }
+        let cut = self.pool.at_mut(key);
+        let (bounds, bias) = (&frame.bounds, placed.bias);
+        let decision = Decision::new(&view, bounds, frame.settings, bias, Shares::FULL);
+        let decision = decision.throughout(drift);
+        decision.decide(table, cut.refined(), &mut self.own_throughout);
+        let is_same = cut.is_same_for(&self.own_throughout);
+        cut.hold = is_same.then(|| self.odometer.hold(ahead));
+        is_same
+    }
+
     /// Decides the groups of an instance.
     fn decide_groups(
         &mut self,
         frame: &Frame,
-        index: u32,
+        near: &Near,
         mesh: MeshId,
         forced_level: Option<u32>,
     ) {
-        let (scene, settings) = (frame.scene, frame.settings);
+        let (index, scene, settings) = (near.index, frame.scene, frame.settings);
         let (table, placed) = (scene.table(mesh), &scene.instances[index as usize]);
-        // The cut, after what was drawn so far.
+        // A new cut starts from the units drawn so far.
         let was = self.memories[index as usize].state;
         let is_mixed = matches!(was, InstanceState::Mixed(_));
+        if forced_level.is_none() && self.extend_hold(frame, index, mesh) {
+            return;
+        }
         let key = match was {
             InstanceState::Mixed(key) => key,
             _ => {
@@ -225,7 +270,7 @@ impl SceneCuts {
             cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
         }
         self.has_unsettled_shares |= !cut.shares().is_settled();
-        // The groups, and what that changes.
+        // Decide the groups, then record the changes.
         let has_changed = cut.decide(table, |shares, was_refined, refined| match forced_level {
             Some(level) => table.refine_from_level(level, refined),
             None => {
@@ -244,7 +289,12 @@ impl SceneCuts {
             self.changes.record(id, cut.drawn_before(), now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
-        let is_coarsest = forced_level.is_none() && cut.is_coarsest(table);
+        // A cut of its own may hold where the limits of the coarsest level do not.
+        let limits = table.errors_at(None).limits(&frame.units, 1.0);
+        let limits = limits.scaled(scene.columns.error_scales[index as usize]);
+        let has_limits =
+            settings.visible_flux.is_some() || !near.allowed.coarse[0].is_below(limits.highest);
+        let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
         self.memories[index as usize].state = InstanceState::Mixed(key);
         if is_coarsest {
             self.change_state(frame, index, InstanceState::Coarsest(mesh));

@@ -1,0 +1,101 @@
+//! The camera's motion, within which the cut of an instance that is decided group by group stays the same.
+//!
+//! A camera that travels by `t` and turns by `θ` displaces a point at the distance `ρ` by at most `t + θ ρ` in camera
+//! space, and its direction from the point by at most `t / (ρ − t)`. The criterion bounds the field over a group's
+//! sphere: with the displacement added to its radius, the bound holds for every displaced group; with the displacement
+//! subtracted, even below zero, no displaced group has a smaller bound. If the groups that are not refined stay below
+//! the threshold by the first, and the others above it by the second, the cut holds for the whole motion.
+
+use super::frame::Input;
+use crate::view::stretch::largest_stretch;
+
+/// Number of frames at the present speed for which a cut is tested. More frames give cuts that fail the test more
+/// often, fewer frames more tests: in a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16 took
+/// 0.24 ms at least.
+const FRAMES_AHEAD: f32 = 4.0;
+
+/// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Motion {
+    pub(crate) travel: f32,
+    pub(crate) turn: f32,
+}
+
+/// How far a motion moves the groups of an instance in camera space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drift {
+    /// Of their centers.
+    pub(crate) distance: f32,
+    /// Of the unit vectors from there to the camera.
+    pub(crate) chord: f32,
+}
+
+/// All motion so far.
+#[derive(Debug, Default)]
+pub(crate) struct Odometer {
+    travel: f64,
+    turn: f64,
+    /// Counts frames that changed more than the camera's pose.
+    epoch: u64,
+    /// The motion for which cuts are tested; `None` if more than the pose has changed.
+    ahead: Option<Motion>,
+}
+
+/// The end of the motion within which a cut holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hold {
+    epoch: u64,
+    travel: f64,
+    turn: f64,
+}
+
+impl Odometer {
+    /// Adds the motion from the last frame's input to this one's.
+    pub(crate) fn advance(&mut self, last: Option<&Input>, now: &Input) {
+        let motion = last.and_then(|last| motion_between(last, now));
+        self.ahead = motion.map(|Motion { travel, turn }| Motion {
+            travel: travel * FRAMES_AHEAD,
+            turn: turn * FRAMES_AHEAD,
+        });
+        match motion {
+            Some(motion) => {
+                self.travel += f64::from(motion.travel);
+                self.turn += f64::from(motion.turn);
+            }
+            None => self.epoch += 1,
+        }
+    }
+
+    /// The motion for which cuts are tested.
+    pub(crate) fn ahead(&self) -> Option<Motion> {
+        self.ahead
+    }
+
+    /// The hold of a cut that passes the test for `ahead`.
+    pub(crate) fn hold(&self, ahead: Motion) -> Hold {
+        Hold {
+            epoch: self.epoch,
+            travel: self.travel + f64::from(ahead.travel),
+            turn: self.turn + f64::from(ahead.turn),
+        }
+    }
+
+    /// Whether a cut still holds.
+    pub(crate) fn is_within(&self, hold: &Hold) -> bool {
+        self.epoch == hold.epoch && self.travel <= hold.travel && self.turn <= hold.turn
+    }
+}
+
+/// `None` if anything but the pose has changed, or the motion is not finite.
+fn motion_between(last: &Input, now: &Input) -> Option<Motion> {
+    let (last_pose, pose) = (&last.view, &now.view);
+    if !now.differs_by_pose_alone(last) {
+        return None;
+    }
+    let turn = last_pose.camera_from_world - pose.camera_from_world;
+    let motion = Motion {
+        travel: last_pose.eye_in_world.distance(pose.eye_in_world) * 1.001,
+        turn: largest_stretch(&turn) * 1.001,
+    };
+    (motion.travel.is_finite() && motion.turn.is_finite()).then_some(motion)
+}

@@ -59,7 +59,7 @@ fn small_objects_and_their_shadows_are_culled() {
     for subdivisions in [4, 5] {
         let (mut app, camera, rock) = before_a_camera(subdivisions, 20.0);
         spawn_sun(&mut app);
-        let mut culling = FieldLodCamera::default();
+        let mut culling = FieldLodCamera::high();
         culling.cull_below_px = Some(40.0 * radius_of(&app, rock));
         settings(&mut app, camera, culling);
         let mut is_drawn_at = |distance: f32| {

@@ -174,7 +174,7 @@ const STEPS: [Step; 15] = [
         story.set_active(0, true);
     }),
     ("a camera leaves out what is small", |story| {
-        let mut settings = FieldLodCamera::default();
+        let mut settings = FieldLodCamera::high();
         settings.cull_below_px = Some(1000.0);
         story.stage.insert(story.eyes[2].entity, settings);
     }),

@@ -17,7 +17,7 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 ///     mirror.triangle_budget = Some(200_000);
 ///     commands.spawn((Camera3d::default(), mirror));
 ///     // A view from high above: culls objects below 4 px, and casts finer shadows from outside the image.
-///     let mut above = FieldLodCamera::default();
+///     let mut above = FieldLodCamera::high();
 ///     above.cull_below_px = Some(4.0);
 ///     above.shadow_bias = 0.5;
 ///     commands.spawn((Camera3d::default(), above));

@@ -57,7 +57,7 @@ fn setup(mut commands: Commands) {
 
 fn set_viewports(mut cameras: Query<(&mut Camera, &ScreenPart)>) {
     for (mut camera, ScreenPart(corner, size)) in &mut cameras {
-        let Some(screen) = camera.physical_target_size().map(|size| size.as_vec2()) else {
+        let Some(screen) = camera.physical_target_size().map(UVec2::as_vec2) else {
             continue;
         };
         camera.viewport = Some(Viewport {

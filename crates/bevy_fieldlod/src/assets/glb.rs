@@ -6,7 +6,7 @@
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
-#[cfg(any(test, feature = "bake"))]
+#[cfg(feature = "bake")]
 const BIN: [u8; 4] = *b"BIN\0";
 const FIELDLOD: [u8; 4] = *b"FLOD";
 

@@ -146,13 +146,14 @@ fn pieces_of(
 
 /// The piece of a unit, without its mesh.
 pub(crate) fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiece {
-    // The finest units are source geometry, which no group produced.
-    let produced_by = unit.producer();
     LodPiece {
         mesh: None,
         aabb,
         level: hierarchy.level_of(unit),
-        error_in_local: produced_by
+        // The finest units are source geometry, which no group produced.
+        #[cfg(feature = "debug")]
+        error_in_local: unit
+            .producer()
             .map_or(0.0, |group| hierarchy.groups[group as usize].error_in_local),
     }
 }

@@ -44,7 +44,8 @@ pub(crate) struct LodPiece {
     pub(crate) aabb: OnceLock<Aabb>,
     /// 0 is the finest.
     pub(crate) level: u32,
-    /// Geometric error against the source in local units.
+    /// Geometric error against the source in local units. Debug views paint it.
+    #[cfg(feature = "debug")]
     pub(crate) error_in_local: f32,
 }
 

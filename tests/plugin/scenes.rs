@@ -167,6 +167,20 @@ fn stale_file_beside_asset_is_logged() {
 }
 
 #[test]
+fn corrupt_file_beside_asset_is_logged() {
+    let mut file = two_rocks();
+    let glb = file.glb();
+    let mut bytes = bake(&glb);
+    bytes[1000] ^= 1;
+    file.write("mesh.fieldlod", &bytes);
+    let mut app = app_in(file.folder());
+    spawn_scene(&mut app, None);
+    ready(&mut app, 2);
+    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
+    assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
+}
+
+#[test]
 fn reloaded_file_is_applied() {
     let mut file = two_rocks();
     let good = bake(&file.glb());

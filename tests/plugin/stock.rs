@@ -1,5 +1,8 @@
 //! What works in Bevy goes on working with levels of detail.
 
+use std::time::Duration;
+
+use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
 use bevy::asset::AssetPlugin;
 use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::{NoCpuCulling, NoFrustumCulling, VisibilityRange};
@@ -8,11 +11,12 @@ use bevy::ecs::component::Mutable;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::mesh::MeshPlugin;
 use bevy::pbr::wireframe::Wireframe;
-use bevy::pbr::{Material, MaterialPlugin};
+use bevy::pbr::{ExtendedMaterial, Lightmap, Material, MaterialExtension, MaterialPlugin};
 use bevy::picking::mesh_picking::ray_cast::{MeshRayCast, MeshRayCastSettings};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 use bevy::render::render_resource::AsBindGroup;
+use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::diagnostics;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::finish;
@@ -28,18 +32,27 @@ struct Glow {}
 
 impl Material for Glow {}
 
-#[test]
-fn units_inherit_a_custom_material() {
+/// An extension of the standard material.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
+struct Moss {}
+
+impl MaterialExtension for Moss {}
+
+/// Units inherit a material of any type, when they are spawned and when it changes.
+fn inherits<M: Material + Default>()
+where
+    M::Data: PartialEq + Eq + std::hash::Hash + Clone,
+{
     let mut app = unfinished(AssetPlugin::default());
-    app.add_plugins(MaterialPlugin::<Glow>::default());
+    app.add_plugins(MaterialPlugin::<M>::default());
     finish(&mut app);
     let camera = spawn_camera(&mut app, 3.0);
     let rock = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
     let world = app.world_mut();
-    let mut materials = world.resource_mut::<Assets<Glow>>();
-    let first = materials.add(Glow::default());
-    let second = materials.add(Glow::default());
+    let mut materials = world.resource_mut::<Assets<M>>();
+    let first = materials.add(M::default());
+    let second = materials.add(M::default());
     let drawn = stats(&app, camera).triangles_drawn;
     for material in [first, second] {
         app.world_mut()
@@ -52,7 +65,7 @@ fn units_inherit_a_custom_material() {
         for unit in units {
             let unit = app.world().entity(unit);
             let inherited = unit
-                .get::<MeshMaterial3d<Glow>>()
+                .get::<MeshMaterial3d<M>>()
                 .map(|inherited| inherited.id());
             assert_eq!(inherited, Some(material.id()));
             assert!(!unit.contains::<MeshMaterial3d<StandardMaterial>>());
@@ -62,8 +75,14 @@ fn units_inherit_a_custom_material() {
     // Units that are spawned later inherit it too.
     move_camera(&mut app, camera, 2.0);
     for unit in units(&mut app) {
-        assert!(app.world().get::<MeshMaterial3d<Glow>>(unit).is_some());
+        assert!(app.world().get::<MeshMaterial3d<M>>(unit).is_some());
     }
+}
+
+#[test]
+fn units_inherit_every_type_of_material() {
+    inherits::<Glow>();
+    inherits::<ExtendedMaterial<StandardMaterial, Moss>>();
 }
 
 /// What a renderer extension of a game's reads on every entity that it draws.
@@ -113,6 +132,159 @@ fn units_inherit_and_follow_components() {
     let has = |unit: Entity| app.world().entity(unit).contains::<NoAutomaticBatching>();
     let children = app.world().get::<Children>(rock).unwrap();
     assert!(children.iter().all(has));
+}
+
+#[test]
+fn units_inherit_lightmap() {
+    let (mut app, _, rock) = before_a_camera(5, 4.0);
+    let lightmap = Lightmap {
+        image: add(&mut app, Image::default()),
+        uv_rect: Rect::new(0.0, 0.5, 0.5, 1.0),
+        ..default()
+    };
+    insert(&mut app, rock, lightmap.clone());
+    app.update();
+    for unit in units(&mut app) {
+        let inherited = app.world().get::<Lightmap>(unit).unwrap();
+        assert_eq!(
+            (&inherited.image, inherited.uv_rect),
+            (&lightmap.image, lightmap.uv_rect)
+        );
+    }
+}
+
+#[test]
+fn units_move_with_object_in_the_same_frame() {
+    let (mut app, camera, rock) = before_a_camera(5, 4.0);
+    let before = stats(&app, camera).triangles_drawn;
+    for step in 1..40u8 {
+        let place = Transform::from_xyz(0.0, 0.0, 4.0 - f32::from(step));
+        insert(&mut app, rock, place);
+        app.update();
+        let place = *app.world().get::<GlobalTransform>(rock).unwrap();
+        for unit in visible(&app, camera) {
+            assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
+        }
+        assert!(stats(&app, camera).triangles_drawn > 0);
+    }
+    assert!(stats(&app, camera).triangles_drawn < before);
+}
+
+/// Animates the translation of `entity` from 0 to `place` within a second.
+fn animate(app: &mut App, entity: Entity, place: Vec3) {
+    let target = AnimationTargetId::from_name(&Name::new("rock"));
+    let way = EasingCurve::new(Vec3::ZERO, place, EaseFunction::Linear);
+    let mut clip = AnimationClip::default();
+    let way = AnimatableCurve::new(animated_field!(Transform::translation), way);
+    clip.add_curve_to_target(target, way);
+    let world = app.world_mut();
+    let clip = world.resource_mut::<Assets<AnimationClip>>().add(clip);
+    let (graph, node) = AnimationGraph::from_clip(clip);
+    let graph = world.resource_mut::<Assets<AnimationGraph>>().add(graph);
+    let mut player = AnimationPlayer::default();
+    player.play(node);
+    let graph = AnimationGraphHandle(graph);
+    let bundle = (player, graph, target, AnimatedBy(entity));
+    world.entity_mut(entity).insert(bundle);
+}
+
+#[test]
+fn animated_object_changes_its_cut() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let before = stats(&app, camera).triangles_drawn;
+        let tick = TimeUpdateStrategy::ManualDuration(Duration::from_millis(50));
+        app.insert_resource(tick);
+        animate(&mut app, rock, Vec3::new(0.0, 0.0, -200.0));
+        let mut counts = Vec::new();
+        for _ in 0..30 {
+            app.update();
+            let place = *app.world().get::<GlobalTransform>(rock).unwrap();
+            for unit in visible(&app, camera) {
+                assert_eq!(*app.world().get::<GlobalTransform>(unit).unwrap(), place);
+            }
+            counts.push(stats(&app, camera).triangles_drawn);
+        }
+        counts.dedup();
+        assert!(
+            counts.len() > 3 && counts.is_sorted_by(|a, b| a > b),
+            "{counts:?}"
+        );
+        assert!(counts.last().unwrap() * 4 < before, "{counts:?}");
+    }
+}
+
+#[test]
+fn moved_parent_changes_cut() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 4.0);
+        let before = stats(&app, camera).triangles_drawn;
+        let root = app.world_mut().spawn(Transform::default()).id();
+        insert(&mut app, root, Visibility::default());
+        app.world_mut().entity_mut(root).add_child(rock);
+        app.update();
+        assert_eq!(progress(&app).ready, 1);
+        let away = Transform::from_xyz(0.0, 0.0, -200.0);
+        insert(&mut app, root, away);
+        app.update();
+        let stats = stats(&app, camera);
+        assert!(stats.triangles_drawn * 2 < before, "{stats:?}");
+    }
+}
+
+#[test]
+fn larger_scale_needs_more_triangles() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, rock) = before_a_camera(subdivisions, 60.0);
+        let small = stats(&app, camera).triangles_drawn;
+        insert(&mut app, rock, Transform::from_scale(Vec3::splat(20.0)));
+        app.update();
+        assert!(stats(&app, camera).triangles_drawn > 2 * small);
+    }
+}
+
+#[test]
+fn visibility_ranges_of_other_objects_work() {
+    let (mut app, camera, _) = before_a_camera(5, 4.0);
+    let before = visible(&app, camera);
+    let near = add(&mut app, rock(2, 3));
+    let place = Transform::from_xyz(0.5, 0.0, 0.0);
+    let mut spawn = |range| {
+        let bundle = (Mesh3d(near.clone()), place, range);
+        app.world_mut().spawn(bundle).id()
+    };
+    let shown = spawn(VisibilityRange::abrupt(0.0, 10.0));
+    let hidden = spawn(VisibilityRange::abrupt(10.0, 20.0));
+    app.update();
+    app.update();
+    let after = visible(&app, camera);
+    assert!(after.contains(&shown) && !after.contains(&hidden));
+    assert_eq!(after.len(), before.len() + 1);
+}
+
+#[test]
+fn public_types_are_registered() {
+    let app = app();
+    let registry = app.world().resource::<AppTypeRegistry>().read();
+    let names = [
+        "AutoLod",
+        "NoLod",
+        "FieldLodCamera",
+        "FieldLodViewStats",
+        "LodUnit",
+        "FieldLodAppConfig",
+        "FieldLodProgress",
+        "FieldLodDebug",
+    ];
+    for name in names {
+        let registration = registry.get_with_short_type_path(name);
+        let registration = registration.unwrap_or_else(|| panic!("{name} is not registered"));
+        assert!(
+            registration.data::<ReflectComponent>().is_some()
+                || registration.data::<ReflectResource>().is_some(),
+            "{name}"
+        );
+    }
 }
 
 #[test]

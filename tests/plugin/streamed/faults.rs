@@ -90,6 +90,33 @@ fn missing_file_is_named() {
 }
 
 #[test]
+fn truncated_file_is_drawn_up_to_its_end() {
+    let (shelf, mut bytes) = (Shelf::default(), PAGES.clone());
+    bytes.truncate(finer_pages()[5].start + 100);
+    shelf.put("short.fieldpages", bytes);
+    let (mut app, camera) = app_of(&shelf, ROOMY);
+    spawn(&mut app, "short.fieldpages", 0);
+    ready(&mut app, 1);
+    run_until_failed(&mut app, camera, 1);
+    assert!(memory(&app).loaded_pages > 3, "{:?}", memory(&app));
+    let said = logged_times(Level::ERROR, &["shelf://short.fieldpages", "truncated"]);
+    assert_eq!(said, 1);
+}
+
+#[test]
+fn removed_file_keeps_its_loaded_pages() {
+    let (shelf, mut app, camera) = one_rock("going.fieldpages", ROOMY);
+    run_until_sharp(&mut app);
+    let before = drawn(&app, camera);
+    shelf.remove("going.fieldpages");
+    move_camera(&mut app, camera, 2.7);
+    run_until_failed(&mut app, camera, 1);
+    assert!(drawn(&app, camera).len() >= before.len());
+    let said = logged_times(Level::ERROR, &["shelf://going.fieldpages", "not found"]);
+    assert_eq!(said, 1);
+}
+
+#[test]
 fn replaced_file_is_never_mixed() {
     let (shelf, mut app, camera) = one_rock("new.fieldpages", ROOMY);
     // Another rock, whose pages are elsewhere.

@@ -34,6 +34,10 @@ impl Shelf {
         self.0.files.lock().unwrap().insert(name.into(), bytes);
     }
 
+    pub(super) fn remove(&self, name: &str) {
+        self.0.files.lock().unwrap().remove(name);
+    }
+
     /// Lets whoever reads wait from now on, or no longer.
     pub(super) fn stall(&self, stalls: bool) {
         self.0.stalls.store(stalls, Ordering::Release);

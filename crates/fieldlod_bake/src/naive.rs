@@ -5,7 +5,7 @@
 use fieldlod_hierarchy::Hierarchy;
 use glam::DVec3;
 
-use crate::mesh::triangle::exact_distance;
+use crate::mesh::triangle_tree::triangle::exact_distance;
 
 /// A triangle of a surface and the group whose simplification it is.
 struct Piece {

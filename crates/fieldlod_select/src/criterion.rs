@@ -35,7 +35,6 @@ use fieldlod_hierarchy::Group;
 use glam::Vec3;
 
 use crate::lanes::{Lane, M3, V3};
-use crate::select::motion::Drift;
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
@@ -152,6 +151,22 @@ impl CriterionInput<f32> {
             share: 1.0,
         }
     }
+}
+
+/// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Motion {
+    pub(crate) travel: f32,
+    pub(crate) turn: f32,
+}
+
+/// How far a motion of the camera moves the groups of an instance in camera space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drift {
+    /// Of their centers.
+    pub(crate) distance: f32,
+    /// Of the unit vectors from there to the camera.
+    pub(crate) chord: f32,
 }
 
 /// The criterion of one instance in one view under one set of settings.

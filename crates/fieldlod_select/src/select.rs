@@ -9,7 +9,6 @@ pub(crate) mod decision;
 pub(crate) mod demand;
 pub(crate) mod frame;
 mod instance_cut;
-mod keep_test;
 mod limits;
 mod memory;
 pub(crate) mod motion;

@@ -6,7 +6,8 @@ use meshopt::clod_default_config;
 use rayon::prelude::*;
 
 use crate::config::BakeConfig;
-use crate::levels::vertices::{LevelVertices, Piece, adapter};
+use crate::levels::vertices::{LevelVertices, Piece};
+use crate::mesh::adapter;
 
 /// Triangles that are split into clusters at once; a larger mesh is cut in halves first. A part is
 /// no larger for more threads, or clusters would depend on how many there are.

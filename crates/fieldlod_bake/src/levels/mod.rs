@@ -4,7 +4,6 @@
 //! hierarchy.
 
 pub(crate) mod assemble;
-mod attributes;
 pub(crate) mod build;
 mod closed;
 #[cfg(any(test, feature = "test-support"))]
@@ -15,5 +14,4 @@ pub(crate) mod neighbours;
 pub(crate) mod simplified_group;
 pub(crate) mod simplify;
 mod step;
-mod uv_ranges;
 pub(crate) mod vertices;

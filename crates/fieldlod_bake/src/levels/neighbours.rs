@@ -7,8 +7,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::levels::vertices::{adapter, border_of};
+use crate::levels::vertices::border_of;
 use crate::mesh::SourceMesh;
+use crate::mesh::adapter;
 
 /// Marks a position of several meshes.
 const SEVERAL: u32 = u32::MAX;

@@ -5,8 +5,9 @@ use std::sync::OnceLock;
 use meshopt::{SimplifyOptions, SimplifyVertex};
 
 use crate::config::BakeConfig;
-use crate::levels::uv_ranges::UvRanges;
-use crate::levels::vertices::{LevelVertices, Piece, adapter};
+use crate::levels::vertices::uv_ranges::UvRanges;
+use crate::levels::vertices::{LevelVertices, Piece};
+use crate::mesh::adapter;
 use crate::mesh::components::{Component, components_of};
 
 /// Groups with fewer triangles are never simplified by `Sloppy`, which opens closed surfaces.

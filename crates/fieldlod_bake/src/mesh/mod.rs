@@ -11,10 +11,19 @@ pub(crate) mod srgb;
 pub(crate) mod surface;
 pub(crate) mod surfaces;
 pub(crate) mod topology;
-pub(crate) mod triangle;
 pub(crate) mod triangle_tree;
-mod triangles_4;
 pub(crate) mod two_sided;
 pub(crate) mod used_vertices;
 
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};
+
+use meshopt::VertexDataAdapter;
+
+/// The positions in the form that meshoptimizer reads.
+pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
+    let bytes = meshopt::typed_to_bytes(positions);
+    match VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) {
+        Ok(vertices) => vertices,
+        Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
+    }
+}

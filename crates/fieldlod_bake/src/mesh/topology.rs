@@ -9,8 +9,8 @@
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
-use crate::levels::vertices::adapter;
 use crate::mesh::SourceMesh;
+use crate::mesh::adapter;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 

@@ -1,6 +1,6 @@
 //! Elements along a curve through space, on which those near each other are near in space as a rule.
 
-use crate::levels::vertices::adapter;
+use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
 /// How many before and how many behind are looked at for the nearest.

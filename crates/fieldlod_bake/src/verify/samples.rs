@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, Subject};
-use crate::mesh::triangle::exact_distance;
+use crate::mesh::triangle_tree::triangle::exact_distance;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.

@@ -3,10 +3,10 @@
 use super::changes::Changes;
 use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
-use super::limits::{LimitColumns, LimitsKey};
+use super::limits::columns::{LimitColumns, LimitsKey};
+use super::limits::keep_test::Near;
 use super::memory::{InstanceMemory, InstanceState};
 use super::motion::Odometer;
-use super::near::Near;
 use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES, set_bits_of};
 use crate::scene::{InstanceId, MeshId, Scene};

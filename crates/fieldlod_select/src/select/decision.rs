@@ -6,8 +6,7 @@ use std::cell::OnceCell;
 use wide::f32x8;
 
 use super::bounds_test::{BoundsTest, ViewBounds};
-use super::motion::Drift;
-use crate::criterion::Criterion;
+use crate::criterion::{Criterion, Drift};
 use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
 use crate::lanes::{Lane, bits_of, mask_of};

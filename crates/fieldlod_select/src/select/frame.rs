@@ -1,7 +1,7 @@
 //! The input of a frame, and the tests made from it.
 
 use super::bounds_test::ViewBounds;
-use super::keep_test::KeepTest;
+use super::limits::keep_test::KeepTest;
 use crate::criterion::limits::ErrorUnits;
 use crate::scene::Scene;
 use crate::settings::LodSettings;

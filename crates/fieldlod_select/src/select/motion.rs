@@ -7,28 +7,13 @@
 //! the threshold by the first, and the others above it by the second, the cut holds for the whole motion.
 
 use super::frame::Input;
+use crate::criterion::Motion;
 use crate::view::stretch::largest_stretch;
 
 /// Number of frames at the present speed for which a cut is tested. More frames give cuts that fail the test more
 /// often, fewer frames more tests: in a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16 took
 /// 0.24 ms at least.
 const FRAMES_AHEAD: f32 = 4.0;
-
-/// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Motion {
-    pub(crate) travel: f32,
-    pub(crate) turn: f32,
-}
-
-/// How far a motion moves the groups of an instance in camera space.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Drift {
-    /// Of their centers.
-    pub(crate) distance: f32,
-    /// Of the unit vectors from there to the camera.
-    pub(crate) chord: f32,
-}
 
 /// All motion so far.
 #[derive(Debug, Default)]

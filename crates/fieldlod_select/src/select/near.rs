@@ -3,23 +3,13 @@
 use super::cuts::SceneCuts;
 use super::decision::Decision;
 use super::frame::Frame;
-use super::keep_test::Allowed;
+use super::limits::keep_test::Near;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
 use crate::lanes::{Lane, V3};
 use crate::scene::MeshId;
 use crate::scene::table::GroupTable;
 use crate::view::InstanceView;
-
-/// An instance whose cut may change in this frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Near {
-    pub(super) index: u32,
-    /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
-    pub(super) is_dark: bool,
-    /// Certain bounds of its allowed errors.
-    pub(super) allowed: Allowed<f32>,
-}
 
 impl SceneCuts {
     /// Decides one instance, and records its changes.

@@ -13,9 +13,9 @@ use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
 use wide::f32x8;
 
-use super::limits::EightLimits;
-use super::motion::{Drift, Motion};
+use super::columns::EightLimits;
 use crate::criterion::limits::{ErrorUnits, Limits};
+use crate::criterion::{Drift, Motion};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::columns::EightSpheres;
@@ -92,6 +92,16 @@ pub(crate) struct Allowed<L> {
     pub(crate) coarse: [L; 2],
     /// Above these it certainly is.
     pub(crate) fine: [L; 2],
+}
+
+/// An instance whose cut may change in this frame.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::select) struct Near {
+    pub(in crate::select) index: u32,
+    /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
+    pub(in crate::select) is_dark: bool,
+    /// Certain bounds of its allowed errors.
+    pub(in crate::select) allowed: Allowed<f32>,
 }
 
 /// Result of the test of eight instances.

@@ -1,23 +1,14 @@
 //! The limits within which instances keep their cuts, in columns, and the changes that reset them.
 
-use wide::f32x8;
+pub(crate) mod columns;
+pub(crate) mod keep_test;
 
-use super::cuts::SceneCuts;
-use super::frame::Frame;
-use super::memory::{InstanceMemory, InstanceState};
-use crate::criterion::limits::{ErrorUnits, Limits};
-use crate::lanes::bits::{CHUNK, LANES};
-use crate::lanes::{Lane, bits_of};
+use columns::LimitsKey;
 
-/// Input of the limits besides the instances.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LimitsKey {
-    units: ErrorUnits,
-    layers: u64,
-    forced_level: Option<u32>,
-    hides: bool,
-    available_revision: u64,
-}
+use crate::criterion::limits::Limits;
+use crate::select::cuts::SceneCuts;
+use crate::select::frame::Frame;
+use crate::select::memory::{InstanceMemory, InstanceState};
 
 impl SceneCuts {
     /// Updates the limits after changes of the scene and the settings.
@@ -86,7 +77,7 @@ impl SceneCuts {
     }
 
     /// Sets the limits within which an instance keeps the cut just decided.
-    pub(super) fn set_limits(&mut self, frame: &Frame, index: u32, is_forced: bool) {
+    pub(in crate::select) fn set_limits(&mut self, frame: &Frame, index: u32, is_forced: bool) {
         let Some(key) = &self.limits_of else {
             return;
         };
@@ -104,81 +95,5 @@ impl SceneCuts {
             false => state.limits(frame.scene, index, &key.units, key.hides),
         };
         self.limits.set(index, limits);
-    }
-}
-
-/// Limits of all instances in columns, eight to an element, and of 64 at once.
-#[derive(Debug, Default)]
-pub(crate) struct LimitColumns {
-    pub(crate) instances: Vec<EightLimits>,
-    /// Of all instances of a chunk.
-    pub(crate) chunks: Vec<EightLimits>,
-}
-
-/// The limits of eight instances.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct EightLimits {
-    pub(crate) lowest: [f32; LANES],
-    pub(crate) highest: [f32; LANES],
-}
-
-impl EightLimits {
-    const EMPTY: Self = Self {
-        lowest: [Limits::EMPTY.lowest; LANES],
-        highest: [Limits::EMPTY.highest; LANES],
-    };
-
-    fn set(&mut self, lane: usize, limits: Limits) {
-        (self.lowest[lane], self.highest[lane]) = (limits.lowest, limits.highest);
-    }
-}
-
-impl LimitColumns {
-    /// Resizes the columns to `count` instances.
-    pub(crate) fn resize(&mut self, count: usize) {
-        let elements = count.div_ceil(LANES);
-        self.instances.resize(elements, EightLimits::EMPTY);
-        let chunks = elements.div_ceil(CHUNK / LANES).div_ceil(LANES);
-        self.chunks.resize(chunks, EightLimits::EMPTY);
-    }
-
-    pub(crate) fn set(&mut self, index: usize, limits: Limits) {
-        self.instances[index / LANES].set(index % LANES, limits);
-        self.end_chunk(index / CHUNK);
-    }
-
-    /// Makes the next pass test a chunk instance by instance.
-    fn end_chunk(&mut self, chunk: usize) {
-        self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);
-    }
-
-    /// Recomputes the limits of a chunk; they are known only if all its instances are at their coarsest levels.
-    pub(crate) fn refit(&mut self, chunk: usize) {
-        let first = chunk * (CHUNK / LANES);
-        let end = self.instances.len().min(first + CHUNK / LANES);
-        let mut highest = f32x8::splat(f32::NEG_INFINITY);
-        let mut are_coarsest = f32x8::infinity().is_at_most(f32x8::infinity());
-        for eight in &self.instances[first..end] {
-            // NaN must not get lost.
-            let (lowest, other) = (f32x8::new(eight.lowest), f32x8::new(eight.highest));
-            highest = f32x8::choose(other.is_at_most(highest), highest, other);
-            are_coarsest &= f32x8::infinity().is_at_most(lowest) & other.is_at_most(other);
-        }
-        let limits = match bits_of(are_coarsest) {
-            0xff => Limits {
-                lowest: f32::INFINITY,
-                highest: highest
-                    .to_array()
-                    .into_iter()
-                    .fold(f32::NEG_INFINITY, f32::max),
-            },
-            _ => Limits::UNKNOWN,
-        };
-        self.chunks[chunk / LANES].set(chunk % LANES, limits);
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.instances.clear();
-        self.chunks.clear();
     }
 }

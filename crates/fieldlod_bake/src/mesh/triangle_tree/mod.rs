@@ -1,5 +1,8 @@
 //! Nearest-triangle queries, through a bounding-volume hierarchy.
 
+pub(crate) mod triangle;
+mod triangles_4;
+
 use std::fmt;
 
 use glam::Vec3;
@@ -7,9 +10,9 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
-use crate::levels::vertices::adapter;
-use crate::mesh::triangle::Triangle;
-use crate::mesh::triangles_4::{Boxes4, Triangles4};
+use crate::mesh::adapter;
+use crate::mesh::triangle_tree::triangle::Triangle;
+use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
 
 /// Triangles that can be asked which of them is nearest to a point.
 ///
@@ -305,7 +308,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mesh::triangle::exact_distance;
+    use crate::mesh::triangle_tree::triangle::exact_distance;
 
     /// Points on a coarse lattice now and then, so that corners, edges and planes fall together.
     fn any_point() -> impl Strategy<Value = Vec3> {

@@ -1,7 +1,7 @@
 //! Texture coordinates stay within the part of the texture that their piece of surface shows: the simplifier extrapolates
 //! them where vertices move, and beside a leaf or a strand of hair in an atlas lies another.
 
-use crate::levels::attributes::AttributeLayout;
+use crate::levels::vertices::attributes::AttributeLayout;
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::topology::first_of;
 

@@ -2,18 +2,21 @@
 //! keep their precision whatever the units of the mesh. The source's come first, and after them those
 //! that simplification makes.
 
+mod attributes;
+pub(crate) mod uv_ranges;
+
 use fieldlod_hierarchy::Vertices;
 use glam::Vec3;
-use meshopt::{SimplifyVertex, VertexDataAdapter};
+use meshopt::SimplifyVertex;
 use rustc_hash::FxHashMap;
 
-use crate::levels::attributes::AttributeLayout;
+use crate::levels::vertices::attributes::AttributeLayout;
 use crate::mesh::SourceMesh;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 
-pub(crate) use crate::levels::attributes::NORMAL_WEIGHT;
+pub(crate) use crate::levels::vertices::attributes::NORMAL_WEIGHT;
 
 /// All vertices so far.
 pub(crate) struct LevelVertices {
@@ -222,15 +225,6 @@ impl Piece {
                 .or_insert(corner)
         })
         .collect()
-    }
-}
-
-/// The positions as the simplifier takes them.
-pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
-    let bytes = meshopt::typed_to_bytes(positions);
-    match VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) {
-        Ok(vertices) => vertices,
-        Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
     }
 }
 

@@ -1,15 +1,15 @@
-//! Elements along a curve through space, on which those near each other are near in space as a rule.
+//! Nearest neighbours of elements, searched along a space-filling curve.
 
 use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
-/// How many before and how many behind are looked at for the nearest.
+/// Number of elements that are searched in each direction along the curve. The nearest one may lie outside.
 const NEIGHBOURS: usize = 24;
 const NONE: u32 = u32::MAX;
 
-/// A chain of elements that some may be taken out of.
+/// A linked list of elements in curve order.
 pub(crate) struct Curve {
-    /// For each element, the one before it and the one behind it, if there is one.
+    /// For each element, the element on either side, or [`NONE`].
     before: Vec<u32>,
     behind: Vec<u32>,
 }
@@ -33,7 +33,7 @@ impl Curve {
         curve
     }
 
-    /// The nearest of those that are near along the curve; `None` if there is no other.
+    /// The nearest element among the neighbours on the curve. `None` if no other element is left.
     pub(crate) fn nearest(&self, index: usize, elements: &[Component]) -> Option<usize> {
         let along = |next: &'_ [u32]| {
             let step = |at: &u32| Some(next[*at as usize]).filter(|at| *at != NONE);

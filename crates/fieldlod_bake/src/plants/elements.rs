@@ -1,8 +1,8 @@
-//! The elements of an aggregate: flattened, and pruned for a neighbour that stands for both, with the mean attributes
-//! and the area of what is seen of both.
+//! Flattening and pruning of the elements of an aggregate. A neighbour replaces a pruned element and gets the mean
+//! attributes of both, weighted by their visible pixels.
 //!
-//! What is seen least goes first: of an oak's leaves half show a fifth of what all show, as others hide them. So the
-//! levels of an aggregate keep its covered area, its mean colour and its mean normal, and much of its picture.
+//! The least visible elements are pruned first: half of an oak's leaves have only a fifth of the visible pixels,
+//! because other leaves hide them. Covered area, mean colour and mean normal of the aggregate are kept.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -14,22 +14,22 @@ use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
-/// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
-/// beside what [coverage](crate::plants::coverage) asks for: large leaves look worse than a few that are missing.
+/// Exponent of the growth of an element that replaces another: the visible pixels of both, divided by its own, to this
+/// power. Large leaves look worse than a few missing ones; [coverage](crate::plants::coverage) adds growth if needed.
 const GROWTH: f32 = 0.6;
-/// It grows by no more than this.
+/// Limit for the growth in one replacement.
 const MOST_GROWTH: f32 = 4.0;
-/// How much of what is seen of an element changes when it is flattened.
+/// Share of an element's visible pixels that change if it is flattened.
 const FLATTENED: f32 = 0.4;
-/// Open elements of more triangles keep their border where the source has it: they may come to lie in several
-/// groups, each of which sees a part of it.
+/// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
+/// would move its part differently.
 pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
-/// Elements grow no more than this when they are flattened.
+/// Limit for the growth of a flattened element.
 const MOST_FLATTENED: f32 = 4.0;
 
 impl Task<'_> {
-    /// Flattens elements, and lets neighbours stand for those that are pruned, that first of which least is seen for the
-    /// triangles that it saves, until no more than `wanted` triangles are left or there is nothing more to do.
+    /// Flattens and prunes elements, down to `wanted` triangles if possible. The step that changes the fewest visible
+    /// pixels per saved triangle comes first.
     pub(crate) fn thin_out(
         &self,
         simplified: &mut Simplified,
@@ -40,7 +40,7 @@ impl Task<'_> {
         let mut curve = Curve::through(&elements);
         let mut may_flatten = self.closed(&elements);
         let first = (0..elements.len()).map(|index| Step::of(index, &elements, &may_flatten));
-        // The cheapest first.
+        // The cheapest step comes first.
         let mut steps: BinaryHeap<Reverse<Step>> = first.map(Reverse).collect();
         while left as f32 > wanted
             && let Some(Reverse(step)) = steps.pop()
@@ -71,7 +71,7 @@ impl Task<'_> {
         elements
     }
 
-    /// For each element, whether it has no open edge.
+    /// Returns for each element whether it has no open edge.
     fn closed(&self, elements: &[Component]) -> Vec<bool> {
         let first = |own: u32| self.same_position[own as usize];
         let mut links = Links::of(self.piece.vertices.len());
@@ -81,7 +81,7 @@ impl Task<'_> {
         elements.iter().map(is_closed).collect()
     }
 
-    /// Replaces an element of few triangles by both sides of the largest triangle of its corners.
+    /// Replaces an element by both sides of the largest triangle between its vertices.
     fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
         let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions) else {
             return;
@@ -94,7 +94,7 @@ impl Task<'_> {
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
-    /// Lets an element stand for another that is pruned, too.
+    /// Grows an element, and mixes its attributes, to replace a pruned one.
     fn stand_for(&self, simplified: &mut Simplified, element: &mut Component, pruned: &Component) {
         let seen = element.seen + pruned.seen;
         let share = if seen > 0.0 { pruned.seen / seen } else { 0.0 };
@@ -108,8 +108,8 @@ impl Task<'_> {
         element.seen = seen;
     }
 
-    /// Scales and moves an element to have an area and a centroid, and adapts its colours and normals
-    /// to have a mean.
+    /// Scales and moves an element to the given area and centroid, and adapts its colours and normals to the given
+    /// mean.
     pub(crate) fn fit(
         &self,
         simplified: &mut Simplified,
@@ -144,7 +144,7 @@ impl Task<'_> {
         element.measure(&simplified.positions);
     }
 
-    /// The mean of the attributes at the corners of an element.
+    /// Mean attributes of an element over its triangle corners.
     pub(crate) fn mean_row(&self, rows: &[f32], element: &Component) -> Vec<f32> {
         let width = self.vertices.layout.width();
         let mut mean = vec![0.0; width];
@@ -160,7 +160,7 @@ impl Task<'_> {
     }
 }
 
-/// The triangle of three of the vertices that has most area.
+/// The triangle between three of the vertices with the largest area.
 fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]> {
     let position = |vertex: u32| Vec3::from(positions[vertex as usize]);
     let mut largest = (0.0f32, None);
@@ -178,18 +178,18 @@ fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]
     largest.1
 }
 
-/// The next step for an element.
+/// The next step for an element: flattening or pruning.
 #[derive(Clone, Copy, PartialEq)]
 struct Step {
-    /// Pixels of it that change for each triangle that is saved.
+    /// Visible pixels that change per saved triangle.
     cost: f32,
     element: usize,
-    /// Or else it is pruned.
+    /// `false` for pruning.
     is_flattening: bool,
 }
 
 impl Step {
-    /// The cheaper one.
+    /// The cheaper of both steps.
     fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
         let element = &elements[index];
         let count = element.triangles.len() as f32;

@@ -1,7 +1,7 @@
 //! The step of the bake for plants: each level keeps the area that leaves and other loose elements cover.
 //!
-//! Before a level: how many triangles it keeps, which elements are seen, by how much elements grow. After the
-//! simplification of a level with several groups: the level is simplified again until it covers enough.
+//! Each level starts with its ratio of triangles, the visible pixels of its vertices and the gain of its elements. A
+//! level of several groups is simplified again until it covers enough area.
 
 use std::cell::OnceCell;
 
@@ -15,17 +15,16 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MOST_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// How often a level is simplified again at most.
+/// Maximum number of times that a level is simplified again.
 const MOST_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected.
 const HARDLY_LACKING: f32 = 0.01;
-/// From the second level on, the share of the triangles that is gone grows by no more than this factor per level: what
-/// is gone is what shows when levels change. Each level keeps a share of the finer level between the bounds below.
+/// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
+/// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
 const MOST_MORE_GONE: f32 = 1.25;
 const LEAST_KEPT: f32 = 0.6;
 const MOST_KEPT: f32 = 0.74;
-/// Levels keep no more than this share of the ratio at which a level counts as stuck: simplification may end a little
-/// above its target.
+/// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
 const ALL_BUT_STUCK: f32 = 0.9;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.
@@ -33,9 +32,9 @@ pub(crate) struct Plant<'a> {
     mesh: &'a SourceMesh,
     /// Whether many triangles of the mesh belong to loose elements.
     is_plant: bool,
-    /// The area that the source covers; measured on first use.
+    /// Area that the source covers, measured on first use.
     coverage: OnceCell<Coverage>,
-    /// By how much elements of the next level grow beyond what keeps their area.
+    /// Extra growth of the next level's elements.
     area_gain: f32,
     /// Whether a group of a finer level has elements.
     has_elements: bool,
@@ -44,13 +43,13 @@ pub(crate) struct Plant<'a> {
 
 /// Parameters for the simplification of one level.
 pub(crate) struct PlantLevel<'a> {
-    /// The share of the triangles to keep.
+    /// Share of the triangles to keep.
     pub(crate) ratio: f32,
-    /// By how much elements grow beyond what keeps their area.
+    /// Extra growth of elements.
     pub(crate) area_gain: f32,
-    /// In how many pixels each vertex is seen, for meshes that are plants.
+    /// Number of pixels in which each vertex is visible; only for plants.
     pub(crate) seen: Option<Vec<f32>>,
-    /// The area to cover, for a level of one group.
+    /// Area to cover; only for a level of one group.
     coverage: Option<&'a Coverage>,
     has_elements: bool,
 }
@@ -68,7 +67,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Whether a group so far has loose elements.
+    /// Whether a group of a finer level has loose elements.
     pub(crate) fn has_elements(&self) -> bool {
         self.has_elements
     }
@@ -79,7 +78,7 @@ impl<'a> Plant<'a> {
             .get_or_init(|| Coverage::of(indices, vertices))
     }
 
-    /// The parameters for the simplification of the groups `parts`.
+    /// Parameters for the simplification of the groups `parts`.
     pub(crate) fn begin_level(
         &self,
         parts: &[Vec<Cluster>],
@@ -111,7 +110,8 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Whether a level with elements can be corrected: it has several groups, and what is seen of elements is known.
+    /// Whether a level with elements can be corrected: it has several groups, and visible pixels or opacities are
+    /// known.
     pub(crate) fn can_be_corrected(
         &self,
         parts: &[Vec<Cluster>],
@@ -120,7 +120,7 @@ impl<'a> Plant<'a> {
         parts.len() > 1 && (self.is_plant || vertices.knows_what_is_cut_out())
     }
 
-    /// Simplifies a level again with another gain of areas until it covers what it should. `simplify` takes the gain.
+    /// Simplifies a level again with other gains until it covers the wanted area. `simplify` takes the gain.
     pub(crate) fn corrected(
         &self,
         parts: &[Vec<Cluster>],
@@ -143,7 +143,7 @@ impl<'a> Plant<'a> {
         simplified
     }
 
-    /// Measures the clusters that a level left, and sets the gain of the next level.
+    /// Measures the finished level, and sets the gain of the next one.
     pub(crate) fn end_level(
         &mut self,
         has_elements: bool,
@@ -162,7 +162,7 @@ impl<'a> Plant<'a> {
 }
 
 impl PlantLevel<'_> {
-    /// Lets a simplification of the whole plant cover what it should.
+    /// Corrects the covered area of a level of one group.
     pub(crate) fn fit_covered_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let has_elements = self.has_elements || simplified.method == Method::Elements;
         if let Some(coverage) = self.coverage.filter(|_| has_elements) {
@@ -171,13 +171,13 @@ impl PlantLevel<'_> {
     }
 }
 
-/// The share of its triangles that a level of a plant keeps, if the level has the share `left` of the source's.
+/// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
 fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     let gone = 1.0 - left;
     if gone <= 0.0 {
         return config.simplify_ratio;
     }
-    // The configuration may ask for levels closer together, but not farther apart.
+    // The configuration may ask for more levels, but not for fewer.
     let wanted = config.simplify_ratio;
     let most = MOST_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
     let most = most.max(wanted);
@@ -185,7 +185,7 @@ fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
 }
 
-/// The triangles of a level, of which some groups may be stuck.
+/// The triangles of a level. Stuck groups are drawn unsimplified.
 fn drawn_of(
     parts: &[Vec<Cluster>],
     simplified: &[Option<SimplifiedGroup>],

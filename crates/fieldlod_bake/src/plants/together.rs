@@ -1,7 +1,7 @@
-//! Bakes several meshes that are one object, such as the bark and the leaves of a tree, as one mesh.
+//! Bakes several meshes of one object, such as the bark and the leaves of a tree, as one mesh.
 //!
-//! Leaves hide the bark. Baked separately, two meshes draw 1.4 to 6.4 times the triangles of one at equal quality. All
-//! meshes of the object get the same spheres, errors and mean normals, and change their levels together.
+//! Leaves hide the bark. Two meshes that are baked separately draw 1.4 to 6.4 times the triangles of one mesh at equal
+//! quality. All meshes of the object get the same spheres, errors and mean normals, and change levels together.
 
 use std::ops::Range;
 
@@ -21,27 +21,27 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MOST_VERTICES;
 use crate::report::BakeReport;
 
-/// Most meshes of one plant.
+/// Maximum number of meshes in one plant.
 pub const MOST_TOGETHER: usize = 4;
-/// Each mesh is this share of the largest coordinate apart from the next, two steps of 32 bits at most there: the
-/// simplifier takes vertices at one place for the same.
+/// Offset between meshes, as a share of the largest coordinate: at most two steps of an `f32`. Without it, the
+/// simplifier would weld vertices of two meshes at the same position.
 const APART: f32 = 1.0 / (1 << 22) as f32;
 
-/// Meshes of which more vertices than this share of their triangles are where they meet others are free to part there.
-/// Coarse levels have about a triangle for each kept vertex; a quarter of the vertices of tiles of 64 × 64 cells are
-/// 0.03 of their triangles, and those of the materials of a hard-edged scene 0.15.
+/// A mesh keeps its shared vertices at all levels only if they are at most this share of its triangles. Coarse levels
+/// have about one triangle per kept vertex. Tiles of 64 × 64 cells have 0.03 × 4; the materials of a hard-edged scene
+/// have 0.15.
 const MOST_KEPT: f32 = 0.05;
 
-/// Bakes meshes that are one object, in the given order: plants together, other meshes separately.
+/// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
+/// separately.
 ///
-/// Meshes of fewer triangles that all meet others at open borders are baked together, too, however many they are. Of
-/// larger ones that meet, the vertices there stay at all levels, unless these are more than a twentieth of the triangles.
+/// Small meshes that all meet others at open borders are also baked together, in any number. Larger meshes keep the
+/// vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
 ///
-/// Meshes that are baked together change levels together and only as a whole: each hierarchy has one unit per level. This
-/// applies to two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and
-/// at most 65,536 vertices in total. At least a quarter of the triangles must belong to six or more loose pieces such as
-/// leaves, and all meshes or none must have normals. The reports describe the common bake, except for the coarsest
-/// triangles.
+/// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
+/// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
+/// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves.
+/// All meshes or none must have normals. Reports describe the common bake, except for the coarsest triangles.
 ///
 /// # Errors
 /// For each mesh, as [`bake_mesh`](crate::bake_mesh).
@@ -58,9 +58,9 @@ pub fn bake_together(
     bake_together_with_progress(meshes, &kept, config, &|_, _| ())
 }
 
-/// [`bake_together`] with progress: `on_triangles` is told of which mesh how many triangles each group consumed;
-/// of meshes that are baked together, the first. Of each mesh that is baked separately, the vertices that are `kept` stay
-/// at all levels.
+/// [`bake_together`] with progress: `on_triangles` gets the index of a mesh and the number of triangles that a group
+/// consumed. Meshes that are baked together report the index 0. Meshes that are baked separately keep the vertices
+/// marked in `kept` at all levels.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
     kept: &[Vec<bool>],
@@ -82,7 +82,7 @@ pub(crate) fn bake_together_with_progress(
     meshes.par_iter().enumerate().map(by_itself).collect()
 }
 
-/// The vertices to keep, unless they are so many that far levels would be made of them.
+/// The vertices to keep; none if they are too many, because coarse levels would consist of them.
 fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     let count = kept.iter().filter(|kept| **kept).count();
     match count as f32 <= mesh.triangle_count() as f32 * MOST_KEPT {
@@ -91,12 +91,12 @@ fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     }
 }
 
-/// How meshes are one object.
+/// How meshes are joined.
 #[derive(Clone, Copy, PartialEq)]
 enum Joint {
-    /// Loose pieces, which are not joined where they touch.
+    /// Loose elements that are not joined where they touch.
     Plant,
-    /// One surface of several materials, which stays closed where they meet.
+    /// One surface of several materials that stays closed where they meet.
     Surface,
 }
 
@@ -127,7 +127,7 @@ fn can_be_one(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
 }
 
-/// The vertices of each mesh among those of all.
+/// Range of each mesh's vertices in the joined mesh.
 fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
     let ends = meshes.iter().scan(0, |end, mesh| {
         let first = *end;
@@ -137,7 +137,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-/// The meshes in one, with neutral values for attributes that some have and others have not.
+/// Joins the meshes. Meshes without an attribute get neutral values if another mesh has it.
 fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     let mut all = SourceMesh {
         // The bake then records the origin of moved vertices.
@@ -165,7 +165,7 @@ fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     all
 }
 
-/// An attribute of all vertices, or of none if no mesh has it.
+/// Concatenates an attribute; empty if no mesh has it.
 fn in_turn<V: Copy>(
     meshes: &[&SourceMesh],
     attribute: impl Fn(&SourceMesh) -> &Vec<V>,
@@ -182,7 +182,7 @@ fn in_turn<V: Copy>(
     meshes.iter().flat_map(of_mesh).collect()
 }
 
-/// `None` if a level needs wider indices.
+/// Bakes the joined meshes. Returns `None` if a level needs 32-bit indices.
 fn bake_as_one(
     meshes: &[&SourceMesh],
     joint: Joint,
@@ -203,7 +203,7 @@ fn bake_as_one(
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
         .collect();
-    // As good as it is by that of the meshes which is worst.
+    // All meshes get the deviations of the worst one, so that they change levels together.
     let deviations = deviations(&parts, &whole, config);
     let with_report = |part: Part<'_>| {
         let hierarchy = part.hierarchy(&whole, &deviations)?;
@@ -217,7 +217,8 @@ fn bake_as_one(
     parts.into_iter().map(with_report).collect()
 }
 
-/// Lets all levels face as the source does: meshes that leave out different ones would not go by the same else.
+/// Gives all levels the mean normal of the source. Otherwise, meshes that skip different levels would select
+/// differently.
 fn face_alike(whole: &mut Hierarchy) {
     let facing = whole.groups.first().map(|group| group.mean_normal);
     for group in &mut whole.groups {
@@ -225,7 +226,7 @@ fn face_alike(whole: &mut Hierarchy) {
     }
 }
 
-/// For each level of the whole, how far the meshes stray from their sources at it or at a finer one.
+/// For each level of the joined mesh, the largest deviation of any mesh at this level or a finer one.
 fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec<f32> {
     let mut deviations = vec![0.0f32; whole.groups.len()];
     if !config.measure_deviation {
@@ -251,19 +252,19 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
     deviations
 }
 
-/// The levels of one mesh among those of the whole.
+/// The levels of one mesh, cut out of the joined mesh.
 struct Part<'a> {
     mesh: &'a SourceMesh,
-    /// From positions in the whole, by bits, to positions in the mesh.
+    /// From bits of positions in the joined mesh to positions in the mesh.
     own_positions: FxHashMap<[u32; 3], Vec3>,
     vertices: Vertices,
     moved_from: Vec<u32>,
-    /// Its own levels, finest first: which level of the whole each is, and its triangles.
+    /// The index in the joined mesh and the triangles of each own level, finest first.
     levels: Vec<(usize, Vec<[u32; 3]>)>,
 }
 
 impl<'a> Part<'a> {
-    /// The part of the mesh whose vertices are `range` of the whole.
+    /// Cuts out the mesh with the vertices `range` of `whole`.
     fn of(mesh: &'a SourceMesh, range: Range<usize>, whole: &Hierarchy) -> Self {
         let of_whole = whole.vertices.positions[range.clone()].iter();
         let mut part = Self {
@@ -277,13 +278,13 @@ impl<'a> Part<'a> {
             levels: Vec::new(),
         };
         let is_own = |vertex: u32| range.contains(&(whole.origin_of(vertex).unwrap_or(0) as usize));
-        // A simplifier that merges vertices at one place may have made a triangle of two meshes'.
+        // The simplifier may weld vertices at the same position, so a triangle may mix vertices of two meshes.
         let is_mostly_own =
             |triangle: &[u32; 3]| triangle.iter().filter(|v| is_own(**v)).count() > 1;
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
             let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
-            // A mesh that vanishes keeps its last level.
+            // If no triangles of a mesh are left, it keeps its last level.
             if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {
                     *own_of
@@ -298,7 +299,7 @@ impl<'a> Part<'a> {
         part
     }
 
-    /// A vertex of the whole among the part's own, to which it is added if it is not of its source.
+    /// The own index of a vertex of `whole`. Vertices that are not in the source are added.
     fn vertex(&mut self, vertex: u32, range: &Range<usize>, whole: &Hierarchy) -> u32 {
         if range.contains(&(vertex as usize)) {
             return vertex - range.start as u32;
@@ -354,7 +355,7 @@ fn bits(position: &Vec3) -> [u32; 3] {
     position.to_array().map(f32::to_bits)
 }
 
-/// Adds the value of a vertex, unless the mesh does not have the attribute.
+/// Adds the value of a vertex if the mesh has the attribute.
 fn push_if_held<V: Copy>(own: &mut Vec<V>, all: &[V], vertex: u32) {
     if let (false, Some(&value)) = (own.is_empty(), all.get(vertex as usize)) {
         own.push(value);

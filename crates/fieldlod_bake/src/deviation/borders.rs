@@ -1,15 +1,15 @@
-//! Places along borders: a border that is simplified within its plane leaves no vertex or middle of a triangle off the
-//! source, but its edges reach beyond it, into a hole or past a rim.
+//! Samples along open edges. A border that is simplified within its plane keeps vertices and triangle centers on the
+//! source, but its edges may cross a hole or leave the rim.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Places along each edge. Beyond a polygon or a curve an edge reaches about 2 % farther than at the farthest of these.
+/// Samples per edge. Beyond a polygon or a curve, an edge reaches about 2 % farther than the farthest sample.
 const PLACES: u32 = 7;
 
-/// Raises the largest squared distance by places along the open edges of a simplified surface.
+/// Raises the largest squared distance by samples along the open edges of a simplified surface.
 pub(super) fn look_along_borders(
     source: &TriangleTree,
     triangles: &[[Vec3; 3]],
@@ -27,10 +27,10 @@ pub(super) fn look_along_borders(
     }
 }
 
-/// An edge of a triangle between two places: ascending places, whether it is passed upwards, and the third place.
+/// An edge of a triangle: its vertices in ascending order, whether it runs upwards, and the third vertex.
 type Edge = (u32, u32, bool, u32);
 
-/// The edges that are not passed as often one way as the other, and those between two sides of one triangle.
+/// Edges that are not used equally often in both directions, and edges of a triangle that is used from both sides.
 fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     let mut places: Vec<Vec3> = Vec::new();
     let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();

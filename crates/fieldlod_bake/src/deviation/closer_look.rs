@@ -1,41 +1,43 @@
-//! Denser samples on triangles that may hold a place farther than all samples so far.
+//! Denser samples on triangles that may be farther than all samples so far.
 
 use glam::Vec3;
 
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Margin for places between the samples.
+/// Factor for the measured distance: points between samples may be farther.
 pub(super) const SAMPLING_MARGIN: f32 = 1.05;
-/// The same for aggregates: elements that have grown are large beside the distances between places. Of 204
-/// bakes of game assets one lay a tenth farther from its source than it said with the other margin.
+/// The same factor for aggregates, because grown elements are large compared to the distances between samples. With the
+/// other margin, one of 204 bakes of game assets exceeded its stated deviation by a tenth.
 pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
-/// Parts that lie within this times the farthest, squared, are within the margin.
+/// Parts with a squared distance up to this factor of the largest are covered by the margin.
 pub(super) const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
-/// Parts that rise no higher than this share of the farthest, squared, are not looked at more closely
+/// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
+/// distance.
+/// the largest squared distance,
 const LOW: f32 = 0.7;
-/// if their middle stands as near as the next share beside what is nearest: it is not above a gap.
+/// and if their center is beside that triangle by at most this share. Otherwise the center may be above a gap.
 const BESIDE: f32 = 0.06;
 
-/// A surface from which distances are measured.
+/// The surface to which distances are measured.
 pub(super) struct Target {
     pub(super) surface: TriangleTree,
-    /// The surface that a group consumes, if that is not the source, and how far from it a place may
-    /// lie for which the group stands: others stand for what is further.
+    /// The surface that a group consumes, unless it is the source. A point of the source belongs to the group only
+    /// within `reach_in_scaled` of it.
     pub(super) consumed: Option<TriangleTree>,
     pub(super) reach_in_scaled: f32,
 }
 
-/// A triangle that may hold the farthest place.
+/// A triangle that may contain the farthest point.
 pub(super) struct Candidate {
     pub(super) corners: [Vec3; 3],
-    /// How far such a place may be, squared: a bound for triangles of the source, a guess for others.
+    /// Squared distance of the farthest point: an upper bound for source triangles, an estimate for others.
     pub(super) priority: f32,
-    /// The nearest triangle to one of its places.
+    /// The nearest triangle to one of its points.
     pub(super) start: Option<NearestTriangle>,
 }
 
 impl Target {
-    /// How much too far a place lies for the group to stand for it, 0 or less if it does.
+    /// Distance by which a point is too far away to belong to the group; at most 0 if it belongs.
     fn beyond_reach(&self, place: Vec3) -> f32 {
         let nearest = self.consumed.as_ref().and_then(|tree| tree.nearest(place));
         nearest.map_or(0.0, |near| {
@@ -44,8 +46,7 @@ impl Target {
     }
 }
 
-/// Raises the largest squared distance by samples on the triangles that may hold a further place; for
-/// `splits` see [`look_at_part`].
+/// Raises the largest squared distance by samples on `candidates`. `splits` is the same as in [`look_at_part`].
 pub(super) fn look_closely(
     target: &Target,
     mut candidates: Vec<Candidate>,
@@ -59,8 +60,8 @@ pub(super) fn look_closely(
     }
 }
 
-/// Looks at a part of a triangle, and at quarters of it up to `splits` times over: the last `free` of
-/// these only as long as its corners rise high above the plane of what is nearest to its middle.
+/// Samples the center of a part, and splits it into quarters up to `splits` times. In the last `free` splits, parts are
+/// skipped if their corners are low above the triangle that is nearest to the center.
 fn look_at_part(
     target: &Target,
     corners: [Vec3; 3],
@@ -88,8 +89,7 @@ fn look_at_part(
     if splits == 0 || surface.bound_squared(near, corners) <= *farthest * WITHIN {
         return;
     }
-    // What is nearest to the middle may be far from a corner, so that some quarters are always looked
-    // at.
+    // The nearest triangle to the center may be far from a corner, so the first splits ignore this test.
     let is_low = || {
         let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
         beside <= *farthest * BESIDE && surface.height_squared(near, corners) <= *farthest * LOW

@@ -1,9 +1,9 @@
-//! The places from which the next level is measured.
+//! Samples that the next level uses.
 
 use super::seen::Seen;
 use crate::levels::clusters::Place;
 
-/// For each cluster, the places nearest to its triangles.
+/// For each cluster, the samples whose nearest triangle it contains.
 pub(super) fn handed_on(seen: &[Seen], clusters: &[Vec<u32>]) -> Vec<Vec<Place>> {
     let mut ends = Vec::with_capacity(clusters.len());
     let mut end = 0;

@@ -1,16 +1,14 @@
-//! How far each simplified surface lies from the source surface: the two-sided Hausdorff distance,
-//! measured at samples.
+//! Deviation of simplified surfaces from the source: the two-sided Hausdorff distance, measured at samples.
 //!
-//! Source to simplified: clusters carry places on the source, at the finest level all vertices. A group measures the
-//! places of its clusters against its simplified triangles. Places of a large mesh that are not carried on are missed where a
-//! coarser level strays: with the farthest eighth of them, a bumpy ball deviates 1.37 times as far as it states.
+//! Source to simplified: clusters carry samples on the source, at first all vertices. A group measures the distances
+//! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
+//! eighth of them, a bumpy sphere has 1.37 times its stated deviation.
 //!
-//! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
-//! source.
+//! Simplified to source: moved vertices and the center of each triangle are measured against the whole source.
 //!
-//! In both directions, triangles that may hold a farther place are sampled more densely. A place on a source triangle
-//! counts only if it is no farther from the consumed surface than the deviation of the finer groups: other places
-//! belong to another group.
+//! In both directions, triangles that may contain a farther point are sampled more densely. A point on a source
+//! triangle counts only if it is no farther from the consumed surface than the deviation of the finer groups. Other
+//! points belong to other groups.
 
 mod borders;
 mod closer_look;
@@ -35,51 +33,49 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Distances below this, times the size of the mesh, are rounding.
+/// Distances below this, times the size of the mesh, are rounding errors.
 const ROUNDING: f32 = 4e-7;
-/// Places nearer than this share of the farthest, squared, need not be known better, and triangles
-/// without a sample further than that are not looked at more closely.
+/// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
+/// with only such samples are not refined.
 const FAR: f32 = 0.1;
-/// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
-/// that: it costs little.
+/// Meshes and levels with at most this many triangles are refined everywhere, because it costs little.
 const FEW: usize = 1 << 15;
 const FEW_LEFT: usize = 1 << 10;
-/// So are meshes with more corners than this for each triangle: a closed surface has half of one, and
-/// many small components have more, of which a few places tell little.
+/// Meshes with more places per triangle are also refined everywhere. A closed surface has half a place per triangle;
+/// many small components have more, and a few samples miss their farthest points.
 const LOOSE: f32 = 0.7;
-/// How often these are cut in quarters at most.
+/// Maximum number of splits into quarters.
 const SPLITS: u32 = 5;
-/// The same for triangles of a large source, until they are certainly within the margin.
+/// Maximum number of splits for triangles of a large source.
 const SOURCE_SPLITS: u32 = 3;
-/// The source surface, against which simplified surfaces are measured.
+/// The source surface to which simplified surfaces are compared.
 pub(crate) struct SourceSurface {
     target: Target,
     positions: Vec<Vec3>,
     has_borders: bool,
-    /// Whether all of the source is looked at closely.
+    /// Whether the whole source is refined.
     is_close: bool,
 }
 
-/// How much is done to find the farthest place.
+/// How densely triangles are sampled.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// Triangles are looked at more closely if a sample of them is this share of the farthest away,
-    /// squared.
+    /// Triangles are refined if a sample has at least this share of the largest squared distance.
     far: f32,
-    /// How often these are cut in quarters at most; the last times only as far as they rise high.
+    /// Maximum number of splits, and the number of last splits that skip low parts.
     source_splits: [u32; 2],
     simplified_splits: [u32; 2],
 }
 
-/// The measured deviation of a group.
+/// Measured deviation of a group.
 pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
-    /// For each of its clusters, the places from which the next level is measured.
+    /// For each of its clusters, the samples for the next level.
     pub(crate) places: Vec<Vec<Place>>,
 }
 
-/// How far each level of a mesh as a whole lies from it, in local units: levels as triangles of `positions`, of
-/// which the mesh's own come first. No level is nearer than a finer one.
+/// Deviation of each level of a whole mesh, in local units. Levels are triangles of `positions`, which start with the
+/// positions of the mesh. Deviations never shrink towards coarser levels.
 pub(crate) fn deviation_in_local(
     mesh: &SourceMesh,
     positions: &[Vec3],
@@ -131,7 +127,7 @@ pub(crate) fn deviation_in_local(
     levels.iter().map(level).collect()
 }
 
-/// Whether some edge is open, or between two sides of one triangle.
+/// Whether the mesh has an open edge, or a triangle that is used twice.
 fn has_borders(mesh: &SourceMesh, vertices: &LevelVertices) -> bool {
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     let mut sorted = triangles.iter().map(|triangle| {
@@ -162,8 +158,8 @@ impl SourceSurface {
         }
     }
 
-    /// Measures the simplification of `part` into `clusters`, at a level with so many triangles in all.
-    /// The finer groups deviate by `finer_in_scaled`, and it at least as much.
+    /// Measures the simplification of `part` into `clusters`, at a level of `triangles_of_level` triangles. The result
+    /// is at least `finer_in_scaled`, the deviation of the finer groups.
     pub(crate) fn measure(
         &self,
         part: &[Cluster],
@@ -217,8 +213,8 @@ impl SourceSurface {
         }
     }
 
-    /// The share of a simplified surface's area that faces away from the source: no source triangle
-    /// within `reach` of a triangle's middle faces as it does.
+    /// Share of a simplified surface's area that faces away from the source: no source triangle within `reach` of a
+    /// triangle's center faces the same half-space.
     pub(crate) fn turned_share(&self, simplified: &Simplified, reach: f32) -> f32 {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
         let (mut turned, mut whole) = (0.0, 0.0);
@@ -265,7 +261,7 @@ impl SourceSurface {
         }
     }
 
-    /// Measures from the source, raising the largest squared distance so far.
+    /// Measures from the source, and raises the largest squared distance.
     fn measure_source(
         &self,
         part: &[Cluster],
@@ -291,7 +287,7 @@ impl SourceSurface {
             if cluster.produced_by != NO_GROUP {
                 continue;
             }
-            // The source itself: its vertices, and triangles that reach beyond them.
+            // Source geometry: sample its vertices, and refine its triangles.
             let mut at: FxHashMap<u32, usize> = FxHashMap::default();
             let (triangles, _) = cluster.corners.as_chunks::<3>();
             for &triangle in triangles {
@@ -320,8 +316,8 @@ impl SourceSurface {
         seen
     }
 
-    /// The surface that a group consumes, where triangles of the source are looked at without knowing
-    /// which group stands for every part of them.
+    /// The surface that a group consumes. `None` if it is the source: all points of its triangles then belong to the
+    /// group.
     fn consumed_surface(&self, part: &[Cluster], vertices: &LevelVertices) -> Option<TriangleTree> {
         let is_source = part.iter().all(|cluster| cluster.produced_by == NO_GROUP);
         if is_source {
@@ -334,7 +330,7 @@ impl SourceSurface {
         Some(TriangleTree::new(positions))
     }
 
-    /// A triangle of the source, of which some places were seen.
+    /// A source triangle with some measured samples.
     fn candidate(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Candidate {
         let corners = triangle.map(|vertex| self.positions[vertex as usize]);
         let bounds = seen
@@ -347,7 +343,7 @@ impl SourceSurface {
         }
     }
 
-    /// Measures from the simplified surface, raising the largest squared distance so far.
+    /// Measures from the simplified surface, and raises the largest squared distance.
     fn measure_simplified(
         &self,
         triangles: &[[u32; 3]],
@@ -361,7 +357,7 @@ impl SourceSurface {
         let mut candidates = Vec::with_capacity(triangles.len());
         let mut start = None;
         for (index, (triangle, &corners)) in triangles.iter().zip(corners).enumerate() {
-            // Where the source is far above, the triangle is as far below.
+            // A source point far from this triangle means that the triangle may be far from the source.
             let mut priority = of_triangles[index];
             let mut look = |point: Vec3| {
                 start = self

@@ -1,9 +1,9 @@
-//! Measured places.
+//! Measured samples.
 
 use crate::levels::clusters::Place;
 use crate::mesh::triangle_tree::NearestTriangle;
 
-/// A place, and what of the simplified surface is nearest to it.
+/// A sample on the source, and the nearest triangle of the simplified surface.
 #[derive(Clone, Copy)]
 pub(super) struct Seen {
     pub(super) place: Place,

@@ -1,20 +1,20 @@
-//! Texture coordinates stay within the part of the texture that their piece of surface shows: the simplifier extrapolates
-//! them where vertices move, and beside a leaf or a strand of hair in an atlas lies another.
+//! Clamps texture coordinates to the part of the texture that their patch uses. The simplifier extrapolates them if
+//! vertices move, and in an atlas another leaf or strand of hair is next to this one.
 
 use crate::levels::vertices::attributes::AttributeLayout;
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::topology::first_of;
 
-/// The ranges of texture coordinates of a group, by the pieces of surface that seams and borders leave.
+/// Ranges of texture coordinates in a group. Patches end at seams and borders.
 pub(crate) struct UvRanges {
-    /// For each own vertex, the first of its piece of surface.
+    /// For each own vertex, the first vertex of its patch.
     piece: Vec<u32>,
-    /// For the first of each piece, the least and the greatest numbers of its rows.
+    /// For the first vertex of each patch, the minimum and maximum of its rows.
     ranges: Vec<Option<[Vec<f32>; 2]>>,
 }
 
 impl UvRanges {
-    /// Those of a group; `None` without texture coordinates.
+    /// Ranges of a group; `None` without texture coordinates.
     pub(crate) fn of(group: &Piece, vertices: &LevelVertices) -> Option<Self> {
         if !vertices.layout.has_uvs() {
             return None;
@@ -41,7 +41,7 @@ impl UvRanges {
         Some(Self { piece, ranges })
     }
 
-    /// Brings the texture coordinates of an own vertex, in its new row, back into the range of its piece.
+    /// Clamps the texture coordinates in `row` to the range of the own vertex's patch.
     pub(crate) fn clamp(&self, own: usize, row: &mut [f32], layout: &AttributeLayout) {
         if let Some([least, greatest]) = &self.ranges[self.piece[own] as usize] {
             layout.clamp_uvs(row, least, greatest);

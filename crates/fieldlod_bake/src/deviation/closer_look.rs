@@ -13,9 +13,9 @@ pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
 pub(super) const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
 /// distance.
-/// the largest squared distance,
 const LOW: f32 = 0.7;
-/// and if their center is beside that triangle by at most this share. Otherwise the center may be above a gap.
+/// A low part is skipped if its center is beside the nearest triangle by at most this share. Otherwise the center may be
+/// above a gap.
 const BESIDE: f32 = 0.06;
 
 /// The surface to which distances are measured.

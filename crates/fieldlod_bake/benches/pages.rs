@@ -1,9 +1,8 @@
-//! What reading a mesh in parts costs: bytes per source triangle of `.fieldpages` files of several page
-//! sizes beside that of a `.fieldlod` file, how much of them is the table of contents, and how fast pages
-//! are read.
+//! Cost of reading a mesh in pages: bytes per source triangle of `.fieldpages` files with several page sizes, compared
+//! to a `.fieldlod` file. Also the size of the table of contents, and the speed of reading pages.
 //!
-//! `cargo bench -p fieldlod_bake --bench pages`, for generated meshes; with the folder of some glTF files
-//! in `FIELDLOD_MODELS`, instead for the largest primitive of each.
+//! `cargo bench -p fieldlod_bake --bench pages` measures generated meshes. If `FIELDLOD_MODELS` names a folder of glTF
+//! files, it measures their largest primitives instead.
 
 mod common;
 

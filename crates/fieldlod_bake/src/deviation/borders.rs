@@ -7,18 +7,14 @@ use rustc_hash::FxHashMap;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Samples per edge. Beyond a polygon or a curve, an edge reaches about 2 % farther than the farthest sample.
-const PLACES: u32 = 7;
+const SAMPLES_PER_EDGE: u32 = 7;
 
 /// Raises the largest squared distance by samples along the open edges of a simplified surface.
-pub(super) fn look_along_borders(
-    source: &TriangleTree,
-    triangles: &[[Vec3; 3]],
-    farthest: &mut f32,
-) {
+pub(super) fn sample_borders(source: &TriangleTree, triangles: &[[Vec3; 3]], farthest: &mut f32) {
     let mut start = None;
     for [from, to] in open_edges(triangles) {
-        for place in 1..=PLACES {
-            let point = from.lerp(to, place as f32 / (PLACES + 1) as f32);
+        for place in 1..=SAMPLES_PER_EDGE {
+            let point = from.lerp(to, place as f32 / (SAMPLES_PER_EDGE + 1) as f32);
             start = source.near_enough(point, *farthest, start);
             if let Some(near) = start {
                 *farthest = farthest.max(near.distance_squared);

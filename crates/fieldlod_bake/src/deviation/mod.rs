@@ -11,21 +11,21 @@
 //! points belong to other groups.
 
 mod borders;
-mod closer_look;
-mod handed_on;
-mod seen;
+mod carried_samples;
+mod measured_sample;
+mod refine;
 
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use self::borders::look_along_borders;
-use self::closer_look::{
-    AGGREGATE_MARGIN, Candidate, SAMPLING_MARGIN, Target, WITHIN, look_closely,
+use self::borders::sample_borders;
+use self::carried_samples::samples_by_cluster;
+use self::measured_sample::MeasuredSample;
+use self::refine::{
+    AGGREGATE_MARGIN, Candidate, MARGIN_SQUARED, SAMPLING_MARGIN, Target, refine_candidates,
 };
-use self::handed_on::handed_on;
-use self::seen::Seen;
-use crate::levels::clusters::{Cluster, Place};
+use crate::levels::clusters::{Cluster, Sample};
 use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::SourceMesh;
@@ -37,13 +37,13 @@ use crate::mesh::triangle_tree::TriangleTree;
 const ROUNDING: f32 = 4e-7;
 /// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
 /// with only such samples are not refined.
-const FAR: f32 = 0.1;
+const REFINE_ABOVE: f32 = 0.1;
 /// Meshes and levels with at most this many triangles are refined everywhere, because it costs little.
-const FEW: usize = 1 << 15;
-const FEW_LEFT: usize = 1 << 10;
+const SMALL_MESH: usize = 1 << 15;
+const SMALL_LEVEL: usize = 1 << 10;
 /// Meshes with more places per triangle are also refined everywhere. A closed surface has half a place per triangle;
 /// many small components have more, and a few samples miss their farthest points.
-const LOOSE: f32 = 0.7;
+const MANY_COMPONENTS: f32 = 0.7;
 /// Maximum number of splits into quarters.
 const SPLITS: u32 = 5;
 /// Maximum number of splits for triangles of a large source.
@@ -54,7 +54,7 @@ pub(crate) struct SourceSurface {
     positions: Vec<Vec3>,
     has_borders: bool,
     /// Whether the whole source is refined.
-    is_close: bool,
+    refines_all: bool,
 }
 
 /// How densely triangles are sampled.
@@ -71,7 +71,7 @@ struct Effort {
 pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
     /// For each of its clusters, the samples for the next level.
-    pub(crate) places: Vec<Vec<Place>>,
+    pub(crate) samples: Vec<Vec<Sample>>,
 }
 
 /// Deviation of each level of a whole mesh, in local units. Levels are triangles of `positions`, which start with the
@@ -92,7 +92,7 @@ pub(crate) fn deviation_in_local(
     let consumed = [Cluster {
         produced_by: NO_GROUP,
         corners: mesh.indices.clone(),
-        places: Vec::new(),
+        samples: Vec::new(),
     }];
     let scaled_from_local = vertices.local_from_scaled.recip();
     let scaled = positions
@@ -150,11 +150,12 @@ impl SourceSurface {
             target: Target {
                 surface: TriangleTree::new(corners),
                 consumed: None,
-                reach_in_scaled: 0.0,
+                range_in_scaled: 0.0,
             },
             positions,
             has_borders: has_borders(mesh, vertices),
-            is_close: triangles.len() <= FEW || places > LOOSE * triangles.len() as f32,
+            refines_all: triangles.len() <= SMALL_MESH
+                || places > MANY_COMPONENTS * triangles.len() as f32,
         }
     }
 
@@ -183,14 +184,14 @@ impl SourceSurface {
         let effort = self.effort(triangles_of_level);
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
-            reach_in_scaled: finer_in_scaled + ROUNDING,
+            range_in_scaled: finer_in_scaled + ROUNDING,
             surface,
         };
-        let seen = self.measure_source(part, &target, effort, &mut farthest);
+        let measured = self.measure_source(part, &target, effort, &mut farthest);
         let mut of_triangles = vec![0.0f32; triangles.len()];
-        for seen in &seen {
-            let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
-            *of_triangle = of_triangle.max(seen.nearest.distance_squared);
+        for measured in &measured {
+            let of_triangle = &mut of_triangles[measured.nearest.triangle as usize];
+            *of_triangle = of_triangle.max(measured.nearest.distance_squared);
         }
         self.measure_simplified(
             &triangles,
@@ -201,7 +202,7 @@ impl SourceSurface {
             &mut farthest,
         );
         if self.has_borders {
-            look_along_borders(&self.target.surface, &corners, &mut farthest);
+            sample_borders(&self.target.surface, &corners, &mut farthest);
         }
         let margin = match simplified.method {
             Method::Elements => AGGREGATE_MARGIN,
@@ -209,15 +210,15 @@ impl SourceSurface {
         };
         Measured {
             deviation_in_scaled: (farthest.sqrt() * margin).max(least_in_scaled),
-            places: handed_on(&seen, clusters),
+            samples: samples_by_cluster(&measured, clusters),
         }
     }
 
     /// Share of a simplified surface's area that faces away from the source: no source triangle within `reach` of a
     /// triangle's center faces the same half-space.
-    pub(crate) fn turned_share(&self, simplified: &Simplified, reach: f32) -> f32 {
+    pub(crate) fn flipped_share(&self, simplified: &Simplified, reach: f32) -> f32 {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
-        let (mut turned, mut whole) = (0.0, 0.0);
+        let (mut flipped, mut whole) = (0.0, 0.0);
         let (triangles, _) = simplified.corners.as_chunks::<3>();
         for triangle in triangles {
             let corners = triangle.map(|own| Vec3::from(simplified.positions[own as usize]));
@@ -230,31 +231,27 @@ impl SourceSurface {
                 .surface
                 .none_within(middle, reach + ROUNDING, faces_alike)
             {
-                turned += own.length();
+                flipped += own.length();
             }
         }
-        if whole > 0.0 { turned / whole } else { 0.0 }
+        if whole > 0.0 { flipped / whole } else { 0.0 }
     }
 
     fn effort(&self, triangles_of_level: usize) -> Effort {
-        let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
-        let closely = [
+        let refines_all = self.refines_all || triangles_of_level <= SMALL_LEVEL;
+        let all = [
             SPLITS,
-            if self.is_close {
+            if self.refines_all {
                 SPLITS - 3
             } else {
                 SPLITS - 2
             },
         ];
         Effort {
-            far: if is_close { 0.0 } else { FAR },
-            source_splits: if is_close {
-                closely
-            } else {
-                [SOURCE_SPLITS, 0]
-            },
-            simplified_splits: if is_close {
-                closely
+            far: if refines_all { 0.0 } else { REFINE_ABOVE },
+            source_splits: if refines_all { all } else { [SOURCE_SPLITS, 0] },
+            simplified_splits: if refines_all {
+                all
             } else {
                 [SPLITS, SPLITS - 1]
             },
@@ -268,21 +265,21 @@ impl SourceSurface {
         target: &Target,
         effort: Effort,
         farthest: &mut f32,
-    ) -> Vec<Seen> {
-        let mut seen: Vec<Seen> = Vec::new();
+    ) -> Vec<MeasuredSample> {
+        let mut measured: Vec<MeasuredSample> = Vec::new();
         let surface = &target.surface;
         let mut start = None;
-        let mut look = |place: Place, seen: &mut Vec<Seen>| {
-            start = surface.near_enough(place.point, *farthest * effort.far, start);
+        let mut look = |sample: Sample, measured: &mut Vec<MeasuredSample>| {
+            start = surface.near_enough(sample.point, *farthest * effort.far, start);
             if let Some(nearest) = start {
                 *farthest = farthest.max(nearest.distance_squared);
-                seen.push(Seen { place, nearest });
+                measured.push(MeasuredSample { sample, nearest });
             }
         };
         let mut candidates: Vec<Candidate> = Vec::new();
         for cluster in part {
-            for &place in &cluster.places {
-                look(place, &mut seen);
+            for &sample in &cluster.samples {
+                look(sample, &mut measured);
             }
             if cluster.produced_by != NO_GROUP {
                 continue;
@@ -292,28 +289,30 @@ impl SourceSurface {
             let (triangles, _) = cluster.corners.as_chunks::<3>();
             for &triangle in triangles {
                 let of_corners = triangle.map(|vertex| {
-                    let next = seen.len();
+                    let next = measured.len();
                     let at = *at.entry(vertex).or_insert(next);
                     if at == next {
                         let point = self.positions[vertex as usize];
-                        look(Place { point, triangle }, &mut seen);
+                        look(Sample { point, triangle }, &mut measured);
                     }
-                    seen[at]
+                    measured[at]
                 });
-                if self.is_close {
-                    let [a, b, c] = of_corners.map(|seen| seen.place.point);
+                if self.refines_all {
+                    let [a, b, c] = of_corners.map(|measured| measured.sample.point);
                     let point = (a + b + c) / 3.0;
-                    look(Place { point, triangle }, &mut seen);
+                    look(Sample { point, triangle }, &mut measured);
                 }
                 candidates.push(self.candidate(surface, triangle, &of_corners));
             }
         }
-        let of_one = |seen: &Seen| self.candidate(surface, seen.place.triangle, &[*seen]);
-        let produced = seen.iter().filter(|_| target.consumed.is_some());
+        let of_one = |measured: &MeasuredSample| {
+            self.candidate(surface, measured.sample.triangle, &[*measured])
+        };
+        let produced = measured.iter().filter(|_| target.consumed.is_some());
         candidates.extend(produced.map(of_one));
-        candidates.retain(|candidate| candidate.priority > *farthest * WITHIN);
-        look_closely(target, candidates, effort.source_splits, farthest);
-        seen
+        candidates.retain(|candidate| candidate.priority > *farthest * MARGIN_SQUARED);
+        refine_candidates(target, candidates, effort.source_splits, farthest);
+        measured
     }
 
     /// The surface that a group consumes. `None` if it is the source: all points of its triangles then belong to the
@@ -331,15 +330,20 @@ impl SourceSurface {
     }
 
     /// A source triangle with some measured samples.
-    fn candidate(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Candidate {
+    fn candidate(
+        &self,
+        surface: &TriangleTree,
+        triangle: [u32; 3],
+        measured: &[MeasuredSample],
+    ) -> Candidate {
         let corners = triangle.map(|vertex| self.positions[vertex as usize]);
-        let bounds = seen
+        let bounds = measured
             .iter()
-            .map(|seen| surface.bound_squared(seen.nearest, corners));
+            .map(|measured| surface.bound_squared(measured.nearest, corners));
         Candidate {
             corners,
             priority: bounds.fold(f32::INFINITY, f32::min),
-            start: seen.first().map(|seen| seen.nearest),
+            start: measured.first().map(|measured| measured.nearest),
         }
     }
 
@@ -363,7 +367,7 @@ impl SourceSurface {
                 start = self
                     .target
                     .surface
-                    .near_enough(point, *farthest * FAR, start);
+                    .near_enough(point, *farthest * REFINE_ABOVE, start);
                 let squared = start.map_or(0.0, |near| near.distance_squared);
                 *farthest = farthest.max(squared);
                 squared
@@ -386,6 +390,6 @@ impl SourceSurface {
         }
         candidates.retain(|candidate| candidate.priority >= *farthest * effort.far);
         let splits = effort.simplified_splits;
-        look_closely(&self.target, candidates, splits, farthest);
+        refine_candidates(&self.target, candidates, splits, farthest);
     }
 }

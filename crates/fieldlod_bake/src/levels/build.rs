@@ -13,11 +13,11 @@ use crate::plants::plant::Plant;
 use crate::report::BakeReport;
 
 /// Simplification ends at this number of triangles.
-const FEWEST_TRIANGLES: usize = 12;
+const MIN_TRIANGLES: usize = 12;
 /// Group size grows by this factor if a level is stuck.
 const GROWTH: usize = 4;
 /// A level that keeps more than this share of its triangles makes almost no progress.
-const HARDLY: f32 = 0.98;
+const STALLED_ABOVE: f32 = 0.98;
 
 /// Builds the levels of `mesh`, and measures the deviation of each group from it. Finer groups come before coarser
 /// ones. The last group is terminal and contains the remaining triangles.
@@ -38,7 +38,7 @@ pub(crate) fn build_levels(
     let mut report = BakeReport::default();
     let mut plant = Plant::of(mesh, &vertices.same_position);
     let mut group_clusters = config.group_clusters;
-    while triangle_count(&clusters) > FEWEST_TRIANGLES {
+    while triangle_count(&clusters) > MIN_TRIANGLES {
         let before = triangle_count(&clusters);
         // Partition: neighbouring clusters are simplified together.
         let parts = partition(clusters, vertices, group_clusters);
@@ -94,7 +94,7 @@ pub(crate) fn build_levels(
 
 /// Group size after a stuck level. If progress stalls, all clusters become one group.
 fn larger_groups(group_clusters: usize, left: usize, before: usize) -> usize {
-    if left as f32 <= before as f32 * HARDLY {
+    if left as f32 <= before as f32 * STALLED_ABOVE {
         group_clusters * GROWTH
     } else {
         usize::MAX

@@ -92,7 +92,7 @@ fn cluster(cluster: &ClodCluster<'_>) -> Cluster {
     Cluster {
         produced_by: u32::try_from(cluster.refined).unwrap_or(NO_GROUP),
         corners: cluster.indices.to_vec(),
-        places: Vec::new(),
+        samples: Vec::new(),
     }
 }
 

@@ -18,7 +18,7 @@ const FILL_WEIGHT: f32 = 0.5;
 
 /// A sample on the source.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct Sample {
     /// Position in scaled units.
     pub(crate) point: Vec3,
     /// Corners of the source triangle that contains it.
@@ -32,7 +32,7 @@ pub(crate) struct Cluster {
     /// Three vertices per triangle.
     pub(crate) corners: Vec<u32>,
     /// Samples on the source for measuring the next simplification.
-    pub(crate) places: Vec<Place>,
+    pub(crate) samples: Vec<Sample>,
 }
 
 pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
@@ -65,7 +65,7 @@ pub(crate) fn clusters_of_source(
             Cluster {
                 produced_by: NO_GROUP,
                 corners: corners.collect(),
-                places: Vec::new(),
+                samples: Vec::new(),
             }
         };
         corners.into_iter().map(to_all).collect::<Vec<_>>()

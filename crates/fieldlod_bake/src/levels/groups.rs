@@ -8,7 +8,7 @@ use fieldlod_hierarchy::NO_GROUP;
 use crate::levels::clusters::Cluster;
 
 /// A unit needs 16-bit indices, and a cluster has at most 256 vertices.
-const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
+const MAX_CLUSTERS_IN_UNIT: usize = 128;
 
 /// A group with its units and the error of its simplification.
 pub(crate) struct RawGroup {
@@ -58,7 +58,7 @@ impl Groups {
         }
         let units = by_producer.into_iter();
         let units = units.flat_map(|(produced_by, clusters)| {
-            let parts = clusters.chunks(MOST_CLUSTERS_IN_A_UNIT);
+            let parts = clusters.chunks(MAX_CLUSTERS_IN_UNIT);
             let unit = move |clusters: &[Vec<u32>]| RawUnit {
                 produced_by,
                 clusters: clusters.to_vec(),

@@ -43,11 +43,11 @@ pub(crate) fn meeting_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
             }
         }
     }
-    let is_met = |position: &Vec3| {
+    let is_shared = |position: &Vec3| {
         let meeting = meetings.get(&bits(*position));
         meeting.is_some_and(|meeting| meeting.mesh == SEVERAL && meeting.has_border)
     };
-    let of_mesh = |mesh: &&SourceMesh| mesh.positions.iter().map(is_met).collect();
+    let of_mesh = |mesh: &&SourceMesh| mesh.positions.iter().map(is_shared).collect();
     meshes.par_iter().map(of_mesh).collect()
 }
 

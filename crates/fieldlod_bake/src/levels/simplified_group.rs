@@ -1,6 +1,6 @@
 //! A simplified group, and how it is added to the groups and vertices of all levels.
 
-use crate::levels::clusters::{Cluster, Place, triangle_count};
+use crate::levels::clusters::{Cluster, Sample, triangle_count};
 use crate::levels::groups::Groups;
 use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NewVertex, Piece};
@@ -15,7 +15,7 @@ pub(crate) struct SimplifiedGroup {
     pub(crate) same_position: Vec<u32>,
     pub(crate) simplified: Simplified,
     /// Triangle lists of own vertices, with their samples on the source.
-    pub(crate) clusters: Vec<(Vec<u32>, Vec<Place>)>,
+    pub(crate) clusters: Vec<(Vec<u32>, Vec<Sample>)>,
     pub(crate) error_in_local: f32,
     pub(crate) deviation_in_local: f32,
 }
@@ -78,12 +78,12 @@ impl SimplifiedGroup {
         let to_all = self.add_vertices(vertices);
         let new = first_new..vertices.positions.len() as u32;
         let group = groups.add(part, self.error_in_local, self.deviation_in_local, new);
-        self.clusters.into_iter().map(move |(corners, places)| {
+        self.clusters.into_iter().map(move |(corners, samples)| {
             let corners = corners.iter().map(|&own| to_all[own as usize]);
             Cluster {
                 produced_by: group,
                 corners: corners.collect(),
-                places,
+                samples,
             }
         })
     }

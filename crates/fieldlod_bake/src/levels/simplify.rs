@@ -11,7 +11,7 @@ use crate::mesh::adapter;
 use crate::mesh::components::{Component, components_of};
 
 /// Groups with at most this many triangles never use `Sloppy`, which opens closed surfaces.
-const FEWEST_FOR_SLOPPY: usize = 512;
+const SLOPPY_ABOVE_TRIANGLES: usize = 512;
 /// Limit for the rounding of an unmoved vertex, in scaled units.
 const ROUNDING: f32 = 1e-6;
 
@@ -48,7 +48,7 @@ pub(crate) struct Task<'a> {
     /// Extra growth of elements.
     pub(crate) area_gain: f32,
     /// For each own vertex, the number of pixels in which it is visible; only for plants.
-    pub(crate) seen: Option<Vec<f32>>,
+    pub(crate) visible_px: Option<Vec<f32>>,
 }
 
 /// The result of a simplification.
@@ -74,12 +74,12 @@ impl Task<'_> {
         // If the wanted ratio is not reachable, a smaller step may be.
         let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
-        let careful = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
-        let reckless = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
+        let regular = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
+        let last_resort = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
         let attempts = [(Method::Elements, wanted)].into_iter();
         let attempts = attempts
-            .chain(careful.into_iter().flatten())
-            .chain(reckless);
+            .chain(regular.into_iter().flatten())
+            .chain(last_resort);
         attempts
             .filter(|&(method, _)| match method {
                 Method::Elements | Method::Moved | Method::Kept => true,
@@ -92,7 +92,7 @@ impl Task<'_> {
     /// Tries one method. Returns `None` if too many triangles are left.
     fn attempt(&self, method: Method, ratio: f32) -> Option<Simplified> {
         let triangles = self.piece.triangle_count();
-        if method == Method::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
+        if method == Method::Sloppy && triangles <= SLOPPY_ABOVE_TRIANGLES {
             return None;
         }
         let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
@@ -108,8 +108,8 @@ impl Task<'_> {
         if simplified.corners.is_empty() {
             simplified.corners.extend(&self.piece.corners[..3]);
         }
-        let is_token = simplified.corners.len() <= 3 && triangles <= FEWEST_FOR_SLOPPY;
-        if simplified.corners.len() > most || is_token {
+        let is_too_small = simplified.corners.len() <= 3 && triangles <= SLOPPY_ABOVE_TRIANGLES;
+        if simplified.corners.len() > most || is_too_small {
             return None;
         }
         if method == Method::Moved {
@@ -300,7 +300,7 @@ impl Task<'_> {
                 row.copy_from_slice(before);
                 continue;
             }
-            layout.mend(row, before);
+            layout.make_valid(row, before);
             if let Some(ranges) = ranges {
                 ranges.clamp(own, row, layout);
             }

@@ -15,7 +15,7 @@ use crate::plants::plant::PlantLevel;
 
 /// Largest share of a simplified surface's area that may face away from the source. With more, levels of hard-edged
 /// models show dark triangles; with zero, many groups are stuck.
-const MOST_TURNED: f32 = 0.003;
+const MAX_FLIPPED_SHARE: f32 = 0.003;
 
 /// Groups and settings of one level.
 pub(crate) struct LevelStep<'a> {
@@ -71,7 +71,7 @@ impl LevelStep<'_> {
             piece: task.piece,
             same_position: task.same_position,
             simplified,
-            clusters: clusters.into_iter().zip(measured.places).collect(),
+            clusters: clusters.into_iter().zip(measured.samples).collect(),
             error_in_local: own_in_local.max(finer.error_in_local),
             deviation_in_local,
         })
@@ -96,14 +96,14 @@ impl LevelStep<'_> {
         let piece = Piece::of(corners.map(|&v| vertices.corner[v as usize]), vertices);
         let own = || piece.vertices.iter().map(|&vertex| vertex as usize);
         let is_locked = own().map(|vertex| self.is_shared[vertices.same_position[vertex] as usize]);
-        let seen = self.plant.seen.as_ref();
+        let visible_px = self.plant.visible_px.as_ref();
         Task {
             vertices,
             config: self.config,
             same_position: piece.same_position(vertices),
             uv_ranges: OnceLock::new(),
             is_locked: is_locked.collect(),
-            seen: seen.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
+            visible_px: visible_px.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
             ratio: self.plant.ratio,
             is_whole: self.parts.len() == 1,
             area_gain: self.plant.area_gain,
@@ -128,8 +128,8 @@ impl LevelStep<'_> {
             let finer_error = finer.error_in_local / self.vertices.local_from_scaled;
             simplified.error_in_scaled.max(finer_error)
         };
-        let turned = self.source.turned_share(&simplified, distance);
-        (turned <= MOST_TURNED).then_some((simplified, clusters, measured))
+        let flipped = self.source.flipped_share(&simplified, distance);
+        (flipped <= MAX_FLIPPED_SHARE).then_some((simplified, clusters, measured))
     }
 
     /// Measures the deviation from the source, if enabled.
@@ -143,7 +143,7 @@ impl LevelStep<'_> {
         if !self.config.measure_deviation {
             return Measured {
                 deviation_in_scaled: f32::INFINITY,
-                places: vec![Vec::new(); clusters.len()],
+                samples: vec![Vec::new(); clusters.len()],
             };
         }
         let triangles_of_level = self.parts.iter().map(|part| triangle_count(part)).sum();

@@ -10,7 +10,7 @@ pub(crate) struct Component {
     pub(crate) radius: f32,
     pub(crate) area: f32,
     /// Visible pixels over all views; the area if these are unknown.
-    pub(crate) seen: f32,
+    pub(crate) visible_px: f32,
     /// Centroid of the area.
     pub(crate) centroid: Vec3,
     /// Whether any vertex is locked.

@@ -27,7 +27,7 @@ impl Links {
             if a == b || b == c || c == a {
                 continue;
             }
-            let [at_a, at_b, at_c] = [a, b, c].map(number);
+            let [at_a, at_b, at_c] = [a, b, c].map(hash_of);
             for (vertex, link) in [
                 (a, at_b.wrapping_sub(at_c)),
                 (b, at_c.wrapping_sub(at_a)),
@@ -45,7 +45,7 @@ impl Links {
 }
 
 /// A hash whose sums practically never collide (SplitMix64 by S. Vigna).
-pub(crate) fn number(vertex: u32) -> u64 {
+pub(crate) fn hash_of(vertex: u32) -> u64 {
     let mut mixed = u64::from(vertex).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

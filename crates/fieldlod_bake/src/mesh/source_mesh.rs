@@ -37,10 +37,10 @@ pub struct SourceMesh {
 )]
 pub enum MeshError {
     /// There are no indices.
-    #[error("it has no triangles")]
+    #[error("the mesh has no triangles")]
     NoTriangles,
     /// The number of indices is not a multiple of three.
-    #[error("{count} indices are not a whole number of triangles")]
+    #[error("the number of indices, {count}, is not a multiple of 3")]
     PartialTriangle { count: usize },
     /// An index is beyond the last vertex.
     #[error("index {position} is {index}, but there are only {vertices} vertices")]
@@ -60,7 +60,7 @@ pub enum MeshError {
         vertices: usize,
     },
     /// There are more vertices or triangles than 32-bit indices allow.
-    #[error("it is too large: at most {limit} vertices and {limit} triangles can be baked", limit = MAX_COUNT)]
+    #[error("the mesh is too large: at most {limit} vertices and {limit} triangles are supported", limit = MAX_COUNT)]
     TooLarge,
     /// A field of the configuration is out of its documented range.
     #[error("the bake setting {field} is out of range")]
@@ -112,7 +112,7 @@ impl SourceMesh {
 
     /// The surface, if it affects pictures of the mesh: visible, not plain white, and with the texture coordinates that
     /// it needs.
-    pub(crate) fn telling_surface(&self) -> Option<&Arc<Surface>> {
+    pub(crate) fn visible_surface(&self) -> Option<&Arc<Surface>> {
         let has_uvs = |surface: &Surface| match surface.mapping() {
             Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
             Some(_) => !self.uvs.is_empty(),

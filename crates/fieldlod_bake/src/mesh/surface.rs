@@ -9,7 +9,7 @@ use crate::mesh::srgb::{linear_of, srgb_of};
 /// Largest side of a stored texture, in texels.
 const LARGEST_SIDE: u32 = 256;
 /// Each stored texel is the mean of at most this many samples along each axis.
-const MOST_SAMPLES: u32 = 2;
+const MAX_SAMPLES: u32 = 2;
 
 /// Base colour and alpha of a material.
 ///
@@ -21,7 +21,7 @@ pub struct Surface {
     alpha: SurfaceAlpha,
     texture: Option<Texture>,
     /// Opacity from 0 to 1 from which texels are drawn in pictures.
-    drawn_from: f32,
+    alpha_threshold: f32,
     /// Whether the surface is opaque everywhere.
     is_opaque: bool,
 }
@@ -76,11 +76,11 @@ impl Surface {
             base_color: usable.clamp(Vec4::ZERO, Vec4::ONE),
             alpha,
             texture: None,
-            drawn_from: 0.0,
+            alpha_threshold: 0.0,
             is_opaque: false,
         };
         let opacity = surface.opacity_of(1.0);
-        surface.drawn_from = opacity * 0.5;
+        surface.alpha_threshold = opacity * 0.5;
         surface.is_opaque = opacity >= 1.0;
         surface
     }
@@ -101,7 +101,7 @@ impl Surface {
         let small = UVec2::new(side(size.x), side(size.y));
         let largest = Mip::of(small, |at| self.mean_texel(at, small, size, &texel));
         let opacities = || largest.texels.iter().map(|texel| texel[3]);
-        self.drawn_from = f32::from(opacities().max().unwrap_or_default()) / 255.0 * 0.5;
+        self.alpha_threshold = f32::from(opacities().max().unwrap_or_default()) / 255.0 * 0.5;
         self.is_opaque = opacities().all(|opacity| opacity == u8::MAX);
         let smaller = |mip: &Mip| (mip.size != UVec2::ONE).then(|| mip.halved());
         let mips = std::iter::successors(Some(largest), smaller).collect();
@@ -141,13 +141,13 @@ impl Surface {
             |at: u32, axis: usize| u64::from(at) * u64::from(size[axis]) / u64::from(small[axis]);
         let samples = |axis: usize| {
             let (first, end) = (first(at[axis], axis), first(at[axis] + 1, axis));
-            let count = (end - first).min(u64::from(MOST_SAMPLES));
+            let count = (end - first).min(u64::from(MAX_SAMPLES));
             // Samples are stratified and jittered: samples at regular distances would alias with regular textures.
             (0..count).map(move |index| {
                 let [begin, end] =
                     [index, index + 1].map(|part| first + (end - first) * part / count);
-                let lot = number_of(at, axis as u32 * MOST_SAMPLES + index as u32);
-                (begin + u64::from(lot) % (end - begin)) as u32
+                let jitter = hash_of(at, axis as u32 * MAX_SAMPLES + index as u32);
+                (begin + u64::from(jitter) % (end - begin)) as u32
             })
         };
         // Weight colours by opacity, because transparent texels may have any colour.
@@ -185,7 +185,7 @@ impl Surface {
 
     /// Whether any part of the surface is visible.
     pub(crate) fn is_visible(&self) -> bool {
-        self.drawn_from > 0.0
+        self.alpha_threshold > 0.0
     }
 
     /// Whether the surface is opaque white without a texture, as a default material. It then has no effect on pictures,
@@ -228,7 +228,7 @@ impl Surface {
             return Some(self.base_color());
         };
         let texel = decoded(texture.mips[0].texel_at(uv, &texture.mapping));
-        (texel.w >= self.drawn_from).then(|| texel.truncate() * self.base_color())
+        (texel.w >= self.alpha_threshold).then(|| texel.truncate() * self.base_color())
     }
 
     /// Linear base colour, which multiplies texture and vertex colours.
@@ -301,7 +301,7 @@ impl Mip {
 }
 
 /// A hash of a texel position, the same on all machines.
-fn number_of(at: UVec2, index: u32) -> u32 {
+fn hash_of(at: UVec2, index: u32) -> u32 {
     let mixed = |seed: u32| (seed ^ (seed >> 15)).wrapping_mul(0x2c1b_3c6d);
     let number = mixed(at.x.wrapping_add(mixed(at.y.wrapping_add(mixed(index + 1)))));
     number ^ (number >> 12)

@@ -26,7 +26,7 @@ struct Part {
 }
 
 /// Surface and texture coordinates of each vertex of a hierarchy.
-pub(crate) struct Looks<'a> {
+pub(crate) struct VertexSurfaces<'a> {
     pub(crate) surfaces: Vec<Option<&'a Surface>>,
     /// Texture coordinates that the vertex's surface uses.
     pub(crate) uvs: Vec<Vec2>,
@@ -39,7 +39,7 @@ impl Surfaces {
             end += mesh.positions.len() as u32;
             Part {
                 end,
-                surface: mesh.telling_surface().cloned(),
+                surface: mesh.visible_surface().cloned(),
             }
         });
         Self {
@@ -48,7 +48,7 @@ impl Surfaces {
     }
 
     /// Surface and texture coordinates of each vertex of a hierarchy.
-    pub(crate) fn looks_of(&self, hierarchy: &Hierarchy) -> Looks<'_> {
+    pub(crate) fn vertex_surfaces(&self, hierarchy: &Hierarchy) -> VertexSurfaces<'_> {
         let vertices = &hierarchy.vertices;
         let all = 0..vertices.positions.len() as u32;
         let surface = |vertex: u32| self.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
@@ -58,7 +58,7 @@ impl Surfaces {
             uvs.get(vertex as usize).copied().unwrap_or_default()
         };
         let uvs = all.map(uv).collect();
-        Looks { surfaces, uvs }
+        VertexSurfaces { surfaces, uvs }
     }
 
     /// Whether any part has a known surface.

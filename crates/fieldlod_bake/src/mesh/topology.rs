@@ -20,7 +20,7 @@ const PLACE_TOLERANCE: f32 = 2e-5;
 /// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;
 /// Upper limit for both tolerances, as a share of the local edge length: larger ones would visibly shorten edges.
-const MOST_OF_EDGE: f32 = 1e-3;
+const MAX_EDGE_SHARE: f32 = 1e-3;
 /// Texture coordinates of one corner: half a texel of a texture of 2,048.
 pub(crate) const SAME_UV: f32 = 1.0 / 4096.0;
 /// Unit normals of one corner: half a degree.
@@ -30,7 +30,7 @@ const SAME_COLOR: f32 = 0.003;
 /// Cosine between tangents of one corner: they differ by less than 60°. Tangents only orient a normal map.
 const SAME_TANGENT: f32 = 0.5;
 /// Limit for comparisons with corners of the same place: the tip of a cone may have thousands.
-const MOST_CORNERS: usize = 16;
+const MAX_CORNERS: usize = 16;
 
 /// Places and corners of a mesh.
 pub(crate) struct Topology {
@@ -62,7 +62,7 @@ impl Topology {
             ..
         } = Self::exact(mesh);
         let mut place = exact.clone();
-        join_near(mesh, parts, &mut place);
+        weld_near(mesh, parts, &mut place);
         let pairs = place.iter().zip(&exact);
         let rounded = pairs.filter(|(place, exact)| place != exact).count();
         let corner = corners_of(mesh, parts, &place, corner);
@@ -75,7 +75,7 @@ impl Topology {
 }
 
 /// Welds places at open edges within their tolerance.
-fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
+fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     let mut links = Links::of(place.len());
     links.add(mesh.indices.iter().map(|&v| place[v as usize]));
     let tolerance = tolerances(mesh, place);
@@ -119,7 +119,7 @@ fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
                                 && parts.part_of(other) == parts.part_of(v)
                         });
                         for other in near {
-                            let (a, b) = (first_of(place, v), first_of(place, other));
+                            let (a, b) = (find_first(place, v), find_first(place, other));
                             place[a.max(b) as usize] = a.min(b);
                         }
                     }
@@ -128,7 +128,7 @@ fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
         }
     }
     for v in 0..place.len() as u32 {
-        place[v as usize] = first_of(place, v);
+        place[v as usize] = find_first(place, v);
     }
 }
 
@@ -150,7 +150,7 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         let rounding = position.abs().max_element() * ROUNDING;
         let tolerance = (edge * PLACE_TOLERANCE)
             .max(rounding)
-            .min(edge * MOST_OF_EDGE);
+            .min(edge * MAX_EDGE_SHARE);
         if tolerance.is_finite() {
             tolerance
         } else {
@@ -165,7 +165,7 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
 }
 
 /// Finds the first vertex of a place, with path compression.
-pub(crate) fn first_of(place: &mut [u32], mut v: u32) -> u32 {
+pub(crate) fn find_first(place: &mut [u32], mut v: u32) -> u32 {
     while place[v as usize] != v {
         let next = place[v as usize];
         place[v as usize] = place[next as usize];
@@ -196,7 +196,7 @@ fn corners_of(
             |other: u32| parts.part_of(other) == parts.part_of(v) && looks_alike(mesh, v, other);
         match corners.iter().find(|&&other| is_one(other)) {
             Some(&other) => corner[v as usize] = other,
-            None if corners.len() < MOST_CORNERS => corners.push(v),
+            None if corners.len() < MAX_CORNERS => corners.push(v),
             None => {}
         }
     }

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use crate::levels::groups::Groups;
 use crate::levels::vertices::{LevelVertices, NewVertex};
 use crate::mesh::SourceMesh;
-use crate::mesh::topology::{Topology, first_of};
+use crate::mesh::topology::{Topology, find_first};
 
 const NONE: u32 = u32::MAX;
 
@@ -122,7 +122,7 @@ impl Sheets {
         *made.entry(v).or_insert_with(|| {
             let [own, front, back] =
                 [v, origin, of_origin].map(|vertex| vertices.row(vertex).to_vec());
-            let row = vertices.layout.turned(&own, &front, &back);
+            let row = vertices.layout.back_row(&own, &front, &back);
             let new = NewVertex {
                 before: of_origin,
                 position: vertices.positions[v as usize],
@@ -161,11 +161,11 @@ fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> 
     let mut component = place.to_vec();
     for triangle in triangles {
         for pair in triangle.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|v| first_of(&mut component, v));
+            let [a, b] = [pair[0], pair[1]].map(|v| find_first(&mut component, v));
             component[a.max(b) as usize] = a.min(b);
         }
     }
-    let roots = triangles.iter().map(|t| first_of(&mut component, t[0]));
+    let roots = triangles.iter().map(|t| find_first(&mut component, t[0]));
     let roots: Vec<u32> = roots.collect();
     let mut is_mixed = vec![false; place.len()];
     for (&root, &twin) in roots.iter().zip(twin) {

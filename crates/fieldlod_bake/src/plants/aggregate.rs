@@ -6,9 +6,9 @@
 //!
 //! 1. Surfaces are simplified up to an error that depends on the size of the elements.
 //! 2. Elements share the remaining triangle budget. Elements with many triangles are simplified as surfaces and regain
-//! their lost area. Elements with few triangles are [flattened and pruned](crate::plants::elements), the least visible
-//! first; neighbours grow to replace them (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic Simplification of
-//! Aggregate Detail, SIGGRAPH 2007).
+//!    their lost area. Elements with few triangles are [flattened and pruned](crate::plants::elements), the least
+//!    visible first, and neighbours grow to replace them (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic
+//!    Simplification of Aggregate Detail, SIGGRAPH 2007).
 //!
 //! Deviations are distances to the nearest surface, whichever element it belongs to. A guarantee bounds the distance to
 //! the nearest leaf; it does not promise that each leaf is drawn.
@@ -20,17 +20,17 @@ use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
 
 /// A group with fewer loose components is not an aggregate.
-const FEWEST_ELEMENTS: usize = 6;
+const MIN_ELEMENTS: usize = 6;
 /// Largest share of a group's triangles in one element. Larger components are surfaces.
-const MOST_OF_GROUP: f32 = 0.2;
+const MAX_ELEMENT_SHARE: f32 = 0.2;
 /// If elements have at most this many triangles on average, they are flattened and pruned instead of simplified.
-const FEW_TRIANGLES: usize = 8;
+const MAX_TRIANGLES_TO_FLATTEN: usize = 8;
 /// A mesh is an aggregate if elements have at least this share of its triangles.
-const LEAST_IN_ELEMENTS: f32 = 0.25;
+const MIN_SHARE_IN_ELEMENTS: f32 = 0.25;
 /// An element that would keep less than this share of its area is restored.
-const LEAST_AREA: f32 = 0.5;
+const MIN_AREA_KEPT: f32 = 0.5;
 /// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
-const ENOUGH_AREA: f32 = 0.97;
+const RESCALE_BELOW_AREA: f32 = 0.97;
 /// Surfaces between elements keep at least this share of their triangles.
 const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements.
@@ -39,7 +39,7 @@ const SURFACE_TOLERANCE: f32 = 0.5;
 /// are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles.
-const LEAST_LEFT: f32 = 0.125;
+const MIN_ELEMENT_RATIO: f32 = 0.125;
 
 /// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first
 /// vertex at each vertex's position.
@@ -56,10 +56,10 @@ pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
     let is_locked = vec![false; positions.len()];
     let components = components_of(&mesh.indices, &positions, place, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
-    let is_element = |c: &&Component| share(c.triangles.len()) <= MOST_OF_GROUP && c.area > 0.0;
+    let is_element = |c: &&Component| share(c.triangles.len()) <= MAX_ELEMENT_SHARE && c.area > 0.0;
     let elements = components.iter().filter(is_element);
     let elements: Vec<usize> = elements.map(|c| c.triangles.len()).collect();
-    elements.len() >= FEWEST_ELEMENTS && share(elements.iter().sum()) >= LEAST_IN_ELEMENTS
+    elements.len() >= MIN_ELEMENTS && share(elements.iter().sum()) >= MIN_SHARE_IN_ELEMENTS
 }
 
 impl Task<'_> {
@@ -70,7 +70,7 @@ impl Task<'_> {
         let mut simplified = self.unchanged(Method::Elements);
         let count = triangles_of(&elements);
         let wanted = self.piece.triangle_count() as f32 * ratio;
-        // Simplify surfaces only if removing elements is not enough.
+        // Surfaces get the part of the budget that elements leave over.
         let surface_area = area_of(&surfaces);
         let radius = elements.iter().map(|e| e.radius).sum::<f32>() / elements.len() as f32;
         let corners: Vec<u32> = surfaces.iter().flat_map(Component::corners).collect();
@@ -82,7 +82,7 @@ impl Task<'_> {
             radius * SURFACE_TOLERANCE,
         );
         // Elements get the rest of the budget.
-        let left = (wanted - surface.len() as f32 / 3.0).max(count * LEAST_LEFT);
+        let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
         let elements = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
         let squares = elements.iter().map(|e| e.area * e.radius * e.radius);
@@ -104,16 +104,16 @@ impl Task<'_> {
             &self.is_locked,
         );
         for component in &mut components {
-            let seen = component.vertices().into_iter();
-            component.seen = match &self.seen {
-                Some(pixels) => seen.map(|own| pixels[own as usize]).sum(),
+            let vertices = component.vertices().into_iter();
+            component.visible_px = match &self.visible_px {
+                Some(pixels) => vertices.map(|own| pixels[own as usize]).sum(),
                 None => component.area,
             };
         }
-        let most = (self.piece.triangle_count() as f32 * MOST_OF_GROUP) as usize;
+        let most = (self.piece.triangle_count() as f32 * MAX_ELEMENT_SHARE) as usize;
         let is_element = |c: &Component| !c.is_locked && c.triangles.len() <= most && c.area > 0.0;
         let (elements, surfaces): (Vec<_>, Vec<_>) = components.into_iter().partition(is_element);
-        (elements.len() >= FEWEST_ELEMENTS).then_some((elements, surfaces))
+        (elements.len() >= MIN_ELEMENTS).then_some((elements, surfaces))
     }
 
     /// Simplifies triangles in place. Returns the remaining corners and the error.
@@ -147,7 +147,7 @@ impl Task<'_> {
             return elements;
         }
         // Elements with many triangles are simplified as surfaces.
-        if triangles_of(&elements) > (elements.len() * FEW_TRIANGLES) as f32 {
+        if triangles_of(&elements) > (elements.len() * MAX_TRIANGLES_TO_FLATTEN) as f32 {
             let before = triangles_of(&elements);
             elements = self.simplify_as_surfaces(simplified, elements, wanted / before);
             if triangles_of(&elements) <= before * self.config.stuck_ratio {
@@ -155,7 +155,7 @@ impl Task<'_> {
             }
         }
         // If that makes too little progress, elements are flattened and pruned.
-        self.thin_out(simplified, elements, wanted)
+        self.flatten_and_prune(simplified, elements, wanted)
     }
 
     /// Simplifies each element, and scales it back to its area.
@@ -187,10 +187,10 @@ impl Task<'_> {
         }
         for (element, before) in elements.iter_mut().zip(before) {
             element.measure(&simplified.positions);
-            if element.area < before.area * LEAST_AREA {
+            if element.area < before.area * MIN_AREA_KEPT {
                 self.restore(simplified, &before);
                 *element = before;
-            } else if element.area < before.area * ENOUGH_AREA {
+            } else if element.area < before.area * RESCALE_BELOW_AREA {
                 let mean = self.mean_row(&rows, &before);
                 let area = before.area * self.area_gain;
                 self.fit(simplified, element, area, before.centroid, &mean);

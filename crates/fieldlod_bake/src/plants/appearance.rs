@@ -25,17 +25,17 @@ const SIZES: usize = 5;
 const SAMPLES: usize = 2;
 /// Difference that is as good as 1 px: a root mean square, relative to the detail of the source. Smooth meshes at 1 px
 /// of error have 0.8 to 1.6; this is their mean.
-const AS_GOOD_AS_1_PX: f32 = 1.25;
+const DIFFERENCE_AT_1_PX: f32 = 1.25;
 /// Lower limit for the detail of a picture, from 0 to 1: differences are divided by it.
-const LEAST_DETAIL: f32 = 0.002;
+const MIN_DETAIL: f32 = 0.002;
 /// Factor that the criterion applies to the error of a mesh whose normals point everywhere: √(1 + 0.4).
-const FACING_ALL_WAYS: f32 = 1.183_216;
+const FACING_FACTOR: f32 = 1.183_216;
 /// Levels with more vertices are never drawn as whole meshes, because they need 16-bit indices.
-pub(crate) const MOST_VERTICES: u32 = 1 << 16;
+pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels that can be drawn as whole meshes. Stores in each group the error of the next coarser level.
 pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
-    if hierarchy.source_vertex_count > MOST_VERTICES {
+    if hierarchy.source_vertex_count > MAX_VERTICES {
         return;
     }
     let cuts = hierarchy.whole_mesh_cuts();
@@ -45,10 +45,15 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
         let good_until_px = good_until(by_size);
         let seen = seen_error(radius, good_until_px);
-        let told = hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
+        let simplifier_error =
+            hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
         // The largest picture shows no finer difference, but the error of the simplifier may be smaller.
-        let is_good_at_all = good_until_px >= LARGEST_PX;
-        errors[cut.group_level as usize] = if is_good_at_all { seen.min(told) } else { seen };
+        let is_good_at_every_size = good_until_px >= LARGEST_PX;
+        errors[cut.group_level as usize] = if is_good_at_every_size {
+            seen.min(simplifier_error)
+        } else {
+            seen
+        };
     }
     // Errors must not shrink towards coarser levels.
     for level in 1..errors.len() {
@@ -61,7 +66,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
 
 /// Error of a level that looks right up to a radius of the mesh of `good_until_px`.
 fn seen_error(radius: f32, good_until_px: f32) -> f32 {
-    radius / (good_until_px * FACING_ALL_WAYS)
+    radius / (good_until_px * FACING_FACTOR)
 }
 
 fn sphere_of(hierarchy: &Hierarchy) -> Sphere {
@@ -89,13 +94,13 @@ fn differences(
     let vertices = &hierarchy.vertices;
     let count = hierarchy.source_vertex_count as usize;
     let sphere = sphere_of(hierarchy);
-    let looks = surfaces.looks_of(hierarchy);
+    let of_vertices = surfaces.vertex_surfaces(hierarchy);
     let model = Model {
         positions: &vertices.positions,
         normals: &vertices.normals,
         colors: &vertices.colors,
-        surfaces: &looks.surfaces,
-        uvs: &looks.uvs,
+        surfaces: &of_vertices.surfaces,
+        uvs: &of_vertices.uvs,
         sphere,
         exposure: surfaces.exposure(vertices.colors.get(..count).unwrap_or(&[])),
     };
@@ -126,7 +131,7 @@ fn differences(
         by_view.iter().map(mean_of).sum::<f32>() / DIRECTIONS as f32
     };
     let relative = |level: usize, size: usize| {
-        let detail = mean(0, size).max(LEAST_DETAIL * LEAST_DETAIL);
+        let detail = mean(0, size).max(MIN_DETAIL * MIN_DETAIL);
         (mean(level, size) / detail).sqrt()
     };
     let of_level = |level: usize| std::array::from_fn(|size| relative(level, size));
@@ -156,14 +161,14 @@ fn good_until(by_size: [f32; SIZES]) -> f32 {
     let radius_px = |size: usize| LARGEST_PX / (1u32 << size) as f32;
     // Very bright colours may give infinite differences or NaN; treat these as bad.
     let by_size = by_size.map(|d| if d.is_finite() { d } else { f32::MAX });
-    match by_size.iter().position(|&d| d <= AS_GOOD_AS_1_PX) {
+    match by_size.iter().position(|&d| d <= DIFFERENCE_AT_1_PX) {
         Some(0) => LARGEST_PX,
         Some(size) => {
             let (good, bad) = (by_size[size], by_size[size - 1]);
-            radius_px(size) * (1.0 + (AS_GOOD_AS_1_PX - good) / (bad - good))
+            radius_px(size) * (1.0 + (DIFFERENCE_AT_1_PX - good) / (bad - good))
         }
         // Beyond the smallest size, the difference is assumed to be proportional to the radius.
-        None => radius_px(SIZES - 1) * AS_GOOD_AS_1_PX / by_size[SIZES - 1],
+        None => radius_px(SIZES - 1) * DIFFERENCE_AT_1_PX / by_size[SIZES - 1],
     }
 }
 

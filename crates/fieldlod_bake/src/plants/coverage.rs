@@ -18,7 +18,7 @@ use crate::levels::simplify::{Simplified, Task};
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::components::{Component, components_of};
 use crate::mesh::surface::Surface;
-use crate::plants::elements::MOST_MOVED_IF_OPEN;
+use crate::plants::elements::MAX_SMALL_ELEMENT;
 use crate::plants::picture::{Model, Viewpoint};
 
 /// How the covered area of a level is measured.
@@ -44,19 +44,19 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     attempts: 8,
 };
 /// Number and side length of the pictures that measure how many pixels of each vertex are visible.
-const SEEN_FROM: usize = 24;
-const SEEN_SIDE_PX: usize = 256;
+const VISIBILITY_VIEWS: usize = 24;
+const VISIBILITY_SIDE_PX: usize = 256;
 /// Levels aim to cover this share of the source's area.
-const AIM: f32 = 0.98;
+const TARGET_AREA: f32 = 0.98;
 /// Limit for the total correction of a level.
-const MOST_SET_RIGHT: f32 = 2.5;
+const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area.
-const NEAR: f32 = 0.003;
+const AREA_TOLERANCE: f32 = 0.003;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
 
 /// Limit for the change of the gain in one step.
-const MOST_GAIN: f32 = 1.6;
+const MAX_GAIN_STEP: f32 = 1.6;
 
 /// The area that the source covers in pictures.
 pub(crate) struct Coverage {
@@ -84,18 +84,18 @@ impl Coverage {
     }
 
     /// Measures a level, and returns the wanted area divided by the covered area.
-    pub(crate) fn lacking(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
+    pub(crate) fn wanted_ratio(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
         self.wanted(self.measure(level, vertices))
     }
 
     /// The wanted area divided by the covered area.
     fn wanted(&self, covered: f32) -> f32 {
         let share = covered.max(1.0) / self.of_source.max(1.0);
-        share.clamp(AIM, 1.0) / share
+        share.clamp(TARGET_AREA, 1.0) / share
     }
 
     /// Scales a simplified mesh until its covered area is right. Surfaces and elements grow; only elements shrink.
-    pub(crate) fn set_right(&self, task: &Task<'_>, simplified: &mut Simplified) {
+    pub(crate) fn correct_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let before = simplified.positions.clone();
         let parts = components_of(
             &simplified.corners,
@@ -110,13 +110,13 @@ impl Coverage {
             drawn.positions.clone_from(&simplified.positions);
             let covered = self.measure(&drawn, task.vertices);
             let wanted = self.wanted(covered);
-            if (wanted - 1.0).abs() <= NEAR {
+            if (wanted - 1.0).abs() <= AREA_TOLERANCE {
                 break;
             }
-            gain = (gain * wanted).clamp(MOST_SET_RIGHT.recip(), MOST_SET_RIGHT);
+            gain = (gain * wanted).clamp(MAX_CORRECTION.recip(), MAX_CORRECTION);
             for part in &parts {
-                let grown = task.grown(&before, part, gain);
-                for (own, position) in grown {
+                let scaled_vertices = task.scaled_vertices(&before, part, gain);
+                for (own, position) in scaled_vertices {
                     let position = position.clamp(self.aabb.min, self.aabb.max);
                     simplified.positions[own as usize] = position.to_array();
                     simplified.is_new[own as usize] = true;
@@ -127,25 +127,25 @@ impl Coverage {
 
     /// Number of pixels in which each vertex of a level is visible, over all views. Each vertex gets a third of the
     /// pixels of its triangles.
-    pub(crate) fn seen(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
+    pub(crate) fn visible_px(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
         let (triangles, _) = drawn.corners.as_chunks();
-        let by_view = self.look_at(drawn, vertices, |model, opacity| {
-            let views = (0..SEEN_FROM).into_par_iter();
-            let seen = views.map(|index| {
-                let view = Viewpoint::around(index, SEEN_FROM);
-                model.seen(triangles, &view, SEEN_SIDE_PX, opacity)
+        let by_view = self.with_model(drawn, vertices, |model, opacity| {
+            let views = (0..VISIBILITY_VIEWS).into_par_iter();
+            let visible_px = views.map(|index| {
+                let view = Viewpoint::around(index, VISIBILITY_VIEWS);
+                model.visible_px(triangles, &view, VISIBILITY_SIDE_PX, opacity)
             });
-            seen.collect::<Vec<Vec<u32>>>()
+            visible_px.collect::<Vec<Vec<u32>>>()
         });
-        let mut seen = vec![0.0f32; drawn.vertices.len()];
+        let mut visible_px = vec![0.0f32; drawn.vertices.len()];
         for by_triangle in by_view {
             for (triangle, pixels) in triangles.iter().zip(by_triangle) {
                 for &vertex in triangle {
-                    seen[vertex as usize] += pixels as f32 / 3.0;
+                    visible_px[vertex as usize] += pixels as f32 / 3.0;
                 }
             }
         }
-        seen
+        visible_px
     }
 
     /// Number of pixels that a level covers.
@@ -153,7 +153,7 @@ impl Coverage {
         let (triangles, _) = drawn.corners.as_chunks();
         let pictures = pictures_of(vertices);
         let count = pictures.directions;
-        self.look_at(drawn, vertices, |model, opacity| {
+        self.with_model(drawn, vertices, |model, opacity| {
             let views = (0..count).map(|index| Viewpoint::around(index, count));
             views
                 .map(|view| model.covered(triangles, &view, pictures.side, opacity))
@@ -162,7 +162,7 @@ impl Coverage {
     }
 
     /// Calls `look` with the model and the opacity of triangles whose surface is unknown.
-    fn look_at<R>(
+    fn with_model<R>(
         &self,
         drawn: &Drawn,
         vertices: &LevelVertices,
@@ -204,23 +204,25 @@ pub(crate) struct Response {
 
 impl Response {
     /// Factor for a gain with which the wanted area is `lacking` times the covered area.
-    pub(crate) fn gain(&mut self, gain: f32, lacking: f32) -> f32 {
+    pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
         let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
-            (gain / last_gain).ln() / (last_lacking / lacking).ln()
+            (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
         });
-        self.last = Some([gain, lacking]);
+        self.last = Some([gain, wanted_ratio]);
         // The first guess is quadratic, because elements are only a part of the covered area.
         let power = if power.is_finite() {
             power.clamp(0.5, 5.0)
         } else {
             2.0
         };
-        lacking.powf(power).clamp(MOST_GAIN.recip(), MOST_GAIN)
+        wanted_ratio
+            .powf(power)
+            .clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
     }
 }
 
 fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    if vertices.knows_what_is_cut_out() {
+    if vertices.has_known_opacity() {
         OF_KNOWN_SURFACE
     } else {
         OF_UNKNOWN_SURFACE
@@ -285,7 +287,7 @@ impl Drawn {
 
     /// The known surface of each vertex, and the texture coordinates that it uses.
     fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
-        if !vertices.knows_what_is_cut_out() {
+        if !vertices.has_known_opacity() {
             return Default::default();
         }
         let of_vertices = self
@@ -306,11 +308,16 @@ impl Drawn {
 impl Task<'_> {
     /// Returns new positions for the vertices of a part that shall cover `gain` times its area at `before`. Elements
     /// scale around their centroid; surfaces only grow outwards.
-    fn grown(&self, before: &[[f32; 3]], part: &Component, gain: f32) -> Vec<(u32, Vec3)> {
+    fn scaled_vertices(
+        &self,
+        before: &[[f32; 3]],
+        part: &Component,
+        gain: f32,
+    ) -> Vec<(u32, Vec3)> {
         let position = |own: u32| Vec3::from(before[own as usize]);
         let more = gain.sqrt() - 1.0;
         let vertices = part.vertices().into_iter();
-        if part.triangles.len() <= MOST_MOVED_IF_OPEN {
+        if part.triangles.len() <= MAX_SMALL_ELEMENT {
             let offset = |own| (position(own) - part.centroid) * more;
             return vertices
                 .map(|own| (own, position(own) + offset(own)))
@@ -331,8 +338,8 @@ impl Task<'_> {
         }
         let is_border =
             |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
-        let grown = vertices.filter(|own| !is_border(own));
-        grown
+        let scaled_vertices = vertices.filter(|own| !is_border(own));
+        scaled_vertices
             .map(|own| {
                 (
                     own,

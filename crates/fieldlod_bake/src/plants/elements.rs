@@ -18,19 +18,19 @@ use crate::plants::curve::Curve;
 /// power. Large leaves look worse than a few missing ones; [coverage](crate::plants::coverage) adds growth if needed.
 const GROWTH: f32 = 0.6;
 /// Limit for the growth in one replacement.
-const MOST_GROWTH: f32 = 4.0;
+const MAX_GROWTH: f32 = 4.0;
 /// Share of an element's visible pixels that change if it is flattened.
-const FLATTENED: f32 = 0.4;
+const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
 /// would move its part differently.
-pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
+pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
 /// Limit for the growth of a flattened element.
-const MOST_FLATTENED: f32 = 4.0;
+const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
 impl Task<'_> {
     /// Flattens and prunes elements, down to `wanted` triangles if possible. The step that changes the fewest visible
     /// pixels per saved triangle comes first.
-    pub(crate) fn thin_out(
+    pub(crate) fn flatten_and_prune(
         &self,
         simplified: &mut Simplified,
         mut elements: Vec<Component>,
@@ -58,7 +58,7 @@ impl Task<'_> {
             } else if let Some(nearest) = curve.nearest(index, &elements) {
                 let pruned = std::mem::take(&mut elements[index]);
                 curve.remove(index);
-                self.stand_for(simplified, &mut elements[nearest], &pruned);
+                self.replace_pruned(simplified, &mut elements[nearest], &pruned);
                 simplified.is_pruned = true;
                 nearest
             } else {
@@ -90,22 +90,31 @@ impl Task<'_> {
         let mean = self.mean_row(&simplified.rows, &before);
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
-        let area = (before.area * self.area_gain).min(element.area * MOST_FLATTENED);
+        let area = (before.area * self.area_gain).min(element.area * MAX_FLATTENING_GROWTH);
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
     /// Grows an element, and mixes its attributes, to replace a pruned one.
-    fn stand_for(&self, simplified: &mut Simplified, element: &mut Component, pruned: &Component) {
-        let seen = element.seen + pruned.seen;
-        let share = if seen > 0.0 { pruned.seen / seen } else { 0.0 };
+    fn replace_pruned(
+        &self,
+        simplified: &mut Simplified,
+        element: &mut Component,
+        pruned: &Component,
+    ) {
+        let visible_px = element.visible_px + pruned.visible_px;
+        let share = if visible_px > 0.0 {
+            pruned.visible_px / visible_px
+        } else {
+            0.0
+        };
         let own = self.mean_row(&simplified.rows, element);
         let other = self.mean_row(&simplified.rows, pruned);
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
-        let growth = (1.0 - share).recip().powf(GROWTH).min(MOST_GROWTH);
+        let growth = (1.0 - share).recip().powf(GROWTH).min(MAX_GROWTH);
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
-        element.seen = seen;
+        element.visible_px = visible_px;
     }
 
     /// Scales and moves an element to the given area and centroid, and adapts its colours and normals to the given
@@ -123,7 +132,7 @@ impl Task<'_> {
             let vertex = self.piece.vertices[own as usize];
             self.vertices.is_border[vertex as usize]
         };
-        let is_large = element.triangles.len() > MOST_MOVED_IF_OPEN;
+        let is_large = element.triangles.len() > MAX_SMALL_ELEMENT;
         if !factor.is_finite() || is_large && element.vertices().iter().any(is_border) {
             return;
         }
@@ -134,7 +143,7 @@ impl Task<'_> {
             let position = Vec3::from(simplified.positions[own]);
             let fitted = centroid + (position - element.centroid) * factor;
             simplified.positions[own] = fitted.to_array();
-            layout.adapt(
+            layout.shift_mean(
                 &mut simplified.rows[own * width..][..width],
                 &own_mean,
                 mean,
@@ -193,8 +202,8 @@ impl Step {
     fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
         let element = &elements[index];
         let count = element.triangles.len() as f32;
-        let pruned = element.seen / count;
-        let flattened = FLATTENED * element.seen / (count - 2.0);
+        let pruned = element.visible_px / count;
+        let flattened = FLATTENING_COST * element.visible_px / (count - 2.0);
         let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
         Self {
             cost: if is_flattening { flattened } else { pruned },

@@ -7,7 +7,7 @@
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::mesh::edges::number;
+use crate::mesh::edges::hash_of;
 use crate::mesh::surface::Surface;
 use crate::mesh::surfaces::shown;
 
@@ -15,7 +15,7 @@ use crate::mesh::surfaces::shown;
 const BACKGROUND: f32 = 0.2;
 /// Cosine between a normal and the eye direction below which the normal is flipped. Smooth normals near a silhouette
 /// may point slightly away from the eye.
-const SILHOUETTE: f32 = -0.15;
+const FLIP_BELOW: f32 = -0.15;
 
 /// A square picture in row order. Each pixel is a colour in linear light and the covered share.
 #[derive(Clone)]
@@ -122,7 +122,7 @@ impl Model<'_> {
     }
 
     /// Number of pixels in which each triangle is visible. Opacities are those of [`Self::covered`].
-    pub(crate) fn seen(
+    pub(crate) fn visible_px(
         &self,
         triangles: &[[u32; 3]],
         view: &Viewpoint,
@@ -137,7 +137,7 @@ impl Model<'_> {
             let of_surface = self.surface(triangle).filter(|s| !s.is_opaque());
             let at_uv = of_surface.map(|s| s.opacity(self.uvs_of(triangle), raster.area()));
             let whole = opacity(triangle);
-            let own = (number(at as u32) >> 32) as u32;
+            let own = (hash_of(at as u32) >> 32) as u32;
             raster.each_pixel(|index, shares, near| {
                 if near <= nearest[index].0 {
                     return;
@@ -147,18 +147,18 @@ impl Model<'_> {
                     Some(opacity) => opacity(self.uv_at(triangle, shares)),
                     None => whole,
                 };
-                if opacity >= 1.0 || random_of(index as u32 ^ own) < opacity {
+                if opacity >= 1.0 || random_unit(index as u32 ^ own) < opacity {
                     nearest[index] = (near, at as u32);
                 }
             });
         }
-        let mut seen = vec![0; triangles.len()];
+        let mut visible_px = vec![0; triangles.len()];
         for (_, at) in nearest {
-            if let Some(seen) = seen.get_mut(at as usize) {
-                *seen += 1;
+            if let Some(visible_px) = visible_px.get_mut(at as usize) {
+                *visible_px += 1;
             }
         }
-        seen
+        visible_px
     }
 
     fn surface(&self, triangle: &[u32; 3]) -> Option<&Surface> {
@@ -198,18 +198,18 @@ impl Model<'_> {
         };
         let normal = self.normals.get(vertex as usize).copied();
         let albedo = shown(self.colors.get(vertex as usize)) * self.exposure;
-        albedo * lit(normal.unwrap_or_else(flat), view)
+        albedo * brightness(normal.unwrap_or_else(flat), view)
     }
 }
 
 /// A pseudo-random number from 0 to below 1.
-fn random_of(drawn_by: u32) -> f32 {
-    (number(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
+fn random_unit(drawn_by: u32) -> f32 {
+    (hash_of(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
 }
 
 /// Share of the light that is reflected towards the eye.
-fn lit(mut normal: Vec3, view: &Viewpoint) -> f32 {
-    if normal.dot(view.eye) < SILHOUETTE {
+fn brightness(mut normal: Vec3, view: &Viewpoint) -> f32 {
+    if normal.dot(view.eye) < FLIP_BELOW {
         normal = -normal;
     }
     let sky = 0.5 + 0.5 * normal.y;
@@ -393,15 +393,15 @@ mod tests {
             up: Vec3::Y,
         };
         let triangles = [[0, 1, 2], [3, 4, 5]];
-        let seen = |opacity: f32| model.seen(&triangles, &view, 96, |_| opacity);
+        let visible_px = |opacity: f32| model.visible_px(&triangles, &view, 96, |_| opacity);
         let whole = 96.0f32 * 96.0 * 2.0 / 9.0;
-        let [hidden, all] = seen(1.0)[..] else {
+        let [hidden, all] = visible_px(1.0)[..] else {
             panic!("two triangles")
         };
         assert_eq!(hidden, 0);
         assert!((all as f32 / whole - 1.0).abs() < 0.03, "{all} of {whole}");
         // The front triangle shows in half of the pixels, the back one in half of the rest.
-        let [behind, before] = seen(0.5)[..] else {
+        let [behind, before] = visible_px(0.5)[..] else {
             panic!("two triangles")
         };
         assert!((before as f32 / whole - 0.5).abs() < 0.05, "{before}");

@@ -12,20 +12,20 @@ use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::aggregate::is_aggregate;
-use crate::plants::appearance::MOST_VERTICES;
+use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
 /// Maximum number of times that a level is simplified again.
-const MOST_CORRECTIONS: usize = 4;
+const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected.
-const HARDLY_LACKING: f32 = 0.01;
+const AREA_TOLERANCE: f32 = 0.01;
 /// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
 /// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
-const MOST_MORE_GONE: f32 = 1.25;
-const LEAST_KEPT: f32 = 0.6;
-const MOST_KEPT: f32 = 0.74;
+const MAX_REMOVED_GROWTH: f32 = 1.25;
+const MIN_KEPT: f32 = 0.6;
+const MAX_KEPT: f32 = 0.74;
 /// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
-const ALL_BUT_STUCK: f32 = 0.9;
+const STUCK_MARGIN: f32 = 0.9;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.
 pub(crate) struct Plant<'a> {
@@ -48,7 +48,7 @@ pub(crate) struct PlantLevel<'a> {
     /// Extra growth of elements.
     pub(crate) area_gain: f32,
     /// Number of pixels in which each vertex is visible; only for plants.
-    pub(crate) seen: Option<Vec<f32>>,
+    pub(crate) visible_px: Option<Vec<f32>>,
     /// Area to cover; only for a level of one group.
     coverage: Option<&'a Coverage>,
     has_elements: bool,
@@ -56,7 +56,7 @@ pub(crate) struct PlantLevel<'a> {
 
 impl<'a> Plant<'a> {
     pub(crate) fn of(mesh: &'a SourceMesh, place: &[u32]) -> Self {
-        let is_small = mesh.positions.len() <= MOST_VERTICES as usize;
+        let is_small = mesh.positions.len() <= MAX_VERTICES as usize;
         Self {
             mesh,
             is_plant: is_small && is_aggregate(mesh, place),
@@ -89,10 +89,10 @@ impl<'a> Plant<'a> {
         if is_whole && self.level == 0 {
             self.coverage(vertices);
         }
-        let seen = self.is_plant.then(|| {
+        let visible_px = self.is_plant.then(|| {
             let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
             let drawn = Drawn::of(corners.copied().collect(), vertices);
-            self.coverage(vertices).seen(&drawn, vertices)
+            self.coverage(vertices).visible_px(&drawn, vertices)
         });
         let ratio = if self.is_plant {
             let triangles: usize = parts.iter().map(|part| triangle_count(part)).sum();
@@ -104,7 +104,7 @@ impl<'a> Plant<'a> {
         PlantLevel {
             ratio,
             area_gain: self.area_gain,
-            seen,
+            visible_px,
             coverage: self.coverage.get().filter(|_| is_whole),
             has_elements: self.has_elements,
         }
@@ -117,7 +117,7 @@ impl<'a> Plant<'a> {
         parts: &[Vec<Cluster>],
         vertices: &LevelVertices,
     ) -> bool {
-        parts.len() > 1 && (self.is_plant || vertices.knows_what_is_cut_out())
+        parts.len() > 1 && (self.is_plant || vertices.has_known_opacity())
     }
 
     /// Simplifies a level again with other gains until it covers the wanted area. `simplify` takes the gain.
@@ -131,13 +131,13 @@ impl<'a> Plant<'a> {
         let coverage = self.coverage(vertices);
         let mut response = Response::default();
         let mut area_gain = self.area_gain;
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             let drawn = drawn_of(parts, &simplified, vertices);
-            let lacking = coverage.lacking(&drawn, vertices);
-            if (lacking - 1.0).abs() <= HARDLY_LACKING {
+            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
+            if (wanted_ratio - 1.0).abs() <= AREA_TOLERANCE {
                 break;
             }
-            area_gain *= response.gain(area_gain, lacking);
+            area_gain *= response.gain(area_gain, wanted_ratio);
             simplified = simplify(area_gain);
         }
         simplified
@@ -155,8 +155,8 @@ impl<'a> Plant<'a> {
         if has_elements {
             let corners = clusters.iter().flat_map(|cluster| &cluster.corners);
             let drawn = Drawn::of(corners.copied().collect(), vertices);
-            let lacking = self.coverage(vertices).lacking(&drawn, vertices);
-            self.area_gain = Response::default().gain(1.0, lacking);
+            let wanted_ratio = self.coverage(vertices).wanted_ratio(&drawn, vertices);
+            self.area_gain = Response::default().gain(1.0, wanted_ratio);
         }
     }
 }
@@ -166,23 +166,23 @@ impl PlantLevel<'_> {
     pub(crate) fn fit_covered_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let has_elements = self.has_elements || simplified.method == Method::Elements;
         if let Some(coverage) = self.coverage.filter(|_| has_elements) {
-            coverage.set_right(task, simplified);
+            coverage.correct_area(task, simplified);
         }
     }
 }
 
 /// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
 fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
-    let gone = 1.0 - left;
-    if gone <= 0.0 {
+    let removed = 1.0 - left;
+    if removed <= 0.0 {
         return config.simplify_ratio;
     }
     // The configuration may ask for more levels, but not for fewer.
     let wanted = config.simplify_ratio;
-    let most = MOST_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
+    let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
     let most = most.max(wanted);
-    let least = LEAST_KEPT.clamp(wanted, most);
-    ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
+    let least = MIN_KEPT.clamp(wanted, most);
+    ((1.0 - MAX_REMOVED_GROWTH * removed) / left).clamp(least, most)
 }
 
 /// The triangles of a level. Stuck groups are drawn unsimplified.

@@ -18,19 +18,19 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
-use crate::plants::appearance::MOST_VERTICES;
+use crate::plants::appearance::MAX_VERTICES;
 use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
 pub const MOST_TOGETHER: usize = 4;
 /// Offset between meshes, as a share of the largest coordinate: at most two steps of an `f32`. Without it, the
 /// simplifier would weld vertices of two meshes at the same position.
-const APART: f32 = 1.0 / (1 << 22) as f32;
+const OFFSET: f32 = 1.0 / (1 << 22) as f32;
 
 /// A mesh keeps its shared vertices at all levels only if they are at most this share of its triangles. Coarse levels
 /// have about one triangle per kept vertex. Tiles of 64 × 64 cells have 0.03 × 4; the materials of a hard-edged scene
 /// have 0.15.
-const MOST_KEPT: f32 = 0.05;
+const MAX_KEPT_VERTICES: f32 = 0.05;
 
 /// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
 /// separately.
@@ -67,25 +67,25 @@ pub(crate) fn bake_together_with_progress(
     config: &BakeConfig,
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let together = match belong_together(meshes, config) {
+    let together = match can_bake_as_plant(meshes, config) {
         true => Some(Joint::Plant),
-        false => are_one_surface(meshes, kept, config).then_some(Joint::Surface),
+        false => can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface),
     };
-    let as_one = |joint| bake_as_one(meshes, joint, config, &|count| on_triangles(0, count));
+    let as_one = |joint| bake_joined(meshes, joint, config, &|count| on_triangles(0, count));
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
-    let by_itself = |(index, mesh): (usize, &&SourceMesh)| {
-        let kept = affordable(&kept[index], mesh);
+    let bake_separately = |(index, mesh): (usize, &&SourceMesh)| {
+        let kept = kept_within_budget(&kept[index], mesh);
         bake_mesh_with_progress(mesh, kept, config, &|count| on_triangles(index, count))
     };
-    meshes.par_iter().enumerate().map(by_itself).collect()
+    meshes.par_iter().enumerate().map(bake_separately).collect()
 }
 
 /// The vertices to keep; none if they are too many, because coarse levels would consist of them.
-fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
+fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     let count = kept.iter().filter(|kept| **kept).count();
-    match count as f32 <= mesh.triangle_count() as f32 * MOST_KEPT {
+    match count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
         true => kept,
         false => &[],
     }
@@ -100,8 +100,8 @@ enum Joint {
     Surface,
 }
 
-fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
-    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_one(meshes, config) && is_plant(meshes)
+fn can_bake_as_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_joined(meshes, config) && is_plant(meshes)
 }
 
 fn is_plant(meshes: &[&SourceMesh]) -> bool {
@@ -111,15 +111,17 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
 }
 
 /// Whether each mesh meets another one.
-fn are_one_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
-    meshes.len() > 1 && kept.iter().all(|kept| kept.contains(&true)) && can_be_one(meshes, config)
+fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
+    meshes.len() > 1
+        && kept.iter().all(|kept| kept.contains(&true))
+        && can_be_joined(meshes, config)
 }
 
-fn can_be_one(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+fn can_be_joined(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let sum =
         |count: fn(&SourceMesh) -> usize| meshes.iter().map(|mesh| count(mesh)).sum::<usize>();
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles
-        && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES as usize;
+        && sum(|mesh| mesh.positions.len()) <= MAX_VERTICES as usize;
     let with_normals = meshes.iter().filter(|mesh| !mesh.normals.is_empty());
     is_small
         && [0, meshes.len()].contains(&with_normals.count())
@@ -149,7 +151,7 @@ fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     for (index, mesh) in meshes.iter().enumerate() {
         let first = all.positions.len() as u32;
         let apart = match joint {
-            Joint::Plant => Vec3::X * (extent * APART * index as f32),
+            Joint::Plant => Vec3::X * (extent * OFFSET * index as f32),
             Joint::Surface => Vec3::ZERO,
         };
         all.positions
@@ -157,16 +159,16 @@ fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
         all.indices
             .extend(mesh.indices.iter().map(|index| first + index));
     }
-    all.normals = in_turn(meshes, |mesh| &mesh.normals, Default::default());
-    all.uvs = in_turn(meshes, |mesh| &mesh.uvs, Default::default());
-    all.tangents = in_turn(meshes, |mesh| &mesh.tangents, Vec4::X + Vec4::W);
-    all.uvs_1 = in_turn(meshes, |mesh| &mesh.uvs_1, Default::default());
-    all.colors = in_turn(meshes, |mesh| &mesh.colors, Vec4::ONE);
+    all.normals = concatenated(meshes, |mesh| &mesh.normals, Default::default());
+    all.uvs = concatenated(meshes, |mesh| &mesh.uvs, Default::default());
+    all.tangents = concatenated(meshes, |mesh| &mesh.tangents, Vec4::X + Vec4::W);
+    all.uvs_1 = concatenated(meshes, |mesh| &mesh.uvs_1, Default::default());
+    all.colors = concatenated(meshes, |mesh| &mesh.colors, Vec4::ONE);
     all
 }
 
 /// Concatenates an attribute; empty if no mesh has it.
-fn in_turn<V: Copy>(
+fn concatenated<V: Copy>(
     meshes: &[&SourceMesh],
     attribute: impl Fn(&SourceMesh) -> &Vec<V>,
     neutral: V,
@@ -183,7 +185,7 @@ fn in_turn<V: Copy>(
 }
 
 /// Bakes the joined meshes. Returns `None` if a level needs 32-bit indices.
-fn bake_as_one(
+fn bake_joined(
     meshes: &[&SourceMesh],
     joint: Joint,
     config: &BakeConfig,
@@ -198,7 +200,7 @@ fn bake_as_one(
         on_triangles,
     );
     let mut whole = hierarchy.whole_mesh_levels()?;
-    face_alike(&mut whole);
+    unify_mean_normals(&mut whole);
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
@@ -219,7 +221,7 @@ fn bake_as_one(
 
 /// Gives all levels the mean normal of the source. Otherwise, meshes that skip different levels would select
 /// differently.
-fn face_alike(whole: &mut Hierarchy) {
+fn unify_mean_normals(whole: &mut Hierarchy) {
     let facing = whole.groups.first().map(|group| group.mean_normal);
     for group in &mut whole.groups {
         group.mean_normal = facing.unwrap_or_default();
@@ -312,11 +314,11 @@ impl<'a> Part<'a> {
         self.vertices
             .positions
             .push(*own_position.unwrap_or(position));
-        push_if_held(&mut self.vertices.normals, &from.normals, vertex);
-        push_if_held(&mut self.vertices.uvs, &from.uvs, vertex);
-        push_if_held(&mut self.vertices.tangents, &from.tangents, vertex);
-        push_if_held(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
-        push_if_held(&mut self.vertices.colors, &from.colors, vertex);
+        push_attribute(&mut self.vertices.normals, &from.normals, vertex);
+        push_attribute(&mut self.vertices.uvs, &from.uvs, vertex);
+        push_attribute(&mut self.vertices.tangents, &from.tangents, vertex);
+        push_attribute(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
+        push_attribute(&mut self.vertices.colors, &from.colors, vertex);
         let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
         let is_own = range.contains(&origin);
         self.moved_from.push(if is_own {
@@ -356,7 +358,7 @@ fn bits(position: &Vec3) -> [u32; 3] {
 }
 
 /// Adds the value of a vertex if the mesh has the attribute.
-fn push_if_held<V: Copy>(own: &mut Vec<V>, all: &[V], vertex: u32) {
+fn push_attribute<V: Copy>(own: &mut Vec<V>, all: &[V], vertex: u32) {
     if let (false, Some(&value)) = (own.is_empty(), all.get(vertex as usize)) {
         own.push(value);
     }

@@ -16,7 +16,7 @@ const UV_WEIGHT: f32 = 0.5;
 /// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`].
 const COLOR_WEIGHT: f32 = 0.25;
 /// Attributes with smaller differences are equal.
-const SAME: f32 = 1e-5;
+const ATTRIBUTE_TOLERANCE: f32 = 1e-5;
 
 /// Offsets and weights of the numbers in a row.
 pub(crate) struct AttributeLayout {
@@ -122,12 +122,14 @@ impl AttributeLayout {
 
     /// Whether two rows are equal up to rounding.
     pub(crate) fn is_same(&self, a: &[f32], b: &[f32]) -> bool {
-        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME)
+        a.iter()
+            .zip(b)
+            .all(|(a, b)| (a - b).abs() <= ATTRIBUTE_TOLERANCE)
     }
 
     /// Makes an interpolated row valid: normals get unit length, and colours stay in the range of the source. Values
     /// that are not finite are taken from `before`.
-    pub(crate) fn mend(&self, row: &mut [f32], before: &[f32]) {
+    pub(crate) fn make_valid(&self, row: &mut [f32], before: &[f32]) {
         if row.iter().any(|number| !number.is_finite()) {
             row.copy_from_slice(before);
         }
@@ -145,7 +147,7 @@ impl AttributeLayout {
 
     /// Shifts the normal and scales the colour of a row, so that rows with the mean `own_mean` get the mean `wanted`.
     /// Zero stays zero: colours may be wind weights, which are zero at the foot of a blade.
-    pub(crate) fn adapt(&self, row: &mut [f32], own_mean: &[f32], wanted: &[f32]) {
+    pub(crate) fn shift_mean(&self, row: &mut [f32], own_mean: &[f32], wanted: &[f32]) {
         let before = row.to_vec();
         for number in self.normal.map_or(0..0, |at| at..at + 3) {
             row[number] += wanted[number] - own_mean[number];
@@ -155,12 +157,12 @@ impl AttributeLayout {
                 row[number] *= wanted[number] / own_mean[number];
             }
         }
-        self.mend(row, &before);
+        self.make_valid(row, &before);
     }
 
     /// Row of a vertex on the back of a sheet. `own` is the row on the front; it comes from a vertex with the row
     /// `front`, which has the row `back` behind it.
-    pub(crate) fn turned(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
+    pub(crate) fn back_row(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
         let changes = own.iter().zip(front);
         let changed = back
             .iter()
@@ -173,7 +175,7 @@ impl AttributeLayout {
                 (-own).write_to_slice(&mut row[at..]);
             }
         }
-        self.mend(&mut row, back);
+        self.make_valid(&mut row, back);
         row
     }
 

@@ -96,7 +96,7 @@ impl LevelVertices {
     }
 
     /// Whether the opacity of some triangles is known.
-    pub(crate) fn knows_what_is_cut_out(&self) -> bool {
+    pub(crate) fn has_known_opacity(&self) -> bool {
         self.layout.has_uvs() && self.surfaces.any_known()
     }
 
@@ -117,14 +117,14 @@ impl LevelVertices {
         &self,
         groups: impl Iterator<Item = impl Iterator<Item = &'a u32>>,
     ) -> Vec<bool> {
-        const NOBODY: u32 = u32::MAX;
-        let mut used_by = vec![NOBODY; self.positions.len()];
+        const NONE: u32 = u32::MAX;
+        let mut used_by = vec![NONE; self.positions.len()];
         let mut is_shared = self.is_kept.clone();
         is_shared.resize(self.positions.len(), false);
         for (group, corners) in (0..).zip(groups) {
             for &vertex in corners {
                 let first = self.same_position[vertex as usize] as usize;
-                is_shared[first] |= used_by[first] != NOBODY && used_by[first] != group;
+                is_shared[first] |= used_by[first] != NONE && used_by[first] != group;
                 used_by[first] = group;
             }
         }

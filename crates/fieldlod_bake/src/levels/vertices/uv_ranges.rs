@@ -3,7 +3,7 @@
 
 use crate::levels::vertices::attributes::AttributeLayout;
 use crate::levels::vertices::{LevelVertices, Piece};
-use crate::mesh::topology::first_of;
+use crate::mesh::topology::find_first;
 
 /// Ranges of texture coordinates in a group. Patches end at seams and borders.
 pub(crate) struct UvRanges {
@@ -23,13 +23,13 @@ impl UvRanges {
         let mut piece: Vec<u32> = (0..count).collect();
         for triangle in group.corners.as_chunks::<3>().0 {
             for pair in triangle.windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|v| first_of(&mut piece, v));
+                let [a, b] = [pair[0], pair[1]].map(|v| find_first(&mut piece, v));
                 piece[a.max(b) as usize] = a.min(b);
             }
         }
         let mut ranges: Vec<Option<[Vec<f32>; 2]>> = vec![None; count as usize];
         for own in 0..count {
-            let first = first_of(&mut piece, own);
+            let first = find_first(&mut piece, own);
             piece[own as usize] = first;
             let row = vertices.row(group.vertices[own as usize]);
             let range = ranges[first as usize].get_or_insert_with(|| [row.to_vec(), row.to_vec()]);

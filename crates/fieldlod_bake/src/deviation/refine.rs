@@ -10,21 +10,21 @@ pub(super) const SAMPLING_MARGIN: f32 = 1.05;
 /// other margin, one of 204 bakes of game assets exceeded its stated deviation by a tenth.
 pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
 /// Parts with a squared distance up to this factor of the largest are covered by the margin.
-pub(super) const WITHIN: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
+pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
 /// distance.
-const LOW: f32 = 0.7;
+const MAX_LOW_HEIGHT: f32 = 0.7;
 /// A low part is skipped if its center is beside the nearest triangle by at most this share. Otherwise the center may be
 /// above a gap.
-const BESIDE: f32 = 0.06;
+const MAX_BESIDE: f32 = 0.06;
 
 /// The surface to which distances are measured.
 pub(super) struct Target {
     pub(super) surface: TriangleTree,
     /// The surface that a group consumes, unless it is the source. A point of the source belongs to the group only
-    /// within `reach_in_scaled` of it.
+    /// within `range_in_scaled` of it.
     pub(super) consumed: Option<TriangleTree>,
-    pub(super) reach_in_scaled: f32,
+    pub(super) range_in_scaled: f32,
 }
 
 /// A triangle that may contain the farthest point.
@@ -38,16 +38,16 @@ pub(super) struct Candidate {
 
 impl Target {
     /// Distance by which a point is too far away to belong to the group; at most 0 if it belongs.
-    fn beyond_reach(&self, place: Vec3) -> f32 {
+    fn excess_distance(&self, place: Vec3) -> f32 {
         let nearest = self.consumed.as_ref().and_then(|tree| tree.nearest(place));
         nearest.map_or(0.0, |near| {
-            near.distance_squared.sqrt() - self.reach_in_scaled
+            near.distance_squared.sqrt() - self.range_in_scaled
         })
     }
 }
 
-/// Raises the largest squared distance by samples on `candidates`. `splits` is the same as in [`look_at_part`].
-pub(super) fn look_closely(
+/// Raises the largest squared distance by samples on `candidates`. `splits` is the same as in [`refine_part`].
+pub(super) fn refine_candidates(
     target: &Target,
     mut candidates: Vec<Candidate>,
     splits: [u32; 2],
@@ -56,13 +56,13 @@ pub(super) fn look_closely(
     let order = |a: &Candidate, b: &Candidate| b.priority.total_cmp(&a.priority);
     candidates.sort_by(order);
     for candidate in &candidates {
-        look_at_part(target, candidate.corners, candidate.start, splits, farthest);
+        refine_part(target, candidate.corners, candidate.start, splits, farthest);
     }
 }
 
 /// Samples the center of a part, and splits it into quarters up to `splits` times. In the last `free` splits, parts are
 /// skipped if their corners are low above the triangle that is nearest to the center.
-fn look_at_part(
+fn refine_part(
     target: &Target,
     corners: [Vec3; 3],
     start: Option<NearestTriangle>,
@@ -72,11 +72,11 @@ fn look_at_part(
     let [a, b, c] = corners;
     let middle = (a + b + c) / 3.0;
     let surface = &target.surface;
-    let Some(near) = surface.near_enough(middle, *farthest * BESIDE, start) else {
+    let Some(near) = surface.near_enough(middle, *farthest * MAX_BESIDE, start) else {
         return;
     };
     if near.distance_squared > *farthest {
-        let beyond = target.beyond_reach(middle);
+        let beyond = target.excess_distance(middle);
         if beyond <= 0.0 {
             *farthest = near.distance_squared;
         } else if corners
@@ -86,19 +86,20 @@ fn look_at_part(
             return;
         }
     }
-    if splits == 0 || surface.bound_squared(near, corners) <= *farthest * WITHIN {
+    if splits == 0 || surface.bound_squared(near, corners) <= *farthest * MARGIN_SQUARED {
         return;
     }
     // The nearest triangle to the center may be far from a corner, so the first splits ignore this test.
     let is_low = || {
         let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
-        beside <= *farthest * BESIDE && surface.height_squared(near, corners) <= *farthest * LOW
+        beside <= *farthest * MAX_BESIDE
+            && surface.height_squared(near, corners) <= *farthest * MAX_LOW_HEIGHT
     };
     if splits <= free && is_low() {
         return;
     }
     let [ab, bc, ca] = [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5];
     for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-        look_at_part(target, part, Some(near), [splits - 1, free], farthest);
+        refine_part(target, part, Some(near), [splits - 1, free], farthest);
     }
 }

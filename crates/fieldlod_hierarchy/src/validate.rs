@@ -90,17 +90,17 @@ pub enum InvalidHierarchy {
         level: u32,
         expected: u32,
     },
-    /// An error is no length, or is smaller than that of a finer group.
+    /// An error is negative or NaN, or is smaller than that of a finer group.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
-    /// A deviation is no length, is smaller than that of a finer group, or is infinite where the error
-    /// is not. An unmeasured hierarchy has only infinite deviations.
+    /// A deviation is negative or NaN, or is smaller than that of a finer group. Or it is infinite although the error
+    /// is finite. An unmeasured hierarchy has only infinite deviations.
     #[error(
         "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
          not infinite for the same groups as the error"
     )]
     BadDeviation { group: usize, deviation: f32 },
-    /// A whole-mesh error is no length, or is smaller than that of a finer group.
+    /// A whole-mesh error is negative or not finite, or is smaller than that of a finer group.
     #[error(
         "group {group} has whole-mesh error {error}, which is negative, not finite or below a finer \
          group's"

@@ -37,7 +37,7 @@ pub(in crate::file) fn vertex_normals(
             sums_of_unit[b] += at_b;
             sums_of_unit[c] += at_c;
         }
-        // Known vertices are skipped.
+        // Vertices of earlier sections are skipped.
         for (&vertex, &sum) in vertices.iter().zip(&sums_of_unit) {
             if let Some(vertex) = (vertex as usize).checked_sub(from.vertices) {
                 sums[vertex] += sum;

@@ -46,11 +46,11 @@ fn meshes_of_a_tree_share_their_levels() {
         let verified = verify(source, part, &VerifySettings::default());
         verified.unwrap();
     }
-    // Parts change at the same errors. A part may skip levels at which it hardly changes, and leaves vanish first.
+    // Parts change at the same errors. A part may skip levels with little change, and leaves vanish first.
     let [bark, leaves] = [&both[0], &both[1]].map(errors_and_deviations);
     let same = bark.iter().filter(|step| leaves.contains(step)).count();
     assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
-    // At each error of the joined bake, both parts together have about its triangles. Errors of the last levels hardly
+    // At each error of the joined bake, both parts together have about its triangles. Errors of the last levels
     // differ: 300 triangles have 0.9 of the error of 100. The limit there is a tenth larger.
     let mut ratios = Vec::new();
     for group in &one.groups {

@@ -1,5 +1,5 @@
-//! Samples along open edges. A border that is simplified within its plane keeps vertices and triangle centers on the
-//! source, but its edges may cross a hole or leave the rim.
+//! Samples along open edges. If a border is simplified within its plane, vertices and triangle centers stay on the
+//! source. Edges may still cross a hole or leave the rim.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;

@@ -7,7 +7,7 @@ use crate::mesh::edges::Links;
 
 impl Task<'_> {
     /// Whether all edges that are open in the result are open in the piece or on a border of the source.
-    pub(crate) fn is_as_closed(&self, simplified: &Simplified) -> bool {
+    pub(crate) fn opens_no_edge(&self, simplified: &Simplified) -> bool {
         let task = self;
         let welded = |&own: &u32| task.same_position[own as usize];
         let is_border = |own: u32| {

@@ -56,7 +56,7 @@ pub(crate) struct Simplified {
     /// Three own vertices per triangle, never empty.
     pub(crate) corners: Vec<u32>,
     pub(crate) error_in_scaled: f32,
-    /// Lower bound for the stated deviation, in scaled units: see [`Task::torn_texture`].
+    /// Lower bound for the stated deviation, in scaled units: see [`Task::longest_torn_edge`].
     pub(crate) least_deviation_in_scaled: f32,
     pub(crate) method: Method,
     /// Whether components were removed.
@@ -86,7 +86,7 @@ impl Task<'_> {
                 Method::PositionsOnly | Method::Sloppy => self.is_whole,
             })
             .filter_map(|(method, ratio)| self.attempt(method, ratio))
-            .filter(|simplified| self.is_as_closed(simplified))
+            .filter(|simplified| self.opens_no_edge(simplified))
     }
 
     /// Tries one method. Returns `None` if too many triangles are left.
@@ -115,7 +115,7 @@ impl Task<'_> {
         if method == Method::Moved {
             self.mark_new_vertices(&mut simplified);
         }
-        simplified.least_deviation_in_scaled = self.torn_texture(&simplified);
+        simplified.least_deviation_in_scaled = self.longest_torn_edge(&simplified);
         Some(simplified)
     }
 
@@ -310,7 +310,7 @@ impl Task<'_> {
 
     /// Length of the longest edge if textures may be torn, otherwise 0. With it as a lower bound, torn triangles are
     /// drawn only where they are smaller than the allowed deviation.
-    fn torn_texture(&self, simplified: &Simplified) -> f32 {
+    fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
         let tears = matches!(simplified.method, Method::PositionsOnly | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {
             return 0.0;

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vertices_are_open_where_an_edge_is() {
+    fn vertices_of_open_edges_are_open() {
         let two = [0, 1, 2, 2, 1, 3];
         let tetrahedron = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
         for (corners, expected) in [

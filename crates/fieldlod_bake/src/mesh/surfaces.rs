@@ -92,7 +92,7 @@ impl Surfaces {
         let (mut sum, mut count) = (0.0f32, 0u32);
         for (end, tint) in self.mean_tints() {
             for vertex in count / 3..end {
-                sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
+                sum += picture_color(source_colors.get(vertex as usize)).element_sum() * tint;
                 count += 3;
             }
         }
@@ -106,7 +106,7 @@ impl Surfaces {
 
 /// Colour of a vertex in pictures: white without a colour. Negative values become 0, because colours may hold other
 /// data.
-pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
+pub(crate) fn picture_color(color: Option<&Vec4>) -> Vec3 {
     color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
 }
 

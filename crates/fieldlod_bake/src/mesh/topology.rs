@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn rounded_corners_are_one_place() {
+    fn rounded_corners_are_welded() {
         let ball = fixtures::icosphere(4);
         for rounding in [0.0, 1e-8, 1e-7] {
             assert_eq!(
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_of_hard_edges_and_seams_stay_apart() {
+    fn corners_of_hard_edges_and_seams_stay_separate() {
         let flat = fixtures::flat_shaded(&fixtures::icosphere(2));
         let topology = Topology::of(&flat, &Surfaces::default());
         let corners = topology

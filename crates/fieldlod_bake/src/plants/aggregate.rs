@@ -1,7 +1,7 @@
-//! Simplification of aggregates: many loose elements, such as leaves, blades and gravel. A viewer sees their covered
-//! area, colours and shading, but hardly a single element.
+//! Simplification of aggregates: many loose elements, such as leaves, blades and gravel. Their covered
+//! area, colours and shading are visible, but no single element.
 //!
-//! A simplifier with an error metric of distances removes small elements one by one, and the crown vanishes. Aggregates
+//! A simplifier with an error metric of distances removes all small elements, and the crown vanishes. Aggregates
 //! are simplified in two steps instead:
 //!
 //! 1. Surfaces are simplified up to an error that depends on the size of the elements.
@@ -10,7 +10,7 @@
 //!    visible first, and neighbours grow to replace them (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic
 //!    Simplification of Aggregate Detail, SIGGRAPH 2007).
 //!
-//! Deviations are distances to the nearest surface, whichever element it belongs to. A guarantee bounds the distance to
+//! Deviations are distances to the nearest surface, also if it belongs to another element. A guarantee bounds the distance to
 //! the nearest leaf; it does not promise that each leaf is drawn.
 
 use glam::Vec3;

@@ -1,6 +1,6 @@
 //! Measures on pictures at which size each level of a plant looks like the source.
 //!
-//! The deviation of a crown is the deviation of its worst leaf. A viewer sees outline, light and colours. Each level is
+//! The deviation of a crown is the deviation of its worst leaf. A viewer notices outline, light and colours. Each level is
 //! therefore drawn beside the source from [`DIRECTIONS`] directions. The largest picture has a radius of
 //! [`LARGEST_PX`], and each other one is half as large as the last.
 //!
@@ -43,8 +43,8 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     let differences = differences(hierarchy, &cuts, surfaces);
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
     for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
-        let good_until_px = good_until(by_size);
-        let seen = seen_error(radius, good_until_px);
+        let good_until_px = largest_good_radius(by_size);
+        let seen = error_at_radius(radius, good_until_px);
         let simplifier_error =
             hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
         // The largest picture shows no finer difference, but the error of the simplifier may be smaller.
@@ -65,7 +65,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
 }
 
 /// Error of a level that looks right up to a radius of the mesh of `good_until_px`.
-fn seen_error(radius: f32, good_until_px: f32) -> f32 {
+fn error_at_radius(radius: f32, good_until_px: f32) -> f32 {
     radius / (good_until_px * FACING_FACTOR)
 }
 
@@ -157,7 +157,7 @@ fn squares_of(a: &Picture, b: &Picture) -> Squares {
 
 /// Largest radius of the mesh in pixels at which a level looks right, given its differences from the largest size to
 /// the smallest. [`LARGEST_PX`] if it looks right at the largest size.
-fn good_until(by_size: [f32; SIZES]) -> f32 {
+fn largest_good_radius(by_size: [f32; SIZES]) -> f32 {
     let radius_px = |size: usize| LARGEST_PX / (1u32 << size) as f32;
     // Very bright colours may give infinite differences or NaN; treat these as bad.
     let by_size = by_size.map(|d| if d.is_finite() { d } else { f32::MAX });
@@ -179,9 +179,9 @@ mod tests {
     #[test]
     fn unknown_differences_are_bad() {
         for bad in [f32::NAN, f32::INFINITY] {
-            assert!(seen_error(1.0, good_until([bad; SIZES])) > 1e30);
-            assert_eq!(good_until([0.0, bad, bad, bad, bad]), LARGEST_PX);
-            let in_between = good_until([bad, bad, 1.0, 1.0, 1.0]);
+            assert!(error_at_radius(1.0, largest_good_radius([bad; SIZES])) > 1e30);
+            assert_eq!(largest_good_radius([0.0, bad, bad, bad, bad]), LARGEST_PX);
+            let in_between = largest_good_radius([bad, bad, 1.0, 1.0, 1.0]);
             assert!((16.0..16.1).contains(&in_between), "{in_between}");
         }
     }

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::mesh::edges::hash_of;
 use crate::mesh::surface::Surface;
-use crate::mesh::surfaces::shown;
+use crate::mesh::surfaces::picture_color;
 
 /// Background colour in linear light.
 const BACKGROUND: f32 = 0.2;
@@ -197,7 +197,7 @@ impl Model<'_> {
             (b - a).cross(c - a).normalize_or_zero()
         };
         let normal = self.normals.get(vertex as usize).copied();
-        let albedo = shown(self.colors.get(vertex as usize)) * self.exposure;
+        let albedo = picture_color(self.colors.get(vertex as usize)) * self.exposure;
         albedo * brightness(normal.unwrap_or_else(flat), view)
     }
 }

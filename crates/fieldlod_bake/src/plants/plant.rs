@@ -177,7 +177,7 @@ fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     if removed <= 0.0 {
         return config.simplify_ratio;
     }
-    // The configuration may ask for more levels, but not for fewer.
+    // A larger `simplify_ratio` gives more levels; a smaller one has no effect here.
     let wanted = config.simplify_ratio;
     let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
     let most = most.max(wanted);

@@ -51,9 +51,10 @@ pub fn bake_together(
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let are_valid = meshes.iter().all(|mesh| mesh.check_shape().is_ok());
-    let kept = match are_valid {
-        true => meeting_vertices(meshes),
-        false => vec![Vec::new(); meshes.len()],
+    let kept = if are_valid {
+        meeting_vertices(meshes)
+    } else {
+        vec![Vec::new(); meshes.len()]
     };
     bake_together_with_progress(meshes, &kept, config, &|_, _| ())
 }
@@ -67,9 +68,10 @@ pub(crate) fn bake_together_with_progress(
     config: &BakeConfig,
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let together = match can_bake_as_plant(meshes, config) {
-        true => Some(Joint::Plant),
-        false => can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface),
+    let together = if can_bake_as_plant(meshes, config) {
+        Some(Joint::Plant)
+    } else {
+        can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface)
     };
     let as_one = |joint| bake_joined(meshes, joint, config, &|count| on_triangles(0, count));
     if let Some(baked) = together.and_then(as_one) {
@@ -85,9 +87,10 @@ pub(crate) fn bake_together_with_progress(
 /// The vertices to keep; none if they are too many, because coarse levels would consist of them.
 fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     let count = kept.iter().filter(|kept| **kept).count();
-    match count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
-        true => kept,
-        false => &[],
+    if count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
+        kept
+    } else {
+        &[]
     }
 }
 

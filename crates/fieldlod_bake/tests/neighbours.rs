@@ -13,7 +13,7 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 use serde_json::json;
 
-/// Splits a mesh into parts with own vertices. `part_of` maps the center of a triangle to its part.
+/// Splits a mesh into parts with own vertices. `part_of` maps the centre of a triangle to its part.
 fn split(mesh: &SourceMesh, part_of: impl Fn(Vec3) -> i32) -> Vec<SourceMesh> {
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     let number = |triangle: &[u32; 3]| {

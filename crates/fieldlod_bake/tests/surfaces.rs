@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 const SIDE: u32 = 64;
 const MASK: SurfaceAlpha = SurfaceAlpha::Mask { cutoff: 0.4 };
 
-/// A leaf whose alpha decreases away from its center.
+/// A leaf whose alpha decreases away from its centre.
 fn leaf(x: u32, y: u32) -> [u8; 4] {
     let uv = (Vec2::new(x as f32, y as f32) + 0.5) / SIDE as f32;
     let alpha = 1.6 - ((uv - 0.5) * Vec2::new(3.0, 2.0)).length();

@@ -1,4 +1,4 @@
-//! Samples along open edges. If a border is simplified within its plane, vertices and triangle centers stay on the
+//! Samples along open edges. If a border is simplified within its plane, vertices and triangle centres stay on the
 //! source. Edges may still cross a hole or leave the rim.
 
 use glam::Vec3;
@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Samples per edge. Beyond a polygon or a curve, an edge reaches about 2 % farther than the farthest sample.
+/// Samples per edge. For polygons and curves, points between samples are at most about 2 % farther away.
 const SAMPLES_PER_EDGE: u32 = 7;
 
 /// Raises the largest squared distance by samples along the open edges of a simplified surface.
@@ -23,7 +23,8 @@ pub(super) fn sample_borders(source: &TriangleTree, triangles: &[[Vec3; 3]], far
     }
 }
 
-/// An edge of a triangle: its vertices in ascending order, whether it runs upwards, and the third vertex.
+/// An edge of a triangle: its vertices in ascending order, whether it is used in that direction, and the third
+/// vertex.
 type Edge = (u32, u32, bool, u32);
 
 /// Edges that are not used equally often in both directions, and edges of a triangle that is used from both sides.

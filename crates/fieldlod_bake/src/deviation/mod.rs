@@ -4,7 +4,7 @@
 //! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
 //! eighth of them, a bumpy sphere has 1.37 times its stated deviation.
 //!
-//! Simplified to source: moved vertices and the center of each triangle are measured against the whole source.
+//! Simplified to source: moved vertices and the centre of each triangle are measured against the whole source.
 //!
 //! In both directions, triangles that may contain a farther point are sampled more densely. A point on a source
 //! triangle counts only if it is no farther from the consumed surface than the deviation of the finer groups. Other
@@ -41,8 +41,8 @@ const REFINE_ABOVE: f32 = 0.1;
 /// Meshes and levels with at most this many triangles are refined everywhere, because it costs little.
 const SMALL_MESH: usize = 1 << 15;
 const SMALL_LEVEL: usize = 1 << 10;
-/// Meshes with more places per triangle are also refined everywhere. A closed surface has half a place per triangle;
-/// many small components have more, and a few samples miss their farthest points.
+/// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
+/// triangle. Many small components have more, and a few samples miss their farthest points.
 const MANY_COMPONENTS: f32 = 0.7;
 /// Maximum number of splits into quarters.
 const SPLITS: u32 = 5;
@@ -215,7 +215,7 @@ impl SourceSurface {
     }
 
     /// Share of a simplified surface's area that faces away from the source: no source triangle within `reach` of a
-    /// triangle's center faces the same half-space.
+    /// triangle's centre faces the same half-space.
     pub(crate) fn flipped_share(&self, simplified: &Simplified, reach: f32) -> f32 {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
         let (mut flipped, mut whole) = (0.0, 0.0);

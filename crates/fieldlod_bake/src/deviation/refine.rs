@@ -14,7 +14,7 @@ pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
 /// distance.
 const MAX_LOW_HEIGHT: f32 = 0.7;
-/// A low part is skipped if its center is beside the nearest triangle by at most this share. Otherwise the center may be
+/// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may be
 /// above a gap.
 const MAX_BESIDE: f32 = 0.06;
 
@@ -60,8 +60,8 @@ pub(super) fn refine_candidates(
     }
 }
 
-/// Samples the center of a part, and splits it into quarters up to `splits` times. In the last `free` splits, parts are
-/// skipped if their corners are low above the triangle that is nearest to the center.
+/// Samples the centre of a part, and splits it into quarters up to `splits` times. In the last `free` splits, parts are
+/// skipped if their corners are low above the triangle that is nearest to the centre.
 fn refine_part(
     target: &Target,
     corners: [Vec3; 3],
@@ -89,7 +89,7 @@ fn refine_part(
     if splits == 0 || surface.bound_squared(near, corners) <= *farthest * MARGIN_SQUARED {
         return;
     }
-    // The nearest triangle to the center may be far from a corner, so the first splits ignore this test.
+    // The nearest triangle to the centre may be far from a corner, so the first splits ignore this test.
     let is_low = || {
         let beside = near.distance_squared - surface.height_squared(near, [middle; 3]);
         beside <= *farthest * MAX_BESIDE

@@ -6,7 +6,7 @@ use crate::levels::simplify::{Simplified, Task};
 use crate::mesh::edges::Links;
 
 impl Task<'_> {
-    /// Whether all edges that are open in the result are open in the piece or on a border of the source.
+    /// Whether open edges change only on borders of the source, and not on borders that other groups share.
     pub(crate) fn opens_no_edge(&self, simplified: &Simplified) -> bool {
         let task = self;
         let welded = |&own: &u32| task.same_position[own as usize];

@@ -74,7 +74,7 @@ fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig
             }
         }
         is_simplified.push(false);
-        // Errors must not shrink towards coarser groups: a cut could draw two levels of one place.
+        // Errors must not shrink towards coarser groups: a cut could draw two levels of the same surface.
         let own = (group.simplified.error * vertices.local_from_scaled).min(f32::MAX);
         let finer = groups.finer_of(&clusters).map(|finer| finer.error_in_local);
         let error_in_local = finer.fold(own.max(0.0), f32::max);

@@ -27,7 +27,7 @@ fn grown_center(points: &[Vec3]) -> Vec3 {
     Vec3::from(meshopt::compute_sphere_bounds(positions, None).center)
 }
 
-/// Bounding sphere with a given center. The radius is computed here, because a rounded radius could leave a point
+/// Bounding sphere with a given centre. The radius is computed here, because a rounded radius could leave a point
 /// outside.
 fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
     let distances = points.iter().map(|point| point.distance(center));

@@ -55,7 +55,7 @@ const AREA_TOLERANCE: f32 = 0.003;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
 
-/// Limit for the change of the gain in one step.
+/// Limit for the change of the elements' gain in one correction.
 const MAX_GAIN_STEP: f32 = 1.6;
 
 /// The area that the source covers in pictures.
@@ -94,7 +94,7 @@ impl Coverage {
         share.clamp(TARGET_AREA, 1.0) / share
     }
 
-    /// Scales a simplified mesh until its covered area is right. Surfaces and elements grow; only elements shrink.
+    /// Scales a simplified mesh until it covers the wanted area. Elements grow or shrink; surfaces only grow.
     pub(crate) fn correct_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let before = simplified.positions.clone();
         let parts = components_of(
@@ -203,7 +203,7 @@ pub(crate) struct Response {
 }
 
 impl Response {
-    /// Factor for a gain with which the wanted area is `lacking` times the covered area.
+    /// Returns the factor for the next gain. The last `gain` gave the ratio `wanted_ratio` of wanted to covered area.
     pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
         let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
             (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()

@@ -2,7 +2,7 @@
 //!
 //! Source to simplified: clusters carry samples on the source, at first all vertices. A group measures the distances
 //! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
-//! eighth of them, a bumpy sphere has 1.37 times its stated deviation.
+//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated one.
 //!
 //! Simplified to source: moved vertices and the centre of each triangle are measured against the whole source.
 //!
@@ -214,8 +214,8 @@ impl SourceSurface {
         }
     }
 
-    /// Share of a simplified surface's area that faces away from the source: no source triangle within `reach` of a
-    /// triangle's centre faces the same half-space.
+    /// Share of a simplified surface's area that faces away from the source. A triangle faces away if no source
+    /// triangle within `reach` of its centre has a normal within 90° of its own.
     pub(crate) fn flipped_share(&self, simplified: &Simplified, reach: f32) -> f32 {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
         let (mut flipped, mut whole) = (0.0, 0.0);

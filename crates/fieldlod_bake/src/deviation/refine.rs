@@ -9,13 +9,13 @@ pub(super) const SAMPLING_MARGIN: f32 = 1.05;
 /// The same factor for aggregates, because grown elements are large compared to the distances between samples. With the
 /// other margin, one of 204 bakes of game assets exceeded its stated deviation by a tenth.
 pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
-/// Parts with a squared distance up to this factor of the largest are covered by the margin.
+/// The margin covers parts whose squared distance is at most this factor times the largest.
 pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
 /// distance.
 const MAX_LOW_HEIGHT: f32 = 0.7;
-/// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may be
-/// above a gap.
+/// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may
+/// be above a gap.
 const MAX_BESIDE: f32 = 0.06;
 
 /// The surface to which distances are measured.

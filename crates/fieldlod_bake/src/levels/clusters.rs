@@ -93,7 +93,7 @@ fn halves_of(mut part: Vec<[u32; 3]>, vertices: &LevelVertices) -> Vec<Vec<[u32;
 /// Splits a triangle list into clusters. Each is a triangle list in vertex-cache order.
 ///
 /// Clusters are split by position, like a bounding volume hierarchy. Growing them from neighbour to neighbour takes
-/// twice the time, and pictures of equal quality have as many triangles.
+/// twice the time and saves no triangles at equal quality.
 pub(crate) fn split_into_clusters(
     positions: &[[f32; 3]],
     corners: &[u32],

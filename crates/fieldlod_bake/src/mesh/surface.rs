@@ -20,7 +20,7 @@ pub struct Surface {
     base_color: Vec4,
     alpha: SurfaceAlpha,
     texture: Option<Texture>,
-    /// Opacity from 0 to 1 from which texels are drawn in pictures.
+    /// Texels with at least this opacity, from 0 to 1, are drawn in pictures.
     alpha_threshold: f32,
     /// Whether the surface is opaque everywhere.
     is_opaque: bool,

@@ -132,7 +132,8 @@ fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     }
 }
 
-/// Tolerance of the first vertex at each place. It depends on the triangle whose longest edge is shortest.
+/// Tolerance of each place, stored at its first vertex. The local edge length is the longest edge of a triangle; if a
+/// place has several triangles, the smallest of these counts.
 fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
     let mut shortest = vec![f32::INFINITY; place.len()];
     let (triangles, _) = mesh.indices.as_chunks::<3>();

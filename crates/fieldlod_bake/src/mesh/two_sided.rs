@@ -174,8 +174,8 @@ fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> 
     roots.iter().map(|&root| !is_mixed[root as usize]).collect()
 }
 
-/// For each triangle, whether it is a back. Starting from the first triangle of each sheet, neighbours with opposite
-/// edge directions are on the same side.
+/// For each triangle, whether it is a back. The first triangle of each sheet is a front. Two neighbours are on the same
+/// side if they use their shared edge in opposite directions.
 fn backs_of(triangles: &[[u32; 3]], twin: &[u32], is_sheet: &[bool], place: &[u32]) -> Vec<bool> {
     let edges_of = |index: u32| {
         let [a, b, c] = triangles[index as usize].map(|v| place[v as usize]);

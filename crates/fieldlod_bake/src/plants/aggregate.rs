@@ -10,8 +10,8 @@
 //!    visible first, and neighbours grow to replace them (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic
 //!    Simplification of Aggregate Detail, SIGGRAPH 2007).
 //!
-//! Deviations are distances to the nearest surface, also if it belongs to another element. A guarantee bounds the distance to
-//! the nearest leaf; it does not promise that each leaf is drawn.
+//! Deviations are distances to the nearest surface, even if it belongs to another element. A guarantee bounds the
+//! distance to the nearest leaf; it does not promise that each leaf is drawn.
 
 use glam::Vec3;
 

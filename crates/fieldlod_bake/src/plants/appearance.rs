@@ -1,14 +1,14 @@
 //! Measures on pictures at which size each level of a plant looks like the source.
 //!
-//! The deviation of a crown is the deviation of its worst leaf. A viewer notices outline, light and colours. Each level is
-//! therefore drawn beside the source from [`DIRECTIONS`] directions. The largest picture has a radius of
-//! [`LARGEST_PX`], and each other one is half as large as the last.
+//! The deviation of a crown is the deviation of its worst leaf, but a viewer notices outline, light and colours. Each
+//! level is therefore drawn beside the source from [`DIRECTIONS`] directions. The mesh has a radius of [`LARGEST_PX`]
+//! in the largest picture, and each other picture is half as large as the last.
 //!
 //! Pictures are compared as FLIP does in its first two steps: encoded, then blurred (P. Andersson et al., FLIP: A
 //! Difference Evaluator for Alternating Images, HPG 2020). Differences are relative to the detail of the source's
 //! picture at that size, because detail masks differences. A level is good at a size if its difference is at most that
-//! of smooth meshes at 1 px of error. The largest good size is a sampling density, the strength `c` of the field. The
-//! level's error is then `1 / √c`, a length.
+//! of smooth meshes at 1 px of error. The largest good size gives a sampling density, which is the strength `c` of the
+//! field. The level's error is then `1 / √c`, a length.
 
 use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
 use rayon::prelude::*;
@@ -47,7 +47,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
         let seen = error_at_radius(radius, good_until_px);
         let simplifier_error =
             hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
-        // The largest picture shows no finer difference, but the error of the simplifier may be smaller.
+        // If a level looks right even in the largest picture, the simplifier's error may be the smaller one.
         let is_good_at_every_size = good_until_px >= LARGEST_PX;
         errors[cut.group_level as usize] = if is_good_at_every_size {
             seen.min(simplifier_error)
@@ -64,7 +64,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     }
 }
 
-/// Error of a level that looks right up to a radius of the mesh of `good_until_px`.
+/// Error of a level that looks right while the radius of the mesh is at most `good_until_px` pixels.
 fn error_at_radius(radius: f32, good_until_px: f32) -> f32 {
     radius / (good_until_px * FACING_FACTOR)
 }

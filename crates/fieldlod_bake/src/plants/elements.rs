@@ -14,8 +14,9 @@ use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
-/// Exponent of the growth of an element that replaces another: the visible pixels of both, divided by its own, to this
-/// power. Large leaves look worse than a few missing ones; [coverage](crate::plants::coverage) adds growth if needed.
+/// Exponent for the growth of an element that replaces another. The base is the visible pixels of both, divided by its
+/// own. It is below 1, because large leaves look worse than a few missing ones; [coverage](crate::plants::coverage)
+/// adds growth if needed.
 const GROWTH: f32 = 0.6;
 /// Limit for the growth in one replacement.
 const MAX_GROWTH: f32 = 4.0;

@@ -54,7 +54,7 @@ fn meshes() -> Vec<(String, SourceMesh)> {
 }
 
 fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
-    let hierarchy = bake_mesh(mesh, config).expect("the mesh is sound");
+    let hierarchy = bake_mesh(mesh, config).expect("the mesh is valid");
     assert_eq!(hierarchy.validate(), Ok(()));
     let triangles = mesh.triangle_count() as f64 * 1e-6;
     let bare_run = || assert!(bare_clusterlod(mesh, config) > 0);
@@ -73,7 +73,7 @@ fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
 /// Seconds of the fastest run.
 fn shortest(threads: usize, run: impl Fn() + Sync) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.expect("threads can be started");
+    let pool = pool.expect("could not create the thread pool");
     let time = |_| {
         pool.install(|| {
             let started = (Instant::now(), seconds_on_core());

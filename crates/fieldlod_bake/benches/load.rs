@@ -46,7 +46,7 @@ fn main() {
 }
 
 fn report(name: &str, mesh: &SourceMesh) {
-    let hierarchy = bake_mesh(mesh, &BakeConfig::default()).expect("the mesh is sound");
+    let hierarchy = bake_mesh(mesh, &BakeConfig::default()).expect("the mesh is valid");
     let triangles = mesh.triangle_count();
     let attributes = match (mesh.normals.is_empty(), mesh.uvs.is_empty()) {
         (false, false) => "P N UV",
@@ -59,7 +59,7 @@ fn report(name: &str, mesh: &SourceMesh) {
     let file = BakedFile { primitives };
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(|precision| {
         let bytes = file.to_bytes_with(precision.into());
-        let read = BakedFile::from_bytes(&bytes).expect("it was just written");
+        let read = BakedFile::from_bytes(&bytes).expect("the file was just written");
         assert!(precision == Precision::Quantized16 || read == file);
         let seconds = shortest(|| assert!(BakedFile::from_bytes(black_box(&bytes)).is_ok()));
         let beside_source = file.to_bytes_with(FileOptions {

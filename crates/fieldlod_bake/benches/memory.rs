@@ -29,7 +29,7 @@ fn main() {
         names.extend(paths);
     }
     names[3..].sort();
-    let program = std::env::current_exe().expect("this program has a path");
+    let program = std::env::current_exe().expect("the path of this program is known");
     for name in names {
         let status = Command::new(&program).env(ONLY, &name).status();
         assert!(status.is_ok_and(|status| status.success()), "{name}");
@@ -58,7 +58,7 @@ fn report(name: &str) {
     };
     // Resets the peak, which includes the creation of the mesh.
     let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
-    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is sound");
+    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is valid");
     assert_eq!(hierarchy.validate(), Ok(()));
     let stem = Path::new(name).file_stem().unwrap_or_default();
     let (stem, triangles) = (stem.to_string_lossy(), mesh.triangle_count());

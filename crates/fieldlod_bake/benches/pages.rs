@@ -19,7 +19,7 @@ fn main() {
         "mesh", "precision", "whole B/t", "KiB", "pages", "B/t", "table B/t", "page KiB", "MB/s"
     );
     for (name, mesh) in meshes() {
-        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is sound");
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is valid");
         let file = BakedFile {
             primitives: vec![BakedPrimitive::new(0, 0, "mesh", hierarchy)],
         };
@@ -48,7 +48,7 @@ fn report(name: &str, mesh: &SourceMesh, file: &BakedFile, precision: Precision,
     };
     let whole = file.to_bytes_with(precision.into()).len();
     let bytes = PagedFile::to_bytes(file, options);
-    let paged = PagedFile::from_contents(&bytes).expect("it was just written");
+    let paged = PagedFile::from_contents(&bytes).expect("the file was just written");
     let (mesh_read, end) = (&paged.meshes[0], PagedFile::contents_end(&bytes).unwrap());
     let start = seconds_on_core();
     let mut decoded = 0;

@@ -85,7 +85,7 @@ pub(crate) fn bake_valid_mesh(
     }
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
-    // Plants: measure levels on pictures. Other meshes use the error of the simplifier, which is the reference for
+    // Plants: measure levels on pictures. Other meshes keep the error of the simplifier, because it calibrates the
     // pictures.
     if config.measure_appearance && report.has_aggregates {
         measure_levels(&mut hierarchy, &surfaces);

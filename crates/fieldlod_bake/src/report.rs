@@ -60,7 +60,7 @@ pub enum FallbackKind {
 impl fmt::Display for FallbackKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Pruned => "small components left out",
+            Self::Pruned => "small components removed",
             Self::AttributesIgnored => "attributes ignored",
             Self::Sloppy => "vertices merged on a grid",
         })

@@ -13,10 +13,7 @@ use crate::hierarchy::Hierarchy;
 /// A broken invariant of a hierarchy.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum InvalidHierarchy {
     /// The length of an attribute array is neither 0 nor the number of vertices.
     #[error("{count} {attribute} for {vertices} vertices")]

@@ -90,7 +90,7 @@ impl Hierarchy {
     /// Adds the next coarser level of the whole mesh. `triangles` are indices into
     /// [`Hierarchy::vertices`], and `group` simplifies them.
     ///
-    /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices reach.
+    /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices allow.
     pub fn push_whole_mesh(&mut self, triangles: &[[u32; 3]], group: Group) -> Option<()> {
         let finer = (self.groups.len() as u32).checked_sub(1);
         let mut used: Vec<u32> = triangles.as_flattened().to_vec();

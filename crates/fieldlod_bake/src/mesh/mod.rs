@@ -24,6 +24,6 @@ pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
     let bytes = meshopt::typed_to_bytes(positions);
     match VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) {
         Ok(vertices) => vertices,
-        Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
+        Err(_) => unreachable!("a stride of three floats is always valid"),
     }
 }

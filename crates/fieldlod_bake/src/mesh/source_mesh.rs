@@ -31,10 +31,7 @@ pub struct SourceMesh {
 /// Errors of meshes that cannot be baked.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum MeshError {
     /// There are no indices.
     #[error("the mesh has no triangles")]

@@ -1,4 +1,4 @@
-//! Removes vertices that no triangle uses, for the time of the bake.
+//! Removes vertices that no triangle uses, during the bake.
 
 use std::borrow::Cow;
 
@@ -64,7 +64,7 @@ impl<'a> Compact<'a> {
         })
     }
 
-    /// Picks the values of used vertices from one per vertex, or none.
+    /// Selects the values of used vertices. `values` has one per vertex or is empty.
     pub(crate) fn at_used(&self, values: &'a [bool]) -> Cow<'a, [bool]> {
         match &self.used {
             Some(used) if !values.is_empty() => used.iter().map(|&v| values[v as usize]).collect(),

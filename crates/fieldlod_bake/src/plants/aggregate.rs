@@ -1,8 +1,8 @@
-//! Simplification of aggregates: many loose elements, such as leaves, blades and gravel. Their covered
-//! area, colours and shading are visible, but no single element.
+//! Simplification of aggregates: many loose elements, such as leaves, blades and gravel. Their covered area, colours
+//! and shading are visible, but no single element.
 //!
-//! A simplifier with an error metric of distances removes all small elements, and the crown vanishes. Aggregates
-//! are simplified in two steps instead:
+//! A simplifier with an error metric of distances removes all small elements, and the crown vanishes. Aggregates are
+//! simplified in two steps instead:
 //!
 //! 1. Surfaces are simplified up to an error that depends on the size of the elements.
 //! 2. Elements share the remaining triangle budget. Elements with many triangles are simplified as surfaces and regain

@@ -396,13 +396,13 @@ mod tests {
         let visible_px = |opacity: f32| model.visible_px(&triangles, &view, 96, |_| opacity);
         let whole = 96.0f32 * 96.0 * 2.0 / 9.0;
         let [hidden, all] = visible_px(1.0)[..] else {
-            panic!("two triangles")
+            panic!("expected two triangles")
         };
         assert_eq!(hidden, 0);
         assert!((all as f32 / whole - 1.0).abs() < 0.03, "{all} of {whole}");
         // The front triangle shows in half of the pixels, the back one in half of the rest.
         let [behind, before] = visible_px(0.5)[..] else {
-            panic!("two triangles")
+            panic!("expected two triangles")
         };
         assert!((before as f32 / whole - 0.5).abs() < 0.05, "{before}");
         assert!((behind as f32 / whole - 0.25).abs() < 0.05, "{behind}");

@@ -1,6 +1,6 @@
 //! Cuts of hierarchies, and tests for open edges.
 
-#![allow(dead_code, reason = "each suite uses its part")]
+#![allow(dead_code, reason = "each test file uses some of these")]
 
 pub(crate) mod gltf_file;
 

@@ -53,8 +53,8 @@ pub(crate) struct NewVertex {
 }
 
 impl LevelVertices {
-    /// Creates the vertices of a valid source. `topology` welds them, and `normal_weight` weights a unit normal that
-    /// changes by 1.
+    /// Creates the vertices of a valid source. `topology` welds them. `normal_weight` is the error of a unit normal
+    /// that changes by 1.
     pub(crate) fn of(
         mesh: &SourceMesh,
         topology: Topology,

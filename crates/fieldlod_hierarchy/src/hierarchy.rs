@@ -58,10 +58,9 @@ pub struct Group {
     /// as reported by the simplifier. Not smaller than the error of any finer group. Infinite for a
     /// terminal group.
     pub error_in_local: f32,
-    /// Deviation from the source: the measured two-sided Hausdorff distance between the simplified
-    /// surface and the part of the *source* surface that it replaces, in local units. Not smaller than
-    /// the deviation of any finer group. Infinite for a terminal group, and for all groups of an
-    /// unmeasured hierarchy ([`Hierarchy::is_measured`]).
+    /// Deviation from the source, in local units: the measured two-sided Hausdorff distance between the simplified
+    /// surface and the *source* surface that it replaces. Not smaller than the deviation of any finer group. Infinite
+    /// for a terminal group, and for all groups of an unmeasured hierarchy ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
     /// Error of the whole mesh at the next coarser level, in local units, measured on pictures. It
     /// selects the level of a mesh that is drawn as a whole. Not smaller than that of a finer level. 0

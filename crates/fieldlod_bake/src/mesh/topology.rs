@@ -14,8 +14,8 @@ use crate::mesh::adapter;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 
-/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans,
-/// and a hundredth of a pixel if an edge is as long as the screen.
+/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans. It
+/// is a hundredth of a pixel if an edge is as long as the screen.
 const PLACE_TOLERANCE: f32 = 2e-5;
 /// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;

@@ -28,8 +28,8 @@ pub const MOST_TOGETHER: usize = 4;
 const OFFSET: f32 = 1.0 / (1 << 22) as f32;
 
 /// A mesh keeps its shared vertices at all levels only if they are at most this share of its triangles. Coarse levels
-/// have about one triangle per kept vertex. The border vertices of a tile of 64 × 64 cells are 0.03 of its triangles;
-/// those between the materials of a hard-edged scene are 0.15.
+/// have about one triangle per kept vertex. The border vertices of a tile of 64 × 64 cells are 0.03 of its triangles.
+/// Those between the materials of a hard-edged scene are 0.15.
 const MAX_KEPT_VERTICES: f32 = 0.05;
 
 /// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes

@@ -1,9 +1,8 @@
-//! How a whole bake, measuring included, compares with clusterlod alone on the same mesh.
+//! Speed of a whole bake, compared with clusterlod alone.
 //!
-//! `cargo bench -p fieldlod_bake` for generated meshes; with the folder of some glTF files in
-//! `FIELDLOD_MODELS`, for the largest primitive of each as well; `-- NAME` for those with that in
-//! their name only. One mesh with other presets at the end. Triangles per second of the process's own time on one thread, and of elapsed
-//! time on two.
+//! `cargo bench -p fieldlod_bake --bench bake` measures generated meshes and one mesh with other presets.
+//! `FIELDLOD_MODELS` names a folder of glTF files, whose largest primitives are added. `-- NAME` selects meshes by
+//! name. The table shows millions of triangles per second: thread time for one thread, elapsed time for two.
 
 mod common;
 
@@ -14,7 +13,7 @@ use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bare_clusterlod, fixtures
 use common::{models, seconds_on_core};
 
 const RUNS: usize = 5;
-/// What takes no time cannot be timed.
+/// Smaller meshes are too fast to be timed.
 const FEWEST_TRIANGLES: usize = 10_000;
 
 fn main() {
@@ -22,7 +21,7 @@ fn main() {
         "{:<24} {:>9}  {:>7} {:>7} {:>6}  {:>7} {:>6}",
         "mesh", "triangles", "bare", "1 core", "ratio", "2 cores", "ratio"
     );
-    // Cargo adds `--bench` of its own.
+    // Cargo adds `--bench` to the arguments.
     let wanted = std::env::args()
         .skip(1)
         .find(|argument| !argument.starts_with("--"));
@@ -55,7 +54,7 @@ fn meshes() -> Vec<(String, SourceMesh)> {
 }
 
 fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
-    let hierarchy = bake_mesh(mesh, config).expect("the mesh is sound");
+    let hierarchy = bake_mesh(mesh, config).expect("the mesh is valid");
     assert_eq!(hierarchy.validate(), Ok(()));
     let triangles = mesh.triangle_count() as f64 * 1e-6;
     let bare_run = || assert!(bare_clusterlod(mesh, config) > 0);
@@ -71,10 +70,10 @@ fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
     );
 }
 
-/// Seconds of the quickest of some runs.
+/// Seconds of the fastest run.
 fn shortest(threads: usize, run: impl Fn() + Sync) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.expect("threads can be started");
+    let pool = pool.expect("could not create the thread pool");
     let time = |_| {
         pool.install(|| {
             let started = (Instant::now(), seconds_on_core());

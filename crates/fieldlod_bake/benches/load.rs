@@ -1,10 +1,10 @@
-//! How fast a baked file is read on one core, in megabytes of decoded arrays a second, checksums and
-//! validation included. And how many bytes a file takes per source triangle, with all vertices and beside its source: of
-//! positions, normals and the first texture coordinates.
+//! Speed of reading a baked file on one core, in megabytes of decoded arrays per second, with checksums and validation.
+//! Also bytes per source triangle of files with all vertices, and of files that are stored beside their source. Meshes
+//! have positions, normals and first texture coordinates.
 //!
-//! `cargo bench -p fieldlod_bake --bench load`, for generated meshes; with the folder of some glTF
-//! files in `FIELDLOD_MODELS`, instead for the largest primitive of each. The thread's own time, of
-//! the quickest of some batches. Results are asserted before they are timed.
+//! `cargo bench -p fieldlod_bake --bench load` measures generated meshes. If `FIELDLOD_MODELS` names a folder of glTF
+//! files, it measures their largest primitives instead. Times are thread times of the fastest batch. Results are
+//! asserted before they are timed.
 
 mod common;
 
@@ -20,7 +20,7 @@ use glam::{Vec2, Vec3};
 use common::{models, seconds_on_core};
 
 const BATCHES: usize = 5;
-/// The clock stands still for milliseconds, so that many runs are timed together.
+/// The clock has a resolution of milliseconds, so many runs are timed together.
 const BATCH: Duration = Duration::from_millis(250);
 
 fn main() {
@@ -37,7 +37,7 @@ fn main() {
         "quantized"
     );
     for (name, mut mesh) in meshes() {
-        // Without these, sizes of different models can be compared.
+        // Without these attributes, file sizes of different models are comparable.
         mesh.tangents.clear();
         mesh.uvs_1.clear();
         mesh.colors.clear();
@@ -46,7 +46,7 @@ fn main() {
 }
 
 fn report(name: &str, mesh: &SourceMesh) {
-    let hierarchy = bake_mesh(mesh, &BakeConfig::default()).expect("the mesh is sound");
+    let hierarchy = bake_mesh(mesh, &BakeConfig::default()).expect("the mesh is valid");
     let triangles = mesh.triangle_count();
     let attributes = match (mesh.normals.is_empty(), mesh.uvs.is_empty()) {
         (false, false) => "P N UV",
@@ -59,7 +59,7 @@ fn report(name: &str, mesh: &SourceMesh) {
     let file = BakedFile { primitives };
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(|precision| {
         let bytes = file.to_bytes_with(precision.into());
-        let read = BakedFile::from_bytes(&bytes).expect("it was just written");
+        let read = BakedFile::from_bytes(&bytes).expect("the file was just written");
         assert!(precision == Precision::Quantized16 || read == file);
         let seconds = shortest(|| assert!(BakedFile::from_bytes(black_box(&bytes)).is_ok()));
         let beside_source = file.to_bytes_with(FileOptions {
@@ -76,7 +76,7 @@ fn report(name: &str, mesh: &SourceMesh) {
     );
 }
 
-/// Seconds that a run takes: the quickest of some batches.
+/// Seconds per run of the fastest batch.
 fn shortest(run: impl Fn()) -> f64 {
     let batch = |_| {
         let (started, core_started) = (Instant::now(), seconds_on_core());

@@ -1,16 +1,15 @@
-//! How much memory a bake takes at its peak, beyond the mesh that it is given.
+//! Peak memory of a bake without its source mesh.
 //!
-//! `cargo bench -p fieldlod_bake --bench memory` on Linux, for generated meshes; with the folder of
-//! some glTF files in `FIELDLOD_MODELS`, for the largest primitive of each as well. The hierarchy
-//! that comes out is counted. Each mesh is baked in a process of its own, after a small one: the
-//! program's own code is in memory then, and not counted.
+//! `cargo bench -p fieldlod_bake --bench memory` measures generated meshes on Linux. If `FIELDLOD_MODELS` names a
+//! folder of glTF files, their largest primitives are added. The resulting hierarchy is counted. Each mesh is baked in
+//! its own process, after a small bake that loads the program's code.
 
 use std::path::Path;
 use std::process::Command;
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures, import_gltf};
 
-/// Says which mesh a process is to bake.
+/// Environment variable that names the mesh of a process.
 const ONLY: &str = "FIELDLOD_MEMORY_OF";
 
 fn main() {
@@ -30,7 +29,7 @@ fn main() {
         names.extend(paths);
     }
     names[3..].sort();
-    let program = std::env::current_exe().expect("this program has a path");
+    let program = std::env::current_exe().expect("the path of this program is known");
     for name in names {
         let status = Command::new(&program).env(ONLY, &name).status();
         assert!(status.is_ok_and(|status| status.success()), "{name}");
@@ -57,9 +56,9 @@ fn report(name: &str) {
     let Some(mesh) = mesh_of(name) else {
         return;
     };
-    // Forgets the peak of making the mesh.
+    // Resets the peak, which includes the creation of the mesh.
     let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
-    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is sound");
+    let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is valid");
     assert_eq!(hierarchy.validate(), Ok(()));
     let stem = Path::new(name).file_stem().unwrap_or_default();
     let (stem, triangles) = (stem.to_string_lossy(), mesh.triangle_count());
@@ -68,7 +67,7 @@ fn report(name: &str) {
             let own = peak.saturating_sub(at_start + size_of_mesh(&mesh));
             println!("{stem:<24} {triangles:>9}  {:>18}", own / triangles.max(1));
         }
-        _ => println!("{stem:<24} not measured: this needs the /proc of Linux"),
+        _ => println!("{stem:<24} not measured: /proc is not available"),
     }
 }
 

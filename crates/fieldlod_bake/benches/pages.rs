@@ -1,9 +1,8 @@
-//! What reading a mesh in parts costs: bytes per source triangle of `.fieldpages` files of several page
-//! sizes beside that of a `.fieldlod` file, how much of them is the table of contents, and how fast pages
-//! are read.
+//! Cost of reading a mesh in pages: bytes per source triangle of `.fieldpages` files with several page sizes, compared
+//! to a `.fieldlod` file. Also the size of the table of contents, and the speed of reading pages.
 //!
-//! `cargo bench -p fieldlod_bake --bench pages`, for generated meshes; with the folder of some glTF files
-//! in `FIELDLOD_MODELS`, instead for the largest primitive of each.
+//! `cargo bench -p fieldlod_bake --bench pages` measures generated meshes. If `FIELDLOD_MODELS` names a folder of glTF
+//! files, it measures their largest primitives instead.
 
 mod common;
 
@@ -20,7 +19,7 @@ fn main() {
         "mesh", "precision", "whole B/t", "KiB", "pages", "B/t", "table B/t", "page KiB", "MB/s"
     );
     for (name, mesh) in meshes() {
-        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is sound");
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).expect("the mesh is valid");
         let file = BakedFile {
             primitives: vec![BakedPrimitive::new(0, 0, "mesh", hierarchy)],
         };
@@ -49,7 +48,7 @@ fn report(name: &str, mesh: &SourceMesh, file: &BakedFile, precision: Precision,
     };
     let whole = file.to_bytes_with(precision.into()).len();
     let bytes = PagedFile::to_bytes(file, options);
-    let paged = PagedFile::from_contents(&bytes).expect("it was just written");
+    let paged = PagedFile::from_contents(&bytes).expect("the file was just written");
     let (mesh_read, end) = (&paged.meshes[0], PagedFile::contents_end(&bytes).unwrap());
     let start = seconds_on_core();
     let mut decoded = 0;

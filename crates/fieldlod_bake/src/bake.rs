@@ -16,10 +16,10 @@ use crate::report::BakeReport;
 
 /// Bakes all levels of detail of one mesh.
 ///
-/// A mesh that fits one cluster gives a single terminal group: valid, but without coarser levels.
+/// A mesh that fits one cluster becomes a single terminal group: valid, but without coarser levels.
 ///
 /// # Errors
-/// A [`MeshError`] for a mesh that [`SourceMesh::validate`] rejects or a configuration out of range.
+/// A [`MeshError`] if [`SourceMesh::validate`] rejects the mesh or the configuration is out of range.
 pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, MeshError> {
     Ok(bake_mesh_with_report(mesh, config)?.0)
 }
@@ -35,9 +35,9 @@ pub fn bake_mesh_with_report(
     bake_mesh_with_progress(mesh, &[], config, &|_| ())
 }
 
-/// [`bake_mesh`] with progress: `on_triangles` gets the number of triangles that each group consumed. All
-/// levels together have about twice the source triangles. Vertices that are `kept` stay at all levels: one value per
-/// vertex, or none.
+/// [`bake_mesh`] with progress: `on_triangles` gets the number of triangles that each group consumed. All levels
+/// together have about twice the source triangles. `kept` marks vertices that stay at all levels: one value per vertex,
+/// or empty.
 pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
     kept: &[bool],
@@ -55,7 +55,7 @@ pub(crate) fn bake_mesh_with_progress(
     Ok((hierarchy, report))
 }
 
-/// Bakes a valid mesh of one or more parts, which look like `surfaces`.
+/// Bakes a valid mesh of one or more parts with these `surfaces`.
 pub(crate) fn bake_valid_mesh(
     mesh: &SourceMesh,
     surfaces: Surfaces,
@@ -63,13 +63,13 @@ pub(crate) fn bake_valid_mesh(
     config: &BakeConfig,
     on_triangles: &dyn Fn(usize),
 ) -> (Hierarchy, BakeReport) {
-    // Which vertices are one, and which sheets are drawn from both sides: one side is simplified.
+    // Weld vertices, and remove the backs of two-sided sheets: only one side is simplified.
     let topology = Topology::of(mesh, &surfaces);
     let rounded_vertices = topology.rounded;
     let sheets = Sheets::of(mesh, &topology);
     let front = sheets.as_ref().map(|sheets| sheets.front_of(mesh));
     let simplified = front.as_ref().unwrap_or(mesh);
-    // Vertices, scaled, with weighted attributes.
+    // Scale positions and weight attributes.
     let mut vertices = LevelVertices::of(simplified, topology, surfaces.clone(), NORMAL_WEIGHT);
     vertices.keep((0..kept.len()).filter(|&vertex| kept[vertex]));
     if config.lock_borders {
@@ -85,8 +85,8 @@ pub(crate) fn bake_valid_mesh(
     }
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
-    // Plants: measure on pictures how good each level looks. Errors of surfaces need no pictures; pictures are
-    // calibrated by them.
+    // Plants: measure levels on pictures. Other meshes keep the error of the simplifier, because it calibrates the
+    // pictures.
     if config.measure_appearance && report.has_aggregates {
         measure_levels(&mut hierarchy, &surfaces);
     }

@@ -2,38 +2,38 @@
 
 use crate::mesh::MeshError;
 
-/// How a mesh is baked. [`Default`] is meant for real-time rendering with one draw per unit.
+/// Configuration of a bake. [`Default`] suits real-time rendering with one draw call per unit.
 ///
 /// # Size of units
-/// Larger clusters and groups make larger units: fewer draws, but more triangles where only a few are wanted. The
-/// default draws 10 to 32 % more triangles near by than [`fine_grained`](Self::fine_grained), with about a third of
-/// the draws.
+/// Larger clusters and groups make larger units. They need fewer draw calls, but more triangles if only parts of a unit
+/// need detail. Near the camera, the default draws 10 to 32 % more triangles than [`fine_grained`](Self::fine_grained),
+/// with about a third of the draw calls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeConfig {
-    /// Most triangles in a cluster, 4 to 256.
+    /// Maximum number of triangles in a cluster, 4 to 256.
     pub cluster_triangles: usize,
-    /// Number of clusters that are simplified together, 2 to 1024. A group may exceed it by a third.
+    /// Number of clusters that are simplified together, 2 to 1024. Groups may have up to a third more.
     pub group_clusters: usize,
-    /// Share of the triangles that a simplification aims to keep, above 0 and below
-    /// [`stuck_ratio`](Self::stuck_ratio). From the second level on, plants with up to 65,536 vertices keep between
-    /// 0.6 and 0.74, so that changes of their levels are less visible.
+    /// Share of the triangles that a simplification keeps, above 0 and below [`stuck_ratio`](Self::stuck_ratio). Plants
+    /// with up to 65,536 vertices keep 0.6 to 0.74 from the second level on, so that changes between levels are less
+    /// visible.
     pub simplify_ratio: f32,
-    /// A group that keeps more than this share of its triangles is stuck, and retried with other neighbours on the next
-    /// level. At most 1.
+    /// A group that keeps more than this share of its triangles is stuck. It is retried with other neighbours on the
+    /// next level. At most 1.
     pub stuck_ratio: f32,
-    /// Keeps the vertices of open borders at all levels. Meshes that are baked separately, such as tiles of a terrain or
-    /// parts of a kit, then still meet at any level, if they meet at equal vertices. Primitives of one glTF mesh, and
-    /// meshes that a file places alike, keep meeting without.
+    /// Keeps the vertices of open borders at all levels. Separately baked meshes with equal border vertices, such as
+    /// terrain tiles or parts of a kit, then have no cracks between any levels. It is not needed for primitives of one
+    /// glTF mesh, or for meshes that a file places with the same transform.
     pub lock_borders: bool,
-    /// Measures the deviation of each group from the source. Without it, a guarantee draws full detail.
+    /// Measures the deviation of each group from the source. Without it, settings that guarantee an error draw full
+    /// detail.
     pub measure_deviation: bool,
-    /// Measures on pictures how far away the levels of plants and other meshes of many loose pieces look right. Without
-    /// it, a level is as bad as its worst piece.
+    /// Measures on pictures at which distance levels of plants and other aggregates look right. Without it, the error
+    /// of a level is the error of its worst element.
     pub measure_appearance: bool,
-    /// Up to four primitives of one glTF mesh with fewer triangles than this in total are baked
-    /// [together](crate::bake_together) if many of their triangles are leaves or other loose pieces, such as the bark and
-    /// the leaves of a tree. 0 disables it. [Files](crate::bake_file) with a primitive of 20,000 triangles or more in that
-    /// mesh ignore it.
+    /// Up to four primitives of one glTF mesh are baked [together](crate::bake_together) if they have fewer triangles
+    /// than this in total and many of these belong to loose elements. An example is a tree of bark and leaves. 0
+    /// disables it. [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more.
     pub together_below_triangles: usize,
 }
 
@@ -53,7 +53,7 @@ impl Default for BakeConfig {
 }
 
 impl BakeConfig {
-    /// Smaller units than the default: fewer triangles near the camera, three times the draws.
+    /// Smaller units than the default: fewer triangles near the camera, three times the draw calls.
     #[must_use]
     pub fn fine_grained() -> Self {
         Self {
@@ -63,7 +63,8 @@ impl BakeConfig {
         }
     }
 
-    /// For quick tests: neither deviations nor appearance are measured, so a guarantee draws full detail.
+    /// For quick tests: measures neither deviation nor appearance. Settings that guarantee an error then draw full
+    /// detail.
     #[must_use]
     pub fn fast() -> Self {
         Self {
@@ -73,8 +74,8 @@ impl BakeConfig {
         }
     }
 
-    /// Fewest triangles at equal quality: small units, and a third more levels (each keeps 0.6 of the triangles of the
-    /// finer one).
+    /// Fewest triangles at equal quality: small units and a third more levels, because each level keeps 0.6 of the
+    /// triangles.
     #[must_use]
     pub fn max_quality() -> Self {
         Self {

@@ -1,10 +1,10 @@
 //! Bakes meshes and glTF files into level-of-detail hierarchies, with meshoptimizer.
 //!
-//! [`bake_mesh`] is the recipe for one mesh. It groups and simplifies clusters level by level, down to a dozen triangles,
-//! with vertices that move to where the error is least. It measures the deviation of each simplified surface from the
-//! source, and bounds and orders the units. [`verify()`] checks a hierarchy against its source without trusting the bake.
-//! [`import_gltf`] reads the static triangle meshes of a glTF file as Bevy does, and [`bake_file`] does both for every
-//! primitive of a file.
+//! [`bake_mesh`] is the recipe for one mesh. It groups and simplifies clusters level by level, down to a dozen
+//! triangles, and moves vertices to reduce the error. It measures the deviation of each simplified surface from the
+//! source, and bounds and orders the units. [`verify()`] checks a hierarchy against its source, independently of the
+//! bake. [`import_gltf`] reads the static triangle meshes of a glTF file as Bevy does. [`bake_file`] imports and bakes
+//! every primitive of a file.
 //!
 //! ```
 //! use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -19,36 +19,37 @@
 //! # From a glTF primitive to a unit in a file
 //! | Step | Folder |
 //! |---|---|
-//! | a whole file, several primitives at a time | `file` |
+//! | all primitives of a file, several in parallel | `file` |
 //! | JSON, buffers and accessors become a [`SourceMesh`], images its [`Surface`] | `import` |
 //! | the recipe for one mesh | `bake` |
 //! | the source mesh, its surface, components, borders and nearest triangles | `mesh` |
-//! | clusters, groups and their simplification, level by level; units, ordered and bounded | `levels` |
-//! | leaves, blades and gravel, which keep their area; primitives that are one plant; pictures of levels | `plants` |
-//! | deviation from the source, and whether triangles face as the source does | `deviation` |
+//! | clusters, groups and their simplification, level by level; ordered and bounded units | `levels` |
+//! | leaves, blades and gravel, which keep their area; primitives of one plant; pictures of levels | `plants` |
+//! | deviation from the source, and tests for flipped triangles | `deviation` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
-//! | a check that does not trust the bake | `verify` |
+//! | checks that are independent of the bake | `verify` |
 //!
 //! # Conventions
-//! Lengths are in the units of the mesh's own ("local") space; no node transform is applied.
-//! Triangles wind counter-clockwise seen from outside. The same mesh and configuration give the
-//! same bytes.
+//! Lengths are in the units of the mesh's own ("local") space; no node transform is applied. Triangles wind
+//! counter-clockwise seen from outside. The same mesh and configuration give the same bytes.
 //!
 //! # Simplifications
-//! The error of a group is the one that meshoptimizer reports: a weighted mean of squared distances and attribute
-//! differences, neither a bound nor tight. Its deviation, the two-sided Hausdorff distance of the simplified surface to
-//! the source, is measured at samples: ten times as many samples usually find at most 5 % more. Texture
-//! seams and borders keep the positions of the source; only their attributes are mixed. Positions and attributes that
-//! differ by rounding are one, see `mesh/topology`. Tangents count nothing: those of the source are turned into the
-//! surface. Every cut of a closed mesh is closed.
+//! - The error of a group is the one that meshoptimizer reports: a weighted mean of squared distances and attribute
+//!   differences. It is neither a bound nor tight.
+//! - The deviation of a group is the two-sided Hausdorff distance between simplified surface and source, measured at
+//!   samples. Ten times as many samples usually find at most 5 % more.
+//! - Texture seams and borders keep the positions of the source; only their attributes are interpolated.
+//! - Positions and attributes that differ only by rounding are welded, see `mesh/topology`.
+//! - Tangents do not affect the error. Tangents of the source are projected onto the simplified surface.
+//! - Every cut of a closed mesh is closed.
 //!
 //! # Out of scope
 //! Skinned and morphed meshes, points and lines are reported as [`Skipped`]. Draco compression is an error.
 //!
 //! # Fuzzing
-//! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
-//! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`, or
-//! with a stable compiler and without a sanitizer
+//! `fuzz/` is a separate workspace. Run it in this crate's folder with cargo-fuzz:
+//! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`.
+//! With a stable compiler, sanitizers are not available:
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod bake;
@@ -67,7 +68,7 @@ mod progress;
 mod report;
 mod verify;
 
-/// Changes whenever the same mesh and configuration give other levels. Caches of bakes use it in their keys.
+/// Increased whenever the same mesh and configuration give different levels. Bake caches use it in their keys.
 pub const REVISION: u32 = 2;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};

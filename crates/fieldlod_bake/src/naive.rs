@@ -1,39 +1,37 @@
-//! Deviations measured the plain way: every sample against every triangle.
+//! Brute-force deviations: every sample against every triangle.
 //!
-//! The slow reference for the bake's measurement, for tests. It uses only the finished hierarchy.
+//! A slow reference for tests. It uses only the finished hierarchy.
 
 use fieldlod_hierarchy::Hierarchy;
 use glam::DVec3;
 
 use crate::mesh::triangle_tree::triangle::exact_distance;
 
-/// A triangle of a surface and the group whose simplification it is.
+/// A triangle of a surface, and the group that produced it.
 struct Piece {
     corners: [DVec3; 3],
     produced_by: Option<u32>,
 }
 
-/// How far the surfaces of each group lie apart, in local units.
+/// Deviations of each group, in local units.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deviations {
-    /// From the source, at places that the group's triangles are nearest to where all groups up to
-    /// its level are simplified and none above.
+    /// From the source to the simplified surface. Each sample belongs to the group whose triangle is nearest, in the
+    /// cut with all groups up to that level simplified.
     ///
-    /// Beside a border between two groups, that may be the neighbour of the group that the place
-    /// belongs to. Only over the groups of a level, or where it has but one, is this a bound from
-    /// below of what a hierarchy must state.
+    /// At a border between two groups, a sample may be assigned to the wrong one. Only the largest value of a level, or
+    /// of its only group, is a lower bound for the stated deviations.
     pub from_source: Vec<f64>,
-    /// From the simplified surface: a bound from below for each group.
+    /// From the simplified surface to the source: a lower bound for each group.
     pub from_simplified: Vec<f64>,
 }
 
 impl Deviations {
-    /// The larger of both for each group, and no less than those of its finer groups; infinite for
-    /// a group that is not simplified.
+    /// The larger of both for each group, and at least those of its finer groups. Infinite for a terminal group.
     #[must_use]
     pub fn in_both_directions(&self, hierarchy: &Hierarchy) -> Vec<f64> {
         let mut farthest: Vec<f64> = Vec::with_capacity(hierarchy.groups.len());
-        // Groups come finer before coarser.
+        // Finer groups come before coarser ones.
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let finer = hierarchy.finer_groups(group).iter();
             let below = finer.map(|&finer| farthest[finer as usize]);
@@ -51,8 +49,8 @@ impl Deviations {
 
 /// Measures every group of `hierarchy`.
 ///
-/// Each triangle of either surface is sampled at its corners and at `rows` rows of places between,
-/// so that what is found is never more than what is true, and gets there as `rows` grows.
+/// Each triangle of either surface has samples at its corners and on `rows` rows in between. Results never exceed the
+/// true deviations, and approach them with more rows.
 #[must_use]
 pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
     let source = cut_below(hierarchy, 0);
@@ -62,7 +60,7 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
         from_simplified: none,
     };
     for level in 0..hierarchy.level_count() {
-        // From the source to the cut in which all groups up to this level are simplified.
+        // From the source to the cut with all groups up to this level simplified.
         let cut = cut_below(hierarchy, level + 1);
         let of_level = |group: &u32| hierarchy.groups[*group as usize].level == level;
         for place in places_on(&source, rows) {
@@ -72,7 +70,7 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
                 *farthest = farthest.max(distance);
             }
         }
-        // And from what the groups of this level were simplified to, to the source.
+        // From the simplified triangles of this level to the source.
         for piece in &cut {
             if let Some(group) = piece.produced_by.filter(of_level) {
                 let places = places_on(std::slice::from_ref(piece), rows);
@@ -117,7 +115,7 @@ fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
     })
 }
 
-/// How far the nearest of all triangles is, and whose it is.
+/// Distance of the nearest triangle, and its group.
 fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
     let distance_to = |piece: &Piece| (exact_distance(place, piece.corners), piece.produced_by);
     pieces

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Progress of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BakeProgress {
-    /// Triangles of all levels that were simplified so far.
+    /// Simplified triangles of all levels.
     pub triangles_done: u64,
-    /// Estimate of all triangles to simplify. It may grow, and is never less than `triangles_done`.
+    /// Estimated number of triangles to simplify. It may grow, and is never less than `triangles_done`.
     pub triangles_total: u64,
 }
 
-/// Sums up the work of all threads.
+/// Sums the work of all threads.
 pub(crate) struct Tracker<'a> {
     done: AtomicU64,
     total: AtomicU64,
@@ -19,7 +19,7 @@ pub(crate) struct Tracker<'a> {
 }
 
 impl<'a> Tracker<'a> {
-    /// For primitives with these numbers of triangles.
+    /// Creates a tracker for primitives with these numbers of triangles.
     pub(crate) fn new(
         triangles: impl Iterator<Item = usize>,
         report: &'a (dyn Fn(BakeProgress) + Sync),
@@ -31,7 +31,7 @@ impl<'a> Tracker<'a> {
         }
     }
 
-    /// The share of a primitive in the work.
+    /// Progress of one primitive.
     pub(crate) fn share_of(&self, triangle_count: usize) -> Share<'_> {
         Share {
             tracker: self,
@@ -53,26 +53,26 @@ fn expected_triangles(triangle_count: usize) -> u64 {
     triangle_count as u64 * 2
 }
 
-/// The work on one primitive.
+/// Progress of one primitive.
 pub(crate) struct Share<'a> {
     tracker: &'a Tracker<'a>,
-    /// Expected triangles that are left.
+    /// Expected triangles that are not yet simplified.
     left: AtomicU64,
 }
 
 impl Share<'_> {
-    /// Adds triangles that were simplified.
+    /// Adds simplified triangles.
     pub(crate) fn add(&self, triangle_count: usize) {
         let count = triangle_count as u64;
         let left = self.left.load(Ordering::Relaxed);
-        // More than expected: the total grows.
+        // If there are more than expected, the total grows.
         let more = count.saturating_sub(left);
         self.tracker.total.fetch_add(more, Ordering::Relaxed);
         self.left.store(left + more - count, Ordering::Relaxed);
         self.tracker.add(count);
     }
 
-    /// Adds the expected triangles that are left.
+    /// Adds the remaining expected triangles.
     pub(crate) fn finish(&self) {
         self.tracker.add(self.left.swap(0, Ordering::Relaxed));
     }

@@ -2,18 +2,18 @@
 
 use std::fmt;
 
-/// How a bake went: groups that got stuck, and the fallbacks that were used.
+/// Result of a bake: stuck groups and fallbacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
     /// Groups that could not be simplified and were retried with other neighbours.
     pub stuck_groups: usize,
-    /// Levels of the whole mesh above the last clusters.
+    /// Levels with a single group.
     pub whole_mesh_levels: usize,
-    /// Whether some groups are aggregates of many loose pieces, such as leaves.
+    /// Whether some groups are aggregates of many loose elements, such as leaves.
     pub has_aggregates: bool,
-    /// Vertices that were taken for others, whose positions differ by rounding.
+    /// Vertices that were welded to others although their positions differ by rounding.
     pub rounded_vertices: usize,
-    /// Triangles of which another at the same places faces the other way: one side was simplified.
+    /// Triangles of two-sided sheets, both sides counted. Only one side is simplified.
     pub two_sided_triangles: usize,
     /// Triangles of the coarsest level.
     pub coarsest_triangles: usize,
@@ -23,35 +23,35 @@ pub struct BakeReport {
 }
 
 impl BakeReport {
-    /// More triangles than this at the coarsest level are a failure to simplify.
+    /// A coarsest level with more triangles than this counts as stuck.
     pub const MOST_COARSEST: usize = 512;
 
-    /// Whether the coarsest level has too many triangles, after all that was tried.
+    /// Whether the coarsest level has too many triangles in spite of all fallbacks.
     #[must_use]
     pub fn is_stuck(&self) -> bool {
         self.coarsest_triangles > Self::MOST_COARSEST
     }
 }
 
-/// One step beyond plain simplification. Its deviation is measured as that of any group.
+/// A fallback that simplified one group. Its deviation is measured like any other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fallback {
-    /// The fallback.
+    /// Kind of the fallback.
     pub kind: FallbackKind,
-    /// The group so simplified.
+    /// Index of the simplified group.
     pub group: u32,
-    /// Triangles before.
+    /// Number of triangles before the simplification.
     pub from: usize,
-    /// Triangles after.
+    /// Number of triangles after the simplification.
     pub to: usize,
 }
 
-/// Fallbacks, the gentlest first.
+/// Fallbacks; those with the least visible loss come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FallbackKind {
-    /// Small components of the surface were left out.
+    /// Small components were removed.
     Pruned,
-    /// Attributes were ignored, and textures may be torn at their seams.
+    /// Attributes were ignored, and textures may be torn at seams.
     AttributesIgnored,
     /// Vertices were merged on a grid, which opens closed surfaces.
     Sloppy,
@@ -60,7 +60,7 @@ pub enum FallbackKind {
 impl fmt::Display for FallbackKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Pruned => "small components left out",
+            Self::Pruned => "small components removed",
             Self::AttributesIgnored => "attributes ignored",
             Self::Sloppy => "vertices merged on a grid",
         })

@@ -1,4 +1,4 @@
-//! Levels of plants and other meshes of many loose pieces.
+//! Levels of plants and other aggregates.
 
 mod common;
 
@@ -15,7 +15,7 @@ fn bake(mesh: &SourceMesh) -> Hierarchy {
     bake_mesh(mesh, &BakeConfig::default()).unwrap()
 }
 
-/// The triangles of each level of the whole mesh, finest first.
+/// Triangles of each level of the whole mesh, finest first.
 fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
     let level = |level: u32| {
         let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level >= level).collect();
@@ -27,16 +27,16 @@ fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
     (0..hierarchy.level_count()).map(level).collect()
 }
 
-/// Pixels along each side of a picture.
+/// Side length of a picture in pixels.
 const SIDE: usize = 96;
 
-/// Directions of views: other ones than those of the bake, and enough to judge levels of few triangles.
+/// View directions that the bake does not use, enough of them for levels of few triangles.
 fn axes() -> [Vec3; 64] {
     let mut random = Random::new(77);
     std::array::from_fn(|_| random.vector().normalize())
 }
 
-/// The share of sight rays through a ball of radius 1.2 that hit a triangle where a texture is opaque.
+/// Number of rays through a sphere of radius 1.2 that hit an opaque texel.
 fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]], is_opaque: impl Fn(Vec2) -> bool) -> f32 {
     let mut hit = 0;
     for axis in axes() {
@@ -63,7 +63,7 @@ fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]], is_opaque: impl Fn(Vec
     hit as f32
 }
 
-/// Marks pixels by the shares that the corners have there.
+/// Marks opaque pixels of a triangle. `is_opaque` gets the weights of the corners.
 fn draw<const N: usize>(
     [a, b, c]: [[f32; 2]; 3],
     picture: &mut [[bool; N]; N],
@@ -93,7 +93,7 @@ fn draw<const N: usize>(
 fn levels_of_plants_keep_their_covered_area() {
     for (name, mesh) in [
         ("crown", fixtures::crown(3_000, 3)),
-        // Without texture coordinates nothing can be cut out of them.
+        // Without texture coordinates, leaves count as opaque.
         ("leaves", untextured(fixtures::cards(3_000, 3))),
     ] {
         let hierarchy = bake(&mesh);
@@ -113,7 +113,7 @@ fn untextured(mut mesh: SourceMesh) -> SourceMesh {
     mesh
 }
 
-/// Textures that leave 0.52, all, and 0.2 of a leaf.
+/// Textures with opaque shares of 0.52, 1 and 0.2.
 const TEXTURES: [(&str, fn(Vec2) -> bool); 3] = [
     ("leaf", |uv| {
         ((uv - 0.5) * Vec2::new(3.0, 2.0)).length_squared() < 1.0
@@ -135,7 +135,7 @@ fn levels_keep_the_opaque_area_of_textured_leaves() {
             let source = covered(&hierarchy, &levels[0], is_opaque);
             for triangles in &levels {
                 let share = covered(&hierarchy, triangles, is_opaque) / source;
-                // Fewer triangles cannot cover a sparse crown without growing out of the source's box.
+                // Fewer triangles cannot cover a sparse crown within the bounding box of the source.
                 if triangles.len() > 100 {
                     let is_kept = (0.95..1.03).contains(&share);
                     assert!(is_kept, "{count} of {name}: {share}");
@@ -146,7 +146,7 @@ fn levels_keep_the_opaque_area_of_textured_leaves() {
 }
 
 #[test]
-fn useless_surfaces_change_nothing() {
+fn surfaces_without_effect_change_nothing() {
     let cards = fixtures::cards(300, 3);
     let with = |mesh: &SourceMesh, surface: Surface| SourceMesh {
         surface: Some(Arc::new(surface)),
@@ -160,7 +160,7 @@ fn useless_surfaces_change_nothing() {
     assert!(bake(&with(&cards, invisible)) == bake(&cards));
     assert!(bake(&with(&cards, blank)) == bake(&cards));
     assert!(bake(&with(&cards, brown.clone())) != bake(&cards));
-    // Where nothing can be cut out, all is opaque: levels are the same, and look alike.
+    // Without texture coordinates everything is opaque, so the levels are the same.
     let mut naked = bare.clone();
     naked.normals.clear();
     for mesh in [&bare, &naked] {
@@ -171,7 +171,7 @@ fn useless_surfaces_change_nothing() {
     assert!(bake(&with(&cards, leaf)) != bake(&cards));
 }
 
-/// Cards in an opaque ball and around it.
+/// Cards inside and outside of an opaque sphere.
 #[test]
 fn hidden_leaves_are_pruned_before_visible_ones() {
     let mut mesh = untextured(fixtures::cards(3_000, 3));
@@ -184,7 +184,7 @@ fn hidden_leaves_are_pruned_before_visible_ones() {
         .extend(ball.indices.iter().map(|index| first + index));
     let hierarchy = bake(&mesh);
     let vertices = &hierarchy.vertices;
-    // Of cards, those deep within the ball and those outside of it.
+    // Numbers of cards deep inside the sphere and outside of it.
     let count = |triangles: &[[u32; 3]]| {
         let mut found = [0.0f32; 2];
         for card in components(triangles, vertices.positions.len()) {
@@ -233,7 +233,7 @@ fn levels_of_plants_keep_their_mean_colour() {
 }
 
 #[test]
-fn plants_are_verified() {
+fn plants_pass_verification() {
     for mesh in [
         fixtures::crown(1_500, 1),
         fixtures::cards(3_000, 2),
@@ -257,7 +257,7 @@ fn closed_plants_stay_closed() {
 fn vertices_of_elements_stay_finite() {
     let mut random = Random::new(9);
     let mut mesh = fixtures::cards(400, 4);
-    // Cards without area, and some of one point.
+    // Some cards have no area, and some collapse to a point.
     for corner in mesh.positions.chunks_mut(4).step_by(3).flatten() {
         corner.y = 0.0;
         corner.x = if random.unit() < 0.5 { 0.0 } else { corner.x };
@@ -268,8 +268,8 @@ fn vertices_of_elements_stay_finite() {
     assert!(hierarchy.vertices.normals.iter().all(|n| n.is_finite()));
 }
 
-/// Bent blades of ten triangles on a meadow. Red is how much the wind moves a vertex: nothing at the foot, and most at
-/// the tip, of each blade more or less; green tells when.
+/// Bent blades of ten triangles on a meadow. Red is the wind weight of a vertex: zero at the foot and largest at the
+/// tip. Green is the phase.
 fn blades(count: u32) -> SourceMesh {
     const JOINTS: u32 = 5;
     let mut mesh = SourceMesh::default();
@@ -331,14 +331,14 @@ fn wind_weights_in_colours_stay_within_their_range() {
             "{} triangles: feet {most_of_feet}, tips {mean_of_tips}",
             triangles.len()
         );
-        // What is left in the end are a few blades that stand for all.
+        // The last levels have a few blades that replace all others.
         let most = if triangles.len() > 20 { 0.0 } else { 0.1 };
         assert!(most_of_feet <= most, "{}: {most_of_feet}", triangles.len());
         assert!(mean_of_tips > 0.3, "{}: {mean_of_tips}", triangles.len());
     }
 }
 
-/// The vertices of each connected component.
+/// Vertices of each connected component.
 fn components(triangles: &[[u32; 3]], vertex_count: usize) -> Vec<Vec<u32>> {
     let mut leads_to: Vec<usize> = (0..vertex_count).collect();
     let root = |leads_to: &[usize], mut vertex: usize| {

@@ -1,4 +1,4 @@
-//! The baseline that meshoptimizer's clusterlod builds.
+//! The clusterlod baseline.
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bare_clusterlod, clusterlod_hierarchy, fixtures};
 
@@ -15,7 +15,7 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
 }
 
 #[test]
-fn baseline_is_valid_and_unmeasured() {
+fn baseline_is_valid_without_deviations() {
     for (name, mesh) in meshes() {
         let hierarchy = clusterlod_hierarchy(&mesh, &BakeConfig::fine_grained()).unwrap();
         assert_eq!(hierarchy.validate(), Ok(()), "{name}");
@@ -28,7 +28,7 @@ fn baseline_is_valid_and_unmeasured() {
 }
 
 #[test]
-fn only_sizes_of_clusters_and_groups_matter() {
+fn baseline_uses_only_cluster_and_group_sizes() {
     let mesh = fixtures::rock(5, 3);
     let config = BakeConfig::default();
     let other = BakeConfig {

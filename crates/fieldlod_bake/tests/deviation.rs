@@ -1,4 +1,4 @@
-//! Stated deviations against independent samples that are ten times as dense.
+//! Compares stated deviations with independent samples that are ten times as dense.
 
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
@@ -45,7 +45,7 @@ fn scaled(mut mesh: SourceMesh, factor: f32) -> SourceMesh {
     mesh
 }
 
-/// A unit sphere and a second one that sticks out of it.
+/// A unit sphere and a second one that intersects it.
 fn interpenetrating() -> SourceMesh {
     let mut mesh = fixtures::icosphere(4);
     let second = fixtures::icosphere(4);
@@ -59,7 +59,7 @@ fn interpenetrating() -> SourceMesh {
 }
 
 #[test]
-fn degenerate_meshes_pass() {
+fn degenerate_meshes_pass_verification() {
     let settings = VerifySettings {
         cuts: 40,
         most_samples: 200_000,
@@ -119,7 +119,7 @@ fn verify_rejects_holes() {
         .position(|unit| unit.producer().is_some());
     let first = hierarchy.units[made.unwrap()].first_triangle as usize * 3;
     hierarchy.indices[first + 1] = hierarchy.indices[first];
-    // The samples would find it first.
+    // Without this tolerance, samples would find the fault first.
     let settings = VerifySettings {
         tolerance: f32::INFINITY,
         ..VerifySettings::default()
@@ -129,7 +129,7 @@ fn verify_rejects_holes() {
 }
 
 #[test]
-fn verify_rejects_a_hierarchy_that_is_not_one() {
+fn verify_rejects_invalid_hierarchies() {
     let mesh = fixtures::rock(3, 1);
     let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
     hierarchy.units[0].consumed_by = u32::MAX;
@@ -146,20 +146,20 @@ fn verify_rejects_another_source() {
 }
 
 #[test]
-fn verify_rejects_a_finest_cut_that_is_not_the_source() {
+fn verify_rejects_finest_cuts_that_differ_from_source() {
     let mesh = fixtures::rock(4, 1);
     let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
     let source = hierarchy.units.iter().position(|u| u.producer().is_none());
     let first = hierarchy.units[source.unwrap()].first_triangle as usize * 3;
     hierarchy.indices.swap(first, first + 1);
     let fault = verify(&mesh, &hierarchy, &VerifySettings::default());
-    // The turned triangle instead of the right one.
+    // The inverted triangle, instead of the right one.
     assert_eq!(fault, Err(VerifyError::FinestCut { found: 2 }));
 }
 
-/// Each level is one piece here, so that turning it around opens no edge.
+/// Each level is a single group, so inverting it opens no edge.
 #[test]
-fn verify_rejects_surfaces_that_are_inside_out() {
+fn verify_rejects_inverted_surfaces() {
     let mesh = fixtures::rock(2, 1);
     let mut hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
     assert!(
@@ -180,7 +180,7 @@ fn verify_rejects_surfaces_that_are_inside_out() {
     assert!(matches!(fault, VerifyError::Flipped { .. }), "{fault}");
 }
 
-/// A square plate with a round hole: triangles fan from its corners to the rim.
+/// A square plate with a round hole. Triangles connect its corners to the rim.
 fn plate_with_hole(sides: u32) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     let angle = |side: u32| side as f32 * std::f32::consts::TAU / sides as f32;
@@ -202,14 +202,14 @@ fn plate_with_hole(sides: u32) -> SourceMesh {
 }
 
 #[test]
-fn a_border_within_its_plane_deviates_by_what_it_overhangs() {
+fn deviation_includes_overhang_of_planar_borders() {
     for mesh in [plate_with_hole(32), plate_with_hole(64)] {
         let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
         verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
         let (triangles, _) = mesh.indices.as_chunks::<3>();
         let coarsest = hierarchy.groups.last().unwrap();
         assert!(hierarchy.triangle_count_of(coarsest) < triangles.len() as u64 / 2);
-        // A side of twice the angle reaches this far into the hole.
+        // An edge across two sides of the rim reaches this far into the hole.
         let deviations = hierarchy
             .groups
             .iter()

@@ -21,14 +21,14 @@ fn import_one(path: &std::path::Path) -> SourceMesh {
 }
 
 #[test]
-fn a_glb_comes_in_bit_for_bit() {
+fn glb_import_is_lossless() {
     for mesh in [fixtures::height_field(9), fixtures::rock(2, 3)] {
         assert_eq!(import_one(&GltfFile::of(&mesh).glb()), mesh);
     }
 }
 
 #[test]
-fn external_buffers_and_data_uris_come_in() {
+fn external_buffers_and_data_uris_are_imported() {
     let mesh = fixtures::plane(3);
     let mut file = GltfFile::of(&mesh);
     file.write("a file.bin", &file.binary);
@@ -39,7 +39,7 @@ fn external_buffers_and_data_uris_come_in() {
 }
 
 #[test]
-fn indices_of_every_size_come_in() {
+fn indices_of_every_size_are_imported() {
     let mesh = fixtures::plane(3);
     for (component, bytes_each) in [(5121, 1), (5123, 2), (5125, 4)] {
         let mut file = GltfFile::of(&mesh);
@@ -55,16 +55,16 @@ fn indices_of_every_size_come_in() {
 }
 
 #[test]
-fn missing_indices_count_up() {
+fn missing_indices_become_sequential() {
     let mesh = fixtures::flat_shaded(&fixtures::plane(2));
     let mut file = GltfFile::of(&mesh);
     file.primitive().as_object_mut().unwrap().remove("indices");
     assert_eq!(import_one(&file.glb()), mesh);
 }
 
-/// As Bevy does, so that the hashes of both agree.
+/// Bevy does the same, so both hashes agree.
 #[test]
-fn missing_normals_make_flat_triangles() {
+fn missing_normals_give_flat_shading() {
     let mut mesh = fixtures::height_field(3);
     mesh.normals.clear();
     let imported = import_one(&GltfFile::of(&mesh).glb());
@@ -78,7 +78,7 @@ fn missing_normals_make_flat_triangles() {
 }
 
 #[test]
-fn normals_that_bevy_drops_are_dropped() {
+fn normals_that_bevy_ignores_are_ignored() {
     let mesh = fixtures::plane(2);
     let mut file = GltfFile::of(&mesh);
     file.accessor_of("NORMAL")["componentType"] = json!(5120);
@@ -110,7 +110,7 @@ fn strips_and_fans_are_unrolled_with_their_winding() {
 }
 
 #[test]
-fn interleaved_and_sparse_attributes_come_in() {
+fn interleaved_and_sparse_attributes_are_imported() {
     let mesh = fixtures::plane(2);
     let mut file = GltfFile::of(&mesh);
     let floats = mesh.positions.iter().zip(&mesh.normals);
@@ -138,10 +138,10 @@ fn interleaved_and_sparse_attributes_come_in() {
 }
 
 #[test]
-fn texture_coordinates_of_every_format_come_in() {
+fn texture_coordinates_of_every_format_are_imported() {
     let mesh = fixtures::plane(1);
     for (component, normalized, expected) in [
-        // As Bevy reads them.
+        // The same values as in Bevy.
         (5121, true, Some(Vec2::new(1.0, 51.0 * 255f32.recip()))),
         (
             5123,
@@ -178,9 +178,9 @@ fn several_meshes_bake_in_the_order_of_the_file() {
     for mesh in &meshes {
         file.add_mesh(mesh);
     }
-    let heard: Mutex<Vec<BakeProgress>> = Mutex::default();
-    let listen = |progress| heard.lock().unwrap().push(progress);
-    let outcome = bake_file(&file.glb(), &BakeConfig::default(), &listen).unwrap();
+    let reports: Mutex<Vec<BakeProgress>> = Mutex::default();
+    let on_progress = |progress| reports.lock().unwrap().push(progress);
+    let outcome = bake_file(&file.glb(), &BakeConfig::default(), &on_progress).unwrap();
     assert_eq!(outcome.file.primitives.len(), 3);
     assert_eq!(outcome.reports.len(), 3);
     for (index, mesh) in meshes.iter().take(2).enumerate() {
@@ -191,12 +191,15 @@ fn several_meshes_bake_in_the_order_of_the_file() {
         assert!(baked.hierarchy == alone);
         assert_eq!(outcome.reports[index], report);
     }
-    let heard = heard.into_inner().unwrap();
-    let done = heard.iter().map(|progress| progress.triangles_done).max();
-    let total = heard.iter().map(|progress| progress.triangles_total).max();
+    let reports = reports.into_inner().unwrap();
+    let done = reports.iter().map(|progress| progress.triangles_done).max();
+    let total = reports
+        .iter()
+        .map(|progress| progress.triangles_total)
+        .max();
     assert_eq!(done, total);
     assert!(
-        heard
+        reports
             .iter()
             .all(|progress| progress.triangles_done <= progress.triangles_total)
     );

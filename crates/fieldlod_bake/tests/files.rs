@@ -1,4 +1,4 @@
-//! Files as programs write them: buffers that primitives share, unused vertices, faulty primitives, and extensions.
+//! Files as exporters write them: shared buffers, unused vertices, invalid primitives and extensions.
 
 mod common;
 
@@ -14,7 +14,7 @@ fn without_files(_: &str) -> std::io::Result<Vec<u8>> {
     Err(std::io::ErrorKind::NotFound.into())
 }
 
-/// A rock with a vertex in front, one between the others and one behind that no triangle uses.
+/// A rock, and the same rock with three unused vertices at the start, in the middle and at the end.
 fn with_unused(position: Vec3) -> (SourceMesh, SourceMesh) {
     let rock = fixtures::rock(3, 1);
     let mut whole = rock.clone();
@@ -32,7 +32,7 @@ fn with_unused(position: Vec3) -> (SourceMesh, SourceMesh) {
 }
 
 #[test]
-fn unused_vertices_of_a_file_count_nowhere() {
+fn unused_vertices_of_files_are_ignored() {
     for position in [Vec3::splat(1e9), Vec3::NAN] {
         let (rock, whole) = with_unused(position);
         let import = import_gltf(&GltfFile::of(&whole).glb()).unwrap();
@@ -41,7 +41,7 @@ fn unused_vertices_of_a_file_count_nowhere() {
 }
 
 #[test]
-fn unused_vertices_of_a_mesh_count_nowhere() {
+fn unused_vertices_of_meshes_are_ignored() {
     for position in [Vec3::splat(1e9), Vec3::NAN] {
         let (rock, whole) = with_unused(position);
         let [used, all] =
@@ -62,7 +62,7 @@ fn unused_vertices_of_a_mesh_count_nowhere() {
 }
 
 #[test]
-fn primitives_hold_what_they_use_of_a_shared_buffer() {
+fn primitives_keep_only_used_vertices() {
     let mesh = fixtures::plane(32);
     let mut file = GltfFile::of(&mesh);
     let first = file.primitive().clone();
@@ -91,7 +91,7 @@ fn primitives_hold_what_they_use_of_a_shared_buffer() {
 }
 
 #[test]
-fn a_faulty_primitive_is_skipped_and_named() {
+fn faulty_primitives_are_skipped_and_reported() {
     let good = fixtures::rock(2, 1);
     let mut bad = good.clone();
     bad.positions[7] = Vec3::NAN;
@@ -126,7 +126,7 @@ fn a_faulty_primitive_is_skipped_and_named() {
 }
 
 #[test]
-fn bytes_behind_a_file_and_marks_before_one_are_ignored() {
+fn trailing_bytes_and_byte_order_marks_are_ignored() {
     let mesh = fixtures::rock(2, 1);
     let mut file = GltfFile::of(&mesh);
     let mut bytes = file.glb_bytes();
@@ -140,7 +140,7 @@ fn bytes_behind_a_file_and_marks_before_one_are_ignored() {
 }
 
 #[test]
-fn images_and_animations_of_extensions_are_no_fault() {
+fn unsupported_image_and_animation_extensions_are_ignored() {
     let mesh = fixtures::plane(8);
     let mut file = GltfFile::of(&mesh);
     file.json["extensionsRequired"] = json!(["EXT_texture_webp", "KHR_animation_pointer"]);
@@ -167,7 +167,7 @@ fn images_and_animations_of_extensions_are_no_fault() {
 }
 
 #[test]
-fn long_uris_are_not_printed_whole() {
+fn errors_truncate_long_uris() {
     let mut file = GltfFile::of(&fixtures::plane(2));
     let garbled = format!(
         "DATA:application/octet-stream;base64,{}",
@@ -184,9 +184,9 @@ fn long_uris_are_not_printed_whole() {
     }
 }
 
-/// Bevy reads the unpacked file, and the bake reads the same from both.
+/// Bevy reads the unpacked file, and the bake imports the same mesh from both.
 #[test]
-fn an_unpacked_file_has_plain_floats_in_one_buffer() {
+fn unpacked_file_has_floats_in_one_buffer() {
     let mesh = fixtures::plane(8);
     let mut file = GltfFile::of(&mesh);
     let count = mesh.positions.len();

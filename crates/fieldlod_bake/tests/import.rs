@@ -1,4 +1,4 @@
-//! Attributes beyond those that simplification looks at, and the geometry extensions of glTF.
+//! Import of tangents, colours, second texture coordinates and geometry extensions.
 
 mod common;
 
@@ -20,8 +20,8 @@ fn import_one(path: &std::path::Path) -> ImportedPrimitive {
     import.primitives.remove(0)
 }
 
-/// A square of 9 vertices with a tangent, second texture coordinates and a colour each.
-fn dressed_square() -> (SourceMesh, GltfFile) {
+/// A square of 9 vertices with tangents, second texture coordinates and colours.
+fn square_with_all_attributes() -> (SourceMesh, GltfFile) {
     let mesh = fixtures::plane(2);
     let mut file = GltfFile::of(&mesh);
     let numbers = |width: usize| (0..9 * width).map(|i| i as f32).collect::<Vec<_>>();
@@ -42,8 +42,8 @@ fn dressed_square() -> (SourceMesh, GltfFile) {
 }
 
 #[test]
-fn all_attributes_that_bevy_draws_are_kept() {
-    let (mesh, mut file) = dressed_square();
+fn attributes_used_by_bevy_are_kept() {
+    let (mesh, mut file) = square_with_all_attributes();
     let path = file.glb();
     let imported = import_one(&path);
     let mut plain = imported.mesh.clone();
@@ -62,10 +62,10 @@ fn all_attributes_that_bevy_draws_are_kept() {
     assert_eq!(vertices.colors, imported.mesh.colors);
 }
 
-/// Further sets and attributes with names of their own are not read, but told of.
+/// Further sets and custom attributes are not imported, only reported.
 #[test]
 fn unsupported_attributes_are_reported() {
-    let (_, mut file) = dressed_square();
+    let (_, mut file) = square_with_all_attributes();
     assert!(!import_one(&file.glb()).mesh.has_other_attributes);
     let uvs = file.primitive()["attributes"]["TEXCOORD_0"].clone();
     let colors = file.primitive()["attributes"]["COLOR_0"].clone();
@@ -80,7 +80,7 @@ fn unsupported_attributes_are_reported() {
     }
 }
 
-/// Bevy computes tangents of its own where a normal map needs them.
+/// Bevy computes missing tangents if a normal map needs them.
 #[test]
 fn tangents_that_bevy_adds_are_reported() {
     let mut file = GltfFile::of(&fixtures::rock(2, 1));
@@ -93,10 +93,10 @@ fn tangents_that_bevy_adds_are_reported() {
     }
 }
 
-/// Where the vertices are taken apart for flat normals, all their attributes go with them.
+/// Unsharing vertices for flat normals must copy all their attributes.
 #[test]
 fn unshared_vertices_keep_their_attributes() {
-    let (mesh, mut file) = dressed_square();
+    let (mesh, mut file) = square_with_all_attributes();
     let attributes = file.primitive()["attributes"].as_object_mut().unwrap();
     attributes.remove("NORMAL");
     let imported = import_one(&file.glb());
@@ -111,9 +111,9 @@ fn unshared_vertices_keep_their_attributes() {
 }
 
 #[test]
-fn rejects_attributes_for_some_vertices_only() {
+fn rejects_incomplete_attributes() {
     for name in ["TANGENT", "TEXCOORD_1", "COLOR_0"] {
-        let (_, mut file) = dressed_square();
+        let (_, mut file) = square_with_all_attributes();
         file.accessor_of(name)["count"] = json!(8);
         let error = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap_err();
         assert!(matches!(error, ImportError::Mesh { .. }), "{name}: {error}");
@@ -121,7 +121,7 @@ fn rejects_attributes_for_some_vertices_only() {
 }
 
 #[test]
-fn quantized_attributes_come_in() {
+fn quantized_attributes_are_imported() {
     let mesh = fixtures::plane(2);
     let mut file = GltfFile::of(&mesh);
     file.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
@@ -160,7 +160,7 @@ fn add_strided(file: &mut GltfFile, bytes: &[u8], kind: u32, stride: usize, shar
     accessor
 }
 
-/// A mesh is baked in its own space, wherever and however often nodes place it.
+/// A mesh is baked in its local space, whatever the transforms of its nodes.
 #[test]
 fn node_transforms_are_not_applied() {
     let mesh = fixtures::rock(2, 3);
@@ -172,8 +172,7 @@ fn node_transforms_are_not_applied() {
     assert_eq!(import_one(&file.glb()).mesh, mesh);
 }
 
-/// Packs a view: its bytes move behind the extension, and the view itself into a buffer that is
-/// not there.
+/// Packs a view: the extension refers to the packed bytes, and the view itself refers to a buffer that does not exist.
 fn pack(file: &mut GltfFile, view: usize, extension: &str, packed: &[u8], mut object: Value) {
     object["buffer"] = json!(0);
     object["byteOffset"] = json!(file.binary.len());
@@ -207,19 +206,19 @@ fn packed_square(extension: &str) -> (SourceMesh, GltfFile) {
     let packed = meshopt::encode_index_buffer(&mesh.indices, count).unwrap();
     let object = json!({ "byteStride": 4, "count": mesh.indices.len(), "mode": "TRIANGLES" });
     pack(&mut file, 2, extension, &packed, object);
-    let stand_in =
+    let fallback =
         json!({ "byteLength": 1 << 20, "extensions": { extension: { "fallback": true } } });
-    file.json["buffers"] = json!([{ "byteLength": file.binary.len() }, stand_in]);
+    file.json["buffers"] = json!([{ "byteLength": file.binary.len() }, fallback]);
     file.json["extensionsRequired"] = json!([extension]);
     (mesh, file)
 }
 
 #[test]
-fn views_packed_by_meshopt_come_in() {
+fn meshopt_compressed_views_are_imported() {
     for extension in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
         let (mut mesh, mut file) = packed_square(extension);
         let mut imported = import_one(&file.glb()).mesh;
-        // The codec may begin a triangle at another corner.
+        // The codec may rotate the corners of a triangle.
         for mesh in [&mut mesh, &mut imported] {
             let (triangles, _) = mesh.indices.as_chunks_mut::<3>();
             for triangle in triangles {
@@ -231,9 +230,9 @@ fn views_packed_by_meshopt_come_in() {
     }
 }
 
-/// Octahedral normals, exponents and index sequences.
+/// Exponential filters and index sequences.
 #[test]
-fn filtered_views_come_in() {
+fn filtered_views_are_imported() {
     let (mesh, mut file) = packed_square("EXT_meshopt_compression");
     let count = mesh.positions.len();
     let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();

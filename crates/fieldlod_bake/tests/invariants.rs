@@ -28,7 +28,7 @@ fn bake(mesh: &SourceMesh, config: &BakeConfig) -> Hierarchy {
     hierarchy
 }
 
-/// Cuts at every error and at random, as triangles of vertices.
+/// Cuts at every error and random cuts, as triangles.
 fn cuts_of(hierarchy: &Hierarchy, seed: u64) -> Vec<Vec<[u32; 3]>> {
     let mut errors: Vec<f32> = hierarchy.groups.iter().map(|g| g.error_in_local).collect();
     errors.sort_by(f32::total_cmp);
@@ -43,7 +43,7 @@ fn cuts_of(hierarchy: &Hierarchy, seed: u64) -> Vec<Vec<[u32; 3]>> {
     cuts
 }
 
-/// Every edge of a cut is matched by its opposite, as in the closed source.
+/// Asserts that every edge of a cut has an opposite edge, as in the closed source.
 fn assert_closed(hierarchy: &Hierarchy, seed: u64) {
     let weld = weld(&hierarchy.vertices.positions);
     for (index, triangles) in cuts_of(hierarchy, seed).iter().enumerate() {
@@ -57,7 +57,7 @@ fn assert_closed(hierarchy: &Hierarchy, seed: u64) {
     }
 }
 
-/// Open edges of a cut join only vertices that lie on open edges of the source.
+/// Asserts that open edges of a cut connect only vertices on open edges of the source.
 fn assert_borders_stay(mesh: &SourceMesh, hierarchy: &Hierarchy, seed: u64) {
     let weld = weld(&hierarchy.vertices.positions);
     let (source, _) = mesh.indices.as_chunks::<3>();
@@ -115,10 +115,7 @@ fn stuck_groups_stay_joined_to_their_neighbours() {
     };
     let (hierarchy, report) = bake_mesh_with_report(&mesh, &config).unwrap();
     hierarchy.validate().unwrap();
-    assert!(
-        report.stuck_groups > 0,
-        "nothing is stuck, so nothing is tested"
-    );
+    assert!(report.stuck_groups > 0, "the test needs stuck groups");
     assert_closed(&hierarchy, 610);
 }
 
@@ -142,7 +139,7 @@ fn coarsest_level_has_about_a_dozen_triangles() {
 }
 
 #[test]
-fn fallbacks_simplify_what_gets_stuck() {
+fn fallbacks_simplify_stuck_groups() {
     for (name, mesh) in [
         ("islands", fixtures::islands(20_000)),
         ("fan", fixtures::non_manifold_fan(5_000)),
@@ -154,8 +151,8 @@ fn fallbacks_simplify_what_gets_stuck() {
     }
 }
 
-/// A mesh with a texture of its own on every triangle.
-fn nothing_but_seams() -> SourceMesh {
+/// A mesh with a separate texture area for every triangle.
+fn mesh_of_seams() -> SourceMesh {
     let mut mesh = fixtures::flat_shaded(&fixtures::rock(2, 3));
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
     let tiles = (0..mesh.positions.len()).map(|v| {
@@ -168,8 +165,8 @@ fn nothing_but_seams() -> SourceMesh {
 }
 
 #[test]
-fn torn_textures_are_covered_by_the_stated_error() {
-    let mesh = nothing_but_seams();
+fn stated_error_covers_torn_textures() {
+    let mesh = mesh_of_seams();
     assert!(mesh.triangle_count() <= BakeReport::MOST_COARSEST);
     let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
     hierarchy.validate().unwrap();
@@ -206,7 +203,7 @@ fn open_meshes_open_only_at_their_borders() {
     }
 }
 
-/// The volume would differ if a piece of surface were drawn twice or not at all.
+/// Surface that is drawn twice or not at all would change the volume.
 #[test]
 fn every_cut_covers_the_surface_once() {
     let mesh = fixtures::rock(5, 1);
@@ -214,12 +211,12 @@ fn every_cut_covers_the_surface_once() {
     let hierarchy = bake(&mesh, &many_groups());
     assert!(
         hierarchy.level_count() > 6,
-        "too few levels to test anything"
+        "the test needs more than six levels"
     );
     for triangles in cuts_of(&hierarchy, 11) {
         let positions = &hierarchy.vertices.positions;
         let share = volume(positions, &triangles) / volume(positions, source);
-        // A dozen triangles hold about half of what a rock holds.
+        // A dozen triangles have about half the volume of a rock.
         let least = if triangles.len() < 250 { 0.4 } else { 0.9 };
         assert!(
             (least..1.02).contains(&share),
@@ -240,13 +237,13 @@ fn texture_seams_are_not_torn() {
     let hierarchy = bake(&mesh, &many_groups());
     for triangles in cuts_of(&hierarchy, 13) {
         let count = triangles.len();
-        // A dozen triangles cannot go round a tube without one that spans its whole texture.
+        // A dozen triangles around a tube need one that spans the whole texture.
         if count <= 12 {
             continue;
         }
         for triangle in triangles {
             let [a, b, c] = triangle.map(|v| hierarchy.vertices.uvs[v as usize]);
-            // Torn, a triangle would run from one end of the texture (v = 0) to the other (v = 1).
+            // A torn triangle would span the texture from v = 0 to v = 1.
             let low = a.y.min(b.y).min(c.y);
             let high = a.y.max(b.y).max(c.y);
             assert!(
@@ -258,7 +255,7 @@ fn texture_seams_are_not_torn() {
 }
 
 #[test]
-fn the_finest_cut_is_the_source() {
+fn finest_cut_is_the_source() {
     for (name, mesh) in closed_meshes() {
         let hierarchy = bake(&mesh, &many_groups());
         let sorted = |triangles: &[[u32; 3]]| {
@@ -279,7 +276,7 @@ fn the_finest_cut_is_the_source() {
 }
 
 #[test]
-fn a_bake_is_deterministic() {
+fn bake_is_deterministic() {
     let mesh = fixtures::torus_knot(200, 24);
     assert!(bake(&mesh, &many_groups()) == bake(&mesh, &many_groups()));
 }
@@ -382,9 +379,9 @@ proptest! {
         bake(&mesh, &BakeConfig { cluster_triangles: 8, group_clusters: 4, ..BakeConfig::default() });
     }
 
-    /// From denormal to enormous, refused or baked.
+    /// Coordinates from denormal to very large ones.
     #[test]
-    fn any_coordinates_are_survived(bits in prop::collection::vec(any::<u32>(), 9..400), largest in -126i32..62) {
+    fn any_coordinates_bake_or_are_rejected(bits in prop::collection::vec(any::<u32>(), 9..400), largest in -126i32..62) {
         let usable = |bits: &u32| (f32::from_bits(*bits) % 2.0f32.powi(largest)).clamp(-1e18, 1e18);
         let (points, _) = bits.as_chunks::<3>();
         let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(|b| usable(&b)))).collect();

@@ -1,20 +1,20 @@
-//! The bake's measuring against the plain way of measuring.
+//! Compares the deviations of a bake with brute-force deviations.
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bake_mesh_with_report, fixtures, naive};
 use fieldlod_hierarchy::Hierarchy;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// Rows of samples on each triangle of either surface.
+/// Rows of samples on each triangle of both surfaces.
 const ROWS: u32 = 5;
-/// What a bake adds for places between its samples.
+/// Margin of the bake for points between its samples.
 const MARGIN: f64 = 1.03;
-/// By how much what is found may exceed what is stated, as `verify` allows.
+/// Limit for measured / stated deviations, as in `verify`.
 const BEYOND: f64 = 1.05;
-/// By how much what is stated may exceed what is found, margin apart. Not for what lies between the
-/// samples: a bake may take a triangle that is near enough for the nearest.
+/// Limit for stated / measured deviations without the margin. Densely refined parts may stop at a triangle that is near
+/// enough instead of the nearest.
 const ABOVE: f64 = 1.35;
-/// The same for the group that is measured best.
+/// The same limit for the group with the smallest ratio.
 const AT_BEST_ABOVE: f64 = 1.08;
 
 fn small_mesh() -> impl Strategy<Value = SourceMesh> {
@@ -24,12 +24,12 @@ fn small_mesh() -> impl Strategy<Value = SourceMesh> {
         Just(fixtures::height_field(12)),
         Just(fixtures::torus_knot(40, 5)),
     ];
-    // Vertices moved at random, so that no two meshes are measured at the same places.
+    // Vertices move at random, so that each mesh has other sample positions.
     (shape, bumps(), 0.0f32..0.05).prop_map(|(mut mesh, bumps, strength)| {
         for (index, position) in mesh.positions.iter_mut().enumerate() {
             *position *= 1.0 + strength * bumps[index * 7 % bumps.len()];
         }
-        // Where textures are torn, more is stated than is measured.
+        // Torn textures would raise the stated deviation.
         mesh.uvs.clear();
         mesh
     })
@@ -48,7 +48,7 @@ fn stated(hierarchy: &Hierarchy) -> impl Iterator<Item = f64> + '_ {
     groups.map(|group| f64::from(group.deviation_in_local))
 }
 
-/// The largest of each level; groups that are not simplified are left out.
+/// The largest value of each level, without terminal groups.
 fn by_level(hierarchy: &Hierarchy, values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut largest = vec![0.0f64; hierarchy.level_count() as usize];
     for (group, value) in hierarchy.groups.iter().zip(values) {
@@ -63,7 +63,7 @@ fn by_level(hierarchy: &Hierarchy, values: impl Iterator<Item = f64>) -> Vec<f64
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
 
-    /// Where a level has but one group, it is clear which place of the source is whose.
+    /// With one group per level, every sample belongs to that group.
     #[test]
     fn whole_meshes_match_naive_deviations(mesh in small_mesh()) {
         let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
@@ -74,12 +74,12 @@ proptest! {
         prop_assert!(shares.len() >= 3, "{report:?}");
         prop_assert!(shares[0] * BEYOND >= 1.0, "{shares:?}");
         prop_assert!(shares[shares.len() - 1] <= MARGIN * ABOVE, "{shares:?}");
-        // There, both find the same place.
+        // For this group, both find the same farthest point.
         prop_assert!(shares[0] <= MARGIN * AT_BEST_ABOVE, "{shares:?}");
     }
 
     #[test]
-    fn groups_hold_their_stated_deviation(mesh in small_mesh()) {
+    fn groups_stay_within_stated_deviation(mesh in small_mesh()) {
         let hierarchy = bake_mesh(&mesh, &small_groups()).unwrap();
         let found = naive::deviations(&hierarchy, ROWS);
         for (stated, found) in stated(&hierarchy).zip(&found.from_simplified) {

@@ -1,4 +1,4 @@
-//! Primitives and meshes that meet: no crack opens between any two of their levels.
+//! Primitives and meshes with shared borders: no cracks open between any of their levels.
 
 mod common;
 
@@ -13,7 +13,7 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 use serde_json::json;
 
-/// The triangles of a mesh in parts by a number of their middles, with vertices of its own each.
+/// Splits a mesh into parts with own vertices. `part_of` maps the centre of a triangle to its part.
 fn split(mesh: &SourceMesh, part_of: impl Fn(Vec3) -> i32) -> Vec<SourceMesh> {
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     let number = |triangle: &[u32; 3]| {
@@ -38,7 +38,7 @@ fn split(mesh: &SourceMesh, part_of: impl Fn(Vec3) -> i32) -> Vec<SourceMesh> {
 
 type Edge = [[u32; 3]; 2];
 
-/// The open edges of some triangles by the bits of their ends.
+/// Open edges as the bits of their ends.
 fn border(positions: &[Vec3], triangles: &[[u32; 3]]) -> BTreeSet<Edge> {
     let bits = |v: u32| positions[v as usize].to_array().map(f32::to_bits);
     let open = open_edges(triangles, &weld(positions));
@@ -81,7 +81,7 @@ fn tiles() -> Vec<SourceMesh> {
     })
 }
 
-/// The open edges of all parts together, each drawn at the level that has no more than this error.
+/// Open edges of all parts together, each at its coarsest level within this error.
 fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
@@ -94,7 +94,7 @@ fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
 }
 
 #[test]
-fn primitives_of_one_mesh_are_one_surface_at_every_error() {
+fn joined_primitives_have_no_cracks_at_any_error() {
     for (parts, whole) in [
         (stripes(), fixtures::rock(5, 3)),
         (tiles(), fixtures::height_field(64)),
@@ -115,7 +115,7 @@ fn primitives_of_one_mesh_are_one_surface_at_every_error() {
             let errors = baked.iter().flat_map(|part| &part.groups);
             let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
             assert!(errors.len() > 20);
-            // Where a part would vanish altogether it stays as it was last.
+            // Coarser parts may vanish; the last level of a part then stays.
             for error in errors.into_iter().filter(|error| *error < 0.1) {
                 let open = border_at(error, &baked);
                 let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
@@ -125,8 +125,8 @@ fn primitives_of_one_mesh_are_one_surface_at_every_error() {
     }
 }
 
-/// Whether all levels have the open edges that the source has in common with others.
-fn keeps_meeting_edges(mesh: &SourceMesh, all: &[SourceMesh], baked: &Hierarchy) -> bool {
+/// Whether all levels keep the open edges that the source shares with other meshes.
+fn keeps_shared_edges(mesh: &SourceMesh, all: &[SourceMesh], baked: &Hierarchy) -> bool {
     let border_of = |mesh: &SourceMesh| border(&mesh.positions, mesh.indices.as_chunks::<3>().0);
     let others = all.iter().filter(|other| *other != mesh).map(border_of);
     let others: BTreeSet<Edge> = others.flatten().collect();
@@ -139,7 +139,7 @@ fn keeps_meeting_edges(mesh: &SourceMesh, all: &[SourceMesh], baked: &Hierarchy)
 }
 
 #[test]
-fn meshes_placed_alike_meet_and_others_are_free() {
+fn only_meshes_placed_alike_keep_shared_borders() {
     let parts = tiles();
     let mut file = file_of(&parts);
     let nodes = (0..parts.len()).map(|mesh| json!({ "mesh": mesh, "translation": [3, 0, 0] }));
@@ -149,7 +149,7 @@ fn meshes_placed_alike_meet_and_others_are_free() {
     let apart = bake(&mut file, &BakeConfig::default());
     let [alike, apart] = [alike, apart].map(|outcome| {
         let baked = &outcome.file.primitives[0].hierarchy;
-        keeps_meeting_edges(&parts[0], &parts, baked)
+        keeps_shared_edges(&parts[0], &parts, baked)
     });
     assert_eq!([alike, apart], [true, false]);
 }

@@ -1,10 +1,10 @@
-//! Levels that are torn or eaten, which samples of distances take for good: pictures show them.
+//! Damaged levels that deviation samples accept, but pictures or cuts reject.
 
 use fieldlod_bake::{SourceMesh, VerifyError, VerifySettings, fixtures, verify};
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
 use glam::Vec3;
 
-/// A mesh with one coarser level of some of its triangles, at which its error is `error`. It deviates as far as it says.
+/// A mesh with one coarser level that consists of `triangles`. Its error is `error` and its deviation is 1.
 fn with_level(mesh: &SourceMesh, triangles: &[[u32; 3]], error: f32) -> Hierarchy {
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
@@ -37,7 +37,7 @@ fn check(mesh: &SourceMesh, triangles: &[[u32; 3]]) -> Result<f32, VerifyError> 
 }
 
 #[test]
-fn a_two_sided_cloth_eaten_from_its_edges_fails() {
+fn verify_rejects_cloth_with_missing_border() {
     let mut cloth = fixtures::height_field(48);
     let backs = cloth.indices.as_chunks::<3>().0.iter();
     let backs: Vec<u32> = backs.flat_map(|&[a, b, c]| [a, c, b]).collect();
@@ -57,8 +57,8 @@ fn a_two_sided_cloth_eaten_from_its_edges_fails() {
 }
 
 #[test]
-fn a_ball_torn_to_pieces_fails() {
-    // Corners that differ by rounding are one place, so cuts show the holes.
+fn verify_rejects_torn_sphere() {
+    // Corners that differ by rounding are welded, so cuts show the holes.
     let mut ball = fixtures::flat_shaded(&fixtures::icosphere(4));
     for (index, position) in ball.positions.iter_mut().enumerate() {
         *position *= 1.0 + (index % 7) as f32 * 1e-7;

@@ -1,4 +1,4 @@
-//! One test for each way in which a glTF file can be wrong.
+//! One test for each fault of a glTF file.
 
 mod common;
 
@@ -46,7 +46,7 @@ fn rejects_an_empty_file() {
 }
 
 #[test]
-fn rejects_what_is_not_gltf() {
+fn rejects_other_file_formats() {
     let file = square();
     assert_rejects!(&file.write("a.glb", b"\x89PNG\r\n"), ImportError::NotGltf);
     assert_rejects!(&file.write("b.gltf", b"  [1]"), ImportError::NotGltf);
@@ -93,7 +93,7 @@ fn rejects_a_glb_without_json() {
 }
 
 #[test]
-fn rejects_references_to_nothing() {
+fn rejects_dangling_references() {
     let mut file = square();
     file.primitive()["attributes"]["POSITION"] = json!(99);
     assert_rejects!(&file.glb(), ImportError::Invalid(_));
@@ -116,7 +116,7 @@ fn rejects_a_primitive_without_positions() {
 }
 
 #[test]
-fn rejects_geometry_behind_an_extension() {
+fn rejects_required_geometry_extensions() {
     for name in ["KHR_draco_mesh_compression", "VENDOR_unheard_of"] {
         let mut file = square();
         file.json["extensionsRequired"] = json!([name]);
@@ -126,7 +126,7 @@ fn rejects_geometry_behind_an_extension() {
 }
 
 #[test]
-fn accepts_extensions_that_leave_geometry_alone() {
+fn accepts_required_extensions_without_geometry() {
     let mut file = square();
     file.json["extensionsRequired"] = json!(["KHR_texture_transform", "KHR_materials_unlit"]);
     bake(&file.glb()).unwrap();
@@ -150,7 +150,7 @@ fn rejects_a_missing_external_buffer() {
 }
 
 #[test]
-fn rejects_a_buffer_elsewhere() {
+fn rejects_a_remote_buffer() {
     let mut file = square();
     assert_rejects_buffer!(
         &file.gltf("https://example.org/a.bin"),
@@ -228,7 +228,7 @@ fn rejects_absurd_counts() {
     let mut file = square();
     file.accessor_of("POSITION")["count"] = json!(u64::MAX);
     assert_rejects_accessor!(&file.glb(), AccessorFault::TooMany { .. });
-    // Without a view it would be zeros for free.
+    // Without a view, all values are zeros that need no bytes in the file.
     let mut file = square();
     let sparse = json!({ "count": 1, "indices": { "bufferView": 0, "componentType": 5121 },
         "values": { "bufferView": 0 } });
@@ -248,7 +248,7 @@ fn rejects_indices_that_are_not_unsigned() {
 }
 
 #[test]
-fn rejects_sparse_places_out_of_bounds() {
+fn rejects_sparse_indices_out_of_bounds() {
     let mut file = square();
     let places = file.add_accessor(&[200], 5121, "SCALAR", 1);
     let values = file.add_floats(&[1.0, 2.0, 3.0], "VEC3");
@@ -352,7 +352,7 @@ fn skips_a_primitive_without_triangles() {
     assert_eq!(skip_reason_of(&file.glb()), SkipReason::NoTriangles);
 }
 
-/// A change of a file: at a share of its length, either any byte or one that keeps numbers numbers.
+/// A changed byte: its position as a share of the file, and a new value. Digits keep the JSON valid.
 fn change() -> impl Strategy<Value = (u16, u8)> {
     (
         any::<u16>(),
@@ -361,9 +361,9 @@ fn change() -> impl Strategy<Value = (u16, u8)> {
 }
 
 proptest! {
-    /// An answer, whatever the bytes, and never a panic.
+    /// Any bytes give a result or an error.
     #[test]
-    fn survives_any_change(changes in prop::collection::vec(change(), 1..4)) {
+    fn changed_bytes_never_panic(changes in prop::collection::vec(change(), 1..4)) {
         let mut file = square();
         let mut bytes = file.glb_bytes();
         for (place, value) in changes {

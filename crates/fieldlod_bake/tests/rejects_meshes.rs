@@ -1,4 +1,4 @@
-//! One test for each way in which a mesh or a setting can be wrong.
+//! One test for each fault of a mesh or a setting.
 
 use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh, fixtures};
 use glam::{Vec2, Vec3};
@@ -45,7 +45,7 @@ fn rejects_invalid_positions() {
 }
 
 #[test]
-fn rejects_attributes_for_some_vertices_only() {
+fn rejects_incomplete_attributes() {
     let mut mesh = fixtures::plane(2);
     mesh.normals.pop();
     let fault = fault_of(&mesh);

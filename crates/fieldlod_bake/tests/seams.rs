@@ -1,4 +1,4 @@
-//! Props with seams, hard edges and an atlas: textures stay where they were, and tangents make no seams.
+//! Props with seams, hard edges and an atlas: texture coordinates stay in place, and tangents create no seams.
 
 use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
 use fieldlod_hierarchy::Hierarchy;
@@ -8,20 +8,20 @@ fn bake(mesh: &SourceMesh) -> Hierarchy {
     bake_mesh(mesh, &BakeConfig::fine_grained()).unwrap()
 }
 
-/// With the source vertex of each moved vertex.
+/// A machine whose hierarchy stores the source vertex of each moved vertex.
 fn machine() -> SourceMesh {
     let mut machine = fixtures::machine(3);
     machine.has_other_attributes = true;
     machine
 }
 
-/// The cell of the atlas of the machine.
+/// Atlas cell of the machine.
 fn cell(uv: Vec2) -> UVec2 {
     (uv * 8.0).as_uvec2()
 }
 
 #[test]
-fn texture_coordinates_stay_in_their_cell_of_the_atlas() {
+fn texture_coordinates_stay_in_their_atlas_cell() {
     let machine = machine();
     let baked = bake(&machine);
     let moved = baked.source_vertex_count..baked.vertices.positions.len() as u32;
@@ -34,7 +34,7 @@ fn texture_coordinates_stay_in_their_cell_of_the_atlas() {
 }
 
 #[test]
-fn no_triangle_of_a_level_spans_two_cells_of_the_atlas() {
+fn no_triangle_spans_two_atlas_cells() {
     let baked = bake(&machine());
     let cuts = baked.whole_mesh_cuts();
     let cuts = cuts.iter().filter(|cut| cut.triangles.len() > 500);
@@ -45,7 +45,7 @@ fn no_triangle_of_a_level_spans_two_cells_of_the_atlas() {
 }
 
 #[test]
-fn tangents_are_no_seams() {
+fn tangents_create_no_seams() {
     let mut knot = fixtures::torus_knot(96, 24);
     let without = bake(&knot);
     knot.tangents = knot
@@ -63,7 +63,7 @@ fn tangents_are_no_seams() {
 }
 
 #[test]
-fn props_of_games_pass_verification() {
+fn game_props_pass_verification() {
     for mesh in [fixtures::machine(3), fixtures::kit(3)] {
         let baked = bake(&mesh);
         verify(&mesh, &baked, &VerifySettings::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Materials of glTF files as a bake reads them.
+//! Import of materials from glTF files.
 
 mod common;
 
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 const SIDE: u32 = 64;
 const MASK: SurfaceAlpha = SurfaceAlpha::Mask { cutoff: 0.4 };
 
-/// A leaf whose alpha falls off from its middle.
+/// A leaf whose alpha decreases away from its centre.
 fn leaf(x: u32, y: u32) -> [u8; 4] {
     let uv = (Vec2::new(x as f32, y as f32) + 0.5) / SIDE as f32;
     let alpha = 1.6 - ((uv - 0.5) * Vec2::new(3.0, 2.0)).length();
@@ -36,7 +36,7 @@ fn leaf_png() -> Vec<u8> {
     bytes
 }
 
-/// The smallest JPEG there is: 8 × 8 texels of a gray of 128.
+/// A minimal JPEG: 8 × 8 texels of gray 128.
 fn gray_jpeg() -> Vec<u8> {
     let segments: [(u8, &[u8]); 5] = [
         (0xdb, &[&[0u8][..], &[1; 64]].concat()),
@@ -50,12 +50,12 @@ fn gray_jpeg() -> Vec<u8> {
         bytes.extend([0xff, kind, 0, data.len() as u8 + 2]);
         bytes.extend(data);
     }
-    // Twice a zero, and the end.
+    // Two zero coefficients, and the end marker.
     bytes.extend([0x3f, 0xff, 0xd9]);
     bytes
 }
 
-/// Leaves with a material of one texture that has the given image.
+/// Leaves with a textured material that uses `image`.
 fn leaves_with(image: Value) -> GltfFile {
     let mut file = GltfFile::of(&fixtures::cards(300, 3));
     file.json["images"] = json!([image]);
@@ -72,7 +72,7 @@ fn leaves_with(image: Value) -> GltfFile {
     file
 }
 
-/// The same, with an image in a buffer.
+/// Leaves with an image in a buffer view.
 fn leaves_with_bytes(bytes: &[u8]) -> GltfFile {
     let mut file = leaves_with(json!({ "mimeType": "image/png", "name": "leaf" }));
     let accessor = file.add_accessor(bytes, 5121, "SCALAR", bytes.len());
@@ -99,7 +99,7 @@ fn surface_of(file: &mut GltfFile) -> Option<Arc<Surface>> {
     import.primitives[0].mesh.surface.clone()
 }
 
-/// The one image that cannot be read; the bake is that of unknown surfaces.
+/// Returns the only unread image. The bake is the same as with an unknown surface.
 fn unread(mut file: GltfFile) -> UnreadImage {
     let outcome = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap();
     let cards = fixtures::cards(300, 3);
@@ -112,7 +112,7 @@ fn unread(mut file: GltfFile) -> UnreadImage {
 }
 
 #[test]
-fn textures_are_read_from_all_places() {
+fn textures_are_read_from_buffers_and_uris() {
     let png = leaf_png();
     let uri = format!("data:image/png;base64,{}", STANDARD.encode(&png));
     let beside = leaves_with(json!({ "uri": "green%20leaf.png" }));
@@ -165,18 +165,18 @@ fn texture_mappings_are_read() {
     let extensions = json!({ "KHR_texture_transform": transform });
     texture(&mut file, json!({ "index": 0, "extensions": extensions }));
     let surface = surface_of(&mut file).unwrap();
-    // As Bevy does.
+    // The same transform as in Bevy.
     let (scale, offset) = (Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.25));
     let transform = Affine2::from_scale_angle_translation(scale, -0.5, offset);
     let mapping = surface.mapping().unwrap();
     assert!(mapping.transform.abs_diff_eq(transform, 1e-6) && !mapping.uses_uvs_1);
-    // There is no third set.
+    // A third set of texture coordinates is not supported.
     texture(&mut file, json!({ "index": 0, "texCoord": 2 }));
     assert!(surface_of(&mut file).is_none());
 }
 
 #[test]
-fn only_existing_materials_are_known() {
+fn primitives_without_material_have_no_surface() {
     let mut file = leaves_with_bytes(&leaf_png());
     file.json["materials"] = json!([{ "name": "paint" }]);
     let paint = Surface::new(Vec4::ONE, SurfaceAlpha::Opaque);
@@ -185,7 +185,7 @@ fn only_existing_materials_are_known() {
     assert!(surface_of(&mut file).is_none());
 }
 
-/// Two share one image, by textures of their own; one has another, and one none.
+/// Two materials share an image through different textures, one has another image, and one has none.
 #[test]
 fn materials_that_share_an_image_stay_separate() {
     let file_of = |image: &[u8], materials: &[usize]| {
@@ -226,7 +226,7 @@ fn materials_that_share_an_image_stay_separate() {
     let alone = all.map(|material| surfaces(file_of(&png, &[material])).remove(0));
     assert!(alone.iter().all(Option::is_some) && alone[0] != alone[1]);
     assert!(surfaces(file_of(&png, &all)) == alone);
-    // A broken image is reported once; the other materials are known.
+    // A broken image is reported once; other materials stay known.
     let broken = file_of(&png[..png.len() / 2], &all);
     assert_eq!(broken.unread_images.len(), 1);
     let [_, _, plain, gray, _] = alone;
@@ -234,11 +234,11 @@ fn materials_that_share_an_image_stay_separate() {
 }
 
 #[test]
-fn unreadable_images_are_reported_but_bake() {
+fn unreadable_images_are_reported_and_ignored() {
     let name = |unread: &UnreadImage| unread.to_string();
     let unread_bytes = |bytes: &[u8]| unread(leaves_with_bytes(bytes));
     let png = leaf_png();
-    // Another format.
+    // Unsupported format.
     let ktx = unread_bytes(b"\xabKTX 20\xbb\r\n\x1a\n");
     assert_eq!(ktx.fault, ImageFault::Format);
     assert_eq!(
@@ -246,12 +246,12 @@ fn unreadable_images_are_reported_but_bake() {
         "image 0 (\"leaf\") is ignored: it is neither PNG nor JPEG"
     );
     assert_eq!(unread_bytes(&[]).fault, ImageFault::Format);
-    // Cut off.
+    // Truncated.
     let broken = unread_bytes(&png[..png.len() / 2]).fault;
     assert!(matches!(broken, ImageFault::Broken(_)), "{broken}");
     let broken = unread_bytes(&gray_jpeg()[..40]).fault;
     assert!(matches!(broken, ImageFault::Broken(_)), "{broken}");
-    // Not there, or somewhere else.
+    // Missing or remote.
     for uri in ["none.png", "https://example.org/leaf.png"] {
         let missing = unread(leaves_with(json!({ "uri": uri })));
         assert!(matches!(missing.fault, ImageFault::Unavailable(_)));
@@ -261,7 +261,7 @@ fn unreadable_images_are_reported_but_bake() {
     assert!(matches!(missing.fault, ImageFault::Unavailable(_)));
     let missing = unread(leaves_with(json!({ "name": "nowhere" })));
     assert_eq!(missing.fault, ImageFault::Missing);
-    // A header that promises too much, with its checksum.
+    // A valid header with a size that is too large.
     let mut large = Vec::new();
     let mut encoder = png::Encoder::new(&mut large, 100_000, 1);
     encoder.set_color(png::ColorType::Grayscale);

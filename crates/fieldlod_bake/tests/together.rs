@@ -1,4 +1,4 @@
-//! Meshes that are baked together, as the bark and the leaves of a tree.
+//! Meshes that are baked together, such as the bark and the leaves of a tree.
 
 mod common;
 
@@ -15,8 +15,8 @@ fn bake(meshes: &[&SourceMesh]) -> Vec<Hierarchy> {
     baked.into_iter().map(|baked| baked.unwrap().0).collect()
 }
 
-/// By what it is decided how long each level is drawn.
-fn decisions(levels: &Hierarchy) -> Vec<(f32, f32)> {
+/// Error and deviation of each level, which decide when it is drawn.
+fn errors_and_deviations(levels: &Hierarchy) -> Vec<(f32, f32)> {
     let groups = levels.groups.iter();
     groups
         .map(|group| (group.error_in_local, group.deviation_in_local))
@@ -33,7 +33,7 @@ fn meshes_of_a_tree_share_their_levels() {
     .unwrap();
     let one = one.whole_mesh_levels().unwrap();
     let both = bake(&[&bark, &leaves]);
-    // Each is drawn as it is by the same decisions.
+    // Each part is a chain of whole-mesh levels with the same bounds.
     for (part, source) in both.iter().zip([&bark, &leaves]) {
         assert_eq!(part.validate(), Ok(()));
         assert_eq!(part.source, source.source_hash());
@@ -46,12 +46,12 @@ fn meshes_of_a_tree_share_their_levels() {
         let verified = verify(source, part, &VerifySettings::default());
         verified.unwrap();
     }
-    // They change at the same errors, but for levels at which one of them hardly does, until leaves are no more.
-    let [bark, leaves] = [&both[0], &both[1]].map(decisions);
+    // Parts change at the same errors. A part may skip levels with little change, and leaves vanish first.
+    let [bark, leaves] = [&both[0], &both[1]].map(errors_and_deviations);
     let same = bark.iter().filter(|step| leaves.contains(step)).count();
     assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
-    // At each error of the one, both together have about its triangles. Errors of the last levels hardly differ: 300
-    // triangles have 0.9 of the error of 100. So there it is a tenth more.
+    // At each error of the joined bake, both parts together have about its triangles. Errors of the last levels differ
+    // little: 300 triangles have 0.9 of the error of 100. The limit there is a tenth larger.
     let mut ratios = Vec::new();
     for group in &one.groups {
         let drawn = |levels: &Hierarchy, share: f32| {
@@ -93,7 +93,7 @@ fn other_meshes_are_baked_separately() {
     ];
     for (meshes, config) in apart {
         for (baked, mesh) in bake_together(meshes, config).into_iter().zip(meshes) {
-            // assert_eq would print whole hierarchies.
+            // assert_eq! would print whole hierarchies.
             assert!(baked.unwrap().0 == bake_mesh(mesh, config).unwrap());
         }
     }
@@ -113,7 +113,7 @@ fn broken_mesh_leaves_others_intact() {
     assert!(bake_together(&[], &BakeConfig::default()).is_empty());
 }
 
-/// One has texture coordinates, the other colours; some vertices of both lie at the same places.
+/// One mesh has texture coordinates, the other has colours, and some of their vertices share positions.
 #[test]
 fn meshes_keep_their_own_attributes_and_vertices() {
     let [bark, mut leaves] = fixtures::tree_in_parts(1500, 3);
@@ -162,7 +162,7 @@ fn meshes_keep_their_own_attributes_and_vertices() {
     }
 }
 
-/// Closed fruits become flat beside open leaves, and bark has seams.
+/// Closed fruits are flattened beside open leaves, and the bark has seams.
 #[test]
 fn closed_meshes_stay_closed_beside_open_ones() {
     let mut random = Random::new(1);
@@ -201,9 +201,9 @@ fn duplicate_and_degenerate_meshes_bake() {
     }
 }
 
-/// In files, small primitives of a plant are baked together, and a large one keeps its pieces.
+/// Small primitives of a plant in a file are baked together. Large ones are baked separately.
 #[test]
-fn files_have_plants_of_small_primitives() {
+fn small_plant_primitives_of_files_bake_together() {
     for (leaves, is_together) in [(1_000, true), (5_000, false)] {
         let [bark, leaves] = fixtures::tree_in_parts(leaves, 1);
         let mut file = GltfFile::of(&bark);

@@ -1,4 +1,4 @@
-//! Meshes as files hold them: rounded positions and texture coordinates, sheets drawn from both sides.
+//! Meshes with the flaws of real files: rounded positions and texture coordinates, two-sided sheets.
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bake_mesh_with_report, fixtures};
 use fieldlod_hierarchy::{Hierarchy, WholeMeshCut};
@@ -21,8 +21,8 @@ fn area(baked: &Hierarchy, cut: &WholeMeshCut) -> f32 {
     triangles.sum()
 }
 
-/// Levels have the triangles, areas and errors of others, up to a share.
-fn assert_as_good(baked: &Hierarchy, of: &Hierarchy, share: f32) {
+/// Asserts that levels match another bake in triangles, area and deviation, up to a share.
+fn assert_similar_levels(baked: &Hierarchy, of: &Hierarchy, share: f32) {
     let [own, wanted] = [baked, of].map(Hierarchy::whole_mesh_cuts);
     assert_eq!(
         own.len(),
@@ -61,23 +61,23 @@ fn rounded_soup_is_baked_as_welded_mesh() {
             let (baked, report) =
                 bake_mesh_with_report(&soup, &BakeConfig::fine_grained()).unwrap();
             assert!(!report.has_aggregates);
-            assert_as_good(&baked, &welded, 0.08);
+            assert_similar_levels(&baked, &welded, 0.08);
         }
     }
 }
 
 #[test]
-fn rounded_texture_coordinates_are_no_seams() {
+fn rounded_texture_coordinates_create_no_seams() {
     let mesh = fixtures::soup(&fixtures::torus_knot(96, 16), 0.0);
     let clean = bake(&mesh);
     for noise in [1e-7, 1e-5, 1e-4] {
         let noisy = bake(&fixtures::with_uv_noise(mesh.clone(), noise));
-        assert_as_good(&noisy, &clean, 0.08);
+        assert_similar_levels(&noisy, &clean, 0.08);
     }
 }
 
 #[test]
-fn source_is_drawn_as_it_is_after_welding() {
+fn finest_level_is_unchanged_by_welding() {
     let soup = fixtures::soup(&fixtures::rock(3, 3), 1e-7);
     let baked = bake(&soup);
     let count = soup.positions.len();
@@ -90,7 +90,7 @@ fn source_is_drawn_as_it_is_after_welding() {
 }
 
 #[test]
-fn sheets_are_simplified_once_and_drawn_from_both_sides() {
+fn both_sides_of_sheets_are_simplified_alike() {
     let cloth = fixtures::height_field(48);
     let one_side = bake(&cloth);
     for shares_vertices in [true, false] {
@@ -109,7 +109,7 @@ fn sheets_are_simplified_once_and_drawn_from_both_sides() {
     }
 }
 
-/// Every triangle has another at the same places that faces the other way.
+/// Asserts that every triangle has a twin at the same place that faces the other way.
 fn assert_faces_cancel(baked: &Hierarchy, cut: &WholeMeshCut) {
     let key = |triangle: &[u32; 3], order: [usize; 3]| {
         let bits = order.map(|corner| {
@@ -127,7 +127,7 @@ fn assert_faces_cancel(baked: &Hierarchy, cut: &WholeMeshCut) {
 }
 
 #[test]
-fn normals_of_backs_point_the_other_way_on_all_levels() {
+fn normals_of_backs_are_opposite_on_all_levels() {
     let cloth = fixtures::height_field(48);
     let both = bake(&fixtures::both_sides(&cloth, false));
     for cut in both.whole_mesh_cuts() {

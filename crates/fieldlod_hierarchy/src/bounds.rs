@@ -39,7 +39,7 @@ impl Sphere {
     }
 }
 
-/// Tight axis-aligned bounding box of a unit. It culls.
+/// Tight axis-aligned bounding box of a unit, for culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Aabb {

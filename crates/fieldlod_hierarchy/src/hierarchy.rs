@@ -58,14 +58,13 @@ pub struct Group {
     /// as reported by the simplifier. Not smaller than the error of any finer group. Infinite for a
     /// terminal group.
     pub error_in_local: f32,
-    /// Deviation from the source: the measured two-sided Hausdorff distance between the simplified
-    /// surface and the *source* surface under the group, in local units. Not smaller than the deviation
-    /// of any finer group. Infinite for a terminal group, and for all groups of a hierarchy that was not
-    /// measured ([`Hierarchy::is_measured`]).
+    /// Deviation from the source, in local units: the measured two-sided Hausdorff distance between the simplified
+    /// surface and the *source* surface that it replaces. Not smaller than the deviation of any finer group. Infinite
+    /// for a terminal group, and for all groups of an unmeasured hierarchy ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
-    /// Error of the whole mesh at the level that this group is simplified to, in local units, measured on
-    /// pictures. It selects the level of a mesh that is drawn as a whole. Not smaller than that of a
-    /// finer level. 0 for a terminal group, and for all groups if no pictures were measured.
+    /// Error of the whole mesh at the next coarser level, in local units, measured on pictures. It
+    /// selects the level of a mesh that is drawn as a whole. Not smaller than that of a finer level. 0
+    /// for a terminal group, and for all groups if no pictures were measured.
     pub whole_mesh_error_in_local: f32,
     /// Area-weighted mean of the unit normals of the triangles. Its length is near 1 for a flat surface
     /// and near 0 for a closed surface.

@@ -36,16 +36,16 @@ impl Hierarchy {
         Ok(self)
     }
 
-    /// The hierarchy of a mesh of the vertices `source`, of which its triangles use those at the places `used` alone,
-    /// from the hierarchy of a mesh of these. Unused positions become that of the first used vertex, so that they
-    /// are in no box.
+    /// Adds unused source vertices. This hierarchy was baked from a mesh with only the vertices `used` of `source`; the
+    /// result belongs to the whole mesh. Unused vertices get the position of the first used vertex, so that no box
+    /// grows.
     ///
     /// # Panics
-    /// If `used` has fewer or more places than this hierarchy has source vertices, or places beyond `source`.
+    /// If `used` does not have one index per source vertex, or an index is beyond `source`.
     #[must_use]
     pub fn with_unused_vertices(mut self, used: &[u32], source: &Vertices) -> Self {
         let (count, all) = (self.source_vertex_count as usize, source.positions.len());
-        assert_eq!(used.len(), count, "a place for each source vertex");
+        assert_eq!(used.len(), count, "one index per source vertex");
         let place = |vertex: &mut u32| {
             *vertex = match used.get(*vertex as usize) {
                 Some(&place) => place,
@@ -66,7 +66,8 @@ impl Hierarchy {
         self
     }
 
-    /// The source's vertices, in its order; NaN where they [are missing](Self::lacks_source_vertices).
+    /// The source vertices in the order of the source. Positions are NaN if source vertices [are
+    /// missing](Self::lacks_source_vertices).
     #[must_use]
     pub fn source_vertices(&self) -> Vertices {
         let mut vertices = self.vertices.clone();
@@ -109,7 +110,7 @@ impl Vertices {
     }
 }
 
-/// Puts the values of used vertices at their places in `all`, and those of moved vertices behind.
+/// Moves the values of used vertices to their indices in `all`, and appends those of moved vertices.
 fn spread<V: Copy>(values: &mut Vec<V>, used: &[u32], mut all: Vec<V>) {
     if values.is_empty() {
         return;
@@ -121,7 +122,7 @@ fn spread<V: Copy>(values: &mut Vec<V>, used: &[u32], mut all: Vec<V>) {
     *values = all;
 }
 
-/// Replaces the first `count` of an attribute that both have, or neither.
+/// Replaces the first `count` values of an attribute, which both or neither must have.
 fn replace<V: Copy>(
     values: &mut [V],
     source: &[V],

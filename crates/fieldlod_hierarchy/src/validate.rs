@@ -13,10 +13,7 @@ use crate::hierarchy::Hierarchy;
 /// A broken invariant of a hierarchy.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum InvalidHierarchy {
     /// The length of an attribute array is neither 0 nor the number of vertices.
     #[error("{count} {attribute} for {vertices} vertices")]
@@ -90,17 +87,17 @@ pub enum InvalidHierarchy {
         level: u32,
         expected: u32,
     },
-    /// An error is no length, or is smaller than that of a finer group.
+    /// An error is negative or NaN, or is smaller than that of a finer group.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
-    /// A deviation is no length, is smaller than that of a finer group, or is infinite where the error
-    /// is not. An unmeasured hierarchy has only infinite deviations.
+    /// A deviation is negative or NaN, or is smaller than that of a finer group. Or it is infinite although the error
+    /// is finite. An unmeasured hierarchy has only infinite deviations.
     #[error(
         "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
          not infinite for the same groups as the error"
     )]
     BadDeviation { group: usize, deviation: f32 },
-    /// A whole-mesh error is no length, or is smaller than that of a finer group.
+    /// A whole-mesh error is negative or not finite, or is smaller than that of a finer group.
     #[error(
         "group {group} has whole-mesh error {error}, which is negative, not finite or below a finer \
          group's"

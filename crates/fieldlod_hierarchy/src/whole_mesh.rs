@@ -1,7 +1,7 @@
 //! Levels of the whole mesh, also known as discrete LODs.
 //!
-//! A prop is drawn with one command at one level. Its levels also form a hierarchy, with one group and one
-//! unit per level, so both kinds of meshes use the same selection.
+//! A prop is drawn with one draw call at one level. Its levels also form a hierarchy with one group and one unit per
+//! level, so both kinds of meshes use the same selection.
 
 use glam::Vec3;
 
@@ -44,14 +44,15 @@ impl Hierarchy {
         kept
     }
 
-    /// A hierarchy with one unit per level of the whole mesh, finest first. `None` if a level has more
-    /// vertices than 16-bit indices reach.
+    /// Converts the hierarchy to one unit per level of the whole mesh, finest first. `None` if a level has more
+    /// vertices than 16-bit indices allow.
     ///
-    /// Each cut of the result draws exactly one unit. One command draws all instances of a prop at one
-    /// level. A level with more than three quarters of the triangles of the finer level is skipped. The
-    /// error of a level is [measured on pictures](Group::whole_mesh_error_in_local), or else the largest
-    /// error of the groups that the level simplifies. Its deviation is the largest deviation of these
-    /// groups. A hierarchy that already has this form is returned unchanged.
+    /// Each cut of the result draws exactly one unit, so one draw call can draw all instances of a prop at one level. A
+    /// level with more than three quarters of the triangles of the finer level is skipped.
+    ///
+    /// The error of a level is [measured on pictures](Group::whole_mesh_error_in_local), or else the largest error of
+    /// the groups that the level simplifies. Its deviation is the largest deviation of these groups. A hierarchy that
+    /// already has this form is returned unchanged.
     #[must_use]
     pub fn whole_mesh_levels(&self) -> Option<Self> {
         if self.is_chain_of_whole_meshes() {
@@ -67,7 +68,7 @@ impl Hierarchy {
         let bounds = Sphere::around(self.vertices.positions.iter().copied());
         let levels = self.whole_mesh_cuts();
         for (index, level) in levels.iter().enumerate() {
-            // The coarsest level has no simplification, so its lengths are infinite.
+            // The coarsest level has no simplification, so its error and deviation are infinite.
             let largest = |length: fn(&Group) -> f32| {
                 let next = levels.get(index + 1);
                 next.map_or(f32::INFINITY, |next| {
@@ -89,7 +90,7 @@ impl Hierarchy {
     /// Adds the next coarser level of the whole mesh. `triangles` are indices into
     /// [`Hierarchy::vertices`], and `group` simplifies them.
     ///
-    /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices reach.
+    /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices allow.
     pub fn push_whole_mesh(&mut self, triangles: &[[u32; 3]], group: Group) -> Option<()> {
         let finer = (self.groups.len() as u32).checked_sub(1);
         let mut used: Vec<u32> = triangles.as_flattened().to_vec();
@@ -123,7 +124,7 @@ impl Hierarchy {
         self.groups.iter().enumerate().all(is_level)
     }
 
-    /// Largest `length` of the groups that a cut at `group_level` does not refine. 0 without such groups.
+    /// Largest value of `length` over the groups that a cut at `group_level` does not refine. 0 without such groups.
     #[must_use]
     pub fn largest_below(&self, group_level: u32, length: impl Fn(&Group) -> f32) -> f32 {
         let simplified = self.groups.iter();
@@ -142,7 +143,7 @@ impl Hierarchy {
     }
 }
 
-/// The error measured on pictures, or else the error of the group.
+/// The whole-mesh error if it was measured on pictures, otherwise the error of the group.
 fn error_of_step(group: &Group) -> f32 {
     match group.whole_mesh_error_in_local {
         0.0 => group.error_in_local,

@@ -24,7 +24,7 @@ fn read(bytes: &[u8]) -> BakedPrimitive {
     file.unwrap().primitives.remove(0)
 }
 
-/// The fault if a pyramid is read with a changed source.
+/// Returns the fault of reading a pyramid with a changed source.
 fn fault_with(change: impl FnOnce(&mut Vertices)) -> InvalidHierarchy {
     let hierarchy = fixtures::grid_pyramid(1);
     let mut source = hierarchy.source_vertices();

@@ -81,7 +81,7 @@ fn scrambled(seed: u64) -> Hierarchy {
     hierarchy
 }
 
-/// The bits of all attributes, because NaN does not equal itself.
+/// Attributes as bits, because NaN does not equal itself.
 fn bits(vertices: &Vertices) -> Vec<u32> {
     let positions = vertices.positions.iter().flat_map(Vec3::to_array);
     let normals = vertices.normals.iter().flat_map(Vec3::to_array);

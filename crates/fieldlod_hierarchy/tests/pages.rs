@@ -37,7 +37,7 @@ fn read_page(mesh: &PagedMesh, page: usize, bytes: &[u8]) -> Result<Hierarchy, F
     mesh.read_page(page, &bytes[range.start as usize..range.end as usize])
 }
 
-/// The corner positions of the triangles of a unit.
+/// Corner positions of the triangles of a unit.
 fn triangles(hierarchy: &Hierarchy, unit: usize) -> Vec<[Vec3; 3]> {
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
     let triangles = hierarchy.triangles_of(&hierarchy.units[unit]);
@@ -160,7 +160,7 @@ fn rejects_broken_tables() {
             Err(FileError::Truncated { .. })
         ));
     }
-    // A flipped bit in the table or in a page.
+    // One bit in the table or in a page is flipped.
     let mesh = &PagedFile::from_contents(&bytes).unwrap().meshes[0];
     let mut random = Random::new(3);
     for _ in 0..200 {
@@ -178,7 +178,7 @@ fn rejects_broken_tables() {
             ));
         }
     }
-    // The bytes of another page.
+    // The bytes belong to another page.
     let first = mesh.pages[0].bytes.clone();
     let other = mesh.read_page(1, &bytes[first.start as usize..first.end as usize]);
     assert_eq!(other, Err(FileError::Checksum));

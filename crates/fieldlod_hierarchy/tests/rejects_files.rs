@@ -13,13 +13,13 @@ fn fault_of(bytes: &[u8]) -> FileError {
     BakedFile::from_bytes(bytes).unwrap_err()
 }
 
-/// The fault after bytes of the file were replaced and all checksums updated.
-fn fault_with(mut bytes: Vec<u8>, place: usize, new: &[u8]) -> FileError {
-    bytes[place..place + new.len()].copy_from_slice(new);
+/// Returns the fault after bytes at `offset` are replaced and all checksums are updated.
+fn fault_with(mut bytes: Vec<u8>, offset: usize, new: &[u8]) -> FileError {
+    bytes[offset..offset + new.len()].copy_from_slice(new);
     fault_of(&sealed(bytes))
 }
 
-/// Place of the attribute bits of the first directory entry.
+/// Offset of the attribute bits of the first directory entry.
 const ATTRIBUTES: usize = HEADER_BYTES + 12 + "strip".len() + 8;
 
 #[test]
@@ -83,14 +83,14 @@ fn rejects_bytes_after_the_end_of_a_section() {
 #[test]
 fn rejects_any_flipped_bit() {
     let bytes = strip_file().to_bytes();
-    for place in 0..bytes.len() {
+    for offset in 0..bytes.len() {
         let mut flipped = bytes.clone();
-        flipped[place] ^= 1 << (place % 8);
+        flipped[offset] ^= 1 << (offset % 8);
         let fault = fault_of(&flipped);
-        let is_header = place < HEADER_BYTES;
+        let is_header = offset < HEADER_BYTES;
         assert!(
             is_header || fault == FileError::Checksum,
-            "{place}: {fault}"
+            "{offset}: {fault}"
         );
     }
 }
@@ -129,13 +129,13 @@ fn rejects_invalid_position_errors() {
     let what = "the directory";
     for error in [-1.0f32, f32::NAN] {
         let bytes = strip_file().to_bytes_with(Precision::Quantized16.into());
-        let place = ATTRIBUTES + 3 + 11 * 16;
-        let fault = fault_with(bytes, place, &error.to_le_bytes());
+        let offset = ATTRIBUTES + 3 + 11 * 16;
+        let fault = fault_with(bytes, offset, &error.to_le_bytes());
         assert_eq!(fault, FileError::Corrupt { what });
     }
 }
 
-/// Otherwise a small file could allocate much memory.
+/// A small file with large counts must not allocate much memory.
 #[test]
 fn rejects_counts_larger_than_the_section() {
     let what = "the number of elements";
@@ -194,12 +194,12 @@ fn rejects_fewer_groups_and_vertices_than_announced() {
 #[test]
 fn rejects_invalid_hierarchies() {
     let bytes = strip_file().to_bytes();
-    // A mean normal with a length of 2.
+    // The mean normal gets a length of 2.
     let section = Directory::of(&bytes).sections[0].bytes.clone();
     let one = [&[0][..], &1.0f32.to_le_bytes()].concat();
     let windows = bytes[section.clone()].windows(5);
-    let place = section.start + windows.into_iter().position(|w| w == one).unwrap() + 1;
-    let fault = fault_with(bytes, place, &2.0f32.to_le_bytes());
+    let offset = section.start + windows.into_iter().position(|w| w == one).unwrap() + 1;
+    let fault = fault_with(bytes, offset, &2.0f32.to_le_bytes());
     assert!(
         matches!(fault, FileError::Invalid { primitive: 0, .. }),
         "{fault}"
@@ -214,7 +214,7 @@ fn writing_an_invalid_hierarchy_panics() {
     let _ = file.to_bytes();
 }
 
-/// A change of a file: a place as a share of its length, and a new byte.
+/// A changed byte: its position as a share of the file, and its new value.
 fn change() -> impl Strategy<Value = (u16, u8)> {
     (any::<u16>(), prop_oneof![any::<u8>(), 0u8..10])
 }
@@ -239,9 +239,9 @@ proptest! {
             3 => bytes_of(hills.whole_mesh_levels().unwrap(), Precision::Lossless.into()),
             _ => bytes_of(hills, FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
         };
-        for (place, value) in changes {
+        for (offset, value) in changes {
             let length = bytes.len() - HEADER_BYTES;
-            bytes[HEADER_BYTES + usize::from(place) * length / 0x10000] = value;
+            bytes[HEADER_BYTES + usize::from(offset) * length / 0x10000] = value;
         }
         let bytes = sealed(bytes);
         if let Ok(file) = BakedFile::from_bytes(&bytes) {

@@ -5,7 +5,7 @@ mod common;
 use common::{Directory, sealed, strip_file};
 use fieldlod_hierarchy::{BakedFile, FileError};
 
-// Places in the first section of the strip: a group and its unit of 4 vertices and 2 triangles.
+// Offsets in the first section of the strip: a group and its unit of 4 vertices and 2 triangles.
 const GROUP_INDEX: usize = 4;
 const VERTEX_LIST: usize = GROUP_INDEX + 5 + (15 + 1 + 12) * 5;
 const EDGES: usize = VERTEX_LIST + 5;
@@ -13,21 +13,25 @@ const CORNERS: usize = EDGES + 3 + 4;
 const DISTANCES: usize = CORNERS + 5 + 4;
 const VERTEX_ORDER: usize = DISTANCES + 3 + 5;
 
-/// The fault after the bytes `old` of a section were replaced by `new`.
-fn fault_with(section: usize, place: usize, old: &[u8], new: &[u8]) -> FileError {
+/// Returns the fault after the bytes `old` of a section are replaced by `new`.
+fn fault_with(section: usize, offset: usize, old: &[u8], new: &[u8]) -> FileError {
     let mut bytes = strip_file().to_bytes();
-    let place = Directory::of(&bytes).sections[section].bytes.start + place;
-    assert_eq!(&bytes[place..place + old.len()], old, "the layout changed");
-    bytes[place..place + new.len()].copy_from_slice(new);
+    let offset = Directory::of(&bytes).sections[section].bytes.start + offset;
+    assert_eq!(
+        &bytes[offset..offset + old.len()],
+        old,
+        "the layout changed"
+    );
+    bytes[offset..offset + new.len()].copy_from_slice(new);
     BakedFile::from_bytes(&sealed(bytes)).unwrap_err()
 }
 
-/// Declares tests: section and place, old bytes, and new bytes that must give the fault.
+/// Declares tests: section, offset, old bytes, and new bytes that must give the fault.
 macro_rules! rejects {
-    ($($name:ident: $what:literal, $section:literal, $place:ident, $old:expr => $($new:expr),+;)+) => {
+    ($($name:ident: $what:literal, $section:literal, $offset:ident, $old:expr => $($new:expr),+;)+) => {
         $(#[test]
         fn $name() {
-            $(let fault = fault_with($section, $place, &$old, &$new);
+            $(let fault = fault_with($section, $offset, &$old, &$new);
             assert_eq!(fault, FileError::Corrupt { what: $what });)+
         })+
     };

@@ -1,11 +1,10 @@
-//! What several benches need.
+//! Shared helpers of the benches.
 
 use std::path::Path;
 
 use fieldlod_bake::{SourceMesh, import_gltf};
 
-/// The largest primitive of each glTF file in the folder that `FIELDLOD_MODELS` names; none if it
-/// names none.
+/// Largest primitive of each glTF file in the folder `FIELDLOD_MODELS`; empty if the variable is not set.
 pub(crate) fn models() -> Vec<(String, SourceMesh)> {
     let Some(folder) = std::env::var_os("FIELDLOD_MODELS") else {
         return Vec::new();
@@ -22,7 +21,7 @@ pub(crate) fn models() -> Vec<(String, SourceMesh)> {
     paths.iter().filter_map(|path| largest(path)).collect()
 }
 
-/// How long this thread has run on a core, as Linux counts it: the time of others is left out.
+/// Time that this thread has run on a core; `None` outside of Linux.
 pub(crate) fn seconds_on_core() -> Option<f64> {
     let times = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(times.split(' ').next()?.parse::<f64>().ok()? * 1e-9)

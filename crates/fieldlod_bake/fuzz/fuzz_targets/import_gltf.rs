@@ -1,9 +1,8 @@
-//! Imports any bytes as a glTF file. Nothing is beside it.
+//! Imports arbitrary bytes as a glTF file without other files.
 //!
-//! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`,
-//! in `crates/fieldlod_bake`. (meshoptimizer's C++ defines tables of the same name in several
-//! files, which the address sanitizer takes for a fault.) To begin with, put some small `.glb`
-//! files into `fuzz/corpus/import_gltf`.
+//! Run `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600` in
+//! `crates/fieldlod_bake`. The option is needed because several C++ files of meshoptimizer define tables of the same
+//! name. Small `.glb` files in `fuzz/corpus/import_gltf` are good seeds.
 
 #![no_main]
 

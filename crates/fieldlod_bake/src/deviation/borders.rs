@@ -1,24 +1,20 @@
-//! Places along borders: a border that is simplified within its plane leaves no vertex or middle of a triangle off the
-//! source, but its edges reach beyond it, into a hole or past a rim.
+//! Samples along open edges. If a border is simplified within its plane, vertices and triangle centres stay on the
+//! source. Edges may still cross a hole or leave the rim.
 
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Places along each edge. Beyond a polygon or a curve an edge reaches about 2 % farther than at the farthest of these.
-const PLACES: u32 = 7;
+/// Samples per edge. For polygons and curves, points between samples are at most about 2 % farther away.
+const SAMPLES_PER_EDGE: u32 = 7;
 
-/// Raises the largest squared distance by places along the open edges of a simplified surface.
-pub(super) fn look_along_borders(
-    source: &TriangleTree,
-    triangles: &[[Vec3; 3]],
-    farthest: &mut f32,
-) {
+/// Raises the largest squared distance by samples along the open edges of a simplified surface.
+pub(super) fn sample_borders(source: &TriangleTree, triangles: &[[Vec3; 3]], farthest: &mut f32) {
     let mut start = None;
     for [from, to] in open_edges(triangles) {
-        for place in 1..=PLACES {
-            let point = from.lerp(to, place as f32 / (PLACES + 1) as f32);
+        for place in 1..=SAMPLES_PER_EDGE {
+            let point = from.lerp(to, place as f32 / (SAMPLES_PER_EDGE + 1) as f32);
             start = source.near_enough(point, *farthest, start);
             if let Some(near) = start {
                 *farthest = farthest.max(near.distance_squared);
@@ -27,10 +23,11 @@ pub(super) fn look_along_borders(
     }
 }
 
-/// An edge of a triangle between two places: ascending places, whether it is passed upwards, and the third place.
+/// An edge of a triangle: its vertices in ascending order, whether it is used in that direction, and the third
+/// vertex.
 type Edge = (u32, u32, bool, u32);
 
-/// The edges that are not passed as often one way as the other, and those between two sides of one triangle.
+/// Edges that are not used equally often in both directions, and edges of a triangle that is used from both sides.
 fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     let mut places: Vec<Vec3> = Vec::new();
     let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();

@@ -1,33 +1,31 @@
-//! How far each simplified surface lies from the source surface: the two-sided Hausdorff distance,
-//! measured at samples.
+//! Deviation of simplified surfaces from the source: the two-sided Hausdorff distance, measured at samples.
 //!
-//! Source to simplified: clusters carry places on the source, at the finest level all vertices. A group measures the
-//! places of its clusters against its simplified triangles. Places of a large mesh that are not carried on are missed where a
-//! coarser level strays: with the farthest eighth of them, a bumpy ball deviates 1.37 times as far as it states.
+//! Source to simplified: clusters carry samples on the source, at first all vertices. A group measures the distances
+//! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
+//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated one.
 //!
-//! Simplified to source: at vertices that moved and at the middle of each triangle, against the whole
-//! source.
+//! Simplified to source: moved vertices and the centre of each triangle are measured against the whole source.
 //!
-//! In both directions, triangles that may hold a farther place are sampled more densely. A place on a source triangle
-//! counts only if it is no farther from the consumed surface than the deviation of the finer groups: other places
-//! belong to another group.
+//! In both directions, triangles that may contain a farther point are sampled more densely. A point on a source
+//! triangle counts only if it is no farther from the consumed surface than the deviation of the finer groups. Other
+//! points belong to other groups.
 
 mod borders;
-mod closer_look;
-mod handed_on;
-mod seen;
+mod carried_samples;
+mod measured_sample;
+mod refine;
 
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use self::borders::look_along_borders;
-use self::closer_look::{
-    AGGREGATE_MARGIN, Candidate, SAMPLING_MARGIN, Target, WITHIN, look_closely,
+use self::borders::sample_borders;
+use self::carried_samples::samples_by_cluster;
+use self::measured_sample::MeasuredSample;
+use self::refine::{
+    AGGREGATE_MARGIN, Candidate, MARGIN_SQUARED, SAMPLING_MARGIN, Target, refine_candidates,
 };
-use self::handed_on::handed_on;
-use self::seen::Seen;
-use crate::levels::clusters::{Cluster, Place};
+use crate::levels::clusters::{Cluster, Sample};
 use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::SourceMesh;
@@ -35,51 +33,49 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Distances below this, times the size of the mesh, are rounding.
+/// Distances below this, times the size of the mesh, are rounding errors.
 const ROUNDING: f32 = 4e-7;
-/// Places nearer than this share of the farthest, squared, need not be known better, and triangles
-/// without a sample further than that are not looked at more closely.
-const FAR: f32 = 0.1;
-/// Meshes with no more triangles than this are looked at closely all over, and levels with no more than
-/// that: it costs little.
-const FEW: usize = 1 << 15;
-const FEW_LEFT: usize = 1 << 10;
-/// So are meshes with more corners than this for each triangle: a closed surface has half of one, and
-/// many small components have more, of which a few places tell little.
-const LOOSE: f32 = 0.7;
-/// How often these are cut in quarters at most.
+/// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
+/// with only such samples are not refined.
+const REFINE_ABOVE: f32 = 0.1;
+/// Meshes and levels with at most this many triangles are refined everywhere, because it costs little.
+const SMALL_MESH: usize = 1 << 15;
+const SMALL_LEVEL: usize = 1 << 10;
+/// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
+/// triangle. Many small components have more, and a few samples miss their farthest points.
+const MANY_COMPONENTS: f32 = 0.7;
+/// Maximum number of splits into quarters.
 const SPLITS: u32 = 5;
-/// The same for triangles of a large source, until they are certainly within the margin.
+/// Maximum number of splits for triangles of a large source.
 const SOURCE_SPLITS: u32 = 3;
-/// The source surface, against which simplified surfaces are measured.
+/// The source surface to which simplified surfaces are compared.
 pub(crate) struct SourceSurface {
     target: Target,
     positions: Vec<Vec3>,
     has_borders: bool,
-    /// Whether all of the source is looked at closely.
-    is_close: bool,
+    /// Whether the whole source is refined.
+    refines_all: bool,
 }
 
-/// How much is done to find the farthest place.
+/// How densely triangles are sampled.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// Triangles are looked at more closely if a sample of them is this share of the farthest away,
-    /// squared.
+    /// Triangles are refined if a sample has at least this share of the largest squared distance.
     far: f32,
-    /// How often these are cut in quarters at most; the last times only as far as they rise high.
+    /// Maximum number of splits, and the number of last splits that skip low parts.
     source_splits: [u32; 2],
     simplified_splits: [u32; 2],
 }
 
-/// The measured deviation of a group.
+/// Measured deviation of a group.
 pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
-    /// For each of its clusters, the places from which the next level is measured.
-    pub(crate) places: Vec<Vec<Place>>,
+    /// For each of its clusters, the samples for the next level.
+    pub(crate) samples: Vec<Vec<Sample>>,
 }
 
-/// How far each level of a mesh as a whole lies from it, in local units: levels as triangles of `positions`, of
-/// which the mesh's own come first. No level is nearer than a finer one.
+/// Deviation of each level of a whole mesh, in local units. Levels are triangles of `positions`, which start with the
+/// positions of the mesh. Deviations never shrink towards coarser levels.
 pub(crate) fn deviation_in_local(
     mesh: &SourceMesh,
     positions: &[Vec3],
@@ -96,7 +92,7 @@ pub(crate) fn deviation_in_local(
     let consumed = [Cluster {
         produced_by: NO_GROUP,
         corners: mesh.indices.clone(),
-        places: Vec::new(),
+        samples: Vec::new(),
     }];
     let scaled_from_local = vertices.local_from_scaled.recip();
     let scaled = positions
@@ -131,7 +127,7 @@ pub(crate) fn deviation_in_local(
     levels.iter().map(level).collect()
 }
 
-/// Whether some edge is open, or between two sides of one triangle.
+/// Whether the mesh has an open edge, or a triangle that is used twice.
 fn has_borders(mesh: &SourceMesh, vertices: &LevelVertices) -> bool {
     let (triangles, _) = mesh.indices.as_chunks::<3>();
     let mut sorted = triangles.iter().map(|triangle| {
@@ -154,16 +150,17 @@ impl SourceSurface {
             target: Target {
                 surface: TriangleTree::new(corners),
                 consumed: None,
-                reach_in_scaled: 0.0,
+                range_in_scaled: 0.0,
             },
             positions,
             has_borders: has_borders(mesh, vertices),
-            is_close: triangles.len() <= FEW || places > LOOSE * triangles.len() as f32,
+            refines_all: triangles.len() <= SMALL_MESH
+                || places > MANY_COMPONENTS * triangles.len() as f32,
         }
     }
 
-    /// Measures the simplification of `part` into `clusters`, at a level with so many triangles in all.
-    /// The finer groups deviate by `finer_in_scaled`, and it at least as much.
+    /// Measures the simplification of `part` into `clusters`, at a level of `triangles_of_level` triangles. The result
+    /// is at least `finer_in_scaled`, the deviation of the finer groups.
     pub(crate) fn measure(
         &self,
         part: &[Cluster],
@@ -187,14 +184,14 @@ impl SourceSurface {
         let effort = self.effort(triangles_of_level);
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
-            reach_in_scaled: finer_in_scaled + ROUNDING,
+            range_in_scaled: finer_in_scaled + ROUNDING,
             surface,
         };
-        let seen = self.measure_source(part, &target, effort, &mut farthest);
+        let measured = self.measure_source(part, &target, effort, &mut farthest);
         let mut of_triangles = vec![0.0f32; triangles.len()];
-        for seen in &seen {
-            let of_triangle = &mut of_triangles[seen.nearest.triangle as usize];
-            *of_triangle = of_triangle.max(seen.nearest.distance_squared);
+        for measured in &measured {
+            let of_triangle = &mut of_triangles[measured.nearest.triangle as usize];
+            *of_triangle = of_triangle.max(measured.nearest.distance_squared);
         }
         self.measure_simplified(
             &triangles,
@@ -205,7 +202,7 @@ impl SourceSurface {
             &mut farthest,
         );
         if self.has_borders {
-            look_along_borders(&self.target.surface, &corners, &mut farthest);
+            sample_borders(&self.target.surface, &corners, &mut farthest);
         }
         let margin = match simplified.method {
             Method::Elements => AGGREGATE_MARGIN,
@@ -213,15 +210,15 @@ impl SourceSurface {
         };
         Measured {
             deviation_in_scaled: (farthest.sqrt() * margin).max(least_in_scaled),
-            places: handed_on(&seen, clusters),
+            samples: samples_by_cluster(&measured, clusters),
         }
     }
 
-    /// The share of a simplified surface's area that faces away from the source: no source triangle
-    /// within `reach` of a triangle's middle faces as it does.
-    pub(crate) fn turned_share(&self, simplified: &Simplified, reach: f32) -> f32 {
+    /// Share of a simplified surface's area that faces away from the source. A triangle faces away if no source
+    /// triangle within `reach` of its centre has a normal within 90° of its own.
+    pub(crate) fn flipped_share(&self, simplified: &Simplified, reach: f32) -> f32 {
         let area_vector = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
-        let (mut turned, mut whole) = (0.0, 0.0);
+        let (mut flipped, mut whole) = (0.0, 0.0);
         let (triangles, _) = simplified.corners.as_chunks::<3>();
         for triangle in triangles {
             let corners = triangle.map(|own| Vec3::from(simplified.positions[own as usize]));
@@ -234,94 +231,92 @@ impl SourceSurface {
                 .surface
                 .none_within(middle, reach + ROUNDING, faces_alike)
             {
-                turned += own.length();
+                flipped += own.length();
             }
         }
-        if whole > 0.0 { turned / whole } else { 0.0 }
+        if whole > 0.0 { flipped / whole } else { 0.0 }
     }
 
     fn effort(&self, triangles_of_level: usize) -> Effort {
-        let is_close = self.is_close || triangles_of_level <= FEW_LEFT;
-        let closely = [
+        let refines_all = self.refines_all || triangles_of_level <= SMALL_LEVEL;
+        let all = [
             SPLITS,
-            if self.is_close {
+            if self.refines_all {
                 SPLITS - 3
             } else {
                 SPLITS - 2
             },
         ];
         Effort {
-            far: if is_close { 0.0 } else { FAR },
-            source_splits: if is_close {
-                closely
-            } else {
-                [SOURCE_SPLITS, 0]
-            },
-            simplified_splits: if is_close {
-                closely
+            far: if refines_all { 0.0 } else { REFINE_ABOVE },
+            source_splits: if refines_all { all } else { [SOURCE_SPLITS, 0] },
+            simplified_splits: if refines_all {
+                all
             } else {
                 [SPLITS, SPLITS - 1]
             },
         }
     }
 
-    /// Measures from the source, raising the largest squared distance so far.
+    /// Measures from the source, and raises the largest squared distance.
     fn measure_source(
         &self,
         part: &[Cluster],
         target: &Target,
         effort: Effort,
         farthest: &mut f32,
-    ) -> Vec<Seen> {
-        let mut seen: Vec<Seen> = Vec::new();
+    ) -> Vec<MeasuredSample> {
+        let mut measured: Vec<MeasuredSample> = Vec::new();
         let surface = &target.surface;
         let mut start = None;
-        let mut look = |place: Place, seen: &mut Vec<Seen>| {
-            start = surface.near_enough(place.point, *farthest * effort.far, start);
+        let mut look = |sample: Sample, measured: &mut Vec<MeasuredSample>| {
+            start = surface.near_enough(sample.point, *farthest * effort.far, start);
             if let Some(nearest) = start {
                 *farthest = farthest.max(nearest.distance_squared);
-                seen.push(Seen { place, nearest });
+                measured.push(MeasuredSample { sample, nearest });
             }
         };
         let mut candidates: Vec<Candidate> = Vec::new();
         for cluster in part {
-            for &place in &cluster.places {
-                look(place, &mut seen);
+            for &sample in &cluster.samples {
+                look(sample, &mut measured);
             }
             if cluster.produced_by != NO_GROUP {
                 continue;
             }
-            // The source itself: its vertices, and triangles that reach beyond them.
+            // Source geometry: sample its vertices, and refine its triangles.
             let mut at: FxHashMap<u32, usize> = FxHashMap::default();
             let (triangles, _) = cluster.corners.as_chunks::<3>();
             for &triangle in triangles {
                 let of_corners = triangle.map(|vertex| {
-                    let next = seen.len();
+                    let next = measured.len();
                     let at = *at.entry(vertex).or_insert(next);
                     if at == next {
                         let point = self.positions[vertex as usize];
-                        look(Place { point, triangle }, &mut seen);
+                        look(Sample { point, triangle }, &mut measured);
                     }
-                    seen[at]
+                    measured[at]
                 });
-                if self.is_close {
-                    let [a, b, c] = of_corners.map(|seen| seen.place.point);
+                if self.refines_all {
+                    let [a, b, c] = of_corners.map(|measured| measured.sample.point);
                     let point = (a + b + c) / 3.0;
-                    look(Place { point, triangle }, &mut seen);
+                    look(Sample { point, triangle }, &mut measured);
                 }
                 candidates.push(self.candidate(surface, triangle, &of_corners));
             }
         }
-        let of_one = |seen: &Seen| self.candidate(surface, seen.place.triangle, &[*seen]);
-        let produced = seen.iter().filter(|_| target.consumed.is_some());
+        let of_one = |measured: &MeasuredSample| {
+            self.candidate(surface, measured.sample.triangle, &[*measured])
+        };
+        let produced = measured.iter().filter(|_| target.consumed.is_some());
         candidates.extend(produced.map(of_one));
-        candidates.retain(|candidate| candidate.priority > *farthest * WITHIN);
-        look_closely(target, candidates, effort.source_splits, farthest);
-        seen
+        candidates.retain(|candidate| candidate.priority > *farthest * MARGIN_SQUARED);
+        refine_candidates(target, candidates, effort.source_splits, farthest);
+        measured
     }
 
-    /// The surface that a group consumes, where triangles of the source are looked at without knowing
-    /// which group stands for every part of them.
+    /// The surface that a group consumes. `None` if it is the source: all points of its triangles then belong to the
+    /// group.
     fn consumed_surface(&self, part: &[Cluster], vertices: &LevelVertices) -> Option<TriangleTree> {
         let is_source = part.iter().all(|cluster| cluster.produced_by == NO_GROUP);
         if is_source {
@@ -334,20 +329,25 @@ impl SourceSurface {
         Some(TriangleTree::new(positions))
     }
 
-    /// A triangle of the source, of which some places were seen.
-    fn candidate(&self, surface: &TriangleTree, triangle: [u32; 3], seen: &[Seen]) -> Candidate {
+    /// A source triangle with some measured samples.
+    fn candidate(
+        &self,
+        surface: &TriangleTree,
+        triangle: [u32; 3],
+        measured: &[MeasuredSample],
+    ) -> Candidate {
         let corners = triangle.map(|vertex| self.positions[vertex as usize]);
-        let bounds = seen
+        let bounds = measured
             .iter()
-            .map(|seen| surface.bound_squared(seen.nearest, corners));
+            .map(|measured| surface.bound_squared(measured.nearest, corners));
         Candidate {
             corners,
             priority: bounds.fold(f32::INFINITY, f32::min),
-            start: seen.first().map(|seen| seen.nearest),
+            start: measured.first().map(|measured| measured.nearest),
         }
     }
 
-    /// Measures from the simplified surface, raising the largest squared distance so far.
+    /// Measures from the simplified surface, and raises the largest squared distance.
     fn measure_simplified(
         &self,
         triangles: &[[u32; 3]],
@@ -361,13 +361,13 @@ impl SourceSurface {
         let mut candidates = Vec::with_capacity(triangles.len());
         let mut start = None;
         for (index, (triangle, &corners)) in triangles.iter().zip(corners).enumerate() {
-            // Where the source is far above, the triangle is as far below.
+            // A source point far from this triangle means that the triangle may be far from the source.
             let mut priority = of_triangles[index];
             let mut look = |point: Vec3| {
                 start = self
                     .target
                     .surface
-                    .near_enough(point, *farthest * FAR, start);
+                    .near_enough(point, *farthest * REFINE_ABOVE, start);
                 let squared = start.map_or(0.0, |near| near.distance_squared);
                 *farthest = farthest.max(squared);
                 squared
@@ -390,6 +390,6 @@ impl SourceSurface {
         }
         candidates.retain(|candidate| candidate.priority >= *farthest * effort.far);
         let splits = effort.simplified_splits;
-        look_closely(&self.target, candidates, splits, farthest);
+        refine_candidates(&self.target, candidates, splits, farthest);
     }
 }

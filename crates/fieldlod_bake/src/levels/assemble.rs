@@ -1,4 +1,4 @@
-//! From what the simplifier emits to what a hierarchy holds.
+//! Assembles a hierarchy from simplified groups.
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
 use glam::Vec3;
@@ -9,7 +9,7 @@ use crate::levels::groups::{RawGroup, RawUnit};
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::{NormalSum, tight_sphere};
 
-/// A group with its units ordered and bounded.
+/// A group with bounds and with units in draw order.
 struct FinishedGroup {
     bounds: Sphere,
     mean_normal: Vec3,
@@ -21,15 +21,15 @@ struct FinishedUnit {
     aabb: Aabb,
     /// Vertices in the order of their first use.
     vertices: Vec<u32>,
-    /// Into `vertices`, three a triangle.
+    /// Indices into `vertices`, three per triangle.
     indices: Vec<u16>,
 }
 
-/// Orders the triangles and vertices of a group for drawing, and bounds them.
+/// Computes bounds, and orders triangles and vertices for drawing.
 fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
     let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
     let units: Vec<FinishedUnit> = finished.collect();
-    // Around what the group consumes, and what it made of that.
+    // Bounds enclose the consumed geometry and the result of the simplification.
     let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
     let vertices = vertices.chain(group.made.clone());
     let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
@@ -55,18 +55,18 @@ fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
     let mut list = VertexList::default();
     let mut indices = Vec::new();
     for cluster in &unit.clusters {
-        // In order of their first use, as are the unit's.
+        // Both vertex lists are in the order of first use.
         let (own, corners) = meshopt::clod_local_indices(cluster);
         let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
         let slots: Vec<u16> = own_slots.collect();
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
     }
-    // Triangles begin at their first vertex, which files tell in less.
+    // Each triangle starts with its smallest index, which needs fewer bytes in files.
     for triangle in indices.as_chunks_mut::<3>().0 {
         let first = (0..3).min_by_key(|&corner| triangle[corner]);
         triangle.rotate_left(first.unwrap_or(0));
     }
-    // A tight box around them all, for culling.
+    // A tight box for culling.
     let vertices = list.vertices;
     let points = vertices.iter().map(|&v| positions[v as usize]);
     FinishedUnit {
@@ -77,7 +77,7 @@ fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
     }
 }
 
-/// The vertices of a unit, in the order of their first use: memory is then read in one direction.
+/// Vertices of a unit in the order of their first use, so that the GPU reads memory in one direction.
 #[derive(Default)]
 struct VertexList {
     vertices: Vec<u32>,
@@ -85,7 +85,7 @@ struct VertexList {
 }
 
 impl VertexList {
-    /// Units have far fewer vertices than 16 bits count.
+    /// Index of a vertex in the unit. Units always have fewer vertices than 16-bit indices allow.
     fn slot_of(&mut self, vertex: u32) -> u16 {
         let next = self.vertices.len() as u16;
         let slot = *self.slots.entry(vertex).or_insert(next);
@@ -96,8 +96,7 @@ impl VertexList {
     }
 }
 
-/// Orders the triangles and vertices of all groups for drawing, bounds them, and lays them out in
-/// the arrays of a hierarchy of `mesh`.
+/// Orders and bounds all groups, and stores them in a hierarchy of `mesh`.
 pub(crate) fn assemble(
     mesh: &SourceMesh,
     (vertices, moved_from): (Vertices, Vec<u32>),
@@ -130,7 +129,7 @@ fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGrou
             unit.indices.iter().copied(),
         );
     }
-    // The groups that produced the units: units of the same producer follow each other.
+    // Groups that produced the units. Units of the same producer are adjacent.
     let mut producers: Vec<u32> = finished.units.iter().map(|unit| unit.produced_by).collect();
     producers.dedup();
     let group = Group {

@@ -1,5 +1,5 @@
-//! The levels: clusters are gathered in groups, each group is simplified, and the result is split into clusters
-//! again, until a dozen triangles are left.
+//! Builds levels: clusters are gathered in groups, each group is simplified, and the result is split into clusters.
+//! This repeats until a dozen triangles are left.
 
 use crate::config::BakeConfig;
 use crate::deviation::SourceSurface;
@@ -13,17 +13,17 @@ use crate::plants::plant::Plant;
 use crate::report::BakeReport;
 
 /// Simplification ends at this number of triangles.
-const FEWEST_TRIANGLES: usize = 12;
-/// Groups grow by this factor if a level makes little progress.
+const MIN_TRIANGLES: usize = 12;
+/// Group size grows by this factor if a level is stuck.
 const GROWTH: usize = 4;
-/// A level that keeps more than this share of the triangles makes hardly any progress.
-const HARDLY: f32 = 0.98;
+/// A level that keeps more than this share of its triangles makes almost no progress.
+const STALLED_ABOVE: f32 = 0.98;
 
-/// Clusters and simplifies `mesh` level by level, and measures the deviation of each simplification from it.
-/// Finer groups come before coarser ones; the last group is terminal and holds the remaining triangles.
+/// Builds the levels of `mesh`, and measures the deviation of each group from it. Finer groups come before coarser
+/// ones. The last group is terminal and contains the remaining triangles.
 ///
-/// `on_triangles` gets the number of triangles that each group consumed. The mesh must be valid: meshoptimizer
-/// checks nothing.
+/// `on_triangles` gets the number of triangles that each group consumed. The mesh must be valid, because meshoptimizer
+/// does not check it.
 pub(crate) fn build_levels(
     mesh: &SourceMesh,
     vertices: &mut LevelVertices,
@@ -38,7 +38,7 @@ pub(crate) fn build_levels(
     let mut report = BakeReport::default();
     let mut plant = Plant::of(mesh, &vertices.same_position);
     let mut group_clusters = config.group_clusters;
-    while triangle_count(&clusters) > FEWEST_TRIANGLES {
+    while triangle_count(&clusters) > MIN_TRIANGLES {
         let before = triangle_count(&clusters);
         // Partition: neighbouring clusters are simplified together.
         let parts = partition(clusters, vertices, group_clusters);
@@ -49,7 +49,7 @@ pub(crate) fn build_levels(
             source: &source,
             groups: &groups,
             parts: &parts,
-            // Lock: positions that two groups share must stay.
+            // Lock: vertices that two groups share must stay.
             is_shared: vertices.shared_positions(parts.iter().map(|part| corners_of(part))),
             plant: plant.begin_level(&parts, vertices, config),
         };
@@ -66,7 +66,7 @@ pub(crate) fn build_levels(
                 step.simplify()
             });
         }
-        // Emit, in the order of the groups: the result does not depend on the number of threads.
+        // Emit in the order of the groups: the result must not depend on the number of threads.
         clusters = emit(
             parts,
             simplified,
@@ -92,9 +92,9 @@ pub(crate) fn build_levels(
     (groups, report)
 }
 
-/// The size of groups after a level that is stuck. If progress stalls, all clusters become one group.
+/// Group size after a stuck level. If progress stalls, all clusters become one group.
 fn larger_groups(group_clusters: usize, left: usize, before: usize) -> usize {
-    if left as f32 <= before as f32 * HARDLY {
+    if left as f32 <= before as f32 * STALLED_ABOVE {
         group_clusters * GROWTH
     } else {
         usize::MAX

@@ -6,8 +6,8 @@ use crate::levels::simplify::{Simplified, Task};
 use crate::mesh::edges::Links;
 
 impl Task<'_> {
-    /// Whether edges are open only where they were before, or on a border of the source.
-    pub(crate) fn is_as_closed(&self, simplified: &Simplified) -> bool {
+    /// Whether open edges change only on borders of the source, and not on borders that other groups share.
+    pub(crate) fn opens_no_edge(&self, simplified: &Simplified) -> bool {
         let task = self;
         let welded = |&own: &u32| task.same_position[own as usize];
         let is_border = |own: u32| {
@@ -22,8 +22,8 @@ impl Task<'_> {
         changed.all(is_border) && self.keeps_shared_borders(simplified, is_border)
     }
 
-    /// Whether the edges between vertices that other groups use, too, and that lie on a border of the
-    /// source, are open as they were: those may be edges of other groups.
+    /// Whether edges between shared vertices on a border of the source stay as they are. Other groups may use these
+    /// edges.
     fn keeps_shared_borders(
         &self,
         simplified: &Simplified,

@@ -13,14 +13,14 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 
-/// How much clusterlod's demo weighs a change of the unit normal by 1.
+/// Weight of a unit normal in clusterlod's demo.
 const NORMAL_WEIGHT: f32 = 0.5;
 
-/// The hierarchy that clusterlod builds on its own: the baseline for levels.
+/// Builds the hierarchy of clusterlod alone, as a baseline for levels.
 ///
-/// `config` sets the size of clusters and groups; everything else is clusterlod's default. The vertices are
-/// those of the mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors
-/// are clusterlod's; deviations are not measured.
+/// `config` sets the size of clusters and groups; everything else is clusterlod's default. Vertices are those of the
+/// mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors are
+/// clusterlod's; deviations are not measured.
 ///
 /// # Errors
 /// As [`bake_mesh`](crate::bake_mesh).
@@ -37,8 +37,7 @@ pub fn clusterlod_hierarchy(
     Ok(hierarchy)
 }
 
-/// Runs clusterlod alone, for speed comparisons. Returns the number of triangles of all levels. `mesh` must be
-/// valid.
+/// Runs clusterlod alone, for speed comparisons. Returns the number of triangles of all levels. `mesh` must be valid.
 #[must_use]
 pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
     let mut triangles = 0;
@@ -49,7 +48,7 @@ pub fn bare_clusterlod(mesh: &SourceMesh, config: &BakeConfig) -> usize {
     triangles
 }
 
-/// Positions, normals and first texture coordinates, the attributes of clusterlod's demo.
+/// Vertices with the attributes of clusterlod's demo: positions, normals and first texture coordinates.
 fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
     let mut known = mesh.clone();
     known.tangents.clear();
@@ -63,7 +62,7 @@ fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
     )
 }
 
-/// The groups of all levels, finer before coarser; those that were not simplified are terminal.
+/// Groups of all levels, finer before coarser. Groups that were not simplified are terminal.
 fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig) -> Groups {
     let mut groups = Groups::default();
     let mut is_simplified: Vec<bool> = Vec::new();
@@ -75,7 +74,7 @@ fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig
             }
         }
         is_simplified.push(false);
-        // No less than the errors of the finer groups, or a cut could draw two levels of one place.
+        // Errors must not shrink towards coarser groups: a cut could draw two levels of the same surface.
         let own = (group.simplified.error * vertices.local_from_scaled).min(f32::MAX);
         let finer = groups.finer_of(&clusters).map(|finer| finer.error_in_local);
         let error_in_local = finer.fold(own.max(0.0), f32::max);
@@ -93,7 +92,7 @@ fn cluster(cluster: &ClodCluster<'_>) -> Cluster {
     Cluster {
         produced_by: u32::try_from(cluster.refined).unwrap_or(NO_GROUP),
         corners: cluster.indices.to_vec(),
-        places: Vec::new(),
+        samples: Vec::new(),
     }
 }
 

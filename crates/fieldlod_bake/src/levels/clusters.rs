@@ -9,30 +9,30 @@ use crate::config::BakeConfig;
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::adapter;
 
-/// Triangles that are split into clusters at once; a larger mesh is cut in halves first. A part is
-/// no larger for more threads, or clusters would depend on how many there are.
+/// Parts of at most this many triangles are split into clusters in parallel. The size is independent of the number of
+/// threads, so that clusters are the same on all machines.
 const TRIANGLES_AT_ONCE: usize = 1 << 16;
 
-/// How much full clusters count against small boxes; clusterlod's, too, where it splits by place.
+/// Weight of full clusters against small bounding boxes, as in clusterlod.
 const FILL_WEIGHT: f32 = 0.5;
 
-/// A place on the source.
+/// A sample on the source.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
-    /// In scaled units.
+pub(crate) struct Sample {
+    /// Position in scaled units.
     pub(crate) point: Vec3,
-    /// The corners of the source triangle that it lies on.
+    /// Corners of the source triangle that contains it.
     pub(crate) triangle: [u32; 3],
 }
 
-/// A patch of triangles that waits for a group to consume it.
+/// A patch of triangles that a group will consume.
 pub(crate) struct Cluster {
-    /// The group whose simplification it is, or [`NO_GROUP`] for source geometry.
+    /// The group whose simplification produced it, or [`NO_GROUP`] for source geometry.
     pub(crate) produced_by: u32,
-    /// A triangle list.
+    /// Three vertices per triangle.
     pub(crate) corners: Vec<u32>,
-    /// Places of the source from which the next simplification is measured.
-    pub(crate) places: Vec<Place>,
+    /// Samples on the source for measuring the next simplification.
+    pub(crate) samples: Vec<Sample>,
 }
 
 pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
@@ -40,7 +40,7 @@ pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
     corners.sum::<usize>() / 3
 }
 
-/// The corners of some clusters.
+/// Corners of all clusters.
 pub(crate) fn corners_of(clusters: &[Cluster]) -> impl Iterator<Item = &u32> {
     clusters.iter().flat_map(|cluster| &cluster.corners)
 }
@@ -65,7 +65,7 @@ pub(crate) fn clusters_of_source(
             Cluster {
                 produced_by: NO_GROUP,
                 corners: corners.collect(),
-                places: Vec::new(),
+                samples: Vec::new(),
             }
         };
         corners.into_iter().map(to_all).collect::<Vec<_>>()
@@ -73,7 +73,7 @@ pub(crate) fn clusters_of_source(
     clusters.flatten().collect()
 }
 
-/// Cuts triangles in two across the longest side of the box around their first corners.
+/// Splits triangles at the median along the longest side of their bounding box.
 fn halves_of(mut part: Vec<[u32; 3]>, vertices: &LevelVertices) -> Vec<Vec<[u32; 3]>> {
     if part.len() <= TRIANGLES_AT_ONCE {
         return vec![part];
@@ -90,10 +90,10 @@ fn halves_of(mut part: Vec<[u32; 3]>, vertices: &LevelVertices) -> Vec<Vec<[u32;
     vec![part, second]
 }
 
-/// Splits a triangle list into clusters, each a triangle list ordered for the vertex cache.
+/// Splits a triangle list into clusters. Each is a triangle list in vertex-cache order.
 ///
-/// By place, as a tree of boxes is built, and not by growing from neighbour to neighbour: that takes
-/// half the time, and the levels draw as few triangles for the same picture.
+/// Clusters are split by position, like a bounding volume hierarchy. Growing them from neighbour to neighbour takes
+/// twice the time and saves no triangles at equal quality.
 pub(crate) fn split_into_clusters(
     positions: &[[f32; 3]],
     corners: &[u32],
@@ -117,8 +117,8 @@ pub(crate) fn split_into_clusters(
     meshlets.iter().map(corners_of).collect()
 }
 
-/// Gathers clusters in groups of about `group_clusters` that lie beside each other. Neighbouring
-/// groups follow each other, so that a part of the mesh is a part of the file.
+/// Gathers neighbouring clusters in groups of about `group_clusters`. Groups are sorted along a space-filling curve, so
+/// that a region of the mesh is a range of the file.
 pub(crate) fn partition(
     clusters: Vec<Cluster>,
     vertices: &LevelVertices,
@@ -127,7 +127,7 @@ pub(crate) fn partition(
     if clusters.len() <= group_clusters {
         return vec![clusters];
     }
-    // Which group each cluster belongs to.
+    // Assign clusters to groups.
     let welded = |cluster: &Cluster| {
         let corners = cluster.corners.iter();
         let firsts = corners.map(|&vertex| vertices.same_position[vertex as usize]);
@@ -143,7 +143,7 @@ pub(crate) fn partition(
         &adapter(&vertices.positions),
         group_clusters,
     );
-    // Groups in the order of a curve through space.
+    // Sort groups along a space-filling curve.
     let mut points = vec![[0.0f32; 3]; count];
     for (cluster, &group) in clusters.iter().zip(&group_of) {
         points[group as usize] = vertices.positions[cluster.corners[0] as usize];

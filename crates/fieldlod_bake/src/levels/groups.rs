@@ -1,4 +1,4 @@
-//! Groups as they come out of the simplifier, before they are bounded and ordered.
+//! Groups of all levels, not yet bounded and ordered.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,41 +7,41 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::levels::clusters::Cluster;
 
-/// 16-bit indices must reach all vertices of a unit: a cluster has at most 256.
-const MOST_CLUSTERS_IN_A_UNIT: usize = 128;
+/// A unit needs 16-bit indices, and a cluster has at most 256 vertices.
+const MAX_CLUSTERS_IN_UNIT: usize = 128;
 
-/// A group: its units, and the error of its simplification.
+/// A group with its units and the error of its simplification.
 pub(crate) struct RawGroup {
     pub(crate) level: u32,
-    /// Never less than that of a finer group; infinite for a terminal group.
+    /// At least the error of each finer group; infinite for a terminal group.
     pub(crate) error_in_local: f32,
-    /// Likewise; infinite everywhere if it is not measured.
+    /// At least the deviation of each finer group; infinite if deviations are not measured.
     pub(crate) deviation_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
-    /// The vertices that its simplification made.
+    /// Vertices that its simplification created.
     pub(crate) made: Range<u32>,
 }
 
-/// The clusters of one group that share the group that produced them.
+/// Clusters of one group that were produced by the same finer group.
 pub(crate) struct RawUnit {
     pub(crate) produced_by: u32,
-    /// One triangle list for each cluster.
+    /// One triangle list per cluster.
     pub(crate) clusters: Vec<Vec<u32>>,
 }
 
-/// All groups so far, finer before coarser.
+/// All groups, finer before coarser.
 #[derive(Default)]
 pub(crate) struct Groups(pub(crate) Vec<RawGroup>);
 
 impl Groups {
-    /// The groups that produced some clusters, once per cluster.
+    /// The group that produced each cluster. Source clusters have none.
     pub(crate) fn finer_of(&self, clusters: &[Cluster]) -> impl Iterator<Item = &RawGroup> {
         let producers = clusters.iter().map(|cluster| cluster.produced_by);
         let producers = producers.filter(|&producer| producer != NO_GROUP);
         producers.map(|producer| &self.0[producer as usize])
     }
 
-    /// Adds the group that consumes `clusters`, and returns its number.
+    /// Adds the group that consumes `clusters`, and returns its index.
     pub(crate) fn add(
         &mut self,
         clusters: Vec<Cluster>,
@@ -58,7 +58,7 @@ impl Groups {
         }
         let units = by_producer.into_iter();
         let units = units.flat_map(|(produced_by, clusters)| {
-            let parts = clusters.chunks(MOST_CLUSTERS_IN_A_UNIT);
+            let parts = clusters.chunks(MAX_CLUSTERS_IN_UNIT);
             let unit = move |clusters: &[Vec<u32>]| RawUnit {
                 produced_by,
                 clusters: clusters.to_vec(),

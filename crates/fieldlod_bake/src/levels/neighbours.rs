@@ -1,7 +1,7 @@
-//! Meshes that meet: borders that several meshes have in common.
+//! Finds borders that several meshes share.
 //!
-//! Each mesh changes its levels on its own. So the vertices where meshes meet stay at all levels, and no crack opens
-//! between any two levels.
+//! Each mesh selects its levels independently. Vertices on shared borders therefore stay at all levels, so that no
+//! cracks open.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,14 +17,14 @@ const SEVERAL: u32 = u32::MAX;
 /// The meshes at one position.
 #[derive(Clone, Copy)]
 struct Meeting {
-    /// The index of the mesh, or [`SEVERAL`].
+    /// Index of the only mesh, or [`SEVERAL`].
     mesh: u32,
-    /// Whether one of the meshes has an open border there.
+    /// Whether a mesh has an open border there.
     has_border: bool,
 }
 
-/// For each vertex of each mesh, whether it is where the mesh meets another one in the same space: at the same position to
-/// the last bit, and on an open border of one of them. The indices of the meshes must be in range.
+/// For each vertex of each mesh, whether another mesh has a vertex at exactly the same position, on an open border of
+/// one of them. The meshes share one space, and their indices must be in range.
 pub(crate) fn meeting_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
     if meshes.len() < 2 {
         return vec![Vec::new(); meshes.len()];
@@ -43,11 +43,11 @@ pub(crate) fn meeting_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
             }
         }
     }
-    let is_met = |position: &Vec3| {
+    let is_shared = |position: &Vec3| {
         let meeting = meetings.get(&bits(*position));
         meeting.is_some_and(|meeting| meeting.mesh == SEVERAL && meeting.has_border)
     };
-    let of_mesh = |mesh: &&SourceMesh| mesh.positions.iter().map(is_met).collect();
+    let of_mesh = |mesh: &&SourceMesh| mesh.positions.iter().map(is_shared).collect();
     meshes.par_iter().map(of_mesh).collect()
 }
 
@@ -58,6 +58,6 @@ fn borders_of(mesh: &SourceMesh) -> Vec<bool> {
 }
 
 fn bits(position: Vec3) -> [u32; 3] {
-    // Adding zero makes one of the two zeros.
+    // Adding zero turns -0 into 0.
     (position + Vec3::ZERO).to_array().map(f32::to_bits)
 }

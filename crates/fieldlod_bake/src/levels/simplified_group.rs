@@ -1,6 +1,6 @@
-//! A group after its simplification, on its way into the groups and vertices of all levels.
+//! A simplified group, and how it is added to the groups and vertices of all levels.
 
-use crate::levels::clusters::{Cluster, Place, triangle_count};
+use crate::levels::clusters::{Cluster, Sample, triangle_count};
 use crate::levels::groups::Groups;
 use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NewVertex, Piece};
@@ -8,20 +8,20 @@ use crate::report::{BakeReport, Fallback, FallbackKind};
 
 const NONE: u32 = u32::MAX;
 
-/// A group that was simplified.
+/// A simplified group.
 pub(crate) struct SimplifiedGroup {
     pub(crate) piece: Piece,
     /// For each own vertex, the first own vertex at the same position.
     pub(crate) same_position: Vec<u32>,
     pub(crate) simplified: Simplified,
-    /// Triangle lists of own vertices, and places on the source near each.
-    pub(crate) clusters: Vec<(Vec<u32>, Vec<Place>)>,
+    /// Triangle lists of own vertices, with their samples on the source.
+    pub(crate) clusters: Vec<(Vec<u32>, Vec<Sample>)>,
     pub(crate) error_in_local: f32,
     pub(crate) deviation_in_local: f32,
 }
 
-/// Adds the simplified groups of a level to `groups`, and their new vertices to `vertices`. Returns the clusters of
-/// the next level: a group that could not be simplified is retried there with other neighbours.
+/// Adds the simplified groups of a level to `groups`, and their new vertices to `vertices`. Returns the clusters of the
+/// next level. A group that could not be simplified is retried there with other neighbours.
 pub(crate) fn emit(
     parts: Vec<Vec<Cluster>>,
     simplified: Vec<Option<SimplifiedGroup>>,
@@ -46,12 +46,12 @@ pub(crate) fn emit(
 }
 
 impl SimplifiedGroup {
-    /// Whether loose elements such as leaves were pruned.
+    /// Whether loose elements such as leaves were simplified.
     pub(crate) fn has_elements(&self) -> bool {
         self.simplified.method == Method::Elements
     }
 
-    /// What the group had to give up, if anything.
+    /// The fallback that was used, if any.
     fn fallback(&self, part: &[Cluster], group: u32) -> Option<Fallback> {
         let kind = match self.simplified.method {
             Method::Moved | Method::Kept if self.simplified.is_pruned => FallbackKind::Pruned,
@@ -67,7 +67,7 @@ impl SimplifiedGroup {
         })
     }
 
-    /// Adds the group that consumes `part`, and its new vertices; returns its clusters.
+    /// Adds the group that consumes `part`, and its new vertices. Returns its clusters.
     fn emit(
         self,
         part: Vec<Cluster>,
@@ -78,21 +78,21 @@ impl SimplifiedGroup {
         let to_all = self.add_vertices(vertices);
         let new = first_new..vertices.positions.len() as u32;
         let group = groups.add(part, self.error_in_local, self.deviation_in_local, new);
-        self.clusters.into_iter().map(move |(corners, places)| {
+        self.clusters.into_iter().map(move |(corners, samples)| {
             let corners = corners.iter().map(|&own| to_all[own as usize]);
             Cluster {
                 produced_by: group,
                 corners: corners.collect(),
-                places,
+                samples,
             }
         })
     }
 
-    /// Adds the vertices that are new. Returns the number among all vertices of each own vertex in use.
+    /// Adds the new vertices. Returns the index in `vertices` of each used own vertex.
     fn add_vertices(&self, vertices: &mut LevelVertices) -> Vec<u32> {
         let width = vertices.layout.width();
         let mut to_all = vec![NONE; self.piece.vertices.len()];
-        // By the first own vertex at a position, the first new vertex there.
+        // For each position, the first new vertex there. The index is the first own vertex at the position.
         let mut first_at = vec![NONE; self.piece.vertices.len()];
         for &own in self.clusters.iter().flat_map(|(corners, _)| corners) {
             let own = own as usize;

@@ -1,4 +1,4 @@
-//! The simplification of one group, on a copy of its vertices.
+//! Simplification of one group, on a copy of its vertices.
 
 use std::sync::OnceLock;
 
@@ -10,89 +10,89 @@ use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::adapter;
 use crate::mesh::components::{Component, components_of};
 
-/// Groups with fewer triangles are never simplified by `Sloppy`, which opens closed surfaces.
-const FEWEST_FOR_SLOPPY: usize = 512;
-/// Rounding of a vertex that the simplifier leaves in place, in scaled units.
+/// Groups with at most this many triangles never use `Sloppy`, which opens closed surfaces.
+const SLOPPY_ABOVE_TRIANGLES: usize = 512;
+/// Limit for the rounding of an unmoved vertex, in scaled units.
 const ROUNDING: f32 = 1e-6;
 
-/// How a group is simplified, best method first.
+/// Methods of simplification, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     /// As `Moved`, but loose elements such as leaves keep their area.
     Elements,
-    /// Vertices and attributes move to where the error is least. Topology and seams are kept.
+    /// Vertices and attributes move to reduce the error. Topology and seams are kept.
     Moved,
-    /// Vertices stay where they are.
+    /// Vertices stay in place.
     Kept,
-    /// Attributes and seams are ignored, and vertices stay.
+    /// Vertices stay in place. Attributes and seams are ignored.
     PositionsOnly,
     /// Vertices are merged on a grid.
     Sloppy,
 }
 
-/// A part of the surface that is to be simplified.
+/// A part of the surface to simplify.
 pub(crate) struct Task<'a> {
     pub(crate) vertices: &'a LevelVertices,
     pub(crate) config: &'a BakeConfig,
     pub(crate) piece: Piece,
     /// For each own vertex, the first own vertex at the same position.
     pub(crate) same_position: Vec<u32>,
-    /// For each own vertex, whether it must stay, since other groups use its position.
+    /// For each own vertex, whether it must stay because other groups use its position.
     pub(crate) is_locked: Vec<bool>,
-    /// Measured on first use; `None` without texture coordinates.
+    /// Computed on first use; `None` without texture coordinates.
     pub(crate) uv_ranges: OnceLock<Option<UvRanges>>,
-    /// The share of the triangles that should be left.
+    /// Share of the triangles to keep.
     pub(crate) ratio: f32,
-    /// Whether there are no other groups.
+    /// Whether this is the only group of its level.
     pub(crate) is_whole: bool,
-    /// By how much elements grow beyond what keeps their area.
+    /// Extra growth of elements.
     pub(crate) area_gain: f32,
-    /// For each own vertex, in how many pixels it is seen from all around, if that is known.
-    pub(crate) seen: Option<Vec<f32>>,
+    /// For each own vertex, the number of pixels in which it is visible; only for plants.
+    pub(crate) visible_px: Option<Vec<f32>>,
 }
 
 /// The result of a simplification.
 pub(crate) struct Simplified {
-    /// A triangle list of own vertices, never empty.
+    /// Three own vertices per triangle, never empty.
     pub(crate) corners: Vec<u32>,
     pub(crate) error_in_scaled: f32,
-    /// A lower bound of the stated deviation, in scaled units: see [`Task::torn_texture`].
+    /// Lower bound for the stated deviation, in scaled units: see [`Task::longest_torn_edge`].
     pub(crate) least_deviation_in_scaled: f32,
     pub(crate) method: Method,
-    /// Whether components were left out.
+    /// Whether components were removed.
     pub(crate) is_pruned: bool,
-    /// Positions and rows of attributes of all own vertices.
+    /// Positions and attribute rows of all own vertices.
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) rows: Vec<f32>,
-    /// For each own vertex, whether it moved or its attributes changed.
+    /// For each own vertex, whether its position or attributes changed.
     pub(crate) is_new: Vec<bool>,
 }
 
 impl Task<'_> {
-    /// The results of all methods that make progress, best first. None opens an edge.
+    /// Tries all methods, best first. Yields results with enough progress that open no edge.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
-        // If the wanted ratio is out of reach, a smaller step may still be possible.
+        // If the wanted ratio is not reachable, a smaller step may be.
         let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
-        let careful = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
-        let reckless = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
+        let regular = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
+        let last_resort = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
         let attempts = [(Method::Elements, wanted)].into_iter();
         let attempts = attempts
-            .chain(careful.into_iter().flatten())
-            .chain(reckless);
+            .chain(regular.into_iter().flatten())
+            .chain(last_resort);
         attempts
             .filter(|&(method, _)| match method {
                 Method::Elements | Method::Moved | Method::Kept => true,
                 Method::PositionsOnly | Method::Sloppy => self.is_whole,
             })
             .filter_map(|(method, ratio)| self.attempt(method, ratio))
-            .filter(|simplified| self.is_as_closed(simplified))
+            .filter(|simplified| self.opens_no_edge(simplified))
     }
 
-    /// `None` if too many triangles are left.
+    /// Tries one method. Returns `None` if too many triangles are left.
     fn attempt(&self, method: Method, ratio: f32) -> Option<Simplified> {
         let triangles = self.piece.triangle_count();
-        if method == Method::Sloppy && triangles <= FEWEST_FOR_SLOPPY {
+        if method == Method::Sloppy && triangles <= SLOPPY_ABOVE_TRIANGLES {
             return None;
         }
         let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
@@ -104,18 +104,18 @@ impl Task<'_> {
         if simplified.corners.len() > most && method != Method::Elements {
             self.prune(&mut simplified, target);
         }
-        // A group without area still needs one triangle; a single triangle is too little for any other group.
+        // A group without area still needs one triangle. For any other group, a single triangle is too few.
         if simplified.corners.is_empty() {
             simplified.corners.extend(&self.piece.corners[..3]);
         }
-        let is_token = simplified.corners.len() <= 3 && triangles <= FEWEST_FOR_SLOPPY;
-        if simplified.corners.len() > most || is_token {
+        let is_too_small = simplified.corners.len() <= 3 && triangles <= SLOPPY_ABOVE_TRIANGLES;
+        if simplified.corners.len() > most || is_too_small {
             return None;
         }
         if method == Method::Moved {
             self.mark_new_vertices(&mut simplified);
         }
-        simplified.least_deviation_in_scaled = self.torn_texture(&simplified);
+        simplified.least_deviation_in_scaled = self.longest_torn_edge(&simplified);
         Some(simplified)
     }
 
@@ -217,7 +217,7 @@ impl Task<'_> {
         )
     }
 
-    /// The attributes of the own vertices.
+    /// Attributes of the own vertices.
     fn rows(&self) -> Vec<f32> {
         let own = self.piece.vertices.iter();
         own.flat_map(|&vertex| self.vertices.row(vertex))
@@ -239,8 +239,8 @@ impl Task<'_> {
         .collect()
     }
 
-    /// Removes the smallest components that no other group touches, until few enough triangles are
-    /// left. The largest component stays.
+    /// Removes the smallest components without locked vertices until few enough triangles are left. The largest
+    /// component stays.
     fn prune(&self, simplified: &mut Simplified, target: usize) {
         let mut components = components_of(
             &simplified.corners,
@@ -267,15 +267,14 @@ impl Task<'_> {
         simplified.corners.extend(largest.corners());
     }
 
-    /// Decides which vertices are new. A vertex that moved by no more than rounding is the old vertex, and a vertex on a
-    /// border of the source stays.
+    /// Marks new vertices. Movements within rounding are undone, and vertices on a border of the source stay.
     pub(crate) fn mark_new_vertices(&self, simplified: &mut Simplified) {
         let layout = &self.vertices.layout;
         let width = layout.width();
         let ranges = self
             .uv_ranges
             .get_or_init(|| UvRanges::of(&self.piece, self.vertices));
-        // Vertices at one position move together or not at all.
+        // Vertices at one position must move together.
         let mut has_moved = vec![false; self.piece.vertices.len()];
         for &own in &simplified.corners {
             let own = own as usize;
@@ -301,7 +300,7 @@ impl Task<'_> {
                 row.copy_from_slice(before);
                 continue;
             }
-            layout.mend(row, before);
+            layout.make_valid(row, before);
             if let Some(ranges) = ranges {
                 ranges.clamp(own, row, layout);
             }
@@ -309,9 +308,9 @@ impl Task<'_> {
         }
     }
 
-    /// The longest edge if a texture may be torn, else 0: torn triangles are drawn only where they are no larger than
-    /// the promised error.
-    fn torn_texture(&self, simplified: &Simplified) -> f32 {
+    /// Length of the longest edge if textures may be torn, otherwise 0. With it as a lower bound, torn triangles are
+    /// drawn only where they are smaller than the allowed deviation.
+    fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
         let tears = matches!(simplified.method, Method::PositionsOnly | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {
             return 0.0;

@@ -1,4 +1,4 @@
-//! One level: all its groups are simplified, in parallel.
+//! One level: simplifies all its groups in parallel.
 
 use std::sync::OnceLock;
 
@@ -13,36 +13,36 @@ use crate::levels::simplify::{Simplified, Task};
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::plants::plant::PlantLevel;
 
-/// Largest share of a simplified surface's area that may face the other way. With more, levels of hard-edged models
-/// show dark triangles; with none, many groups are stuck.
-const MOST_TURNED: f32 = 0.003;
+/// Largest share of a simplified surface's area that may face away from the source. With more, levels of hard-edged
+/// models show dark triangles; with zero, many groups are stuck.
+const MAX_FLIPPED_SHARE: f32 = 0.003;
 
-/// The groups of one level, and what they are simplified by.
+/// Groups and settings of one level.
 pub(crate) struct LevelStep<'a> {
     pub(crate) vertices: &'a LevelVertices,
     pub(crate) config: &'a BakeConfig,
     pub(crate) source: &'a SourceSurface,
-    /// The groups of finer levels.
+    /// Groups of finer levels.
     pub(crate) groups: &'a Groups,
-    /// The clusters of each group.
+    /// Clusters of each group.
     pub(crate) parts: &'a [Vec<Cluster>],
-    /// For each vertex that is the first at its position, whether several groups use that position.
+    /// For the first vertex at each position, whether several groups use that position.
     pub(crate) is_shared: Vec<bool>,
     pub(crate) plant: PlantLevel<'a>,
 }
 
-/// Largest error and deviation of the groups that produced some clusters.
+/// Largest error and deviation of the consumed groups.
 #[derive(Clone, Copy)]
 struct Finer {
     error_in_local: f32,
     deviation_in_scaled: f32,
 }
 
-/// A simplification that is accepted, and its clusters.
+/// An accepted simplification with its clusters and deviation.
 type Accepted = (Simplified, Vec<Vec<u32>>, Measured);
 
 impl LevelStep<'_> {
-    /// Simplifies each group; `None` for a group that is stuck.
+    /// Simplifies each group. Stuck groups are `None`.
     pub(crate) fn simplify(&self) -> Vec<Option<SimplifiedGroup>> {
         let parts = self.parts.par_iter();
         parts.map(|part| self.simplify_group(part)).collect()
@@ -51,12 +51,12 @@ impl LevelStep<'_> {
     fn simplify_group(&self, part: &[Cluster]) -> Option<SimplifiedGroup> {
         let finer = self.finer_of(part);
         let task = self.task(part);
-        // The best attempt that does not turn triangles over.
+        // Take the best attempt without flipped triangles.
         let mut attempts = task.attempts();
         let (simplified, clusters, measured) =
             attempts.find_map(|attempt| self.accept(&task, part, attempt, finer))?;
         drop(attempts);
-        // Errors never shrink from finer to coarser groups.
+        // Errors must not shrink from finer to coarser groups.
         let local_from_scaled = self.vertices.local_from_scaled;
         let own = simplified
             .error_in_scaled
@@ -71,7 +71,7 @@ impl LevelStep<'_> {
             piece: task.piece,
             same_position: task.same_position,
             simplified,
-            clusters: clusters.into_iter().zip(measured.places).collect(),
+            clusters: clusters.into_iter().zip(measured.samples).collect(),
             error_in_local: own_in_local.max(finer.error_in_local),
             deviation_in_local,
         })
@@ -96,14 +96,14 @@ impl LevelStep<'_> {
         let piece = Piece::of(corners.map(|&v| vertices.corner[v as usize]), vertices);
         let own = || piece.vertices.iter().map(|&vertex| vertex as usize);
         let is_locked = own().map(|vertex| self.is_shared[vertices.same_position[vertex] as usize]);
-        let seen = self.plant.seen.as_ref();
+        let visible_px = self.plant.visible_px.as_ref();
         Task {
             vertices,
             config: self.config,
             same_position: piece.same_position(vertices),
             uv_ranges: OnceLock::new(),
             is_locked: is_locked.collect(),
-            seen: seen.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
+            visible_px: visible_px.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
             ratio: self.plant.ratio,
             is_whole: self.parts.len() == 1,
             area_gain: self.plant.area_gain,
@@ -111,7 +111,7 @@ impl LevelStep<'_> {
         }
     }
 
-    /// Splits an attempt into clusters and measures it; `None` if it turns triangles over.
+    /// Splits an attempt into clusters and measures it. Returns `None` if it flips triangles.
     fn accept(
         &self,
         task: &Task<'_>,
@@ -128,11 +128,11 @@ impl LevelStep<'_> {
             let finer_error = finer.error_in_local / self.vertices.local_from_scaled;
             simplified.error_in_scaled.max(finer_error)
         };
-        let turned = self.source.turned_share(&simplified, distance);
-        (turned <= MOST_TURNED).then_some((simplified, clusters, measured))
+        let flipped = self.source.flipped_share(&simplified, distance);
+        (flipped <= MAX_FLIPPED_SHARE).then_some((simplified, clusters, measured))
     }
 
-    /// Measures the deviation of a simplification from the source, if deviations are enabled.
+    /// Measures the deviation from the source, if enabled.
     fn measure(
         &self,
         part: &[Cluster],
@@ -143,7 +143,7 @@ impl LevelStep<'_> {
         if !self.config.measure_deviation {
             return Measured {
                 deviation_in_scaled: f32::INFINITY,
-                places: vec![Vec::new(); clusters.len()],
+                samples: vec![Vec::new(); clusters.len()],
             };
         }
         let triangles_of_level = self.parts.iter().map(|part| triangle_count(part)).sum();

@@ -4,10 +4,9 @@ use fieldlod_hierarchy::Sphere;
 use glam::{DVec3, Vec3};
 use meshopt::PositionDataAdapter;
 
-/// A tight sphere around `points`: the smaller of one around their box and one grown from their
-/// extreme points.
+/// A tight bounding sphere: the smaller of the sphere around the bounding box and meshoptimizer's sphere.
 pub(crate) fn tight_sphere(points: &[Vec3]) -> Sphere {
-    // Both are right, and neither is always the smaller.
+    // Either one can be smaller.
     let around_box = Sphere::around(points.iter().copied());
     let grown = sphere_at(grown_center(points), points);
     if grown.radius < around_box.radius {
@@ -28,7 +27,8 @@ fn grown_center(points: &[Vec3]) -> Vec3 {
     Vec3::from(meshopt::compute_sphere_bounds(positions, None).center)
 }
 
-/// The radius is measured here and not taken over, so that no rounding leaves a point outside.
+/// Bounding sphere with a given centre. The radius is computed here, because a rounded radius could leave a point
+/// outside.
 fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
     let distances = points.iter().map(|point| point.distance(center));
     let radius = distances.fold(0.0, f32::max);
@@ -42,7 +42,7 @@ fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
     }
 }
 
-/// Area-weighted sums of unit normals.
+/// Sum of unit normals, weighted by area.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct NormalSum {
     area_vector: DVec3,
@@ -50,7 +50,7 @@ pub(crate) struct NormalSum {
 }
 
 impl NormalSum {
-    /// Adds a triangle. One without area adds nothing.
+    /// Adds a triangle. Triangles without area add zero.
     pub(crate) fn add(&mut self, [a, b, c]: [Vec3; 3]) {
         let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
         let twice_area_vector = (b - a).cross(c - a);
@@ -58,7 +58,7 @@ impl NormalSum {
         self.area += twice_area_vector.length();
     }
 
-    /// `m = Σ n·A / Σ A`, of length 1 at most; zero without area.
+    /// `m = Σ n·A / Σ A`, with a length of at most 1; zero without area.
     pub(crate) fn mean(&self) -> Vec3 {
         if self.area > 0.0 {
             (self.area_vector / self.area).as_vec3()

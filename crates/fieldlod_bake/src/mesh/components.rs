@@ -6,14 +6,14 @@ use glam::Vec3;
 #[derive(Clone, Default)]
 pub(crate) struct Component {
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Half of the diagonal of its box.
+    /// Half the diagonal of the bounding box.
     pub(crate) radius: f32,
     pub(crate) area: f32,
-    /// How much of it is seen from all around, in pixels; its area if that is not known.
-    pub(crate) seen: f32,
-    /// The middle of its area.
+    /// Visible pixels over all views; the area if these are unknown.
+    pub(crate) visible_px: f32,
+    /// Centroid of the area.
     pub(crate) centroid: Vec3,
-    /// Whether some of its vertices are locked.
+    /// Whether any vertex is locked.
     pub(crate) is_locked: bool,
 }
 
@@ -22,7 +22,7 @@ impl Component {
         self.triangles.as_flattened().iter().copied()
     }
 
-    /// Its vertices, ascending.
+    /// Vertices in ascending order.
     pub(crate) fn vertices(&self) -> Vec<u32> {
         let mut vertices: Vec<u32> = self.corners().collect();
         vertices.sort_unstable();
@@ -30,7 +30,7 @@ impl Component {
         vertices
     }
 
-    /// Measures its triangles anew.
+    /// Updates radius, area and centroid.
     pub(crate) fn measure(&mut self, positions: &[[f32; 3]]) {
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut moment = Vec3::ZERO;
@@ -52,15 +52,15 @@ impl Component {
     }
 }
 
-/// Splits triangles into components, in the order of their first triangles. Vertices at one place, of
-/// which `same_position` names the first, are connected.
+/// Splits triangles into connected components, in the order of their first triangles. Vertices at the same position are
+/// connected; `same_position` holds the first of them.
 pub(crate) fn components_of(
     corners: &[u32],
     positions: &[[f32; 3]],
     same_position: &[u32],
     is_locked: &[bool],
 ) -> Vec<Component> {
-    // Every vertex leads to a smaller one of its component, or to itself.
+    // Union-find: each vertex links to a smaller one of its component or to itself.
     let mut leads_to = same_position.to_vec();
     let (triangles, _) = corners.as_chunks::<3>();
     for &[a, b, c] in triangles {
@@ -69,7 +69,7 @@ pub(crate) fn components_of(
             leads_to[from.max(to) as usize] = from.min(to);
         }
     }
-    // The triangles of each.
+    // Collect the triangles of each component.
     const NONE: u32 = u32::MAX;
     let mut index_of = vec![NONE; leads_to.len()];
     let mut components: Vec<Component> = Vec::new();

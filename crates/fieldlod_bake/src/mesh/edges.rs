@@ -1,9 +1,9 @@
 //! Open edges: edges that triangles do not use equally often in both directions.
 //!
-//! Around a vertex, the edges opposite to it form closed loops unless one of its own edges is open. So
-//! if every end of those edges is the start of another, all that is added for it is taken away again.
+//! The edges opposite to a vertex form closed loops unless one of its own edges is open. Each opposite edge adds the
+//! hash of its start and subtracts the hash of its end. The sum is zero for closed loops.
 
-/// For each vertex, what is left of the edges opposite to it: 0 if none of its own edges is open.
+/// For each vertex, the sum over its opposite edges: 0 if none of its own edges is open.
 pub(crate) struct Links(Vec<u64>);
 
 impl Links {
@@ -11,23 +11,23 @@ impl Links {
         Self(vec![0; vertex_count])
     }
 
-    /// Adds the triangles of a list.
+    /// Adds triangles.
     pub(crate) fn add(&mut self, corners: impl Iterator<Item = u32>) {
         self.pass(corners, u64::wrapping_add);
     }
 
-    /// Takes the triangles of a list away.
+    /// Removes triangles.
     pub(crate) fn remove(&mut self, corners: impl Iterator<Item = u32>) {
         self.pass(corners, u64::wrapping_sub);
     }
 
     fn pass(&mut self, mut corners: impl Iterator<Item = u32>, change: impl Fn(u64, u64) -> u64) {
         while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {
-            // A triangle without area passes its edges both ways.
+            // Skip degenerate triangles: they use each edge in both directions.
             if a == b || b == c || c == a {
                 continue;
             }
-            let [at_a, at_b, at_c] = [a, b, c].map(number);
+            let [at_a, at_b, at_c] = [a, b, c].map(hash_of);
             for (vertex, link) in [
                 (a, at_b.wrapping_sub(at_c)),
                 (b, at_c.wrapping_sub(at_a)),
@@ -44,8 +44,8 @@ impl Links {
     }
 }
 
-/// Numbers of which no few add up to the same as others (S. Vigna's SplitMix64).
-pub(crate) fn number(vertex: u32) -> u64 {
+/// A hash whose sums practically never collide (SplitMix64 by S. Vigna).
+pub(crate) fn hash_of(vertex: u32) -> u64 {
     let mut mixed = u64::from(vertex).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -57,14 +57,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vertices_are_open_where_an_edge_is() {
+    fn vertices_of_open_edges_are_open() {
         let two = [0, 1, 2, 2, 1, 3];
         let tetrahedron = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
         for (corners, expected) in [
             (&two[..], [true; 4]),
             (&tetrahedron[..], [false; 4]),
             (&tetrahedron[3..], [true, true, true, false]),
-            // An edge of three triangles.
+            // A degenerate triangle on an edge.
             (&[tetrahedron.as_slice(), &[0, 1, 1]].concat(), [false; 4]),
         ] {
             let mut links = Links::of(4);

@@ -1,7 +1,7 @@
-//! Meshes, their materials, and questions about their triangles.
+//! Meshes, their materials, and queries on their triangles.
 //!
-//! In: a [`SourceMesh`] with the [`Surface`](surface::Surface) of its material. Out: components, open edges, bounds, and
-//! the nearest triangle to a point.
+//! In: a [`SourceMesh`] with the [`Surface`](surface::Surface) of its material. Out: components, open edges, bounds,
+//! and the nearest triangle to a point.
 
 pub(crate) mod bounds;
 pub(crate) mod components;
@@ -19,11 +19,11 @@ pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 
 use meshopt::VertexDataAdapter;
 
-/// The positions in the form that meshoptimizer reads.
+/// Positions as meshoptimizer reads them.
 pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
     let bytes = meshopt::typed_to_bytes(positions);
     match VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) {
         Ok(vertices) => vertices,
-        Err(_) => unreachable!("three floats a vertex are a whole number of strides"),
+        Err(_) => unreachable!("a stride of three floats is always valid"),
     }
 }

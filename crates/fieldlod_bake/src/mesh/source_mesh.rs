@@ -1,4 +1,4 @@
-//! The source mesh, and reasons why it cannot be baked.
+//! The source mesh, and errors of invalid meshes.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -9,13 +9,12 @@ use thiserror::Error;
 
 use crate::mesh::surface::Surface;
 
-/// Coordinates beyond this are refused: their squares would overflow `f32`.
+/// Limit for coordinates: squares of larger ones would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;
 
-/// A triangle mesh in its local space. The attributes of its [`Vertices`] can be used as fields of the mesh.
+/// A triangle mesh in its local space. It dereferences to its [`Vertices`].
 ///
-/// Every attribute has one value per position, or is empty. Attributes that are not finite count as
-/// zero.
+/// Every attribute has one value per position, or is empty. Attributes that are not finite count as zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SourceMesh {
     /// Positions and other attributes of the vertices.
@@ -23,52 +22,49 @@ pub struct SourceMesh {
     /// Whether the source has attributes that [`Vertices`] cannot hold. The hierarchy then records the source vertex
     /// of each moved vertex.
     pub has_other_attributes: bool,
-    /// What its material looks like, if that is known. Plain opaque white counts as unknown.
+    /// Colour and opacity of its material, if known. Plain opaque white counts as unknown.
     pub surface: Option<Arc<Surface>>,
-    /// Triangles: three indices into the positions each, counter-clockwise seen from outside.
+    /// Three indices per triangle, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
 
-/// Why a mesh cannot be baked.
+/// Errors of meshes that cannot be baked.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum MeshError {
-    /// No indices at all.
-    #[error("it has no triangles")]
+    /// There are no indices.
+    #[error("the mesh has no triangles")]
     NoTriangles,
-    /// Something is left over after the last whole triangle.
-    #[error("{count} indices are not a whole number of triangles")]
+    /// The number of indices is not a multiple of three.
+    #[error("the number of indices, {count}, is not a multiple of 3")]
     PartialTriangle { count: usize },
-    /// An index beyond the last vertex.
+    /// An index is beyond the last vertex.
     #[error("index {position} is {index}, but there are only {vertices} vertices")]
     IndexOutOfRange {
         position: usize,
         index: u32,
         vertices: usize,
     },
-    /// NaN, infinite or beyond [`MAX_COORDINATE`].
+    /// A position is NaN, infinite or beyond [`MAX_COORDINATE`].
     #[error("vertex {vertex} lies at {position}, which is not finite or too far out")]
     BadPosition { vertex: usize, position: Vec3 },
-    /// An attribute is there, but not for every vertex.
+    /// An attribute does not have one value per vertex.
     #[error("{count} {attribute} for {vertices} vertices")]
     AttributeCount {
         attribute: &'static str,
         count: usize,
         vertices: usize,
     },
-    /// More vertices or triangles than 32-bit counts allow.
-    #[error("it is too large: at most {limit} vertices and {limit} triangles can be baked", limit = MAX_COUNT)]
+    /// There are more vertices or triangles than 32-bit indices allow.
+    #[error("the mesh is too large: at most {limit} vertices and {limit} triangles are supported", limit = MAX_COUNT)]
     TooLarge,
     /// A field of the configuration is out of its documented range.
     #[error("the bake setting {field} is out of range")]
     Config { field: &'static str },
 }
 
-// All levels together hold about twice the source triangles, and three indices each.
+// All levels together have about twice the triangles of the source, with three indices each.
 const MAX_COUNT: usize = u32::MAX as usize / 8;
 
 impl Deref for SourceMesh {
@@ -86,19 +82,19 @@ impl DerefMut for SourceMesh {
 }
 
 impl SourceMesh {
-    /// How many triangles the mesh has.
+    /// Number of triangles.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.indices.len() / 3
     }
 
-    /// The identity of this mesh, as a hierarchy records it.
+    /// Hash of this mesh, which a hierarchy stores to recognize its source.
     #[must_use]
     pub fn source_hash(&self) -> SourceHash {
         self.vertices.source_hash(&self.indices)
     }
 
-    /// The vertices as a hierarchy holds them: attributes that are not finite are zero.
+    /// The vertices as a hierarchy stores them: values that are not finite become zero.
     #[must_use]
     pub fn finite_vertices(&self) -> Vertices {
         Vertices {
@@ -111,9 +107,9 @@ impl SourceMesh {
         }
     }
 
-    /// The surface, if it changes pictures of the mesh: it is visible, not plain white, and the mesh has the texture
-    /// coordinates that it needs.
-    pub(crate) fn telling_surface(&self) -> Option<&Arc<Surface>> {
+    /// The surface, if it affects pictures of the mesh: visible, not plain white, and with the texture coordinates that
+    /// it needs.
+    pub(crate) fn visible_surface(&self) -> Option<&Arc<Surface>> {
         let has_uvs = |surface: &Surface| match surface.mapping() {
             Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
             Some(_) => !self.uvs.is_empty(),
@@ -123,8 +119,7 @@ impl SourceMesh {
         surface.filter(|s| s.is_visible() && has_uvs(s) && !s.is_blank())
     }
 
-    /// The same triangles with three vertices of their own and a flat normal each: what a renderer
-    /// makes of a mesh without normals.
+    /// The mesh with three vertices and a flat normal per triangle, as renderers draw meshes without normals.
     ///
     /// # Panics
     /// If an index is out of range.
@@ -141,8 +136,8 @@ impl SourceMesh {
         }
     }
 
-    /// Checks all that the simplifier takes on trust: it reads out of bounds or never ends on bad
-    /// indices and NaN positions.
+    /// Checks the requirements of the simplifier. With invalid indices or NaN positions it would read out of bounds or
+    /// never end.
     ///
     /// # Errors
     /// The first fault found.
@@ -151,7 +146,7 @@ impl SourceMesh {
         self.check_positions()
     }
 
-    /// [`Self::validate`] without positions.
+    /// [`Self::validate`] without the positions.
     pub(crate) fn check_shape(&self) -> Result<(), MeshError> {
         self.check_counts()?;
         self.check_indices()

@@ -1,24 +1,23 @@
-//! Colours as sRGB encodes them (IEC 61966-2-1).
+//! Conversion between sRGB bytes and linear light (IEC 61966-2-1).
 //!
-//! The tables are computed with nothing but + - * /, which are exact by IEEE 754: the same on all machines, as no power
-//! function is.
+//! The tables use only + - * /, which IEEE 754 defines exactly. Power functions differ between machines.
 
-/// In linear light, by byte.
+/// Linear value of each byte.
 const LINEAR: [f32; 256] = linear_from(0.0);
-/// In linear light, amid each byte and the next.
+/// Linear value halfway between each byte and the next.
 const MIDDLES: [f32; 256] = linear_from(0.5);
 
-/// The linear value, from 0 to 1, of a byte of sRGB.
+/// Linear value of an sRGB byte, from 0 to 1.
 pub(crate) const fn linear_of(srgb: u8) -> f32 {
     LINEAR[srgb as usize]
 }
 
-/// The nearest byte of sRGB for a linear value, clamped to 0..=1.
+/// Nearest sRGB byte of a linear value, clamped to 0..=1.
 pub(crate) fn srgb_of(linear: f32) -> u8 {
     MIDDLES[..255].partition_point(|middle| *middle <= linear) as u8
 }
 
-/// Linear light of every byte, `offset` bytes further on.
+/// Linear values of all bytes plus `offset`.
 const fn linear_from(offset: f64) -> [f32; 256] {
     let mut table = [0.0; 256];
     let mut byte = 0;
@@ -29,17 +28,17 @@ const fn linear_from(offset: f64) -> [f32; 256] {
     table
 }
 
-/// Linear light of sRGB from 0 to 1.
+/// Linear value of an sRGB value from 0 to 1.
 const fn decoded(srgb: f64) -> f64 {
     if srgb <= 0.040_45 {
         return srgb / 12.92;
     }
-    // The power 2.4 is the fifth root of the power 12.
+    // x^2.4 is the fifth root of x^12.
     let base = (srgb + 0.055) / 1.055;
     let square = base * base;
     let power = square * square * square;
     let power = power * power;
-    // I. Newton's way to a root, from above.
+    // Newton's method for the fifth root, from above.
     let mut root = if power > 1.0 { power } else { 1.0 };
     let mut step = 0;
     while step < 64 {
@@ -54,7 +53,7 @@ const fn decoded(srgb: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The value by the power function, in double precision.
+    /// The value by the power function in double precision.
     fn expected(srgb: f64) -> f64 {
         if srgb <= 0.040_45 {
             srgb / 12.92

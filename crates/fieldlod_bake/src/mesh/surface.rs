@@ -1,28 +1,28 @@
-//! The colour and the opacity of a material, as a bake uses them.
+//! Colour and opacity of a material, as the bake uses them.
 //!
-//! Textures are kept small: a mesh fills 128 pixels of the pictures that a bake takes of it.
+//! Textures are small, because the mesh is at most 128 pixels wide in pictures of the bake.
 
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
 
 use crate::mesh::srgb::{linear_of, srgb_of};
 
-/// The largest side of a texture that is kept, in texels.
+/// Largest side of a stored texture, in texels.
 const LARGEST_SIDE: u32 = 256;
-/// A texel that is kept is the mean of no more than so many along each axis.
-const MOST_SAMPLES: u32 = 2;
+/// Each stored texel is the mean of at most this many samples along each axis.
+const MAX_SAMPLES: u32 = 2;
 
-/// The base colour and the alpha of a material.
+/// Base colour and alpha of a material.
 ///
-/// A bake of a plant uses it to keep the covered area of leaves. Without it, leaves with texture coordinates count as
+/// The bake of a plant uses it to keep the covered area of leaves. Without it, leaves with texture coordinates count as
 /// half transparent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     base_color: Vec4,
     alpha: SurfaceAlpha,
     texture: Option<Texture>,
-    /// Texels as opaque as this, from 0 to 1, are drawn in pictures.
-    drawn_from: f32,
-    /// Whether nothing is seen through it.
+    /// Texels with at least this opacity, from 0 to 1, are drawn in pictures.
+    alpha_threshold: f32,
+    /// Whether the surface is opaque everywhere.
     is_opaque: bool,
 }
 
@@ -31,32 +31,32 @@ pub struct Surface {
 pub enum SurfaceAlpha {
     /// Alpha is ignored.
     Opaque,
-    /// Pixels with an alpha below the cutoff are not drawn.
+    /// Pixels with an alpha below the cutoff are discarded.
     Mask {
-        /// From 0 to 1.
+        /// Alpha threshold from 0 to 1.
         cutoff: f32,
     },
-    /// Blended by alpha.
+    /// Pixels are blended by alpha.
     Blend,
 }
 
 /// How a texture maps to a mesh. Textures repeat.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TextureMapping {
-    /// Whether the second texture coordinates are used.
+    /// Whether the second set of texture coordinates is used.
     pub uses_uvs_1: bool,
     /// Transform of the texture coordinates.
     pub transform: Affine2,
 }
 
-/// A texture at its full size and at all smaller ones, each half as large.
+/// A texture with its mip chain.
 #[derive(Clone, Debug, PartialEq)]
 struct Texture {
     mips: Vec<Mip>,
     mapping: TextureMapping,
 }
 
-/// By rows: red, green and blue in sRGB, and the opacity. Sides are powers of two.
+/// Texels in row order: red, green and blue in sRGB, and the opacity. Sides are powers of two.
 #[derive(Clone, Debug, PartialEq)]
 struct Mip {
     size: UVec2,
@@ -64,7 +64,7 @@ struct Mip {
 }
 
 impl Surface {
-    /// A surface of one colour: linear red, green, blue and alpha.
+    /// Creates a surface of one colour: linear red, green, blue and alpha.
     #[must_use]
     pub fn new(base_color: Vec4, alpha: SurfaceAlpha) -> Self {
         let usable = if base_color.is_finite() {
@@ -76,18 +76,17 @@ impl Surface {
             base_color: usable.clamp(Vec4::ZERO, Vec4::ONE),
             alpha,
             texture: None,
-            drawn_from: 0.0,
+            alpha_threshold: 0.0,
             is_opaque: false,
         };
         let opacity = surface.opacity_of(1.0);
-        surface.drawn_from = opacity * 0.5;
+        surface.alpha_threshold = opacity * 0.5;
         surface.is_opaque = opacity >= 1.0;
         surface
     }
 
-    /// The surface with a texture of `size` texels that is multiplied with its colour. `texel` tells the red, green,
-    /// blue and alpha in column x and row y, in sRGB; it is asked for no more than 512 × 512 of them. Without
-    /// any, the surface stays as it is.
+    /// Adds a texture of `size` texels, which multiplies the base colour. `texel` returns red, green, blue and alpha in
+    /// sRGB for column x and row y. It is called for at most 512 × 512 texels. A texture without texels is ignored.
     #[must_use]
     pub fn with_texture(
         mut self,
@@ -102,7 +101,7 @@ impl Surface {
         let small = UVec2::new(side(size.x), side(size.y));
         let largest = Mip::of(small, |at| self.mean_texel(at, small, size, &texel));
         let opacities = || largest.texels.iter().map(|texel| texel[3]);
-        self.drawn_from = f32::from(opacities().max().unwrap_or_default()) / 255.0 * 0.5;
+        self.alpha_threshold = f32::from(opacities().max().unwrap_or_default()) / 255.0 * 0.5;
         self.is_opaque = opacities().all(|opacity| opacity == u8::MAX);
         let smaller = |mip: &Mip| (mip.size != UVec2::ONE).then(|| mip.halved());
         let mips = std::iter::successors(Some(largest), smaller).collect();
@@ -110,7 +109,7 @@ impl Surface {
         self
     }
 
-    /// Everything that affects a bake, for cache keys.
+    /// All data that affects a bake, for cache keys.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let alpha = match self.alpha {
@@ -130,7 +129,7 @@ impl Surface {
         bytes.chain(texels.as_flattened().iter().copied()).collect()
     }
 
-    /// The mean of what lies under a texel of a texture that is scaled from `size` down to `small`.
+    /// Mean of the source texels that become the texel `at` when a texture is scaled from `size` to `small`.
     fn mean_texel(
         &self,
         at: UVec2,
@@ -142,16 +141,16 @@ impl Surface {
             |at: u32, axis: usize| u64::from(at) * u64::from(size[axis]) / u64::from(small[axis]);
         let samples = |axis: usize| {
             let (first, end) = (first(at[axis], axis), first(at[axis] + 1, axis));
-            let count = (end - first).min(u64::from(MOST_SAMPLES));
-            // Somewhere in equal parts: always in their middles, a regular texture would be seen wrong.
+            let count = (end - first).min(u64::from(MAX_SAMPLES));
+            // Samples are stratified and jittered: samples at regular distances would alias with regular textures.
             (0..count).map(move |index| {
                 let [begin, end] =
                     [index, index + 1].map(|part| first + (end - first) * part / count);
-                let lot = number_of(at, axis as u32 * MOST_SAMPLES + index as u32);
-                (begin + u64::from(lot) % (end - begin)) as u32
+                let jitter = hash_of(at, axis as u32 * MAX_SAMPLES + index as u32);
+                (begin + u64::from(jitter) % (end - begin)) as u32
             })
         };
-        // Where nothing is opaque, the colour is of no account.
+        // Weight colours by opacity, because transparent texels may have any colour.
         let (mut color, mut opacity, mut count) = (Vec3::ZERO, 0.0, 0.0);
         for y in samples(1) {
             for x in samples(0) {
@@ -167,7 +166,7 @@ impl Surface {
         [red, green, blue, (opacity / count * 255.0).round() as u8]
     }
 
-    /// How opaque it is where the texture has this alpha.
+    /// Opacity where the texture has this alpha.
     fn opacity_of(&self, texture_alpha: f32) -> f32 {
         let alpha = self.base_color.w * texture_alpha;
         match self.alpha {
@@ -179,37 +178,37 @@ impl Surface {
 }
 
 impl Surface {
-    /// Whether nothing is seen through it.
+    /// Whether the surface is opaque everywhere.
     pub(crate) fn is_opaque(&self) -> bool {
         self.is_opaque
     }
 
-    /// Whether anything of it is seen.
+    /// Whether any part of the surface is visible.
     pub(crate) fn is_visible(&self) -> bool {
-        self.drawn_from > 0.0
+        self.alpha_threshold > 0.0
     }
 
-    /// Whether it is white and opaque all over, as everything is to which nobody has given a material: that alters no
-    /// picture, and says no more of leaves with texture coordinates than no material does.
+    /// Whether the surface is opaque white without a texture, as a default material. It then has no effect on pictures,
+    /// and leaves with texture coordinates count as if their material were unknown.
     pub(crate) fn is_blank(&self) -> bool {
         self.texture.is_none() && self.is_opaque && self.base_color.truncate() == Vec3::ONE
     }
 
-    /// The sizes and texels of its texture, each half as large as the one before, if it has one: by rows, red, green
+    /// Sizes and texels of the mip chain, largest first; empty without a texture. Texels are in row order: red, green
     /// and blue in sRGB, and the opacity.
     pub fn mips(&self) -> impl Iterator<Item = (UVec2, &[[u8; 4]])> {
         let mips = self.texture.iter().flat_map(|texture| &texture.mips);
         mips.map(|mip| (mip.size, &*mip.texels))
     }
 
-    /// The mapping of the texture, if there is one.
+    /// Mapping of the texture; `None` without one.
     #[must_use]
     pub fn mapping(&self) -> Option<TextureMapping> {
         self.texture.as_ref().map(|texture| texture.mapping)
     }
 
-    /// How opaque it is in pixels that a triangle covers, by the texture coordinates in their middles. The triangle
-    /// has texture coordinates at its corners and an area in pixels.
+    /// Returns a function from texture coordinates to opacity. It samples the mip level that fits a triangle with
+    /// texture coordinates `corners` and an area of `area_px` pixels.
     pub(crate) fn opacity(&self, corners: [Vec2; 3], area_px: f32) -> impl Fn(Vec2) -> f32 + '_ {
         let mip = self.texture.as_ref().map(|texture| {
             let [a, b, c] = corners.map(|uv| texture.mapping.transform.transform_point2(uv));
@@ -223,22 +222,22 @@ impl Surface {
         }
     }
 
-    /// The linear colour at texture coordinates, if that place is drawn where pixels are covered or not.
+    /// Linear colour at texture coordinates; `None` where the surface counts as transparent.
     pub(crate) fn drawn_at(&self, uv: Vec2) -> Option<Vec3> {
         let Some(texture) = &self.texture else {
             return Some(self.base_color());
         };
         let texel = decoded(texture.mips[0].texel_at(uv, &texture.mapping));
-        (texel.w >= self.drawn_from).then(|| texel.truncate() * self.base_color())
+        (texel.w >= self.alpha_threshold).then(|| texel.truncate() * self.base_color())
     }
 
-    /// The linear colour that textures and vertices are multiplied with.
+    /// Linear base colour, which multiplies texture and vertex colours.
     #[must_use]
     pub fn base_color(&self) -> Vec3 {
         self.base_color.truncate()
     }
 
-    /// The mean colour of what is seen of it.
+    /// Mean linear colour, weighted by opacity.
     pub(crate) fn mean_color(&self) -> Vec3 {
         let texels = self
             .texture
@@ -259,7 +258,7 @@ impl Surface {
 }
 
 impl Texture {
-    /// The one of which a pixel covers about a texel, if it covers so much of the whole texture.
+    /// The mip level with at most two texels in `area`, a share of the whole texture; the smallest level if none has.
     fn mip(&self, area: f32) -> &Mip {
         let last = &self.mips[self.mips.len() - 1];
         let texels = |mip: &&Mip| area * mip.size.as_vec2().element_product();
@@ -301,14 +300,14 @@ impl Mip {
     }
 }
 
-/// A number that tells nothing of the place that it is of, the same on all machines.
-fn number_of(at: UVec2, index: u32) -> u32 {
+/// A hash of a texel position, the same on all machines.
+fn hash_of(at: UVec2, index: u32) -> u32 {
     let mixed = |seed: u32| (seed ^ (seed >> 15)).wrapping_mul(0x2c1b_3c6d);
     let number = mixed(at.x.wrapping_add(mixed(at.y.wrapping_add(mixed(index + 1)))));
     number ^ (number >> 12)
 }
 
-/// In linear light.
+/// Linear colour and opacity of a texel.
 fn decoded([red, green, blue, opacity]: [u8; 4]) -> Vec4 {
     let color = [red, green, blue].map(linear_of);
     Vec3::from(color).extend(f32::from(opacity) / 255.0)
@@ -320,7 +319,7 @@ mod tests {
 
     const MASK: SurfaceAlpha = SurfaceAlpha::Mask { cutoff: 0.5 };
 
-    /// Of 1,000 × 600 texels, the left quarter opaque and red, the rest transparent and white.
+    /// A texture of 1,000 × 600 texels: the left quarter is opaque and red, the rest is transparent and white.
     fn quarter(alpha: SurfaceAlpha) -> Surface {
         let texel = |x: u32, _| {
             if x < 250 {
@@ -339,7 +338,7 @@ mod tests {
             let surface = quarter(alpha);
             assert_eq!(surface.drawn_at(Vec2::new(0.2, 0.5)), Some(Vec3::X));
             assert_eq!(surface.drawn_at(Vec2::new(0.3, 0.5)), None);
-            // It repeats.
+            // Textures repeat.
             assert_eq!(surface.drawn_at(Vec2::new(-0.9, 7.5)), Some(Vec3::X));
             assert_eq!(surface.mean_color(), Vec3::X);
             assert!(!surface.is_opaque());
@@ -351,7 +350,7 @@ mod tests {
 
     #[test]
     fn alpha_cutoff_is_applied_before_filtering() {
-        // Every second column has an alpha of 0.6, and the others none: a mean of 0.3.
+        // Alpha alternates between 0.6 and 0 by columns; the mean is 0.3.
         let texel = |x: u32, _| [255, 255, 255, if x.is_multiple_of(2) { 153 } else { 0 }];
         let plain = Surface::new(Vec4::ONE, MASK);
         let surface = plain.with_texture(UVec2::splat(512), TextureMapping::default(), texel);
@@ -361,7 +360,7 @@ mod tests {
         assert!((opacity - 0.5).abs() < 0.01, "{opacity}");
     }
 
-    /// Texels of every eighth column of a large texture.
+    /// Every eighth column of a large texture is opaque.
     #[test]
     fn regular_textures_keep_their_opacity() {
         for phase in 0..8 {

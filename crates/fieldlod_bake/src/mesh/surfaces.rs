@@ -1,4 +1,4 @@
-//! The surfaces of a mesh that has one or more parts.
+//! Surfaces of a mesh that was joined from one or more parts.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use glam::{Vec2, Vec3, Vec4};
 use crate::mesh::SourceMesh;
 use crate::mesh::surface::Surface;
 
-/// The mean luminance that a mesh's own colours are exposed to.
+/// Mean luminance of the source in pictures. The exposure scales colours to it.
 const EXPOSURE: f32 = 0.35;
 
-/// The surfaces of a mesh of one or more parts, in the order of their vertices.
+/// Surfaces of the parts of a mesh, in the order of their vertices.
 #[derive(Clone, Default)]
 pub(crate) struct Surfaces {
     parts: Vec<Part>,
@@ -19,16 +19,16 @@ pub(crate) struct Surfaces {
 
 #[derive(Clone)]
 struct Part {
-    /// End of its range of source vertices.
+    /// End of the part's range of source vertices.
     end: u32,
     /// The surface, if known.
     surface: Option<Arc<Surface>>,
 }
 
-/// Surfaces and texture coordinates of the vertices of a hierarchy.
-pub(crate) struct Looks<'a> {
+/// Surface and texture coordinates of each vertex of a hierarchy.
+pub(crate) struct VertexSurfaces<'a> {
     pub(crate) surfaces: Vec<Option<&'a Surface>>,
-    /// The texture coordinates that each surface uses.
+    /// Texture coordinates that the vertex's surface uses.
     pub(crate) uvs: Vec<Vec2>,
 }
 
@@ -39,7 +39,7 @@ impl Surfaces {
             end += mesh.positions.len() as u32;
             Part {
                 end,
-                surface: mesh.telling_surface().cloned(),
+                surface: mesh.visible_surface().cloned(),
             }
         });
         Self {
@@ -47,8 +47,8 @@ impl Surfaces {
         }
     }
 
-    /// Surfaces and texture coordinates of all vertices of a hierarchy.
-    pub(crate) fn looks_of(&self, hierarchy: &Hierarchy) -> Looks<'_> {
+    /// Surface and texture coordinates of each vertex of a hierarchy.
+    pub(crate) fn vertex_surfaces(&self, hierarchy: &Hierarchy) -> VertexSurfaces<'_> {
         let vertices = &hierarchy.vertices;
         let all = 0..vertices.positions.len() as u32;
         let surface = |vertex: u32| self.of_vertex(hierarchy.origin_of(vertex).unwrap_or(0));
@@ -58,33 +58,33 @@ impl Surfaces {
             uvs.get(vertex as usize).copied().unwrap_or_default()
         };
         let uvs = all.map(uv).collect();
-        Looks { surfaces, uvs }
+        VertexSurfaces { surfaces, uvs }
     }
 
-    /// Whether that of any part is known.
+    /// Whether any part has a known surface.
     pub(crate) fn any_known(&self) -> bool {
         self.parts.iter().any(|part| part.surface.is_some())
     }
 
-    /// The part that a vertex of the source belongs to.
+    /// Index of the part of a source vertex.
     pub(crate) fn part_of(&self, vertex: u32) -> usize {
         self.parts.partition_point(|part| part.end <= vertex)
     }
 
-    /// The surface of a vertex of the source, if known.
+    /// Surface of a source vertex, if known.
     pub(crate) fn of_vertex(&self, vertex: u32) -> Option<&Surface> {
         let part = self.part_of(vertex);
         self.parts.get(part)?.surface.as_deref()
     }
 
-    /// The last vertex and the mean luminance of each part.
+    /// End of the vertex range and mean luminance of each part.
     fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
         let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
         let parts = self.parts.iter();
         parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, tint)))
     }
 
-    /// The factor for the colours of a source in pictures of it and its levels. Vertices without colours are white.
+    /// Factor for colours in pictures of the source and its levels. Vertices without a colour count as white.
     pub(crate) fn exposure(&self, source_colors: &[Vec4]) -> f32 {
         if source_colors.is_empty() && !self.any_known() {
             return EXPOSURE;
@@ -92,7 +92,7 @@ impl Surfaces {
         let (mut sum, mut count) = (0.0f32, 0u32);
         for (end, tint) in self.mean_tints() {
             for vertex in count / 3..end {
-                sum += shown(source_colors.get(vertex as usize)).element_sum() * tint;
+                sum += picture_color(source_colors.get(vertex as usize)).element_sum() * tint;
                 count += 3;
             }
         }
@@ -104,12 +104,13 @@ impl Surfaces {
     }
 }
 
-/// The colour of a vertex in pictures: white without a colour, and never less than black, as colours may hold other data.
-pub(crate) fn shown(color: Option<&Vec4>) -> Vec3 {
+/// Colour of a vertex in pictures: white without a colour. Negative values become 0, because colours may hold other
+/// data.
+pub(crate) fn picture_color(color: Option<&Vec4>) -> Vec3 {
     color.map_or(Vec3::ONE, |color| color.truncate().max(Vec3::ZERO))
 }
 
-/// The texture coordinates that a surface goes by: none or one for each vertex.
+/// Texture coordinates that a surface uses; empty if the mesh does not have them.
 fn uvs_of<'a>(surface: Option<&Surface>, vertices: &'a Vertices) -> &'a [Vec2] {
     match surface.and_then(Surface::mapping) {
         Some(mapping) if mapping.uses_uvs_1 => &vertices.uvs_1,

@@ -1,10 +1,10 @@
-//! Which vertices of a mesh are one: one place, and one corner of it.
+//! Welding: finds vertices at the same place and vertices that look the same.
 //!
-//! Files hold vertices many times: at texture seams, at hard edges, and for each triangle of a triangle soup. Exporters
-//! round them differently, so equal bits are not asked for. A *place* is a position up to [`PLACE_TOLERANCE`] of the
-//! local edge length. A *corner* is a place with attributes that a picture cannot tell apart.
+//! Files repeat vertices at texture seams, at hard edges, and for each triangle of a triangle soup. Exporters round the
+//! copies differently, so bits may differ. A *place* is a position with a tolerance of [`PLACE_TOLERANCE`] times the
+//! local edge length. A *corner* is a place with attributes that look the same in a picture.
 //!
-//! Only vertices at open edges are looked at: where the surface is closed by equal bits, nothing is to be joined.
+//! Only vertices at open edges are welded by tolerance; elsewhere the surface is already closed.
 
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
@@ -14,36 +14,36 @@ use crate::mesh::adapter;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 
-/// Positions nearer than this share of the local edge length are one place: ten times what files of games and scans
-/// round by, and a hundredth of a pixel where an edge is as long as a picture.
+/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans. It
+/// is a hundredth of a pixel if an edge is as long as the screen.
 const PLACE_TOLERANCE: f32 = 2e-5;
-/// So are positions that differ by this share of their largest coordinate: four steps of 32 bits.
+/// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;
-/// Whatever coordinates are rounded by, no edge is shortened by more than this share.
-const MOST_OF_EDGE: f32 = 1e-3;
-/// Texture coordinates of one corner: half a texel of 2,048.
+/// Upper limit for both tolerances, as a share of the local edge length: larger ones would visibly shorten edges.
+const MAX_EDGE_SHARE: f32 = 1e-3;
+/// Texture coordinates of one corner: half a texel of a texture of 2,048.
 pub(crate) const SAME_UV: f32 = 1.0 / 4096.0;
 /// Unit normals of one corner: half a degree.
 const SAME_NORMAL: f32 = 0.01;
 /// Colours of one corner: less than a step of 8 bits.
 const SAME_COLOR: f32 = 0.003;
-/// Tangents of one corner: less than 60° apart. They steer a normal map, and otherwise follow from the rest.
+/// Cosine between tangents of one corner: they differ by less than 60°. Tangents only orient a normal map.
 const SAME_TANGENT: f32 = 0.5;
-/// A vertex is compared with so many corners of its place: the tip of a cone may have thousands.
-const MOST_CORNERS: usize = 16;
+/// Limit for comparisons with corners of the same place: the tip of a cone may have thousands.
+const MAX_CORNERS: usize = 16;
 
-/// Which vertices of a mesh are one.
+/// Places and corners of a mesh.
 pub(crate) struct Topology {
-    /// For each vertex, the first at its place.
+    /// For each vertex, the first vertex at its place.
     pub(crate) place: Vec<u32>,
-    /// For each vertex, the first at its place that looks the same.
+    /// For each vertex, the first vertex of its corner.
     pub(crate) corner: Vec<u32>,
-    /// How many vertices are at the place of others whose positions differ.
+    /// Number of vertices that were welded to a vertex with a different position.
     pub(crate) rounded: usize,
 }
 
 impl Topology {
-    /// Of a valid mesh, by equal positions alone.
+    /// Welds only equal positions. The mesh must be valid.
     pub(crate) fn exact(mesh: &SourceMesh) -> Self {
         let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
         Self {
@@ -53,7 +53,8 @@ impl Topology {
         }
     }
 
-    /// Of a valid mesh. Vertices of different parts are never one corner, and one place only if their positions are equal.
+    /// Welds with tolerance. The mesh must be valid. Vertices of different parts never share a corner, and they share a
+    /// place only if their positions are equal.
     pub(crate) fn of(mesh: &SourceMesh, parts: &Surfaces) -> Self {
         let Self {
             place: exact,
@@ -61,7 +62,7 @@ impl Topology {
             ..
         } = Self::exact(mesh);
         let mut place = exact.clone();
-        join_near(mesh, parts, &mut place);
+        weld_near(mesh, parts, &mut place);
         let pairs = place.iter().zip(&exact);
         let rounded = pairs.filter(|(place, exact)| place != exact).count();
         let corner = corners_of(mesh, parts, &place, corner);
@@ -73,22 +74,23 @@ impl Topology {
     }
 }
 
-/// Leads places with open edges to the first place within their tolerance.
-fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
+/// Welds places at open edges within their tolerance.
+fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     let mut links = Links::of(place.len());
     links.add(mesh.indices.iter().map(|&v| place[v as usize]));
     let tolerance = tolerances(mesh, place);
     let is_open = |v: u32| place[v as usize] == v && links.is_open(v);
     let open = (0..place.len() as u32).filter(|&v| is_open(v) && tolerance[v as usize] > 0.0);
     let open: Vec<u32> = open.collect();
-    // Cells of 4 to 64 tolerances, so that few points are near a border, and edges are far longer.
+    // Cells are 4 to 64 tolerances wide, which keeps most points away from cell borders.
     let cell_level = |v: u32| (tolerance[v as usize].to_bits() >> 23) as i32 / 4 - 31;
     let mut levels: Vec<i32> = open.iter().map(|&v| cell_level(v)).collect();
     levels.sort_unstable();
     levels.dedup();
-    // A tolerance is below 16 to the power of its level.
+    // A tolerance is less than 16 to the power of its level.
     let cell_size = |level: i32| 8.0 * 16f64.powi(level);
-    // Each open place is in the cell of its own level; others with smaller tolerances look it up there.
+    // Each place is stored in a cell of its own level. Places with smaller tolerances search the cells of coarser
+    // levels.
     let mut cells: FxHashMap<(i32, [i64; 3]), Vec<u32>> = FxHashMap::default();
     for &v in &open {
         let level = cell_level(v);
@@ -117,7 +119,7 @@ fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
                                 && parts.part_of(other) == parts.part_of(v)
                         });
                         for other in near {
-                            let (a, b) = (first_of(place, v), first_of(place, other));
+                            let (a, b) = (find_first(place, v), find_first(place, other));
                             place[a.max(b) as usize] = a.min(b);
                         }
                     }
@@ -126,12 +128,12 @@ fn join_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
         }
     }
     for v in 0..place.len() as u32 {
-        place[v as usize] = first_of(place, v);
+        place[v as usize] = find_first(place, v);
     }
 }
 
-/// How far a place reaches, for the first vertex at each: by the shortest of its triangles, each as long as its
-/// longest edge.
+/// Tolerance of each place, stored at its first vertex. The local edge length is the longest edge of a triangle; if a
+/// place has several triangles, the smallest of these counts.
 fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
     let mut shortest = vec![f32::INFINITY; place.len()];
     let (triangles, _) = mesh.indices.as_chunks::<3>();
@@ -149,7 +151,7 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         let rounding = position.abs().max_element() * ROUNDING;
         let tolerance = (edge * PLACE_TOLERANCE)
             .max(rounding)
-            .min(edge * MOST_OF_EDGE);
+            .min(edge * MAX_EDGE_SHARE);
         if tolerance.is_finite() {
             tolerance
         } else {
@@ -163,8 +165,8 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         .collect()
 }
 
-/// Follows places to the first, and shortens the way.
-pub(crate) fn first_of(place: &mut [u32], mut v: u32) -> u32 {
+/// Finds the first vertex of a place, with path compression.
+pub(crate) fn find_first(place: &mut [u32], mut v: u32) -> u32 {
     while place[v as usize] != v {
         let next = place[v as usize];
         place[v as usize] = place[next as usize];
@@ -173,14 +175,14 @@ pub(crate) fn first_of(place: &mut [u32], mut v: u32) -> u32 {
     v
 }
 
-/// For each vertex, the first of its place and its part that looks the same.
+/// For each vertex, the first vertex of the same place and part with similar attributes.
 fn corners_of(
     mesh: &SourceMesh,
     parts: &Surfaces,
     place: &[u32],
     mut corner: Vec<u32>,
 ) -> Vec<u32> {
-    // What else a vertex has is not known.
+    // Other attributes are unknown, so vertices may look different.
     if mesh.has_other_attributes {
         return corner;
     }
@@ -195,7 +197,7 @@ fn corners_of(
             |other: u32| parts.part_of(other) == parts.part_of(v) && looks_alike(mesh, v, other);
         match corners.iter().find(|&&other| is_one(other)) {
             Some(&other) => corner[v as usize] = other,
-            None if corners.len() < MOST_CORNERS => corners.push(v),
+            None if corners.len() < MAX_CORNERS => corners.push(v),
             None => {}
         }
     }
@@ -238,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn rounded_corners_are_one_place() {
+    fn rounded_corners_are_welded() {
         let ball = fixtures::icosphere(4);
         for rounding in [0.0, 1e-8, 1e-7] {
             assert_eq!(
@@ -260,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_of_hard_edges_and_seams_stay_apart() {
+    fn corners_of_hard_edges_and_seams_stay_separate() {
         let flat = fixtures::flat_shaded(&fixtures::icosphere(2));
         let topology = Topology::of(&flat, &Surfaces::default());
         let corners = topology

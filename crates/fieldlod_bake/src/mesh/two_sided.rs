@@ -1,8 +1,8 @@
-//! Sheets that are drawn from both sides by triangles of their own: cloth and leaves of which each triangle has a
-//! twin at the same places that faces the other way.
+//! Two-sided sheets, such as cloth and leaves, in which each triangle has a twin at the same place that faces the other
+//! way.
 //!
-//! A simplifier takes the two sides for one closed surface without thickness and collapses its border, so that the
-//! sheet shrinks. So one side is simplified, whose borders are borders, and what is made of it is drawn from both.
+//! A simplifier takes both sides for one closed surface without thickness. It then collapses the border, and the sheet
+//! shrinks. The bake therefore simplifies only the front sides, and adds back sides to the result.
 
 use std::collections::VecDeque;
 
@@ -11,22 +11,22 @@ use rustc_hash::FxHashMap;
 use crate::levels::groups::Groups;
 use crate::levels::vertices::{LevelVertices, NewVertex};
 use crate::mesh::SourceMesh;
-use crate::mesh::topology::{Topology, first_of};
+use crate::mesh::topology::{Topology, find_first};
 
 const NONE: u32 = u32::MAX;
 
-/// The sheets of a mesh.
+/// Front and back sides of a mesh's sheets.
 pub(crate) struct Sheets {
-    /// For each triangle of a front, by its vertices with the least first, that of the back.
+    /// Back triangle of each front triangle. The key starts with the smallest index.
     backs: FxHashMap<[u32; 3], [u32; 3]>,
-    /// For each vertex of a front, one of the back at the same place; itself, if both sides share it.
+    /// For each front vertex, a back vertex at the same place; itself if both sides share it.
     back_vertex: FxHashMap<u32, u32>,
-    /// All triangles but backs.
+    /// Indices of all triangles except backs.
     front: Vec<u32>,
 }
 
 impl Sheets {
-    /// Those components of a mesh of which every triangle has one twin; `None` without any.
+    /// Finds components in which every triangle has one twin. `None` if there are none.
     pub(crate) fn of(mesh: &SourceMesh, topology: &Topology) -> Option<Self> {
         let place = &topology.place;
         let (triangles, _) = mesh.indices.as_chunks::<3>();
@@ -48,7 +48,7 @@ impl Sheets {
                 for vertex in triangle {
                     let at = |other: &&u32| place[**other as usize] == place[vertex as usize];
                     let other = back.iter().find(at).copied().unwrap_or(vertex);
-                    // Levels have the first vertex that looks the same.
+                    // Levels use the first vertex of each corner.
                     for own in [vertex, topology.corner[vertex as usize]] {
                         sheets.back_vertex.entry(own).or_insert(other);
                     }
@@ -59,12 +59,12 @@ impl Sheets {
         (!sheets.backs.is_empty()).then_some(sheets)
     }
 
-    /// How many triangles are the backs of others.
+    /// Number of triangles that are backs.
     pub(crate) fn back_count(&self) -> usize {
         self.backs.len()
     }
 
-    /// The mesh without the backs.
+    /// The mesh without backs.
     pub(crate) fn front_of(&self, mesh: &SourceMesh) -> SourceMesh {
         SourceMesh {
             indices: self.front.clone(),
@@ -72,7 +72,7 @@ impl Sheets {
         }
     }
 
-    /// Lets all groups draw the backs of what they draw of fronts.
+    /// Adds to all units the backs of their front triangles.
     pub(crate) fn add_backs(&self, groups: &mut Groups, vertices: &mut LevelVertices) {
         let mut made = FxHashMap::default();
         for unit in groups.0.iter_mut().flat_map(|group| &mut group.units) {
@@ -92,7 +92,7 @@ impl Sheets {
         }
     }
 
-    /// The back of a triangle of any level, if all its vertices are those of fronts.
+    /// The back of a triangle of any level. `None` unless all its vertices are front vertices.
     fn back_of(
         &self,
         triangle: [u32; 3],
@@ -122,7 +122,7 @@ impl Sheets {
         *made.entry(v).or_insert_with(|| {
             let [own, front, back] =
                 [v, origin, of_origin].map(|vertex| vertices.row(vertex).to_vec());
-            let row = vertices.layout.turned(&own, &front, &back);
+            let row = vertices.layout.back_row(&own, &front, &back);
             let new = NewVertex {
                 before: of_origin,
                 position: vertices.positions[v as usize],
@@ -133,7 +133,7 @@ impl Sheets {
     }
 }
 
-/// For each triangle, the one at the same places that faces the other way; `None` if none has any.
+/// For each triangle, the twin at the same place that faces the other way. `None` if no triangle has one.
 fn twins_of(triangles: &[[u32; 3]], place: &[u32]) -> Option<Vec<u32>> {
     let mut twin = vec![NONE; triangles.len()];
     let mut first: FxHashMap<[u32; 3], u32> = FxHashMap::default();
@@ -156,16 +156,16 @@ fn twins_of(triangles: &[[u32; 3]], place: &[u32]) -> Option<Vec<u32>> {
     any.then_some(twin)
 }
 
-/// For each triangle, whether all of its component have twins.
+/// For each triangle, whether all triangles of its component have twins.
 fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> {
     let mut component = place.to_vec();
     for triangle in triangles {
         for pair in triangle.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|v| first_of(&mut component, v));
+            let [a, b] = [pair[0], pair[1]].map(|v| find_first(&mut component, v));
             component[a.max(b) as usize] = a.min(b);
         }
     }
-    let roots = triangles.iter().map(|t| first_of(&mut component, t[0]));
+    let roots = triangles.iter().map(|t| find_first(&mut component, t[0]));
     let roots: Vec<u32> = roots.collect();
     let mut is_mixed = vec![false; place.len()];
     for (&root, &twin) in roots.iter().zip(twin) {
@@ -174,8 +174,8 @@ fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> 
     roots.iter().map(|&root| !is_mixed[root as usize]).collect()
 }
 
-/// Which triangles are backs: from the first of each sheet, neighbours that pass an edge the other way are of the same
-/// side.
+/// For each triangle, whether it is a back. The first triangle of each sheet is a front. Two neighbours are on the same
+/// side if they use their shared edge in opposite directions.
 fn backs_of(triangles: &[[u32; 3]], twin: &[u32], is_sheet: &[bool], place: &[u32]) -> Vec<bool> {
     let edges_of = |index: u32| {
         let [a, b, c] = triangles[index as usize].map(|v| place[v as usize]);

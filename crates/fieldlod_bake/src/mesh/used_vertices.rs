@@ -1,4 +1,4 @@
-//! Meshes of which triangles use some vertices only.
+//! Removes vertices that no triangle uses, during the bake.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use super::surfaces::Surfaces;
 use super::topology::Topology;
 use super::{MeshError, SourceMesh};
 
-/// The vertices that triangles use, ascending; `None` if these are all of `vertex_count`, or if there are no triangles.
+/// Indices of the used vertices in ascending order. `None` if all of `vertex_count` are used or there are no triangles.
 pub(crate) fn used_of(indices: &[u32], vertex_count: usize) -> Option<Vec<u32>> {
     let mut used = indices.to_vec();
     used.sort_unstable();
@@ -16,14 +16,14 @@ pub(crate) fn used_of(indices: &[u32], vertex_count: usize) -> Option<Vec<u32>> 
     (used.len() < vertex_count && !used.is_empty()).then_some(used)
 }
 
-/// Gives each index the place of its vertex among `used`.
+/// Replaces each index by its position in `used`.
 pub(crate) fn renumber(indices: &mut [u32], used: &[u32]) {
     for index in indices {
         *index = used.partition_point(|vertex| vertex < index) as u32;
     }
 }
 
-/// A valid mesh of used vertices alone, and where they are among all.
+/// A valid mesh without unused vertices, and the indices of its vertices in the whole mesh.
 pub(crate) struct Compact<'a> {
     pub(crate) mesh: Cow<'a, SourceMesh>,
     whole: &'a SourceMesh,
@@ -31,7 +31,7 @@ pub(crate) struct Compact<'a> {
 }
 
 impl<'a> Compact<'a> {
-    /// Of a mesh that is checked here: of vertices that no triangle uses anything may be wrong.
+    /// Validates the mesh and removes unused vertices. Unused vertices may be invalid.
     pub(crate) fn of(whole: &'a SourceMesh) -> Result<Self, MeshError> {
         let used = used_of(&whole.indices, whole.positions.len());
         let Some(used) = used.filter(|_| whole.check_shape().is_ok()) else {
@@ -64,7 +64,7 @@ impl<'a> Compact<'a> {
         })
     }
 
-    /// Values of used vertices, from one for each of all vertices, or none.
+    /// Selects the values of used vertices. `values` has one per vertex or is empty.
     pub(crate) fn at_used(&self, values: &'a [bool]) -> Cow<'a, [bool]> {
         match &self.used {
             Some(used) if !values.is_empty() => used.iter().map(|&v| values[v as usize]).collect(),
@@ -72,7 +72,7 @@ impl<'a> Compact<'a> {
         }
     }
 
-    /// For each vertex of the whole mesh, the first used one at its place; itself for one that is not used.
+    /// For each vertex of the whole mesh, the first used vertex at its place; unused vertices map to themselves.
     pub(crate) fn places(&self) -> Vec<u32> {
         let place = Topology::of(&self.mesh, &Surfaces::default()).place;
         let Some(used) = &self.used else {
@@ -85,7 +85,7 @@ impl<'a> Compact<'a> {
         of_whole
     }
 
-    /// The hierarchy of the whole mesh from that of the compact one.
+    /// Converts the hierarchy of the compact mesh to one of the whole mesh.
     pub(crate) fn of_whole(&self, compact: Hierarchy) -> Hierarchy {
         match &self.used {
             Some(used) => Hierarchy {

@@ -1,16 +1,17 @@
-//! Aggregates: many loose pieces, such as leaves, blades and gravel, of which the covered area, the
-//! colours and the shading are seen, but hardly the single piece.
+//! Simplification of aggregates: many loose elements, such as leaves, blades and gravel. Their covered area, colours
+//! and shading are visible, but no single element.
 //!
-//! A simplifier that weighs distances makes such elements vanish one by one, and the crown with them.
-//! Here surfaces are simplified as far as the size of the elements allows, and elements share what
-//! triangles are left: those with many triangles are simplified as surfaces and get the area back that
-//! they lose; those with few are [flattened and pruned](crate::plants::elements), those first that are seen
-//! least, and others stand for what is gone (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic Simplification of
-//! Aggregate Detail, SIGGRAPH 2007).
+//! A simplifier with an error metric of distances removes all small elements, and the crown vanishes. Aggregates are
+//! simplified in two steps instead:
 //!
-//! Deviations are measured as of any simplification, to the nearest surface, whichever leaf that is: that
-//! of an element which is gone to those that are left, and that of one which has grown to the source. So
-//! a guarantee says how far away the nearest leaf is drawn, not that each is.
+//! 1. Surfaces are simplified up to an error that depends on the size of the elements.
+//! 2. Elements share the remaining triangle budget. Elements with many triangles are simplified as surfaces and regain
+//!    their lost area. Elements with few triangles are [flattened and pruned](crate::plants::elements), the least
+//!    visible first, and neighbours grow to replace them (R. Cook, J. Halstead, M. Planck and D. Ryu: Stochastic
+//!    Simplification of Aggregate Detail, SIGGRAPH 2007).
+//!
+//! Deviations are distances to the nearest surface, even if it belongs to another element. A guarantee bounds the
+//! distance to the nearest leaf; it does not promise that each leaf is drawn.
 
 use glam::Vec3;
 
@@ -18,33 +19,33 @@ use crate::levels::simplify::{Method, Simplified, Task};
 use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
 
-/// Fewer loose pieces are no aggregate.
-const FEWEST_ELEMENTS: usize = 6;
-/// An element has at most this share of the triangles of its group.
-const MOST_OF_GROUP: f32 = 0.2;
-/// Elements with no more triangles than this, in the mean, are pruned and not simplified.
-const FEW_TRIANGLES: usize = 8;
-/// A mesh is an aggregate if at least this share of its triangles is that of elements.
-const LEAST_IN_ELEMENTS: f32 = 0.25;
-/// An element that keeps less than this share of its area when it is simplified stays as it was.
-const LEAST_AREA: f32 = 0.5;
-/// One that keeps more gets nothing back: parts of a machine should not leave their places.
-const ENOUGH_AREA: f32 = 0.97;
-/// A surface between elements keeps at least this share of its triangles.
+/// A group with fewer loose components is not an aggregate.
+const MIN_ELEMENTS: usize = 6;
+/// Largest share of a group's triangles in one element. Larger components are surfaces.
+const MAX_ELEMENT_SHARE: f32 = 0.2;
+/// If elements have at most this many triangles on average, they are flattened and pruned instead of simplified.
+const MAX_TRIANGLES_TO_FLATTEN: usize = 8;
+/// A mesh is an aggregate if elements have at least this share of its triangles.
+const MIN_SHARE_IN_ELEMENTS: f32 = 0.25;
+/// An element that would keep less than this share of its area is restored.
+const MIN_AREA_KEPT: f32 = 0.5;
+/// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
+const RESCALE_BELOW_AREA: f32 = 0.97;
+/// Surfaces between elements keep at least this share of their triangles.
 const SURFACE_RATIO: f32 = 0.5;
-/// It may stray by this share of the radius of an element.
+/// Error limit of surfaces between elements, as a share of the mean radius of the elements.
 const SURFACE_TOLERANCE: f32 = 0.5;
-/// The error of pruned elements, as a share of their radius: chosen so that the pictures of trees are about as good at
-/// a threshold as those of levels without elements were.
+/// Error of flattened and pruned elements, as a share of their radius. With it, pictures of trees at a given threshold
+/// are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles.
-const LEAST_LEFT: f32 = 0.125;
+const MIN_ELEMENT_RATIO: f32 = 0.125;
 
-/// Whether many triangles of a mesh are those of several loose pieces, such as leaves and fronds. `place` holds for each
-/// vertex the first at its place.
+/// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first
+/// vertex at each vertex's position.
 pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
     let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
-    // At any scale areas are numbers.
+    // Normalize the coordinates: areas of very large or small meshes would overflow or underflow.
     let coordinates = positions.as_flattened_mut();
     let extent = coordinates
         .iter()
@@ -55,21 +56,21 @@ pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
     let is_locked = vec![false; positions.len()];
     let components = components_of(&mesh.indices, &positions, place, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
-    let is_element = |c: &&Component| share(c.triangles.len()) <= MOST_OF_GROUP && c.area > 0.0;
+    let is_element = |c: &&Component| share(c.triangles.len()) <= MAX_ELEMENT_SHARE && c.area > 0.0;
     let elements = components.iter().filter(is_element);
     let elements: Vec<usize> = elements.map(|c| c.triangles.len()).collect();
-    elements.len() >= FEWEST_ELEMENTS && share(elements.iter().sum()) >= LEAST_IN_ELEMENTS
+    elements.len() >= MIN_ELEMENTS && share(elements.iter().sum()) >= MIN_SHARE_IN_ELEMENTS
 }
 
 impl Task<'_> {
-    /// Simplifies surfaces and elements until the share `ratio` of the triangles is left; `None` if this
-    /// is no aggregate.
+    /// Simplifies surfaces and elements to the share `ratio` of the triangles. Returns `None` if the piece is not an
+    /// aggregate.
     pub(crate) fn simplify_aggregate(&self, ratio: f32) -> Option<Simplified> {
         let (elements, surfaces) = self.elements_and_surfaces()?;
         let mut simplified = self.unchanged(Method::Elements);
         let count = triangles_of(&elements);
         let wanted = self.piece.triangle_count() as f32 * ratio;
-        // Surfaces first, as far as elements alone do not do.
+        // Surfaces get the part of the budget that elements leave over.
         let surface_area = area_of(&surfaces);
         let radius = elements.iter().map(|e| e.radius).sum::<f32>() / elements.len() as f32;
         let corners: Vec<u32> = surfaces.iter().flat_map(Component::corners).collect();
@@ -80,8 +81,8 @@ impl Task<'_> {
             surface_ratio.clamp(SURFACE_RATIO, 1.0),
             radius * SURFACE_TOLERANCE,
         );
-        // Elements share what is left.
-        let left = (wanted - surface.len() as f32 / 3.0).max(count * LEAST_LEFT);
+        // Elements get the rest of the budget.
+        let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
         let elements = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
         let squares = elements.iter().map(|e| e.area * e.radius * e.radius);
@@ -94,7 +95,7 @@ impl Task<'_> {
         Some(simplified)
     }
 
-    /// Small loose components, and the others.
+    /// Splits the piece into elements (small loose components) and surfaces.
     fn elements_and_surfaces(&self) -> Option<(Vec<Component>, Vec<Component>)> {
         let mut components = components_of(
             &self.piece.corners,
@@ -103,19 +104,19 @@ impl Task<'_> {
             &self.is_locked,
         );
         for component in &mut components {
-            let seen = component.vertices().into_iter();
-            component.seen = match &self.seen {
-                Some(pixels) => seen.map(|own| pixels[own as usize]).sum(),
+            let vertices = component.vertices().into_iter();
+            component.visible_px = match &self.visible_px {
+                Some(pixels) => vertices.map(|own| pixels[own as usize]).sum(),
                 None => component.area,
             };
         }
-        let most = (self.piece.triangle_count() as f32 * MOST_OF_GROUP) as usize;
+        let most = (self.piece.triangle_count() as f32 * MAX_ELEMENT_SHARE) as usize;
         let is_element = |c: &Component| !c.is_locked && c.triangles.len() <= most && c.area > 0.0;
         let (elements, surfaces): (Vec<_>, Vec<_>) = components.into_iter().partition(is_element);
-        (elements.len() >= FEWEST_ELEMENTS).then_some((elements, surfaces))
+        (elements.len() >= MIN_ELEMENTS).then_some((elements, surfaces))
     }
 
-    /// Simplifies some triangles in place; returns those that are left, and the error.
+    /// Simplifies triangles in place. Returns the remaining corners and the error.
     fn simplify_part(
         &self,
         simplified: &mut Simplified,
@@ -135,7 +136,7 @@ impl Task<'_> {
         (std::mem::take(&mut simplified.corners), error)
     }
 
-    /// Leaves about `wanted` triangles of elements.
+    /// Reduces elements to about `wanted` triangles.
     fn simplify_elements(
         &self,
         simplified: &mut Simplified,
@@ -145,19 +146,19 @@ impl Task<'_> {
         if triangles_of(&elements) <= wanted {
             return elements;
         }
-        // As surfaces, while they have triangles to spare and this gets on.
-        if triangles_of(&elements) > (elements.len() * FEW_TRIANGLES) as f32 {
+        // Elements with many triangles are simplified as surfaces.
+        if triangles_of(&elements) > (elements.len() * MAX_TRIANGLES_TO_FLATTEN) as f32 {
             let before = triangles_of(&elements);
             elements = self.simplify_as_surfaces(simplified, elements, wanted / before);
             if triangles_of(&elements) <= before * self.config.stuck_ratio {
                 return elements;
             }
         }
-        // Or else flatter and fewer.
-        self.thin_out(simplified, elements, wanted)
+        // If that makes too little progress, elements are flattened and pruned.
+        self.flatten_and_prune(simplified, elements, wanted)
     }
 
-    /// Simplifies each element, and gives it the area back that it lost.
+    /// Simplifies each element, and scales it back to its area.
     fn simplify_as_surfaces(
         &self,
         simplified: &mut Simplified,
@@ -168,7 +169,7 @@ impl Task<'_> {
         let rows = simplified.rows.clone();
         let corners: Vec<u32> = elements.iter().flat_map(Component::corners).collect();
         let (left, _) = self.simplify_part(simplified, &corners, ratio, f32::MAX);
-        // The remaining triangles of each element.
+        // Assign the remaining triangles to their elements.
         let mut element_of = vec![0; self.piece.vertices.len()];
         for (index, element) in elements.iter().enumerate() {
             element
@@ -186,10 +187,10 @@ impl Task<'_> {
         }
         for (element, before) in elements.iter_mut().zip(before) {
             element.measure(&simplified.positions);
-            if element.area < before.area * LEAST_AREA {
+            if element.area < before.area * MIN_AREA_KEPT {
                 self.restore(simplified, &before);
                 *element = before;
-            } else if element.area < before.area * ENOUGH_AREA {
+            } else if element.area < before.area * RESCALE_BELOW_AREA {
                 let mean = self.mean_row(&rows, &before);
                 let area = before.area * self.area_gain;
                 self.fit(simplified, element, area, before.centroid, &mean);
@@ -198,7 +199,7 @@ impl Task<'_> {
         elements
     }
 
-    /// Puts the vertices of an element back.
+    /// Undoes the simplification of an element's vertices.
     fn restore(&self, simplified: &mut Simplified, element: &Component) {
         let width = self.vertices.layout.width();
         for own in element.corners().map(|own| own as usize) {

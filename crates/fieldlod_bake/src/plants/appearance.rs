@@ -1,13 +1,14 @@
-//! Measures on pictures from which distance each level of a plant looks like the source.
+//! Measures on pictures at which size each level of a plant looks like the source.
 //!
-//! The deviation of a crown's level is that of its worst leaf, but what is seen of a crown is its
-//! outline, its light and its colours. So each level is drawn beside the source from [`DIRECTIONS`]
-//! directions, at sizes from [`LARGEST_PX`] down by halves, and the pictures are compared as an eye sees
-//! them: encoded, and blurred as pixel and eye do (the first two steps of P. Andersson et al., FLIP: A
-//! Difference Evaluator for Alternating Images, HPG 2020). Differences count relative to the detail that
-//! the source's own picture has at that size, which masks them. The largest sampling density at which
-//! they are no more than those of smooth meshes at 1 px of error is the field's strength `c` up to which
-//! the level is as good as 1 px. The error by which it is chosen is then `1 / √c`, a length.
+//! The deviation of a crown is the deviation of its worst leaf, but a viewer notices outline, light and colours. Each
+//! level is therefore drawn beside the source from [`DIRECTIONS`] directions. The mesh has a radius of [`LARGEST_PX`]
+//! in the largest picture, and each other picture is half as large as the last.
+//!
+//! Pictures are compared as FLIP does in its first two steps: encoded, then blurred (P. Andersson et al., FLIP: A
+//! Difference Evaluator for Alternating Images, HPG 2020). Differences are relative to the detail of the source's
+//! picture at that size, because detail masks differences. A level is good at a size if its difference is at most that
+//! of smooth meshes at 1 px of error. The largest good size gives a sampling density, which is the strength `c` of the
+//! field. The level's error is then `1 / √c`, a length.
 
 use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
 use rayon::prelude::*;
@@ -15,27 +16,26 @@ use rayon::prelude::*;
 use crate::mesh::surfaces::Surfaces;
 use crate::plants::picture::{Model, Picture, Viewpoint};
 
-/// From how many directions a mesh is seen.
+/// Number of views of a mesh.
 const DIRECTIONS: usize = 12;
-/// The largest radius of the mesh in a picture, in pixels, and how many sizes there are.
+/// Radius of the mesh in the largest picture, in pixels, and the number of sizes.
 const LARGEST_PX: f32 = 64.0;
 const SIZES: usize = 5;
-/// Samples of a pixel along each axis in the largest pictures; smaller ones have more.
+/// Samples per pixel along each axis in the largest pictures. Smaller pictures have more.
 const SAMPLES: usize = 2;
-/// The root of the mean squared difference, relative to the source's detail, that is as good as 1 px: the
-/// mean of what smooth meshes have at 1 px of error, which is 0.8 to 1.6.
-const AS_GOOD_AS_1_PX: f32 = 1.25;
-/// No picture has less detail than this, of 1.
-const LEAST_DETAIL: f32 = 0.002;
-/// The factor that the criterion applies to the error of a mesh that faces all ways: √(1 + 0.4).
-const FACING_ALL_WAYS: f32 = 1.183_216;
-/// Levels with more vertices are never drawn as whole meshes: 16 bits do not count them.
-pub(crate) const MOST_VERTICES: u32 = 1 << 16;
+/// Difference that is as good as 1 px: a root mean square, relative to the detail of the source. Smooth meshes at 1 px
+/// of error have 0.8 to 1.6; this is their mean.
+const DIFFERENCE_AT_1_PX: f32 = 1.25;
+/// Lower limit for the detail of a picture, from 0 to 1: differences are divided by it.
+const MIN_DETAIL: f32 = 0.002;
+/// Factor that the criterion applies to the error of a mesh whose normals point everywhere: √(1 + 0.4).
+const FACING_FACTOR: f32 = 1.183_216;
+/// Levels with more vertices are never drawn as whole meshes, because they need 16-bit indices.
+pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
-/// Measures the levels of a mesh that can be drawn as a whole, and states in each group the error of the level that it
-/// is simplified to.
+/// Measures the levels that can be drawn as whole meshes. Stores in each group the error of the next coarser level.
 pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
-    if hierarchy.source_vertex_count > MOST_VERTICES {
+    if hierarchy.source_vertex_count > MAX_VERTICES {
         return;
     }
     let cuts = hierarchy.whole_mesh_cuts();
@@ -43,14 +43,19 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     let differences = differences(hierarchy, &cuts, surfaces);
     let mut errors = vec![0.0f32; hierarchy.level_count() as usize + 1];
     for (cut, by_size) in cuts.iter().skip(1).zip(differences) {
-        let good_until_px = good_until(by_size);
-        let seen = seen_error(radius, good_until_px);
-        let told = hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
-        // If the largest picture shows no difference, the error of the simplifier may be smaller.
-        let is_good_at_all = good_until_px >= LARGEST_PX;
-        errors[cut.group_level as usize] = if is_good_at_all { seen.min(told) } else { seen };
+        let good_until_px = largest_good_radius(by_size);
+        let seen = error_at_radius(radius, good_until_px);
+        let simplifier_error =
+            hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
+        // If a level looks right even in the largest picture, the simplifier's error may be the smaller one.
+        let is_good_at_every_size = good_until_px >= LARGEST_PX;
+        errors[cut.group_level as usize] = if is_good_at_every_size {
+            seen.min(simplifier_error)
+        } else {
+            seen
+        };
     }
-    // No level looks better than a finer one.
+    // Errors must not shrink towards coarser levels.
     for level in 1..errors.len() {
         errors[level] = errors[level].max(errors[level - 1]).min(f32::MAX);
     }
@@ -59,9 +64,9 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     }
 }
 
-/// The error by which a level is chosen that is good enough up to such a radius of the mesh.
-fn seen_error(radius: f32, good_until_px: f32) -> f32 {
-    radius / (good_until_px * FACING_ALL_WAYS)
+/// Error of a level that looks right while the radius of the mesh is at most `good_until_px` pixels.
+fn error_at_radius(radius: f32, good_until_px: f32) -> f32 {
+    radius / (good_until_px * FACING_FACTOR)
 }
 
 fn sphere_of(hierarchy: &Hierarchy) -> Sphere {
@@ -69,15 +74,15 @@ fn sphere_of(hierarchy: &Hierarchy) -> Sphere {
     Sphere::around(hierarchy.vertices.positions.iter().take(count).copied())
 }
 
-/// Sums of squares over the pixels of a picture.
+/// Sums over the pixels of a picture.
 #[derive(Clone, Copy, Default)]
 struct Squares {
     squares: f32,
     covered: f32,
 }
 
-/// How each cut but the first differs from the first, relative to the detail of the first: a root mean square over all
-/// directions, at each size, the largest first.
+/// Differences of each cut from the first one, relative to the detail of the first: a root mean square over all
+/// directions. Sizes come largest first.
 fn differences(
     hierarchy: &Hierarchy,
     cuts: &[WholeMeshCut],
@@ -89,19 +94,19 @@ fn differences(
     let vertices = &hierarchy.vertices;
     let count = hierarchy.source_vertex_count as usize;
     let sphere = sphere_of(hierarchy);
-    let looks = surfaces.looks_of(hierarchy);
+    let of_vertices = surfaces.vertex_surfaces(hierarchy);
     let model = Model {
         positions: &vertices.positions,
         normals: &vertices.normals,
         colors: &vertices.colors,
-        surfaces: &looks.surfaces,
-        uvs: &looks.uvs,
+        surfaces: &of_vertices.surfaces,
+        uvs: &of_vertices.uvs,
         sphere,
         exposure: surfaces.exposure(vertices.colors.get(..count).unwrap_or(&[])),
     };
     let side = (2.0 * LARGEST_PX) as usize * SAMPLES;
     let views = (0..DIRECTIONS).into_par_iter();
-    // The detail first, and then the differences of each level.
+    // The first entry is the detail of the source; the differences of each level follow.
     let by_view = views.map(|index| {
         let view = Viewpoint::around(index, DIRECTIONS);
         let source = sizes_of(model.draw(&source.triangles, &view, side));
@@ -126,14 +131,14 @@ fn differences(
         by_view.iter().map(mean_of).sum::<f32>() / DIRECTIONS as f32
     };
     let relative = |level: usize, size: usize| {
-        let detail = mean(0, size).max(LEAST_DETAIL * LEAST_DETAIL);
+        let detail = mean(0, size).max(MIN_DETAIL * MIN_DETAIL);
         (mean(level, size) / detail).sqrt()
     };
     let of_level = |level: usize| std::array::from_fn(|size| relative(level, size));
     (1..=levels.len()).map(of_level).collect()
 }
 
-/// The picture at each size, the largest first, as an eye sees it.
+/// The encoded and blurred picture at each size, the largest first.
 fn sizes_of(mut picture: Picture) -> [Picture; SIZES] {
     std::array::from_fn(|_| {
         picture = picture.halved();
@@ -141,7 +146,7 @@ fn sizes_of(mut picture: Picture) -> [Picture; SIZES] {
     })
 }
 
-/// The squared differences of two pictures, and what is covered in either.
+/// Sums the squared differences of two pictures, and the pixels that either covers.
 fn squares_of(a: &Picture, b: &Picture) -> Squares {
     let pixels = a.pixels.iter().zip(&b.pixels);
     pixels.fold(Squares::default(), |sum, (a, b)| Squares {
@@ -150,20 +155,20 @@ fn squares_of(a: &Picture, b: &Picture) -> Squares {
     })
 }
 
-/// The largest radius of the mesh in pixels at which a level is good enough, given its difference at all
-/// sizes, the largest first; [`LARGEST_PX`] if it is at all of them.
-fn good_until(by_size: [f32; SIZES]) -> f32 {
+/// Largest radius of the mesh in pixels at which a level looks right, given its differences from the largest size to
+/// the smallest. [`LARGEST_PX`] if it looks right at the largest size.
+fn largest_good_radius(by_size: [f32; SIZES]) -> f32 {
     let radius_px = |size: usize| LARGEST_PX / (1u32 << size) as f32;
-    // Colours may be too bright for finite differences: count them as bad.
+    // Very bright colours may give infinite differences or NaN; treat these as bad.
     let by_size = by_size.map(|d| if d.is_finite() { d } else { f32::MAX });
-    match by_size.iter().position(|&d| d <= AS_GOOD_AS_1_PX) {
+    match by_size.iter().position(|&d| d <= DIFFERENCE_AT_1_PX) {
         Some(0) => LARGEST_PX,
         Some(size) => {
             let (good, bad) = (by_size[size], by_size[size - 1]);
-            radius_px(size) * (1.0 + (AS_GOOD_AS_1_PX - good) / (bad - good))
+            radius_px(size) * (1.0 + (DIFFERENCE_AT_1_PX - good) / (bad - good))
         }
-        // Further away it shrinks as the mesh does.
-        None => radius_px(SIZES - 1) * AS_GOOD_AS_1_PX / by_size[SIZES - 1],
+        // Beyond the smallest size, the difference is assumed to be proportional to the radius.
+        None => radius_px(SIZES - 1) * DIFFERENCE_AT_1_PX / by_size[SIZES - 1],
     }
 }
 
@@ -174,9 +179,9 @@ mod tests {
     #[test]
     fn unknown_differences_are_bad() {
         for bad in [f32::NAN, f32::INFINITY] {
-            assert!(seen_error(1.0, good_until([bad; SIZES])) > 1e30);
-            assert_eq!(good_until([0.0, bad, bad, bad, bad]), LARGEST_PX);
-            let in_between = good_until([bad, bad, 1.0, 1.0, 1.0]);
+            assert!(error_at_radius(1.0, largest_good_radius([bad; SIZES])) > 1e30);
+            assert_eq!(largest_good_radius([0.0, bad, bad, bad, bad]), LARGEST_PX);
+            let in_between = largest_good_radius([bad, bad, 1.0, 1.0, 1.0]);
             assert!((16.0..16.1).contains(&in_between), "{in_between}");
         }
     }

@@ -1,8 +1,9 @@
-//! The covered area of levels of plants, and by how much leaves grow to keep it.
+//! Measures the area that levels of plants cover, and grows leaves to keep it.
 //!
 //! Larger leaves hide each other more, by an amount that depends on the density of the plant. The covered area is
-//! therefore measured on pictures of each level and corrected on the next. A level of one group is corrected directly:
-//! surfaces, such as the mass of a crown, swell to replace pruned leaves, but not out of the source's box.
+//! therefore measured on pictures of each level, and the next level corrects it. A level of one group is corrected
+//! directly. Surfaces, such as the mass of a crown, also grow to replace pruned leaves, but stay inside the source's
+//! bounding box.
 //!
 //! Leaves with texture coordinates and an unknown texture count as half transparent.
 
@@ -17,55 +18,56 @@ use crate::levels::simplify::{Simplified, Task};
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::components::{Component, components_of};
 use crate::mesh::surface::Surface;
-use crate::plants::elements::MOST_MOVED_IF_OPEN;
+use crate::plants::elements::MAX_SMALL_ELEMENT;
 use crate::plants::picture::{Model, Viewpoint};
 
-/// How a level is measured.
+/// How the covered area of a level is measured.
 struct Pictures {
     directions: usize,
-    /// In pixels.
+    /// Side length in pixels.
     side: usize,
-    /// How often a level is measured at most until it is right.
+    /// Maximum number of corrections.
     attempts: usize,
 }
 
-/// For meshes with unknown or no textures.
+/// For meshes with unknown textures or none.
 const OF_UNKNOWN_SURFACE: Pictures = Pictures {
     directions: 6,
     side: 160,
     attempts: 4,
 };
-/// With 6 directions a level of 100 leaves differs by 3 % from what others see; sparse textures need more attempts.
+/// With 6 directions, the area of a level of 100 leaves differs by 3 % from the area in other directions. Sparse
+/// textures need more corrections.
 const OF_KNOWN_SURFACE: Pictures = Pictures {
     directions: 12,
     side: 112,
     attempts: 8,
 };
-/// From how many sides what is seen of each element is told, in pictures of so many pixels a side.
-const SEEN_FROM: usize = 24;
-const SEEN_SIDE_PX: usize = 256;
-/// The share of the source's area that levels aim at.
-const AIM: f32 = 0.98;
-/// A level is set right by no more than this.
-const MOST_SET_RIGHT: f32 = 2.5;
-/// A level that covers what is aimed at but for this share is left as it is.
-const NEAR: f32 = 0.003;
-/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad. Leaves behind them count as well.
+/// Number and side length of the pictures that measure how many pixels of each vertex are visible.
+const VISIBILITY_VIEWS: usize = 24;
+const VISIBILITY_SIDE_PX: usize = 256;
+/// Levels aim to cover this share of the source's area.
+const TARGET_AREA: f32 = 0.98;
+/// Limit for the total correction of a level.
+const MAX_CORRECTION: f32 = 2.5;
+/// Corrections stop within this share of the wanted area.
+const AREA_TOLERANCE: f32 = 0.003;
+/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
 
-/// Elements grow and shrink by no more than this factor at once, beyond what keeps their area.
-const MOST_GAIN: f32 = 1.6;
+/// Limit for the change of the elements' gain in one correction.
+const MAX_GAIN_STEP: f32 = 1.6;
 
 /// The area that the source covers in pictures.
 pub(crate) struct Coverage {
     of_source: f32,
     sphere: Sphere,
-    /// The box that nothing grows out of.
+    /// Bounding box of the source: corrected vertices stay inside.
     aabb: Aabb,
 }
 
 impl Coverage {
-    /// Measures the source, whose triangles are `corners`.
+    /// Measures the source mesh with these `corners`.
     pub(crate) fn of(corners: &[u32], vertices: &LevelVertices) -> Self {
         let source = vertices.positions.iter().take(vertices.source_count);
         let source = source.copied().map(Vec3::from);
@@ -74,27 +76,26 @@ impl Coverage {
             sphere: Sphere::around(source.clone()),
             aabb: Aabb::around(source).unwrap_or_default(),
         };
-        // Room for what elements grow.
+        // Leave room for elements that grow.
         coverage.sphere.radius *= 1.25;
         let drawn = Drawn::of(corners.to_vec(), vertices);
         coverage.of_source = coverage.measure(&drawn, vertices);
         coverage
     }
 
-    /// The wanted area relative to the area that a level covers.
-    pub(crate) fn lacking(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
+    /// Measures a level, and returns the wanted area divided by the covered area.
+    pub(crate) fn wanted_ratio(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
         self.wanted(self.measure(level, vertices))
     }
 
-    /// How much is wanted relative to what is covered.
+    /// The wanted area divided by the covered area.
     fn wanted(&self, covered: f32) -> f32 {
         let share = covered.max(1.0) / self.of_source.max(1.0);
-        share.clamp(AIM, 1.0) / share
+        share.clamp(TARGET_AREA, 1.0) / share
     }
 
-    /// Grows what is left of a mesh until it covers what is aimed at, or shrinks its elements until it covers no
-    /// more than the source.
-    pub(crate) fn set_right(&self, task: &Task<'_>, simplified: &mut Simplified) {
+    /// Scales a simplified mesh until it covers the wanted area. Elements grow or shrink; surfaces only grow.
+    pub(crate) fn correct_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let before = simplified.positions.clone();
         let parts = components_of(
             &simplified.corners,
@@ -109,13 +110,13 @@ impl Coverage {
             drawn.positions.clone_from(&simplified.positions);
             let covered = self.measure(&drawn, task.vertices);
             let wanted = self.wanted(covered);
-            if (wanted - 1.0).abs() <= NEAR {
+            if (wanted - 1.0).abs() <= AREA_TOLERANCE {
                 break;
             }
-            gain = (gain * wanted).clamp(MOST_SET_RIGHT.recip(), MOST_SET_RIGHT);
+            gain = (gain * wanted).clamp(MAX_CORRECTION.recip(), MAX_CORRECTION);
             for part in &parts {
-                let grown = task.grown(&before, part, gain);
-                for (own, position) in grown {
+                let scaled_vertices = task.scaled_vertices(&before, part, gain);
+                for (own, position) in scaled_vertices {
                     let position = position.clamp(self.aabb.min, self.aabb.max);
                     simplified.positions[own as usize] = position.to_array();
                     simplified.is_new[own as usize] = true;
@@ -124,34 +125,35 @@ impl Coverage {
         }
     }
 
-    /// In how many pixels each vertex of a level is seen from all around: a third of what each triangle around it shows.
-    pub(crate) fn seen(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
+    /// Number of pixels in which each vertex of a level is visible, over all views. Each vertex gets a third of the
+    /// pixels of its triangles.
+    pub(crate) fn visible_px(&self, drawn: &Drawn, vertices: &LevelVertices) -> Vec<f32> {
         let (triangles, _) = drawn.corners.as_chunks();
-        let by_view = self.look_at(drawn, vertices, |model, opacity| {
-            let views = (0..SEEN_FROM).into_par_iter();
-            let seen = views.map(|index| {
-                let view = Viewpoint::around(index, SEEN_FROM);
-                model.seen(triangles, &view, SEEN_SIDE_PX, opacity)
+        let by_view = self.with_model(drawn, vertices, |model, opacity| {
+            let views = (0..VISIBILITY_VIEWS).into_par_iter();
+            let visible_px = views.map(|index| {
+                let view = Viewpoint::around(index, VISIBILITY_VIEWS);
+                model.visible_px(triangles, &view, VISIBILITY_SIDE_PX, opacity)
             });
-            seen.collect::<Vec<Vec<u32>>>()
+            visible_px.collect::<Vec<Vec<u32>>>()
         });
-        let mut seen = vec![0.0f32; drawn.vertices.len()];
+        let mut visible_px = vec![0.0f32; drawn.vertices.len()];
         for by_triangle in by_view {
             for (triangle, pixels) in triangles.iter().zip(by_triangle) {
                 for &vertex in triangle {
-                    seen[vertex as usize] += pixels as f32 / 3.0;
+                    visible_px[vertex as usize] += pixels as f32 / 3.0;
                 }
             }
         }
-        seen
+        visible_px
     }
 
-    /// Pixels that a level covers.
+    /// Number of pixels that a level covers.
     fn measure(&self, drawn: &Drawn, vertices: &LevelVertices) -> f32 {
         let (triangles, _) = drawn.corners.as_chunks();
         let pictures = pictures_of(vertices);
         let count = pictures.directions;
-        self.look_at(drawn, vertices, |model, opacity| {
+        self.with_model(drawn, vertices, |model, opacity| {
             let views = (0..count).map(|index| Viewpoint::around(index, count));
             views
                 .map(|view| model.covered(triangles, &view, pictures.side, opacity))
@@ -159,8 +161,8 @@ impl Coverage {
         })
     }
 
-    /// Calls with what is drawn, and how opaque triangles count whose surface is not known.
-    fn look_at<R>(
+    /// Calls `look` with the model and the opacity of triangles whose surface is unknown.
+    fn with_model<R>(
         &self,
         drawn: &Drawn,
         vertices: &LevelVertices,
@@ -196,29 +198,31 @@ impl Coverage {
 /// How the covered area of a level responds to the gain of its elements.
 #[derive(Default)]
 pub(crate) struct Response {
-    /// The last gain, and the wanted area relative to the covered area with it.
+    /// The last gain, and the wanted area divided by the area covered with it.
     last: Option<[f32; 2]>,
 }
 
 impl Response {
-    /// The factor by which to change a gain with which the level should cover `lacking` times as much.
-    pub(crate) fn gain(&mut self, gain: f32, lacking: f32) -> f32 {
+    /// Returns the factor for the next gain. The last `gain` gave the ratio `wanted_ratio` of wanted to covered area.
+    pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
         let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
-            (gain / last_gain).ln() / (last_lacking / lacking).ln()
+            (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
         });
-        self.last = Some([gain, lacking]);
-        // The first guess is quadratic: elements are only a part of what is seen.
+        self.last = Some([gain, wanted_ratio]);
+        // The first guess is quadratic, because elements are only a part of the covered area.
         let power = if power.is_finite() {
             power.clamp(0.5, 5.0)
         } else {
             2.0
         };
-        lacking.powf(power).clamp(MOST_GAIN.recip(), MOST_GAIN)
+        wanted_ratio
+            .powf(power)
+            .clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
     }
 }
 
 fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    if vertices.knows_what_is_cut_out() {
+    if vertices.has_known_opacity() {
         OF_KNOWN_SURFACE
     } else {
         OF_UNKNOWN_SURFACE
@@ -237,7 +241,7 @@ fn surface_of(vertex: u32, vertices: &LevelVertices) -> Option<&Surface> {
 pub(crate) struct Drawn {
     /// Three own vertices for each triangle.
     corners: Vec<u32>,
-    /// For each own vertex, the one that it is or was among all.
+    /// For each own vertex, its index in `LevelVertices` or that of the vertex it was moved from.
     vertices: Vec<u32>,
     positions: Vec<[f32; 3]>,
     /// A row of attributes for each own vertex.
@@ -245,7 +249,7 @@ pub(crate) struct Drawn {
 }
 
 impl Drawn {
-    /// Triangles of `vertices`.
+    /// All vertices of `vertices`, with the triangles `corners`.
     pub(crate) fn of(corners: Vec<u32>, vertices: &LevelVertices) -> Self {
         Self {
             corners,
@@ -255,14 +259,14 @@ impl Drawn {
         }
     }
 
-    /// Adds what is left of a piece.
+    /// Adds a simplified piece.
     pub(crate) fn push(&mut self, piece: &Piece, simplified: &Simplified) {
         self.add(piece, &simplified.corners);
         self.positions.extend(&simplified.positions);
         self.rows.extend(&simplified.rows);
     }
 
-    /// Adds triangles of `vertices`.
+    /// Adds unsimplified triangles of `vertices`.
     pub(crate) fn push_unchanged<'a>(
         &mut self,
         corners: impl Iterator<Item = &'a u32>,
@@ -281,9 +285,9 @@ impl Drawn {
         self.vertices.extend(&piece.vertices);
     }
 
-    /// The known surfaces, and the texture coordinates that they use.
+    /// The known surface of each vertex, and the texture coordinates that it uses.
     fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
-        if !vertices.knows_what_is_cut_out() {
+        if !vertices.has_known_opacity() {
             return Default::default();
         }
         let of_vertices = self
@@ -302,13 +306,18 @@ impl Drawn {
 }
 
 impl Task<'_> {
-    /// The vertices of a part that is to cover `gain` times as much as at the positions `before`, and where they
-    /// go: elements around their middles, surfaces outwards if they grow.
-    fn grown(&self, before: &[[f32; 3]], part: &Component, gain: f32) -> Vec<(u32, Vec3)> {
+    /// Returns new positions for the vertices of a part that shall cover `gain` times its area at `before`. Elements
+    /// scale around their centroid; surfaces only grow outwards.
+    fn scaled_vertices(
+        &self,
+        before: &[[f32; 3]],
+        part: &Component,
+        gain: f32,
+    ) -> Vec<(u32, Vec3)> {
         let position = |own: u32| Vec3::from(before[own as usize]);
         let more = gain.sqrt() - 1.0;
         let vertices = part.vertices().into_iter();
-        if part.triangles.len() <= MOST_MOVED_IF_OPEN {
+        if part.triangles.len() <= MAX_SMALL_ELEMENT {
             let offset = |own| (position(own) - part.centroid) * more;
             return vertices
                 .map(|own| (own, position(own) + offset(own)))
@@ -317,7 +326,7 @@ impl Task<'_> {
         if more <= 0.0 {
             return Vec::new();
         }
-        // As far as a ball of that area grows.
+        // A sphere of the same area grows by this length.
         let out = (part.area / (4.0 * PI)).sqrt() * more;
         let first = |own: u32| self.same_position[own as usize];
         let mut normals: BTreeMap<u32, Vec3> = BTreeMap::new();
@@ -329,8 +338,8 @@ impl Task<'_> {
         }
         let is_border =
             |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
-        let grown = vertices.filter(|own| !is_border(own));
-        grown
+        let scaled_vertices = vertices.filter(|own| !is_border(own));
+        scaled_vertices
             .map(|own| {
                 (
                     own,

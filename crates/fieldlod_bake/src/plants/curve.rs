@@ -1,17 +1,17 @@
-//! Elements along a curve through space, on which those near each other are near in space as a rule.
+//! Nearest neighbours of elements, searched along a space-filling curve.
 
 use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
-/// How many before and how many behind are looked at for the nearest.
-const NEIGHBOURS: usize = 24;
+/// Number of elements that are searched in each direction along the curve. The nearest one may lie outside.
+const MAX_STEPS: usize = 24;
 const NONE: u32 = u32::MAX;
 
-/// A chain of elements that some may be taken out of.
+/// A linked list of elements in curve order.
 pub(crate) struct Curve {
-    /// For each element, the one before it and the one behind it, if there is one.
-    before: Vec<u32>,
-    behind: Vec<u32>,
+    /// For each element, the element on either side, or [`NONE`].
+    previous: Vec<u32>,
+    next: Vec<u32>,
 }
 
 impl Curve {
@@ -23,37 +23,37 @@ impl Curve {
             order[place as usize] = element;
         }
         let mut curve = Self {
-            before: vec![NONE; elements.len()],
-            behind: vec![NONE; elements.len()],
+            previous: vec![NONE; elements.len()],
+            next: vec![NONE; elements.len()],
         };
         for pair in order.windows(2) {
-            curve.behind[pair[0] as usize] = pair[1];
-            curve.before[pair[1] as usize] = pair[0];
+            curve.next[pair[0] as usize] = pair[1];
+            curve.previous[pair[1] as usize] = pair[0];
         }
         curve
     }
 
-    /// The nearest of those that are near along the curve; `None` if there is no other.
+    /// The nearest element among the neighbours on the curve. `None` if no other element is left.
     pub(crate) fn nearest(&self, index: usize, elements: &[Component]) -> Option<usize> {
         let along = |next: &'_ [u32]| {
             let step = |at: &u32| Some(next[*at as usize]).filter(|at| *at != NONE);
             let others = std::iter::successors(step(&(index as u32)), step);
-            let others = others.take(NEIGHBOURS).map(|other| other as usize);
+            let others = others.take(MAX_STEPS).map(|other| other as usize);
             others.collect::<Vec<usize>>()
         };
         let own = elements[index].centroid;
         let distance = |other: &usize| elements[*other].centroid.distance_squared(own);
-        let others = along(&self.before).into_iter().chain(along(&self.behind));
+        let others = along(&self.previous).into_iter().chain(along(&self.next));
         others.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     pub(crate) fn remove(&mut self, index: usize) {
-        let (before, behind) = (self.before[index], self.behind[index]);
-        if before != NONE {
-            self.behind[before as usize] = behind;
+        let (previous, next) = (self.previous[index], self.next[index]);
+        if previous != NONE {
+            self.next[previous as usize] = next;
         }
-        if behind != NONE {
-            self.before[behind as usize] = before;
+        if next != NONE {
+            self.previous[next as usize] = previous;
         }
     }
 }
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_is_one_that_is_left() {
+    fn nearest_skips_removed_elements() {
         let at = |x: f32| Component {
             centroid: Vec3::X * x,
             ..Component::default()

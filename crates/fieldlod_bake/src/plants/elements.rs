@@ -1,8 +1,8 @@
-//! The elements of an aggregate: flattened, and pruned for a neighbour that stands for both, with the mean attributes
-//! and the area of what is seen of both.
+//! Flattening and pruning of the elements of an aggregate. A neighbour replaces a pruned element and gets the mean
+//! attributes of both, weighted by their visible pixels.
 //!
-//! What is seen least goes first: of an oak's leaves half show a fifth of what all show, as others hide them. So the
-//! levels of an aggregate keep its covered area, its mean colour and its mean normal, and much of its picture.
+//! The least visible elements are pruned first: half of an oak's leaves have only a fifth of the visible pixels,
+//! because other leaves hide them. Covered area, mean colour and mean normal of the aggregate are kept.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -14,23 +14,24 @@ use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
-/// An element that stands for others, too, gets what is seen of all, relative to what is seen of it, raised to this power,
-/// beside what [coverage](crate::plants::coverage) asks for: large leaves look worse than a few that are missing.
+/// Exponent for the growth of an element that replaces another. The base is the visible pixels of both, divided by its
+/// own. It is below 1, because large leaves look worse than a few missing ones; [coverage](crate::plants::coverage)
+/// adds growth if needed.
 const GROWTH: f32 = 0.6;
-/// It grows by no more than this.
-const MOST_GROWTH: f32 = 4.0;
-/// How much of what is seen of an element changes when it is flattened.
-const FLATTENED: f32 = 0.4;
-/// Open elements of more triangles keep their border where the source has it: they may come to lie in several
-/// groups, each of which sees a part of it.
-pub(crate) const MOST_MOVED_IF_OPEN: usize = 16;
-/// Elements grow no more than this when they are flattened.
-const MOST_FLATTENED: f32 = 4.0;
+/// Limit for the growth in one replacement.
+const MAX_GROWTH: f32 = 4.0;
+/// Share of an element's visible pixels that change if it is flattened.
+const FLATTENING_COST: f32 = 0.4;
+/// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
+/// would move its part differently.
+pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
+/// Limit for the growth of a flattened element.
+const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
 impl Task<'_> {
-    /// Flattens elements, and lets neighbours stand for those that are pruned, that first of which least is seen for the
-    /// triangles that it saves, until no more than `wanted` triangles are left or there is nothing more to do.
-    pub(crate) fn thin_out(
+    /// Flattens and prunes elements, down to `wanted` triangles if possible. The step that changes the fewest visible
+    /// pixels per saved triangle comes first.
+    pub(crate) fn flatten_and_prune(
         &self,
         simplified: &mut Simplified,
         mut elements: Vec<Component>,
@@ -40,7 +41,7 @@ impl Task<'_> {
         let mut curve = Curve::through(&elements);
         let mut may_flatten = self.closed(&elements);
         let first = (0..elements.len()).map(|index| Step::of(index, &elements, &may_flatten));
-        // The cheapest first.
+        // The cheapest step comes first.
         let mut steps: BinaryHeap<Reverse<Step>> = first.map(Reverse).collect();
         while left as f32 > wanted
             && let Some(Reverse(step)) = steps.pop()
@@ -58,7 +59,7 @@ impl Task<'_> {
             } else if let Some(nearest) = curve.nearest(index, &elements) {
                 let pruned = std::mem::take(&mut elements[index]);
                 curve.remove(index);
-                self.stand_for(simplified, &mut elements[nearest], &pruned);
+                self.replace_pruned(simplified, &mut elements[nearest], &pruned);
                 simplified.is_pruned = true;
                 nearest
             } else {
@@ -71,7 +72,7 @@ impl Task<'_> {
         elements
     }
 
-    /// For each element, whether it has no open edge.
+    /// Returns for each element whether it has no open edge.
     fn closed(&self, elements: &[Component]) -> Vec<bool> {
         let first = |own: u32| self.same_position[own as usize];
         let mut links = Links::of(self.piece.vertices.len());
@@ -81,7 +82,7 @@ impl Task<'_> {
         elements.iter().map(is_closed).collect()
     }
 
-    /// Replaces an element of few triangles by both sides of the largest triangle of its corners.
+    /// Replaces an element by both sides of the largest triangle between its vertices.
     fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
         let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions) else {
             return;
@@ -90,26 +91,35 @@ impl Task<'_> {
         let mean = self.mean_row(&simplified.rows, &before);
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
-        let area = (before.area * self.area_gain).min(element.area * MOST_FLATTENED);
+        let area = (before.area * self.area_gain).min(element.area * MAX_FLATTENING_GROWTH);
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
-    /// Lets an element stand for another that is pruned, too.
-    fn stand_for(&self, simplified: &mut Simplified, element: &mut Component, pruned: &Component) {
-        let seen = element.seen + pruned.seen;
-        let share = if seen > 0.0 { pruned.seen / seen } else { 0.0 };
+    /// Grows an element, and mixes its attributes, to replace a pruned one.
+    fn replace_pruned(
+        &self,
+        simplified: &mut Simplified,
+        element: &mut Component,
+        pruned: &Component,
+    ) {
+        let visible_px = element.visible_px + pruned.visible_px;
+        let share = if visible_px > 0.0 {
+            pruned.visible_px / visible_px
+        } else {
+            0.0
+        };
         let own = self.mean_row(&simplified.rows, element);
         let other = self.mean_row(&simplified.rows, pruned);
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
-        let growth = (1.0 - share).recip().powf(GROWTH).min(MOST_GROWTH);
+        let growth = (1.0 - share).recip().powf(GROWTH).min(MAX_GROWTH);
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
-        element.seen = seen;
+        element.visible_px = visible_px;
     }
 
-    /// Scales and moves an element to have an area and a centroid, and adapts its colours and normals
-    /// to have a mean.
+    /// Scales and moves an element to the given area and centroid, and adapts its colours and normals to the given
+    /// mean.
     pub(crate) fn fit(
         &self,
         simplified: &mut Simplified,
@@ -123,7 +133,7 @@ impl Task<'_> {
             let vertex = self.piece.vertices[own as usize];
             self.vertices.is_border[vertex as usize]
         };
-        let is_large = element.triangles.len() > MOST_MOVED_IF_OPEN;
+        let is_large = element.triangles.len() > MAX_SMALL_ELEMENT;
         if !factor.is_finite() || is_large && element.vertices().iter().any(is_border) {
             return;
         }
@@ -134,7 +144,7 @@ impl Task<'_> {
             let position = Vec3::from(simplified.positions[own]);
             let fitted = centroid + (position - element.centroid) * factor;
             simplified.positions[own] = fitted.to_array();
-            layout.adapt(
+            layout.shift_mean(
                 &mut simplified.rows[own * width..][..width],
                 &own_mean,
                 mean,
@@ -144,7 +154,7 @@ impl Task<'_> {
         element.measure(&simplified.positions);
     }
 
-    /// The mean of the attributes at the corners of an element.
+    /// Mean attributes of an element over its triangle corners.
     pub(crate) fn mean_row(&self, rows: &[f32], element: &Component) -> Vec<f32> {
         let width = self.vertices.layout.width();
         let mut mean = vec![0.0; width];
@@ -160,7 +170,7 @@ impl Task<'_> {
     }
 }
 
-/// The triangle of three of the vertices that has most area.
+/// The triangle between three of the vertices with the largest area.
 fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]> {
     let position = |vertex: u32| Vec3::from(positions[vertex as usize]);
     let mut largest = (0.0f32, None);
@@ -178,23 +188,23 @@ fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]
     largest.1
 }
 
-/// The next step for an element.
+/// The next step for an element: flattening or pruning.
 #[derive(Clone, Copy, PartialEq)]
 struct Step {
-    /// Pixels of it that change for each triangle that is saved.
+    /// Visible pixels that change per saved triangle.
     cost: f32,
     element: usize,
-    /// Or else it is pruned.
+    /// `false` for pruning.
     is_flattening: bool,
 }
 
 impl Step {
-    /// The cheaper one.
+    /// The cheaper of both steps.
     fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
         let element = &elements[index];
         let count = element.triangles.len() as f32;
-        let pruned = element.seen / count;
-        let flattened = FLATTENED * element.seen / (count - 2.0);
+        let pruned = element.visible_px / count;
+        let flattened = FLATTENING_COST * element.visible_px / (count - 2.0);
         let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
         Self {
             cost: if is_flattening { flattened } else { pruned },

@@ -1,7 +1,7 @@
-//! Plants and other meshes of many loose pieces, which keep their covered area.
+//! Plants and other aggregates of many loose elements keep their covered area.
 //!
-//! In: groups of leaves, blades or gravel to simplify, and finished levels. Out: simplified groups, and errors of levels
-//! that are measured on pictures.
+//! In: groups of leaves, blades or gravel to simplify, and finished levels. Out: simplified groups, and errors of
+//! levels that are measured on pictures.
 
 pub(crate) mod aggregate;
 pub(crate) mod appearance;

@@ -1,51 +1,51 @@
-//! Small pictures of a level of detail, rasterised on the CPU.
+//! Small orthographic pictures of a level, rasterized on the CPU with a depth buffer.
 //!
-//! Orthographic, with a depth buffer, from any direction. The albedo is that of the vertices' colours,
-//! or gray, and of the surface, if that is known, lit from above and from the eye. Both sides of a triangle
-//! are drawn. Of a surface that is known only what is opaque is drawn. Triangles of an unknown surface are
-//! drawn whole, or with a likely opacity.
+//! The albedo is the vertex colour, or gray, times the texture if it is known. Light comes from above and from the eye.
+//! Triangles are two-sided. Transparent texels are skipped. Triangles with an unknown surface are opaque or have a
+//! given opacity.
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::mesh::edges::number;
+use crate::mesh::edges::hash_of;
 use crate::mesh::surface::Surface;
-use crate::mesh::surfaces::shown;
+use crate::mesh::surfaces::picture_color;
 
-/// The colour behind all surfaces, in linear light.
+/// Background colour in linear light.
 const BACKGROUND: f32 = 0.2;
-/// A normal that turns away from the eye by no more than this is a silhouette's, and stays as it is.
-const SILHOUETTE: f32 = -0.15;
+/// Cosine between a normal and the eye direction below which the normal is flipped. Smooth normals near a silhouette
+/// may point slightly away from the eye.
+const FLIP_BELOW: f32 = -0.15;
 
-/// Colours of a square picture by rows, in linear light; the last component is the share covered.
+/// A square picture in row order. Each pixel is a colour in linear light and the covered share.
 #[derive(Clone)]
 pub(crate) struct Picture {
     pub(crate) side: usize,
     pub(crate) pixels: Vec<Vec4>,
 }
 
-/// The direction of a view.
+/// The axes of a view.
 #[derive(Clone, Copy)]
 pub(crate) struct Viewpoint {
-    /// Towards the eye, to the right and upwards.
+    /// Directions towards the eye, to the right and upwards.
     eye: Vec3,
     right: Vec3,
     up: Vec3,
 }
 
-/// Vertices with their colours as they are drawn.
+/// Vertices and surfaces to draw.
 pub(crate) struct Model<'a> {
     pub(crate) positions: &'a [Vec3],
-    /// One for each position, or none.
+    /// One per position, or empty.
     pub(crate) normals: &'a [Vec3],
     pub(crate) colors: &'a [Vec4],
-    /// Those that are known, and the texture coordinates that they go by: one for each position, or none. A triangle
-    /// has that of its first corner.
+    /// Known surfaces and the texture coordinates that they use: one per position, or empty. A triangle uses the
+    /// surface of its first corner.
     pub(crate) surfaces: &'a [Option<&'a Surface>],
     pub(crate) uvs: &'a [Vec2],
-    /// The sphere that fills the picture.
+    /// The sphere that fits the picture.
     pub(crate) sphere: Sphere,
-    /// Factor for colours.
+    /// Factor for vertex colours.
     pub(crate) exposure: f32,
 }
 
@@ -54,7 +54,7 @@ impl Viewpoint {
     pub(crate) fn around(index: usize, count: usize) -> Self {
         let y = 1.0 - 2.0 * (index as f32 + 0.5) / count as f32;
         let across = (1.0 - y * y).max(0.0).sqrt();
-        // The golden angle, by powers of a complex number: no sine differs between machines.
+        // Rotation by the golden angle. Sines would differ between machines.
         let turn = Vec2::new(-0.737_368_9, 0.675_490_3);
         let at = (0..index).fold(Vec2::X, |at, _| at.rotate(turn).normalize_or(Vec2::X));
         let eye = Vec3::new(across * at.x, y, across * at.y);
@@ -68,7 +68,7 @@ impl Viewpoint {
 }
 
 impl Model<'_> {
-    /// Draws triangles so that the sphere fills a square of `side` pixels.
+    /// Draws triangles into a square of `side` pixels.
     pub(crate) fn draw(&self, triangles: &[[u32; 3]], view: &Viewpoint, side: usize) -> Picture {
         let mut canvas = Canvas::new(side);
         for triangle in triangles {
@@ -93,8 +93,8 @@ impl Model<'_> {
         canvas.picture
     }
 
-    /// How many pixels of a square triangles cover together, each as opaque as its surface, or as told if that is not
-    /// known.
+    /// Number of pixels that triangles cover together. `opacity` applies to triangles with an opaque or unknown
+    /// surface.
     pub(crate) fn covered(
         &self,
         triangles: &[[u32; 3]],
@@ -121,8 +121,8 @@ impl Model<'_> {
         clear.iter().map(|clear| 1.0 - clear).sum()
     }
 
-    /// In how many pixels of a square each triangle is seen, where each is as opaque as in [`Self::covered`].
-    pub(crate) fn seen(
+    /// Number of pixels in which each triangle is visible. Opacities are those of [`Self::covered`].
+    pub(crate) fn visible_px(
         &self,
         triangles: &[[u32; 3]],
         view: &Viewpoint,
@@ -137,35 +137,35 @@ impl Model<'_> {
             let of_surface = self.surface(triangle).filter(|s| !s.is_opaque());
             let at_uv = of_surface.map(|s| s.opacity(self.uvs_of(triangle), raster.area()));
             let whole = opacity(triangle);
-            let own = (number(at as u32) >> 32) as u32;
+            let own = (hash_of(at as u32) >> 32) as u32;
             raster.each_pixel(|index, shares, near| {
                 if near <= nearest[index].0 {
                     return;
                 }
-                // A half transparent triangle hides every other pixel, chosen at random per triangle.
+                // A half transparent triangle hides half of the pixels behind it, chosen by a hash per triangle.
                 let opacity = match &at_uv {
                     Some(opacity) => opacity(self.uv_at(triangle, shares)),
                     None => whole,
                 };
-                if opacity >= 1.0 || random_of(index as u32 ^ own) < opacity {
+                if opacity >= 1.0 || random_unit(index as u32 ^ own) < opacity {
                     nearest[index] = (near, at as u32);
                 }
             });
         }
-        let mut seen = vec![0; triangles.len()];
+        let mut visible_px = vec![0; triangles.len()];
         for (_, at) in nearest {
-            if let Some(seen) = seen.get_mut(at as usize) {
-                *seen += 1;
+            if let Some(visible_px) = visible_px.get_mut(at as usize) {
+                *visible_px += 1;
             }
         }
-        seen
+        visible_px
     }
 
     fn surface(&self, triangle: &[u32; 3]) -> Option<&Surface> {
         *self.surfaces.get(triangle[0] as usize)?
     }
 
-    /// The texture coordinates of the corners.
+    /// Texture coordinates of the corners.
     fn uvs_of(&self, triangle: &[u32; 3]) -> [Vec2; 3] {
         triangle.map(|v| self.uvs.get(v as usize).copied().unwrap_or_default())
     }
@@ -175,7 +175,7 @@ impl Model<'_> {
         a * shares.x + b * shares.y + c * shares.z
     }
 
-    /// The column, the row and the nearness of a point in a picture in which the sphere fills a square.
+    /// Column, row and nearness of a point in the picture.
     fn place(&self, point: Vec3, view: &Viewpoint, side: usize) -> Vec3 {
         let middle = side as f32 * 0.5;
         let scale = middle / self.sphere.radius.max(f32::MIN_POSITIVE);
@@ -184,32 +184,32 @@ impl Model<'_> {
         at.extend(p.dot(view.eye))
     }
 
-    /// A triangle in a picture in which the sphere fills a square.
+    /// A triangle in the coordinates of the picture.
     fn raster(&self, triangle: &[u32; 3], view: &Viewpoint, side: usize) -> Option<Raster> {
         let corners = triangle.map(|v| self.place(self.positions[v as usize], view, side));
         Raster::of(corners, side)
     }
 
-    /// The light that a vertex sends to the eye.
+    /// Light from a vertex towards the eye.
     fn color(&self, vertex: u32, triangle: &[u32; 3], view: &Viewpoint) -> Vec3 {
         let flat = || {
             let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
             (b - a).cross(c - a).normalize_or_zero()
         };
         let normal = self.normals.get(vertex as usize).copied();
-        let albedo = shown(self.colors.get(vertex as usize)) * self.exposure;
-        albedo * lit(normal.unwrap_or_else(flat), view)
+        let albedo = picture_color(self.colors.get(vertex as usize)) * self.exposure;
+        albedo * brightness(normal.unwrap_or_else(flat), view)
     }
 }
 
 /// A pseudo-random number from 0 to below 1.
-fn random_of(drawn_by: u32) -> f32 {
-    (number(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
+fn random_unit(drawn_by: u32) -> f32 {
+    (hash_of(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
 }
 
-/// The share of the light that goes on to the eye.
-fn lit(mut normal: Vec3, view: &Viewpoint) -> f32 {
-    if normal.dot(view.eye) < SILHOUETTE {
+/// Share of the light that is reflected towards the eye.
+fn brightness(mut normal: Vec3, view: &Viewpoint) -> f32 {
+    if normal.dot(view.eye) < FLIP_BELOW {
         normal = -normal;
     }
     let sky = 0.5 + 0.5 * normal.y;
@@ -217,7 +217,7 @@ fn lit(mut normal: Vec3, view: &Viewpoint) -> f32 {
     0.15 + 0.55 * sky + 0.5 * lamp
 }
 
-/// A square on which nothing is drawn yet.
+/// A picture and its depth buffer.
 struct Canvas {
     picture: Picture,
     nearness: Vec<f32>,
@@ -235,7 +235,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a pixel of a surface, if something is there, and nothing that is nearer yet.
+    /// Draws a pixel unless a nearer one is drawn or `color` returns `None`.
     fn draw(&mut self, index: usize, near: f32, color: impl FnOnce() -> Option<Vec3>) {
         if near > self.nearness[index]
             && let Some(color) = color()
@@ -246,13 +246,13 @@ impl Canvas {
     }
 }
 
-/// A triangle on its way into a picture.
+/// A triangle to rasterize.
 pub(crate) struct Raster {
     side: usize,
     columns: [usize; 2],
     rows: [usize; 2],
     corners: [Vec3; 3],
-    /// One over twice the area, signed.
+    /// The inverse of twice the signed area.
     per_area: f32,
 }
 
@@ -261,7 +261,7 @@ impl Raster {
         let [a, b, c] = corners.map(Vec3::truncate);
         let per_area = (b - a).perp_dot(c - a).recip();
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        // Pixels whose middles may lie inside.
+        // Pixels whose centre may be inside.
         let range = |min: f32, max: f32| {
             let first = (min - 0.5).max(0.0).ceil() as usize;
             let end = (max + 0.5).max(0.0).floor() as usize;
@@ -277,12 +277,12 @@ impl Raster {
         per_area.is_finite().then_some(raster)
     }
 
-    /// In pixels.
+    /// Area in pixels.
     fn area(&self) -> f32 {
         0.5 * self.per_area.recip().abs()
     }
 
-    /// Calls with each pixel inside, the shares of the corners and the nearness.
+    /// Calls `draw` with the index of each pixel inside, the weights of the corners and the nearness.
     pub(crate) fn each_pixel(&self, mut draw: impl FnMut(usize, Vec3, f32)) {
         let [a, b, c] = self.corners.map(Vec3::truncate);
         let near = Vec3::new(self.corners[0].z, self.corners[1].z, self.corners[2].z);
@@ -303,7 +303,7 @@ impl Raster {
 }
 
 impl Picture {
-    /// Half as large, each pixel the mean of four.
+    /// The picture at half the size: each pixel is the mean of four.
     pub(crate) fn halved(&self) -> Self {
         let side = self.side / 2;
         let pixel = |index: usize| {
@@ -318,7 +318,7 @@ impl Picture {
         }
     }
 
-    /// Encoded by about how bright an eye sees it.
+    /// The picture with gamma 2: about the brightness that an eye perceives.
     pub(crate) fn encoded(&self) -> Self {
         let root = |p: &Vec4| Vec4::new(p.x.sqrt(), p.y.sqrt(), p.z.sqrt(), p.w);
         Self {
@@ -327,7 +327,7 @@ impl Picture {
         }
     }
 
-    /// Every pixel mixed with its neighbours: half of it is its own along each axis.
+    /// The picture blurred with the weights 1/4, 1/2, 1/4 along each axis.
     pub(crate) fn blurred(&self) -> Self {
         let side = self.side;
         let across = blurred_along(&self.pixels, 1, side, |index| index % side);
@@ -338,7 +338,7 @@ impl Picture {
     }
 }
 
-/// Each pixel with a quarter of both neighbours, `step` away; beyond the border lies the same again.
+/// Blurs along one axis with neighbours that are `step` apart; borders repeat their pixel.
 fn blurred_along(
     pixels: &[Vec4],
     step: usize,
@@ -366,7 +366,7 @@ mod tests {
 
     #[test]
     fn nearer_opaque_triangles_hide_others() {
-        // Towards the eye lies z.
+        // The z axis points towards the eye.
         let at = |z: f32| {
             [
                 Vec3::new(-1.0, -1.0, z),
@@ -393,16 +393,16 @@ mod tests {
             up: Vec3::Y,
         };
         let triangles = [[0, 1, 2], [3, 4, 5]];
-        let seen = |opacity: f32| model.seen(&triangles, &view, 96, |_| opacity);
+        let visible_px = |opacity: f32| model.visible_px(&triangles, &view, 96, |_| opacity);
         let whole = 96.0f32 * 96.0 * 2.0 / 9.0;
-        let [hidden, all] = seen(1.0)[..] else {
-            panic!("two triangles")
+        let [hidden, all] = visible_px(1.0)[..] else {
+            panic!("expected two triangles")
         };
         assert_eq!(hidden, 0);
         assert!((all as f32 / whole - 1.0).abs() < 0.03, "{all} of {whole}");
-        // Half of what is there, and half of what that leaves.
-        let [behind, before] = seen(0.5)[..] else {
-            panic!("two triangles")
+        // The front triangle shows in half of the pixels, the back one in half of the rest.
+        let [behind, before] = visible_px(0.5)[..] else {
+            panic!("expected two triangles")
         };
         assert!((before as f32 / whole - 0.5).abs() < 0.05, "{before}");
         assert!((behind as f32 / whole - 0.25).abs() < 0.05, "{behind}");

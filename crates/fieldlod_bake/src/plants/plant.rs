@@ -1,7 +1,7 @@
 //! The step of the bake for plants: each level keeps the area that leaves and other loose elements cover.
 //!
-//! Before a level: how many triangles it keeps, which elements are seen, by how much elements grow. After the
-//! simplification of a level with several groups: the level is simplified again until it covers enough.
+//! Each level starts with its ratio of triangles, the visible pixels of its vertices and the gain of its elements. A
+//! level of several groups is simplified again until it covers enough area.
 
 use std::cell::OnceCell;
 
@@ -12,30 +12,29 @@ use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::aggregate::is_aggregate;
-use crate::plants::appearance::MOST_VERTICES;
+use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// How often a level is simplified again at most.
-const MOST_CORRECTIONS: usize = 4;
+/// Maximum number of times that a level is simplified again.
+const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected.
-const HARDLY_LACKING: f32 = 0.01;
-/// From the second level on, the share of the triangles that is gone grows by no more than this factor per level: what
-/// is gone is what shows when levels change. Each level keeps a share of the finer level between the bounds below.
-const MOST_MORE_GONE: f32 = 1.25;
-const LEAST_KEPT: f32 = 0.6;
-const MOST_KEPT: f32 = 0.74;
-/// Levels keep no more than this share of the ratio at which a level counts as stuck: simplification may end a little
-/// above its target.
-const ALL_BUT_STUCK: f32 = 0.9;
+const AREA_TOLERANCE: f32 = 0.01;
+/// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
+/// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
+const MAX_REMOVED_GROWTH: f32 = 1.25;
+const MIN_KEPT: f32 = 0.6;
+const MAX_KEPT: f32 = 0.74;
+/// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
+const STUCK_MARGIN: f32 = 0.9;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.
 pub(crate) struct Plant<'a> {
     mesh: &'a SourceMesh,
     /// Whether many triangles of the mesh belong to loose elements.
     is_plant: bool,
-    /// The area that the source covers; measured on first use.
+    /// Area that the source covers, measured on first use.
     coverage: OnceCell<Coverage>,
-    /// By how much elements of the next level grow beyond what keeps their area.
+    /// Extra growth of the next level's elements.
     area_gain: f32,
     /// Whether a group of a finer level has elements.
     has_elements: bool,
@@ -44,20 +43,20 @@ pub(crate) struct Plant<'a> {
 
 /// Parameters for the simplification of one level.
 pub(crate) struct PlantLevel<'a> {
-    /// The share of the triangles to keep.
+    /// Share of the triangles to keep.
     pub(crate) ratio: f32,
-    /// By how much elements grow beyond what keeps their area.
+    /// Extra growth of elements.
     pub(crate) area_gain: f32,
-    /// In how many pixels each vertex is seen, for meshes that are plants.
-    pub(crate) seen: Option<Vec<f32>>,
-    /// The area to cover, for a level of one group.
+    /// Number of pixels in which each vertex is visible; only for plants.
+    pub(crate) visible_px: Option<Vec<f32>>,
+    /// Area to cover; only for a level of one group.
     coverage: Option<&'a Coverage>,
     has_elements: bool,
 }
 
 impl<'a> Plant<'a> {
     pub(crate) fn of(mesh: &'a SourceMesh, place: &[u32]) -> Self {
-        let is_small = mesh.positions.len() <= MOST_VERTICES as usize;
+        let is_small = mesh.positions.len() <= MAX_VERTICES as usize;
         Self {
             mesh,
             is_plant: is_small && is_aggregate(mesh, place),
@@ -68,7 +67,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Whether a group so far has loose elements.
+    /// Whether a group of a finer level has loose elements.
     pub(crate) fn has_elements(&self) -> bool {
         self.has_elements
     }
@@ -79,7 +78,7 @@ impl<'a> Plant<'a> {
             .get_or_init(|| Coverage::of(indices, vertices))
     }
 
-    /// The parameters for the simplification of the groups `parts`.
+    /// Parameters for the simplification of the groups `parts`.
     pub(crate) fn begin_level(
         &self,
         parts: &[Vec<Cluster>],
@@ -90,10 +89,10 @@ impl<'a> Plant<'a> {
         if is_whole && self.level == 0 {
             self.coverage(vertices);
         }
-        let seen = self.is_plant.then(|| {
+        let visible_px = self.is_plant.then(|| {
             let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
             let drawn = Drawn::of(corners.copied().collect(), vertices);
-            self.coverage(vertices).seen(&drawn, vertices)
+            self.coverage(vertices).visible_px(&drawn, vertices)
         });
         let ratio = if self.is_plant {
             let triangles: usize = parts.iter().map(|part| triangle_count(part)).sum();
@@ -105,22 +104,23 @@ impl<'a> Plant<'a> {
         PlantLevel {
             ratio,
             area_gain: self.area_gain,
-            seen,
+            visible_px,
             coverage: self.coverage.get().filter(|_| is_whole),
             has_elements: self.has_elements,
         }
     }
 
-    /// Whether a level with elements can be corrected: it has several groups, and what is seen of elements is known.
+    /// Whether a level with elements can be corrected: it has several groups, and visible pixels or opacities are
+    /// known.
     pub(crate) fn can_be_corrected(
         &self,
         parts: &[Vec<Cluster>],
         vertices: &LevelVertices,
     ) -> bool {
-        parts.len() > 1 && (self.is_plant || vertices.knows_what_is_cut_out())
+        parts.len() > 1 && (self.is_plant || vertices.has_known_opacity())
     }
 
-    /// Simplifies a level again with another gain of areas until it covers what it should. `simplify` takes the gain.
+    /// Simplifies a level again with other gains until it covers the wanted area. `simplify` takes the gain.
     pub(crate) fn corrected(
         &self,
         parts: &[Vec<Cluster>],
@@ -131,19 +131,19 @@ impl<'a> Plant<'a> {
         let coverage = self.coverage(vertices);
         let mut response = Response::default();
         let mut area_gain = self.area_gain;
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             let drawn = drawn_of(parts, &simplified, vertices);
-            let lacking = coverage.lacking(&drawn, vertices);
-            if (lacking - 1.0).abs() <= HARDLY_LACKING {
+            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
+            if (wanted_ratio - 1.0).abs() <= AREA_TOLERANCE {
                 break;
             }
-            area_gain *= response.gain(area_gain, lacking);
+            area_gain *= response.gain(area_gain, wanted_ratio);
             simplified = simplify(area_gain);
         }
         simplified
     }
 
-    /// Measures the clusters that a level left, and sets the gain of the next level.
+    /// Measures the finished level, and sets the gain of the next one.
     pub(crate) fn end_level(
         &mut self,
         has_elements: bool,
@@ -155,37 +155,37 @@ impl<'a> Plant<'a> {
         if has_elements {
             let corners = clusters.iter().flat_map(|cluster| &cluster.corners);
             let drawn = Drawn::of(corners.copied().collect(), vertices);
-            let lacking = self.coverage(vertices).lacking(&drawn, vertices);
-            self.area_gain = Response::default().gain(1.0, lacking);
+            let wanted_ratio = self.coverage(vertices).wanted_ratio(&drawn, vertices);
+            self.area_gain = Response::default().gain(1.0, wanted_ratio);
         }
     }
 }
 
 impl PlantLevel<'_> {
-    /// Lets a simplification of the whole plant cover what it should.
+    /// Corrects the covered area of a level of one group.
     pub(crate) fn fit_covered_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let has_elements = self.has_elements || simplified.method == Method::Elements;
         if let Some(coverage) = self.coverage.filter(|_| has_elements) {
-            coverage.set_right(task, simplified);
+            coverage.correct_area(task, simplified);
         }
     }
 }
 
-/// The share of its triangles that a level of a plant keeps, if the level has the share `left` of the source's.
+/// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
 fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
-    let gone = 1.0 - left;
-    if gone <= 0.0 {
+    let removed = 1.0 - left;
+    if removed <= 0.0 {
         return config.simplify_ratio;
     }
-    // The configuration may ask for levels closer together, but not farther apart.
+    // A larger `simplify_ratio` gives more levels; a smaller one has no effect here.
     let wanted = config.simplify_ratio;
-    let most = MOST_KEPT.min(config.stuck_ratio * ALL_BUT_STUCK);
+    let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
     let most = most.max(wanted);
-    let least = LEAST_KEPT.clamp(wanted, most);
-    ((1.0 - MOST_MORE_GONE * gone) / left).clamp(least, most)
+    let least = MIN_KEPT.clamp(wanted, most);
+    ((1.0 - MAX_REMOVED_GROWTH * removed) / left).clamp(least, most)
 }
 
-/// The triangles of a level, of which some groups may be stuck.
+/// The triangles of a level. Stuck groups are drawn unsimplified.
 fn drawn_of(
     parts: &[Vec<Cluster>],
     simplified: &[Option<SimplifiedGroup>],

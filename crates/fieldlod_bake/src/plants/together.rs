@@ -1,7 +1,7 @@
-//! Bakes several meshes that are one object, such as the bark and the leaves of a tree, as one mesh.
+//! Bakes several meshes of one object, such as the bark and the leaves of a tree, as one mesh.
 //!
-//! Leaves hide the bark. Baked separately, two meshes draw 1.4 to 6.4 times the triangles of one at equal quality. All
-//! meshes of the object get the same spheres, errors and mean normals, and change their levels together.
+//! Leaves hide the bark. Two meshes that are baked separately draw 1.4 to 6.4 times the triangles of one mesh at equal
+//! quality. All meshes of the object get the same spheres, errors and mean normals, and change levels together.
 
 use std::ops::Range;
 
@@ -18,30 +18,30 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
-use crate::plants::appearance::MOST_VERTICES;
+use crate::plants::appearance::MAX_VERTICES;
 use crate::report::BakeReport;
 
-/// Most meshes of one plant.
+/// Maximum number of meshes in one plant.
 pub const MOST_TOGETHER: usize = 4;
-/// Each mesh is this share of the largest coordinate apart from the next, two steps of 32 bits at most there: the
-/// simplifier takes vertices at one place for the same.
-const APART: f32 = 1.0 / (1 << 22) as f32;
+/// Offset between meshes, as a share of the largest coordinate: at most two steps of an `f32`. Without it, the
+/// simplifier would weld vertices of two meshes at the same position.
+const OFFSET: f32 = 1.0 / (1 << 22) as f32;
 
-/// Meshes of which more vertices than this share of their triangles are where they meet others are free to part there.
-/// Coarse levels have about a triangle for each kept vertex; a quarter of the vertices of tiles of 64 × 64 cells are
-/// 0.03 of their triangles, and those of the materials of a hard-edged scene 0.15.
-const MOST_KEPT: f32 = 0.05;
+/// A mesh keeps its shared vertices at all levels only if they are at most this share of its triangles. Coarse levels
+/// have about one triangle per kept vertex. The border vertices of a tile of 64 × 64 cells are 0.03 of its triangles.
+/// Those between the materials of a hard-edged scene are 0.15.
+const MAX_KEPT_VERTICES: f32 = 0.05;
 
-/// Bakes meshes that are one object, in the given order: plants together, other meshes separately.
+/// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
+/// separately.
 ///
-/// Meshes of fewer triangles that all meet others at open borders are baked together, too, however many they are. Of
-/// larger ones that meet, the vertices there stay at all levels, unless these are more than a twentieth of the triangles.
+/// Small meshes that all meet others at open borders are also baked together, in any number. Larger meshes keep the
+/// vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
 ///
-/// Meshes that are baked together change levels together and only as a whole: each hierarchy has one unit per level. This
-/// applies to two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and
-/// at most 65,536 vertices in total. At least a quarter of the triangles must belong to six or more loose pieces such as
-/// leaves, and all meshes or none must have normals. The reports describe the common bake, except for the coarsest
-/// triangles.
+/// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
+/// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
+/// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves.
+/// All meshes or none must have normals. Reports describe the common bake, except for the coarsest triangles.
 ///
 /// # Errors
 /// For each mesh, as [`bake_mesh`](crate::bake_mesh).
@@ -51,57 +51,60 @@ pub fn bake_together(
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let are_valid = meshes.iter().all(|mesh| mesh.check_shape().is_ok());
-    let kept = match are_valid {
-        true => meeting_vertices(meshes),
-        false => vec![Vec::new(); meshes.len()],
+    let kept = if are_valid {
+        meeting_vertices(meshes)
+    } else {
+        vec![Vec::new(); meshes.len()]
     };
     bake_together_with_progress(meshes, &kept, config, &|_, _| ())
 }
 
-/// [`bake_together`] with progress: `on_triangles` is told of which mesh how many triangles each group consumed;
-/// of meshes that are baked together, the first. Of each mesh that is baked separately, the vertices that are `kept` stay
-/// at all levels.
+/// [`bake_together`] with progress: `on_triangles` gets the index of a mesh and the number of triangles that a group
+/// consumed. Meshes that are baked together report the index 0. Meshes that are baked separately keep the vertices
+/// marked in `kept` at all levels.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
     kept: &[Vec<bool>],
     config: &BakeConfig,
     on_triangles: &(dyn Fn(usize, usize) + Sync),
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let together = match belong_together(meshes, config) {
-        true => Some(Joint::Plant),
-        false => are_one_surface(meshes, kept, config).then_some(Joint::Surface),
+    let together = if can_bake_as_plant(meshes, config) {
+        Some(Joint::Plant)
+    } else {
+        can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface)
     };
-    let as_one = |joint| bake_as_one(meshes, joint, config, &|count| on_triangles(0, count));
+    let as_one = |joint| bake_joined(meshes, joint, config, &|count| on_triangles(0, count));
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
-    let by_itself = |(index, mesh): (usize, &&SourceMesh)| {
-        let kept = affordable(&kept[index], mesh);
+    let bake_separately = |(index, mesh): (usize, &&SourceMesh)| {
+        let kept = kept_within_budget(&kept[index], mesh);
         bake_mesh_with_progress(mesh, kept, config, &|count| on_triangles(index, count))
     };
-    meshes.par_iter().enumerate().map(by_itself).collect()
+    meshes.par_iter().enumerate().map(bake_separately).collect()
 }
 
-/// The vertices to keep, unless they are so many that far levels would be made of them.
-fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
+/// The vertices to keep; none if they are too many, because coarse levels would consist of them.
+fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     let count = kept.iter().filter(|kept| **kept).count();
-    match count as f32 <= mesh.triangle_count() as f32 * MOST_KEPT {
-        true => kept,
-        false => &[],
+    if count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
+        kept
+    } else {
+        &[]
     }
 }
 
-/// How meshes are one object.
+/// How meshes are joined.
 #[derive(Clone, Copy, PartialEq)]
 enum Joint {
-    /// Loose pieces, which are not joined where they touch.
+    /// Loose elements that are not joined where they touch.
     Plant,
-    /// One surface of several materials, which stays closed where they meet.
+    /// One surface of several materials that stays closed where they meet.
     Surface,
 }
 
-fn belong_together(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
-    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_one(meshes, config) && is_plant(meshes)
+fn can_bake_as_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_joined(meshes, config) && is_plant(meshes)
 }
 
 fn is_plant(meshes: &[&SourceMesh]) -> bool {
@@ -111,15 +114,17 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
 }
 
 /// Whether each mesh meets another one.
-fn are_one_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
-    meshes.len() > 1 && kept.iter().all(|kept| kept.contains(&true)) && can_be_one(meshes, config)
+fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
+    meshes.len() > 1
+        && kept.iter().all(|kept| kept.contains(&true))
+        && can_be_joined(meshes, config)
 }
 
-fn can_be_one(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
+fn can_be_joined(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     let sum =
         |count: fn(&SourceMesh) -> usize| meshes.iter().map(|mesh| count(mesh)).sum::<usize>();
     let is_small = sum(SourceMesh::triangle_count) < config.together_below_triangles
-        && sum(|mesh| mesh.positions.len()) <= MOST_VERTICES as usize;
+        && sum(|mesh| mesh.positions.len()) <= MAX_VERTICES as usize;
     let with_normals = meshes.iter().filter(|mesh| !mesh.normals.is_empty());
     is_small
         && [0, meshes.len()].contains(&with_normals.count())
@@ -127,7 +132,7 @@ fn can_be_one(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
         && meshes.iter().all(|mesh| mesh.validate().is_ok())
 }
 
-/// The vertices of each mesh among those of all.
+/// Range of each mesh's vertices in the joined mesh.
 fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
     let ends = meshes.iter().scan(0, |end, mesh| {
         let first = *end;
@@ -137,7 +142,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
     ends.collect()
 }
 
-/// The meshes in one, with neutral values for attributes that some have and others have not.
+/// Joins the meshes. Meshes without an attribute get neutral values if another mesh has it.
 fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     let mut all = SourceMesh {
         // The bake then records the origin of moved vertices.
@@ -149,7 +154,7 @@ fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     for (index, mesh) in meshes.iter().enumerate() {
         let first = all.positions.len() as u32;
         let apart = match joint {
-            Joint::Plant => Vec3::X * (extent * APART * index as f32),
+            Joint::Plant => Vec3::X * (extent * OFFSET * index as f32),
             Joint::Surface => Vec3::ZERO,
         };
         all.positions
@@ -157,16 +162,16 @@ fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
         all.indices
             .extend(mesh.indices.iter().map(|index| first + index));
     }
-    all.normals = in_turn(meshes, |mesh| &mesh.normals, Default::default());
-    all.uvs = in_turn(meshes, |mesh| &mesh.uvs, Default::default());
-    all.tangents = in_turn(meshes, |mesh| &mesh.tangents, Vec4::X + Vec4::W);
-    all.uvs_1 = in_turn(meshes, |mesh| &mesh.uvs_1, Default::default());
-    all.colors = in_turn(meshes, |mesh| &mesh.colors, Vec4::ONE);
+    all.normals = concatenated(meshes, |mesh| &mesh.normals, Default::default());
+    all.uvs = concatenated(meshes, |mesh| &mesh.uvs, Default::default());
+    all.tangents = concatenated(meshes, |mesh| &mesh.tangents, Vec4::X + Vec4::W);
+    all.uvs_1 = concatenated(meshes, |mesh| &mesh.uvs_1, Default::default());
+    all.colors = concatenated(meshes, |mesh| &mesh.colors, Vec4::ONE);
     all
 }
 
-/// An attribute of all vertices, or of none if no mesh has it.
-fn in_turn<V: Copy>(
+/// Concatenates an attribute; empty if no mesh has it.
+fn concatenated<V: Copy>(
     meshes: &[&SourceMesh],
     attribute: impl Fn(&SourceMesh) -> &Vec<V>,
     neutral: V,
@@ -182,8 +187,8 @@ fn in_turn<V: Copy>(
     meshes.iter().flat_map(of_mesh).collect()
 }
 
-/// `None` if a level needs wider indices.
-fn bake_as_one(
+/// Bakes the joined meshes. Returns `None` if a level needs 32-bit indices.
+fn bake_joined(
     meshes: &[&SourceMesh],
     joint: Joint,
     config: &BakeConfig,
@@ -198,12 +203,12 @@ fn bake_as_one(
         on_triangles,
     );
     let mut whole = hierarchy.whole_mesh_levels()?;
-    face_alike(&mut whole);
+    unify_mean_normals(&mut whole);
     let parts = meshes.iter().zip(ranges);
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
         .collect();
-    // As good as it is by that of the meshes which is worst.
+    // All meshes get the deviations of the worst one, so that they change levels together.
     let deviations = deviations(&parts, &whole, config);
     let with_report = |part: Part<'_>| {
         let hierarchy = part.hierarchy(&whole, &deviations)?;
@@ -217,15 +222,16 @@ fn bake_as_one(
     parts.into_iter().map(with_report).collect()
 }
 
-/// Lets all levels face as the source does: meshes that leave out different ones would not go by the same else.
-fn face_alike(whole: &mut Hierarchy) {
+/// Gives all levels the mean normal of the source. Otherwise, meshes that skip different levels would select
+/// differently.
+fn unify_mean_normals(whole: &mut Hierarchy) {
     let facing = whole.groups.first().map(|group| group.mean_normal);
     for group in &mut whole.groups {
         group.mean_normal = facing.unwrap_or_default();
     }
 }
 
-/// For each level of the whole, how far the meshes stray from their sources at it or at a finer one.
+/// For each level of the joined mesh, the largest deviation of any mesh at this level or a finer one.
 fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec<f32> {
     let mut deviations = vec![0.0f32; whole.groups.len()];
     if !config.measure_deviation {
@@ -251,19 +257,19 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
     deviations
 }
 
-/// The levels of one mesh among those of the whole.
+/// The levels of one mesh, cut out of the joined mesh.
 struct Part<'a> {
     mesh: &'a SourceMesh,
-    /// From positions in the whole, by bits, to positions in the mesh.
+    /// From bits of positions in the joined mesh to positions in the mesh.
     own_positions: FxHashMap<[u32; 3], Vec3>,
     vertices: Vertices,
     moved_from: Vec<u32>,
-    /// Its own levels, finest first: which level of the whole each is, and its triangles.
+    /// The index in the joined mesh and the triangles of each own level, finest first.
     levels: Vec<(usize, Vec<[u32; 3]>)>,
 }
 
 impl<'a> Part<'a> {
-    /// The part of the mesh whose vertices are `range` of the whole.
+    /// Cuts out the mesh with the vertices `range` of `whole`.
     fn of(mesh: &'a SourceMesh, range: Range<usize>, whole: &Hierarchy) -> Self {
         let of_whole = whole.vertices.positions[range.clone()].iter();
         let mut part = Self {
@@ -277,13 +283,13 @@ impl<'a> Part<'a> {
             levels: Vec::new(),
         };
         let is_own = |vertex: u32| range.contains(&(whole.origin_of(vertex).unwrap_or(0) as usize));
-        // A simplifier that merges vertices at one place may have made a triangle of two meshes'.
+        // The simplifier may weld vertices at the same position, so a triangle may mix vertices of two meshes.
         let is_mostly_own =
             |triangle: &[u32; 3]| triangle.iter().filter(|v| is_own(**v)).count() > 1;
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
             let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
-            // A mesh that vanishes keeps its last level.
+            // If no triangles of a mesh are left, it keeps its last level.
             if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {
                     *own_of
@@ -298,7 +304,7 @@ impl<'a> Part<'a> {
         part
     }
 
-    /// A vertex of the whole among the part's own, to which it is added if it is not of its source.
+    /// The own index of a vertex of `whole`. Vertices that are not in the source are added.
     fn vertex(&mut self, vertex: u32, range: &Range<usize>, whole: &Hierarchy) -> u32 {
         if range.contains(&(vertex as usize)) {
             return vertex - range.start as u32;
@@ -311,11 +317,11 @@ impl<'a> Part<'a> {
         self.vertices
             .positions
             .push(*own_position.unwrap_or(position));
-        push_if_held(&mut self.vertices.normals, &from.normals, vertex);
-        push_if_held(&mut self.vertices.uvs, &from.uvs, vertex);
-        push_if_held(&mut self.vertices.tangents, &from.tangents, vertex);
-        push_if_held(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
-        push_if_held(&mut self.vertices.colors, &from.colors, vertex);
+        push_attribute(&mut self.vertices.normals, &from.normals, vertex);
+        push_attribute(&mut self.vertices.uvs, &from.uvs, vertex);
+        push_attribute(&mut self.vertices.tangents, &from.tangents, vertex);
+        push_attribute(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
+        push_attribute(&mut self.vertices.colors, &from.colors, vertex);
         let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
         let is_own = range.contains(&origin);
         self.moved_from.push(if is_own {
@@ -354,8 +360,8 @@ fn bits(position: &Vec3) -> [u32; 3] {
     position.to_array().map(f32::to_bits)
 }
 
-/// Adds the value of a vertex, unless the mesh does not have the attribute.
-fn push_if_held<V: Copy>(own: &mut Vec<V>, all: &[V], vertex: u32) {
+/// Adds the value of a vertex if the mesh has the attribute.
+fn push_attribute<V: Copy>(own: &mut Vec<V>, all: &[V], vertex: u32) {
     if let (false, Some(&value)) = (own.is_empty(), all.get(vertex as usize)) {
         own.push(value);
     }

@@ -1,4 +1,4 @@
-//! Writes small glTF files, right and wrong ones.
+//! Writes small valid and invalid glTF files.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 pub(crate) const TRIANGLES: u32 = 4;
 
-/// A glTF file in the making: the JSON and the binary buffer behind it.
+/// A glTF file under construction: JSON and binary buffer.
 pub(crate) struct GltfFile {
     pub(crate) json: Value,
     pub(crate) binary: Vec<u8>,
@@ -17,7 +17,7 @@ pub(crate) struct GltfFile {
 }
 
 impl GltfFile {
-    /// A file without any mesh.
+    /// Creates a file without meshes.
     pub(crate) fn empty() -> Self {
         let json = json!({
             "asset": { "version": "2.0" },
@@ -30,7 +30,7 @@ impl GltfFile {
         }
     }
 
-    /// One mesh with the positions, normals, texture coordinates and 32-bit indices of `mesh`.
+    /// Creates a file with one mesh: positions, normals, texture coordinates and 32-bit indices.
     pub(crate) fn of(mesh: &SourceMesh) -> Self {
         let mut file = Self::empty();
         file.add_mesh(mesh);
@@ -59,7 +59,7 @@ impl GltfFile {
         self.list("meshes").push(mesh);
     }
 
-    /// Makes one mesh of all.
+    /// Moves the primitives of all meshes into the first one.
     pub(crate) fn join_meshes(&mut self) {
         let added = self.list("meshes").split_off(1);
         for mesh in added {
@@ -80,7 +80,7 @@ impl GltfFile {
         self.add_accessor(&bytes, 5126, kind, floats.len() / width)
     }
 
-    /// Adds bytes with a view and an accessor of their own.
+    /// Adds bytes with their own view and accessor.
     pub(crate) fn add_accessor(
         &mut self,
         bytes: &[u8],
@@ -125,7 +125,7 @@ impl GltfFile {
         self.folder.path()
     }
 
-    /// Writes a GLB.
+    /// Writes a GLB file.
     pub(crate) fn glb(&mut self) -> PathBuf {
         let bytes = self.glb_bytes();
         self.write("mesh.glb", &bytes)
@@ -152,7 +152,7 @@ impl GltfFile {
         bytes
     }
 
-    /// Writes a `.gltf` whose only buffer is behind `uri`.
+    /// Writes a `.gltf` file whose only buffer is at `uri`.
     pub(crate) fn gltf(&mut self, uri: &str) -> PathBuf {
         self.json["buffers"] = json!([{ "byteLength": self.binary.len(), "uri": uri }]);
         let text = self.json.to_string();

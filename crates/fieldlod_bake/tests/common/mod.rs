@@ -1,6 +1,6 @@
-//! Cuts of all kinds, and what "no holes" means, to check bakes against.
+//! Cuts of hierarchies, and tests for open edges.
 
-#![allow(dead_code, reason = "each suite uses its part")]
+#![allow(dead_code, reason = "each test file uses some of these")]
 
 pub(crate) mod gltf_file;
 
@@ -10,8 +10,7 @@ use fieldlod_hierarchy::Hierarchy;
 use fieldlod_hierarchy::fixtures::Random;
 use glam::Vec3;
 
-/// The triangles, as source vertices, of the cut that refines the groups for which `criterion`
-/// holds.
+/// Triangles of the cut that refines the groups for which `criterion` returns `true`.
 pub(crate) fn cut(
     hierarchy: &Hierarchy,
     mut criterion: impl FnMut(usize) -> bool,
@@ -26,18 +25,18 @@ pub(crate) fn cut(
         .collect()
 }
 
-/// A criterion that is true for about `percent`, at random.
+/// A criterion that is randomly true for about `percent` of the groups.
 pub(crate) fn random_criterion(seed: u64, percent: usize) -> impl FnMut(usize) -> bool {
     let mut random = Random::new(seed);
     move |_| random.index(100) < percent
 }
 
-/// Refines the groups whose error is above `threshold`.
+/// A criterion that refines groups with an error above `threshold`.
 pub(crate) fn error_criterion(hierarchy: &Hierarchy, threshold: f32) -> impl Fn(usize) -> bool {
     move |group| hierarchy.groups[group].error_in_local > threshold
 }
 
-/// Vertices at one place count as one: index of the first at each place.
+/// For each vertex, the first vertex at the same position.
 pub(crate) fn weld(positions: &[Vec3]) -> Vec<u32> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
     let bits = |p: &Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
@@ -47,8 +46,8 @@ pub(crate) fn weld(positions: &[Vec3]) -> Vec<u32> {
         .collect()
 }
 
-/// The edges, by welded vertices, that are not matched by as many in the opposite direction: how
-/// many more there are from the first to the second.
+/// Edges between welded vertices that are not used equally often in both directions, with the surplus in the ascending
+/// direction.
 pub(crate) fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashMap<(u32, u32), i32> {
     let mut surplus: HashMap<(u32, u32), i32> = HashMap::new();
     for triangle in triangles {

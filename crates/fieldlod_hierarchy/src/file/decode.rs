@@ -49,7 +49,7 @@ impl Decoder {
         let bytes = reader.take("a section", section.length)?;
         section.check(bytes)?;
         self.sections_read += 1;
-        // Only the last section has them.
+        // Only the last section has unused vertices and origins.
         let (unused_vertices, origins) = if self.is_whole() {
             (self.entry.unused_vertices, self.entry.origin_count)
         } else {

@@ -54,7 +54,11 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
             // Readers take exact vertices from the source.
             let count = source.source_vertex_count as usize;
             let replaced = vertices.replace_first(count, &source.vertices);
-            assert_eq!(replaced, Ok(()), "the attributes are the same");
+            assert_eq!(
+                replaced,
+                Ok(()),
+                "source and moved vertices have the same attributes"
+            );
         }
         quantize::with_vertices(source, vertices)
     });

@@ -10,10 +10,7 @@ pub const FORMAT_VERSION: u32 = 1;
 /// Reasons why bytes are not a valid `.fieldlod` file.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum FileError {
     /// The first bytes are not the magic.
     #[error("not a .fieldlod file")]

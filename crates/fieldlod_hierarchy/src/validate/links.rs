@@ -51,7 +51,7 @@ impl Hierarchy {
     fn check_level_of(&self, group: usize) -> Result<(), E> {
         let level = self.groups[group].level;
         let finer = self.finer_groups(&self.groups[group]).iter();
-        // Cannot overflow: finer groups were already checked.
+        // This cannot overflow, because finer groups were already checked.
         let above = finer.map(|&finer| self.groups[finer as usize].level + 1);
         let expected = above.max().unwrap_or(0);
         if level == expected {

@@ -8,13 +8,13 @@ impl Hierarchy {
         let is_measured = self.is_measured();
         for group in 0..self.groups.len() {
             let error = self.groups[group].error_in_local;
-            if error.is_nan() || error < self.greatest_of_finer(group, |finer| finer.error_in_local)
+            if error.is_nan() || error < self.largest_of_finer(group, |finer| finer.error_in_local)
             {
                 return Err(E::BadError { group, error });
             }
             self.check_deviation_of(group, is_measured)?;
             let error = self.groups[group].whole_mesh_error_in_local;
-            let floor = self.greatest_of_finer(group, |finer| finer.whole_mesh_error_in_local);
+            let floor = self.largest_of_finer(group, |finer| finer.whole_mesh_error_in_local);
             let is_terminal = self.groups[group].is_terminal();
             if !error.is_finite() || error < 0.0 || error < floor && !is_terminal {
                 return Err(E::BadWholeMeshError { group, error });
@@ -29,7 +29,7 @@ impl Hierarchy {
 
     fn check_deviation_of(&self, group: usize, is_measured: bool) -> Result<(), E> {
         let deviation = self.groups[group].deviation_in_local;
-        let floor = self.greatest_of_finer(group, |finer| finer.deviation_in_local);
+        let floor = self.largest_of_finer(group, |finer| finer.deviation_in_local);
         let is_infinite = deviation == f32::INFINITY;
         let should_be = !is_measured || self.groups[group].is_terminal();
         if deviation.is_nan() || deviation < floor || is_infinite != should_be {
@@ -38,8 +38,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Largest `length` of the finer groups of `group`. 0 without finer groups.
-    fn greatest_of_finer(&self, group: usize, length: impl Fn(&Group) -> f32) -> f32 {
+    /// Largest value of `length` over the finer groups of `group`. 0 without finer groups.
+    fn largest_of_finer(&self, group: usize, length: impl Fn(&Group) -> f32) -> f32 {
         let finer = self.finer_groups(&self.groups[group]).iter();
         let lengths = finer.map(|&finer| length(&self.groups[finer as usize]));
         lengths.fold(0.0, f32::max)

@@ -18,23 +18,23 @@ pub(crate) fn strip_file() -> BakedFile {
     }
 }
 
-/// Places of a section and of its directory entry.
+/// Byte ranges of a section and of its directory entry.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct Located {
     pub(crate) entry: usize,
     pub(crate) bytes: Range<usize>,
 }
 
-/// The directory of a file. Stops at malformed bytes.
+/// The parsed directory of a file. Parsing stops at malformed bytes.
 #[derive(Debug)]
 pub(crate) struct Directory {
     pub(crate) end: usize,
-    /// In file order.
-    pub(crate) sections: Vec<Place>,
+    /// Sections in file order.
+    pub(crate) sections: Vec<Located>,
 }
 
-fn number(bytes: &[u8], place: usize, width: usize) -> Option<usize> {
-    let bytes = bytes.get(place..place.checked_add(width)?)?;
+fn number(bytes: &[u8], offset: usize, width: usize) -> Option<usize> {
+    let bytes = bytes.get(offset..offset.checked_add(width)?)?;
     let number = bytes.iter().rev().fold(0u64, |n, &b| n << 8 | u64::from(b));
     usize::try_from(number).ok()
 }
@@ -44,9 +44,9 @@ impl Directory {
         let length = number(bytes, 16, 8).unwrap_or(0);
         let end = length.saturating_add(HEADER_BYTES).min(bytes.len());
         let mut entries: Vec<Vec<usize>> = Vec::new();
-        let mut place = HEADER_BYTES;
-        while place < end {
-            let Some(entry) = entries_at(bytes, &mut place, end) else {
+        let mut offset = HEADER_BYTES;
+        while offset < end {
+            let Some(entry) = entries_at(bytes, &mut offset, end) else {
                 break;
             };
             entries.push(entry);
@@ -58,7 +58,7 @@ impl Directory {
                 let length = number(bytes, entry, 8).unwrap_or(0);
                 let end = start.saturating_add(length).min(bytes.len());
                 let bytes = start..end;
-                sections.push(Place { entry, bytes });
+                sections.push(Located { entry, bytes });
                 start = end;
             }
         }
@@ -66,10 +66,10 @@ impl Directory {
     }
 }
 
-/// The places of the section entries of a primitive.
-fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>> {
-    let name = number(bytes, *place + 8, 4)?;
-    let precision = (*place + 12).checked_add(name)?.checked_add(9)?;
+/// Byte offsets of the section entries of a primitive.
+fn entries_at(bytes: &[u8], offset: &mut usize, end: usize) -> Option<Vec<usize>> {
+    let name = number(bytes, *offset + 8, 4)?;
+    let precision = (*offset + 12).checked_add(name)?.checked_add(9)?;
     let grids = if number(bytes, precision, 1)? == 1 {
         11 * 16 + 4
     } else {
@@ -78,8 +78,8 @@ fn entries_at(bytes: &[u8], place: &mut usize, end: usize) -> Option<Vec<usize>>
     let counts = precision + 2 + grids;
     let count = number(bytes, counts + 20, 4)?;
     let first = counts + 24;
-    *place = first.checked_add(count.checked_mul(16)?)?;
-    (*place <= end).then(|| (0..count).map(|k| first + k * 16).collect())
+    *offset = first.checked_add(count.checked_mul(16)?)?;
+    (*offset <= end).then(|| (0..count).map(|k| first + k * 16).collect())
 }
 
 /// Updates all checksums after a test has changed bytes.

@@ -1,4 +1,4 @@
-//! Vertex attributes as the simplifier weighs and mixes them: numbers in a row for each vertex.
+//! Vertex attributes as the simplifier weights and interpolates them: one row of numbers per vertex.
 
 use fieldlod_hierarchy::Vertices;
 use glam::{DVec2, Vec2, Vec3, Vec4};
@@ -6,37 +6,37 @@ use glam::{DVec2, Vec2, Vec3, Vec4};
 use crate::mesh::topology::SAME_UV;
 use crate::mesh::{MAX_COORDINATE, SourceMesh};
 
-/// How much a change of the unit normal by 1 counts, as a share of the extent of the simplified group. Between .25 and
-/// .5 the triangles of scans at equal image error differ by less than 2 %; at 1 there are 4 % more.
+/// Error of a unit normal that changes by 1, as a share of the extent of the simplified group. Between 0.25 and 0.5,
+/// triangles of scans at equal image error differ by less than 2 %; at 1 there are 4 % more.
 pub(crate) const NORMAL_WEIGHT: f32 = 0.45;
-/// How much a texture that slides along the surface counts against an equal displacement of the surface, for a group
-/// as large as the mesh; proportionally less for a smaller group. At .15, textured props take 3 % more triangles at
-/// equal image error; at 1 as many.
+/// Weight of a texture that slides along the surface, against an equal displacement of the surface. It holds for a
+/// group as large as the mesh, and is proportionally smaller for a smaller group. At 0.15, textured props have 3 % more
+/// triangles at equal image error; at 1 there is no difference.
 const UV_WEIGHT: f32 = 0.5;
-/// How much a change of a colour by 1 counts, as for [`NORMAL_WEIGHT`].
+/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`].
 const COLOR_WEIGHT: f32 = 0.25;
-/// Attributes that differ by less are the same.
-const SAME: f32 = 1e-5;
+/// Attributes with smaller differences are equal.
+const ATTRIBUTE_TOLERANCE: f32 = 1e-5;
 
-/// The layout of a row of attributes, and the weight of each number.
+/// Offsets and weights of the numbers in a row.
 pub(crate) struct AttributeLayout {
-    /// One weight for each number of a row.
+    /// One weight per number of a row.
     pub(crate) weights: Vec<f32>,
-    /// Offset of each attribute that the mesh has.
+    /// Offset of each attribute; `None` if the mesh does not have it.
     normal: Option<usize>,
     uv: Option<usize>,
     uv_1: Option<usize>,
     color: Option<usize>,
-    /// The least and the greatest of the source's colours, which levels keep to: they may be weights.
+    /// Minimum and maximum of the source's colours. Levels stay in this range, because colours may hold other data.
     color_range: [Vec4; 2],
     uv_scale: UvScale,
     uv_1_scale: UvScale,
 }
 
-/// Texture coordinates around zero, in units in which sliding the texture across the whole mesh is
-/// a change of about 1, whether it repeats a thousand times or covers a thousandth of the image.
+/// Texture coordinates are centred and scaled, so that sliding the texture across the whole mesh is a change of about
+/// 1. The number of repetitions then has no effect.
 ///
-/// The simplifier subtracts squares of these numbers from each other, so they must not be large.
+/// The simplifier subtracts squares of these numbers, so large numbers would lose precision.
 #[derive(Clone, Copy, Default)]
 struct UvScale {
     center: DVec2,
@@ -63,7 +63,7 @@ impl AttributeLayout {
         }
     }
 
-    /// Keeps the texture coordinates of a row within a range of rows.
+    /// Clamps the texture coordinates of a row to a range.
     pub(crate) fn clamp_uvs(&self, row: &mut [f32], least: &[f32], greatest: &[f32]) {
         for at in [self.uv, self.uv_1].into_iter().flatten() {
             for number in at..at + 2 {
@@ -72,7 +72,7 @@ impl AttributeLayout {
         }
     }
 
-    /// How many numbers a row has.
+    /// Number of values in a row.
     pub(crate) fn width(&self) -> usize {
         self.weights.len()
     }
@@ -81,7 +81,7 @@ impl AttributeLayout {
         self.uv.is_some() || self.uv_1.is_some()
     }
 
-    /// The texture coordinates of a row; of the second set, if `second`.
+    /// Texture coordinates of a row; the second set if `second`.
     pub(crate) fn uv_of(&self, row: &[f32], second: bool) -> Option<Vec2> {
         let (at, scale) = if second {
             (self.uv_1?, self.uv_1_scale)
@@ -91,7 +91,7 @@ impl AttributeLayout {
         Some(scale.unscaled(Vec2::from_slice(&row[at..])))
     }
 
-    /// The rows of the vertices of `mesh`.
+    /// Rows of all vertices of `mesh`.
     pub(crate) fn rows_of(&self, mesh: &SourceMesh) -> Vec<f32> {
         let mut rows = Vec::with_capacity(mesh.positions.len() * self.width());
         for vertex in 0..mesh.positions.len() {
@@ -111,7 +111,7 @@ impl AttributeLayout {
         rows
     }
 
-    /// Whether a texture is torn between two vertices at one place, and must stay as it is.
+    /// Whether the texture coordinates of two vertices at one place differ, so that the seam must be protected.
     pub(crate) fn is_seam(&self, a: &[f32], b: &[f32]) -> bool {
         let differs = |at: Option<usize>, scale: UvScale| {
             let same = SAME_UV * scale.scale as f32;
@@ -120,14 +120,16 @@ impl AttributeLayout {
         differs(self.uv, self.uv_scale) || differs(self.uv_1, self.uv_1_scale)
     }
 
-    /// Whether two rows are the same but for rounding.
+    /// Whether two rows are equal up to rounding.
     pub(crate) fn is_same(&self, a: &[f32], b: &[f32]) -> bool {
-        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME)
+        a.iter()
+            .zip(b)
+            .all(|(a, b)| (a - b).abs() <= ATTRIBUTE_TOLERANCE)
     }
 
-    /// Makes a row that the simplifier mixed an attribute of a surface again: normals of unit length, colours as dark and
-    /// as bright as some of the source. What is beyond help is taken from `before`.
-    pub(crate) fn mend(&self, row: &mut [f32], before: &[f32]) {
+    /// Makes an interpolated row valid: normals get unit length, and colours stay in the range of the source. Values
+    /// that are not finite are taken from `before`.
+    pub(crate) fn make_valid(&self, row: &mut [f32], before: &[f32]) {
         if row.iter().any(|number| !number.is_finite()) {
             row.copy_from_slice(before);
         }
@@ -143,10 +145,9 @@ impl AttributeLayout {
         }
     }
 
-    /// Shifts the normal and scales the colour of a row, so that rows whose mean is `own_mean` have the mean
-    /// `wanted`. What is 0 stays so: colours may be weights of the wind, of which the foot of a blade has
-    /// none.
-    pub(crate) fn adapt(&self, row: &mut [f32], own_mean: &[f32], wanted: &[f32]) {
+    /// Shifts the normal and scales the colour of a row, so that rows with the mean `own_mean` get the mean `wanted`.
+    /// Zero stays zero: colours may be wind weights, which are zero at the foot of a blade.
+    pub(crate) fn shift_mean(&self, row: &mut [f32], own_mean: &[f32], wanted: &[f32]) {
         let before = row.to_vec();
         for number in self.normal.map_or(0..0, |at| at..at + 3) {
             row[number] += wanted[number] - own_mean[number];
@@ -156,12 +157,12 @@ impl AttributeLayout {
                 row[number] *= wanted[number] / own_mean[number];
             }
         }
-        self.mend(row, &before);
+        self.make_valid(row, &before);
     }
 
-    /// The row on the back of a sheet of a vertex with the row `own` on its front, which comes from a vertex with the
-    /// row `front` and the row `back` behind it.
-    pub(crate) fn turned(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
+    /// Row of a vertex on the back of a sheet. `own` is the row on the front; it comes from a vertex with the row
+    /// `front`, which has the row `back` behind it.
+    pub(crate) fn back_row(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
         let changes = own.iter().zip(front);
         let changed = back
             .iter()
@@ -174,12 +175,11 @@ impl AttributeLayout {
                 (-own).write_to_slice(&mut row[at..]);
             }
         }
-        self.mend(&mut row, back);
+        self.make_valid(&mut row, back);
         row
     }
 
-    /// Appends the attributes in `row` to `vertices`, which are of the same kinds, for a vertex that
-    /// came from the vertex `from` there.
+    /// Appends the attributes in `row` to `vertices`. The tangent is derived from the source vertex `from`.
     pub(crate) fn push_to(&self, vertices: &mut Vertices, row: &[f32], from: usize) {
         if let Some(at) = self.normal {
             vertices.normals.push(Vec3::from_slice(&row[at..]));
@@ -192,7 +192,7 @@ impl AttributeLayout {
             let uv = Vec2::from_slice(&row[at..]);
             vertices.uvs_1.push(self.uv_1_scale.unscaled(uv));
         }
-        // Tangents follow from the rest: that of the source, turned into the surface.
+        // Project the tangent of the source onto the surface.
         if let Some(&tangent) = vertices.tangents.get(from) {
             let normal = vertices.normals.last().copied().unwrap_or_default();
             let along = tangent.truncate();
@@ -214,7 +214,7 @@ impl UvScale {
         let Some((low, high)) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
             return Self::default();
         };
-        // The scale at which sliding across the mesh is about 1, but no more than the range.
+        // Sliding across the mesh is a change of about 1, but the range of all coordinates is at most 1.
         let range = (high - low).max_element();
         let scale = mesh_per_uv(mesh, uvs).min(range.recip());
         Self {
@@ -254,8 +254,7 @@ fn finite_or_zero(uv: Vec2) -> Vec2 {
     if usable { uv } else { Vec2::ZERO }
 }
 
-/// Which share of the mesh's extent one unit of texture covers, on average; infinite for a texture
-/// that covers nothing.
+/// Mean share of the mesh's extent that one unit of texture covers; infinite if the texture coordinates have no area.
 fn mesh_per_uv(mesh: &SourceMesh, uvs: &[Vec2]) -> f64 {
     // Twice the areas on the surface and in the texture.
     let (mut area, mut uv_area) = (0.0, 0.0);

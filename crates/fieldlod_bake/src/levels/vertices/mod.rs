@@ -1,6 +1,5 @@
-//! The vertices of all levels as the simplifier sees them: scaled, so that its 32-bit sums of squares
-//! keep their precision whatever the units of the mesh. The source's come first, and after them those
-//! that simplification makes.
+//! Vertices of all levels in the form that the simplifier uses. Source vertices come first, then the vertices that
+//! simplification creates. Positions are scaled to at most 2, so that 32-bit sums of squares keep their precision.
 
 mod attributes;
 pub(crate) mod uv_ranges;
@@ -18,44 +17,44 @@ use crate::mesh::topology::Topology;
 
 pub(crate) use crate::levels::vertices::attributes::NORMAL_WEIGHT;
 
-/// All vertices so far.
+/// Vertices of all levels.
 pub(crate) struct LevelVertices {
-    /// Positions times `1 / local_from_scaled`.
+    /// Positions divided by `local_from_scaled`.
     pub(crate) positions: Vec<[f32; 3]>,
-    /// A power of two: scaled lengths times this are local lengths, without rounding.
+    /// Factor from scaled to local lengths: a power of two, so that scaling is exact.
     pub(crate) local_from_scaled: f32,
     pub(crate) layout: AttributeLayout,
-    /// A row for each vertex.
+    /// One row per vertex.
     attributes: Vec<f32>,
     /// For each vertex, the first vertex at the same position.
     pub(crate) same_position: Vec<u32>,
-    /// For each vertex, the first that looks the same there.
+    /// For each vertex, the first vertex at the same position that looks the same.
     pub(crate) corner: Vec<u32>,
-    /// For each vertex, whether it lies on a texture seam to keep.
+    /// For each vertex, whether the simplifier must protect its texture seam.
     pub(crate) protection: Vec<SimplifyVertex>,
     /// For each vertex, whether the source has an open edge at its position.
     pub(crate) is_border: Vec<bool>,
-    /// For each vertex of the source, whether it stays at all levels.
+    /// For each source vertex, whether it stays at all levels.
     is_kept: Vec<bool>,
-    /// For each vertex, the source vertex that it came from: itself, for one of the source.
+    /// For each vertex, the source vertex that it was moved from; itself for a source vertex.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
-    /// The surfaces of the mesh, as far as they are known.
+    /// Surfaces of the mesh, if known.
     pub(crate) surfaces: Surfaces,
 }
 
-/// A vertex that a simplification made.
+/// A vertex that a simplification creates.
 pub(crate) struct NewVertex {
-    /// The vertex that it was.
+    /// The vertex that it replaces.
     pub(crate) before: u32,
     pub(crate) position: [f32; 3],
-    /// The first vertex at the same position, if that is an older one.
+    /// An older vertex at the same position, if there is one.
     pub(crate) same_position: Option<u32>,
 }
 
 impl LevelVertices {
-    /// The vertices of the source, which must be valid, and which of them are one. A change of the unit normal
-    /// by 1 counts as `normal_weight`.
+    /// Creates the vertices of a valid source. `topology` welds them. `normal_weight` is the error of a unit normal
+    /// that changes by 1.
     pub(crate) fn of(
         mesh: &SourceMesh,
         topology: Topology,
@@ -67,7 +66,7 @@ impl LevelVertices {
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
         let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(scaled).collect();
         let layout = AttributeLayout::of(mesh, normal_weight);
-        // The simplifier takes equal positions alone for one place.
+        // The simplifier welds only equal positions.
         let Topology { place, corner, .. } = topology;
         for (vertex, &first) in place.iter().enumerate() {
             positions[vertex] = positions[first as usize];
@@ -97,49 +96,49 @@ impl LevelVertices {
     }
 
     /// Whether the opacity of some triangles is known.
-    pub(crate) fn knows_what_is_cut_out(&self) -> bool {
+    pub(crate) fn has_known_opacity(&self) -> bool {
         self.layout.has_uvs() && self.surfaces.any_known()
     }
 
-    /// The attributes of all vertices, a row for each.
+    /// Attributes of all vertices, one row each.
     pub(crate) fn rows(&self) -> &[f32] {
         &self.attributes
     }
 
-    /// The attributes of a vertex.
+    /// Attributes of a vertex.
     pub(crate) fn row(&self, vertex: u32) -> &[f32] {
         let width = self.layout.width();
         &self.attributes[vertex as usize * width..][..width]
     }
 
-    /// For each vertex that is the first at its position, whether it is kept, or whether several of some groups of
-    /// corners use that position: there it must stay, or the surface would tear between them.
+    /// For the first vertex at each position, whether it must stay: it is kept, or several groups of corners use its
+    /// position. Otherwise the surface would tear between groups.
     pub(crate) fn shared_positions<'a>(
         &self,
         groups: impl Iterator<Item = impl Iterator<Item = &'a u32>>,
     ) -> Vec<bool> {
-        const NOBODY: u32 = u32::MAX;
-        let mut used_by = vec![NOBODY; self.positions.len()];
+        const NONE: u32 = u32::MAX;
+        let mut used_by = vec![NONE; self.positions.len()];
         let mut is_shared = self.is_kept.clone();
         is_shared.resize(self.positions.len(), false);
         for (group, corners) in (0..).zip(groups) {
             for &vertex in corners {
                 let first = self.same_position[vertex as usize] as usize;
-                is_shared[first] |= used_by[first] != NOBODY && used_by[first] != group;
+                is_shared[first] |= used_by[first] != NONE && used_by[first] != group;
                 used_by[first] = group;
             }
         }
         is_shared
     }
 
-    /// Lets vertices of the source stay at all levels, with all others at their positions.
+    /// Keeps source vertices, and all others at their positions, at all levels.
     pub(crate) fn keep(&mut self, vertices: impl Iterator<Item = usize>) {
         for vertex in vertices {
             self.is_kept[self.same_position[vertex] as usize] = true;
         }
     }
 
-    /// Marks the vertices whose textures are torn from those of the first at their place, or that are of other parts.
+    /// Protects vertices whose texture coordinates or parts differ from those of the first vertex at their position.
     fn protect_seams(&mut self) {
         for vertex in 0..self.source_count as u32 {
             let first = self.same_position[vertex as usize];
@@ -150,7 +149,7 @@ impl LevelVertices {
         }
     }
 
-    /// Adds a vertex, and returns its number.
+    /// Adds a vertex, and returns its index.
     pub(crate) fn push(&mut self, new: &NewVertex, row: &[f32]) -> u32 {
         let vertex = self.positions.len() as u32;
         let before = new.before as usize;
@@ -164,8 +163,8 @@ impl LevelVertices {
         vertex
     }
 
-    /// All vertices in local units: those of `mesh` first, unchanged. And the source vertices that the others came from,
-    /// if the mesh has other attributes.
+    /// Converts all vertices to local units; those of `mesh` come first, unchanged. Also returns the source vertices
+    /// that the others were moved from, if the mesh has other attributes.
     pub(crate) fn in_local(self, mesh: &SourceMesh) -> (Vertices, Vec<u32>) {
         let mut vertices = mesh.finite_vertices();
         for vertex in self.source_count as u32..self.positions.len() as u32 {
@@ -184,18 +183,18 @@ impl LevelVertices {
     }
 }
 
-/// A part of the surface with vertices of its own, in the order of their first use.
+/// A part of the surface with own vertices, in the order of their first use.
 #[derive(Default)]
 pub(crate) struct Piece {
-    /// For each own vertex, its number among all.
+    /// For each own vertex, its index in `LevelVertices`.
     pub(crate) vertices: Vec<u32>,
-    /// Three own vertices for each triangle.
+    /// Three own vertices per triangle.
     pub(crate) corners: Vec<u32>,
     pub(crate) positions: Vec<[f32; 3]>,
 }
 
 impl Piece {
-    /// The piece with these corners, three per triangle.
+    /// Creates the piece with these corners, three per triangle.
     pub(crate) fn of(corners: impl Iterator<Item = u32>, all: &LevelVertices) -> Self {
         let mut piece = Self::default();
         let mut own: FxHashMap<u32, u32> = FxHashMap::default();
@@ -228,17 +227,17 @@ impl Piece {
     }
 }
 
-/// A power of two that brings all coordinates to at most 2.
+/// A power of two; coordinates divided by it are at most 2.
 pub(crate) fn power_of_two_above(positions: &[Vec3]) -> f32 {
     let largest = positions
         .iter()
         .map(|p| p.abs().max_element())
         .fold(0.0, f32::max);
-    // The exponent alone; that of zero and of denormals is left at the smallest with a reciprocal.
+    // Keep only the exponent. Zero and denormals give the smallest number with a finite reciprocal.
     f32::from_bits(largest.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE)
 }
 
-/// Which vertices lie where the source has an open edge.
+/// For each vertex, whether the source has an open edge at its position.
 pub(crate) fn border_of(indices: &[u32], same_position: &[u32]) -> Vec<bool> {
     let mut links = Links::of(same_position.len());
     links.add(indices.iter().map(|&v| same_position[v as usize]));

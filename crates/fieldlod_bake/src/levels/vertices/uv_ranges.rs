@@ -1,20 +1,20 @@
-//! Texture coordinates stay within the part of the texture that their piece of surface shows: the simplifier extrapolates
-//! them where vertices move, and beside a leaf or a strand of hair in an atlas lies another.
+//! Clamps texture coordinates to the part of the texture that their patch uses. The simplifier extrapolates them if
+//! vertices move, and in an atlas another leaf or strand of hair is next to this one.
 
 use crate::levels::vertices::attributes::AttributeLayout;
 use crate::levels::vertices::{LevelVertices, Piece};
-use crate::mesh::topology::first_of;
+use crate::mesh::topology::find_first;
 
-/// The ranges of texture coordinates of a group, by the pieces of surface that seams and borders leave.
+/// Ranges of texture coordinates in a group. Patches end at seams and borders.
 pub(crate) struct UvRanges {
-    /// For each own vertex, the first of its piece of surface.
+    /// For each own vertex, the first vertex of its patch.
     piece: Vec<u32>,
-    /// For the first of each piece, the least and the greatest numbers of its rows.
+    /// For the first vertex of each patch, the minimum and maximum of its rows.
     ranges: Vec<Option<[Vec<f32>; 2]>>,
 }
 
 impl UvRanges {
-    /// Those of a group; `None` without texture coordinates.
+    /// Ranges of a group; `None` without texture coordinates.
     pub(crate) fn of(group: &Piece, vertices: &LevelVertices) -> Option<Self> {
         if !vertices.layout.has_uvs() {
             return None;
@@ -23,13 +23,13 @@ impl UvRanges {
         let mut piece: Vec<u32> = (0..count).collect();
         for triangle in group.corners.as_chunks::<3>().0 {
             for pair in triangle.windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|v| first_of(&mut piece, v));
+                let [a, b] = [pair[0], pair[1]].map(|v| find_first(&mut piece, v));
                 piece[a.max(b) as usize] = a.min(b);
             }
         }
         let mut ranges: Vec<Option<[Vec<f32>; 2]>> = vec![None; count as usize];
         for own in 0..count {
-            let first = first_of(&mut piece, own);
+            let first = find_first(&mut piece, own);
             piece[own as usize] = first;
             let row = vertices.row(group.vertices[own as usize]);
             let range = ranges[first as usize].get_or_insert_with(|| [row.to_vec(), row.to_vec()]);
@@ -41,7 +41,7 @@ impl UvRanges {
         Some(Self { piece, ranges })
     }
 
-    /// Brings the texture coordinates of an own vertex, in its new row, back into the range of its piece.
+    /// Clamps the texture coordinates in `row` to the range of the own vertex's patch.
     pub(crate) fn clamp(&self, own: usize, row: &mut [f32], layout: &AttributeLayout) {
         if let Some([least, greatest]) = &self.ranges[self.piece[own] as usize] {
             layout.clamp_uvs(row, least, greatest);

@@ -1,4 +1,4 @@
-//! Nearest-triangle queries, through a bounding-volume hierarchy.
+//! Nearest-triangle queries with a bounding volume hierarchy.
 
 pub(crate) mod triangle;
 mod triangles_4;
@@ -14,7 +14,7 @@ use crate::mesh::adapter;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
 
-/// Triangles that can be asked which of them is nearest to a point.
+/// Triangles in a bounding volume hierarchy, for nearest-triangle queries.
 ///
 /// ```
 /// use fieldlod_bake::TriangleTree;
@@ -29,7 +29,7 @@ pub struct TriangleTree {
     leaves: Vec<Leaf>,
 }
 
-/// Up to four boxes, and what is in each: a node, or a leaf if [`IS_LEAF`] is set.
+/// Up to four bounding boxes and their children: nodes, or leaves if [`IS_LEAF`] is set.
 struct Node {
     boxes: Boxes4,
     inside: [u32; 4],
@@ -37,19 +37,19 @@ struct Node {
 
 const IS_LEAF: u32 = 1 << 31;
 
-/// Four triangles; where there are fewer, the last one is repeated.
+/// Four triangles. If there are fewer, the last one is repeated.
 struct Leaf {
     triangles: Triangles4,
-    /// The place of each in the order in which the tree was given its triangles.
+    /// Index of each triangle in the input of the tree.
     ids: [u32; 4],
 }
 
 /// A triangle near a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestTriangle {
-    /// Its place in the order in which the tree was given its triangles.
+    /// Index of the triangle in the input of the tree.
     pub triangle: u32,
-    /// Its distance from the point, squared.
+    /// Squared distance of the triangle from the point.
     pub distance_squared: f32,
     leaf: u32,
 }
@@ -61,18 +61,18 @@ impl fmt::Debug for TriangleTree {
 }
 
 impl TriangleTree {
-    /// Builds a tree over triangles given by their corners, which must be finite.
+    /// Builds a tree over triangles. Corners must be finite.
     #[must_use]
     pub fn new(corners: impl IntoIterator<Item = [Vec3; 3]>) -> Self {
         let given: Vec<[Vec3; 3]> = corners.into_iter().collect();
-        // Along a curve through space, so that those that follow each other are neighbours.
+        // Sort triangles along a space-filling curve, so that leaves hold neighbours.
         let middles = given.iter().map(|[a, b, c]| (*a + *b + *c).to_array());
         let ranks = meshopt::spatial_sort_remap(&adapter(&middles.collect::<Vec<_>>()));
         let mut order = vec![0; given.len()];
         for (id, rank) in (0..).zip(ranks) {
             order[rank as usize] = id;
         }
-        // A hundred thousand copies of one would take the builder the square of that.
+        // Remove duplicates: the builder needs quadratic time for equal triangles.
         order.dedup_by_key(|id: &mut u32| given[*id as usize].map(|corner| corner.to_array()));
         let leaf_of = |ids: &[u32]| {
             let ids = std::array::from_fn(|k| *ids.get(k).unwrap_or(&ids[ids.len() - 1]));
@@ -92,13 +92,13 @@ impl TriangleTree {
         }
     }
 
-    /// The triangle nearest to `point`; `None` without triangles.
+    /// The triangle nearest to `point`. `None` if there are no triangles.
     #[must_use]
     pub fn nearest(&self, point: Vec3) -> Option<NearestTriangle> {
         self.near_enough(point, 0.0, None)
     }
 
-    /// The point of all triangles that is nearest to `point`; `None` without triangles.
+    /// The point on any triangle that is nearest to `point`. `None` if there are no triangles.
     #[must_use]
     pub fn nearest_point(&self, point: Vec3) -> Option<Vec3> {
         let nearest = self.nearest(point)?;
@@ -108,11 +108,11 @@ impl TriangleTree {
         Some(triangle.nearest_point(point.into()).into())
     }
 
-    /// A triangle at most `enough` (squared) from `point`, or else the nearest; `None` without
+    /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest. `None` if there are no
     /// triangles.
     ///
-    /// `start` is what was found at a point near by, in this tree. It costs little if wrong, and
-    /// saves most of the search if right.
+    /// `start` is the result for a nearby point in this tree. A good start saves most of the search; a bad one costs
+    /// little.
     #[must_use]
     pub fn near_enough(
         &self,
@@ -122,7 +122,7 @@ impl TriangleTree {
     ) -> Option<NearestTriangle> {
         let last = (self.leaves.len() as u32).checked_sub(1)?;
         let mut best = self.nearest_in(start.map_or(0, |start| start.leaf).min(last), point);
-        // Boxes to visit, the nearest last. Few trees need more room than this.
+        // Boxes to visit, the nearest last. Most searches need less than this capacity.
         let mut pending: Vec<Pending> = Vec::with_capacity(64);
         pending.push((0.0, 0));
         while best.distance_squared > enough
@@ -145,8 +145,7 @@ impl TriangleTree {
         Some(best)
     }
 
-    /// The largest squared height of points above the plane of a triangle that was found; infinite for
-    /// a triangle without a plane.
+    /// Largest squared distance of points from the plane of a triangle; infinite for a degenerate triangle.
     pub(crate) fn height_squared(&self, found: NearestTriangle, points: [Vec3; 3]) -> f32 {
         let leaf = &self.leaves[found.leaf as usize];
         let slot = leaf.ids.iter().position(|&id| id == found.triangle);
@@ -162,16 +161,15 @@ impl TriangleTree {
         }
     }
 
-    /// A bound of the squared distance of every place between `corners`: what is nearest to one of them,
-    /// or is stored beside that, is no farther from any place than from the farthest corner, since a
-    /// distance from a triangle is convex.
+    /// Upper bound of the squared distance for all points between `corners`. The distance to a triangle is convex, so
+    /// its maximum is at a corner. All triangles of the leaf are tried.
     pub(crate) fn bound_squared(&self, found: NearestTriangle, corners: [Vec3; 3]) -> f32 {
         let triangles = &self.leaves[found.leaf as usize].triangles;
         let [a, b, c] = corners.map(|corner| triangles.distances_squared(corner));
         a.max(b).max(c).min_element()
     }
 
-    /// Whether no triangle within `distance` of `point` is such as `wanted`.
+    /// Whether no triangle within `distance` of `point` satisfies `wanted`.
     pub(crate) fn none_within(
         &self,
         point: Vec3,
@@ -184,7 +182,7 @@ impl TriangleTree {
             if inside & IS_LEAF == 0 {
                 let node = &self.nodes[inside as usize];
                 let distances = node.boxes.distances_squared(point).to_array();
-                // What is infinitely far is not there.
+                // Empty slots have infinite distances.
                 let near = (0..4).filter(|&k| distances[k] <= enough.min(f32::MAX));
                 pending.extend(near.map(|k| node.inside[k]));
                 continue;
@@ -210,10 +208,10 @@ impl TriangleTree {
     }
 }
 
-/// How far a box is from the point, squared, and what is in it.
+/// Squared distance of a box, and its child.
 type Pending = (f32, u32);
 
-/// Pushes those of four that are nearer than `limit`, the nearest last.
+/// Pushes children that are nearer than `limit`, the nearest last.
 fn push_nearest_last(
     pending: &mut Vec<Pending>,
     distances: [f32; 4],
@@ -232,7 +230,7 @@ fn push_nearest_last(
     pending.extend(nearest);
 }
 
-/// A tree of four boxes a node over leaves with these boxes, made of one of two.
+/// Collapses a binary tree over `boxes` into nodes of four boxes.
 fn nodes_over(boxes: &[Aabb]) -> Vec<Node> {
     let tree = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Minimum,
@@ -250,7 +248,7 @@ fn nodes_over(boxes: &[Aabb]) -> Vec<Node> {
             let boxes = inside.iter().map(|&index| &tree.nodes[index]);
             let mut made = Node {
                 boxes: Boxes4::of(boxes.map(|node| {
-                    // Another version of glam is in use there.
+                    // `obvhs` uses another version of glam.
                     let aabb = node.aabb();
                     [aabb.min.to_array(), aabb.max.to_array()].map(Vec3::from_array)
                 })),
@@ -274,8 +272,7 @@ fn nodes_over(boxes: &[Aabb]) -> Vec<Node> {
     nodes
 }
 
-/// Up to four nodes that stand for a node of two: those inside of these, or the node itself if it is a
-/// leaf.
+/// Grandchildren of a binary node, or its children if these are leaves; the node itself if it is a leaf.
 fn inside_of(tree: &Bvh2, node: usize) -> Vec<usize> {
     let both = |node: usize| {
         let first = tree.nodes[node].first_index as usize;
@@ -310,7 +307,7 @@ mod tests {
     use super::*;
     use crate::mesh::triangle_tree::triangle::exact_distance;
 
-    /// Points on a coarse lattice now and then, so that corners, edges and planes fall together.
+    /// Random points, some on a coarse lattice: corners, edges and planes then coincide.
     fn any_point() -> impl Strategy<Value = Vec3> {
         let fine = prop::array::uniform3(-1.0f32..1.0).prop_map(Vec3::from);
         let coarse = prop::array::uniform3(-2i8..=2);
@@ -325,7 +322,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(300))]
 
-        /// Against all triangles one by one, in double precision.
+        /// Compares with a search over all triangles in double precision.
         #[test]
         fn nearest_triangle_matches_plain_search(
             soup in any_soup(),

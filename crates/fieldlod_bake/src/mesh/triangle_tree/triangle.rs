@@ -1,8 +1,8 @@
-//! Distances of points from triangles.
+//! Distances between points and triangles.
 
 use glam::{DVec3, Vec3, Vec3A};
 
-/// A triangle as a corner and the two edges from it.
+/// A triangle as a corner and two edges.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Triangle {
     a: Vec3A,
@@ -25,12 +25,13 @@ impl Triangle {
         [self.a, self.a + self.ab, self.a + self.ac]
     }
 
-    /// The point of the triangle that is nearest to `point`.
+    /// Nearest point of the triangle.
     pub(crate) fn nearest_point(&self, point: Vec3A) -> Vec3A {
         let [a, b, c] = self.corners();
         let normal = self.ab.cross(self.ac);
         let normal_squared = normal.length_squared();
-        // Below a point that stands above the triangle. The normal of a needle is noise.
+        // The projection onto the plane, if it is inside. Very thin triangles are skipped, because their normal is
+        // noise.
         if normal_squared > 1e-9 * self.ab.length_squared() * self.ac.length_squared() {
             let foot = point - normal * (normal.dot(point - a) / normal_squared);
             let inside = |p: Vec3A, q: Vec3A| normal.dot((q - p).cross(foot - p)) >= 0.0;
@@ -38,7 +39,7 @@ impl Triangle {
                 return foot;
             }
         }
-        // Or else on the nearest edge.
+        // Otherwise the nearest point of an edge.
         let nearer = |best: Vec3A, other: Vec3A| {
             let is_nearer = other.distance_squared(point) < best.distance_squared(point);
             if is_nearer { other } else { best }
@@ -53,13 +54,13 @@ fn nearest_on_edge(p: Vec3A, q: Vec3A, point: Vec3A) -> Vec3A {
     p + along * share((point - p).dot(along), along.length_squared()).clamp(0.0, 1.0)
 }
 
-/// `part / whole`, and 0 of nothing.
+/// `part / whole`, or 0 if `whole` is 0.
 fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
 
-/// The distance of a point from a triangle in double precision: to its plane for a point above it, otherwise to the
-/// nearest edge.
+/// Distance between a point and a triangle in double precision: to the plane if the projection is inside, otherwise to
+/// the nearest edge.
 pub(crate) fn exact_distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let normal = (b - a).cross(c - a);
     let is_inside = |from: DVec3, to: DVec3| normal.cross(to - from).dot(place - from) >= 0.0;
@@ -74,7 +75,7 @@ pub(crate) fn exact_distance(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 fn distance_to_edge(place: DVec3, from: DVec3, to: DVec3) -> f64 {
     let edge = to - from;
     let along = (place - from).dot(edge) / edge.length_squared();
-    // Not a number for an edge without length.
+    // NaN for an edge without length.
     let along = if along > 0.0 { along.min(1.0) } else { 0.0 };
     place.distance(from + edge * along)
 }

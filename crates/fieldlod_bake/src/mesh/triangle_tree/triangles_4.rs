@@ -1,4 +1,4 @@
-//! Four triangles and four boxes at once, coordinate by coordinate.
+//! SIMD distances to four triangles or four boxes, with one vector per coordinate.
 
 use glam::{Vec3, Vec4};
 
@@ -65,7 +65,7 @@ impl Vec3x4 {
     }
 }
 
-/// Four triangles: a corner of each, and the two edges from it.
+/// Four triangles: a corner of each, and two edges.
 pub(crate) struct Triangles4 {
     a: Vec3x4,
     ab: Vec3x4,
@@ -81,26 +81,25 @@ impl Triangles4 {
         }
     }
 
-    /// The corners of one of them.
+    /// Corners of triangle `k`.
     pub(crate) fn corners(&self, k: usize) -> [Vec3; 3] {
         let [a, ab, ac] = [self.a, self.ab, self.ac].map(|v| v.get(k));
         [a, a + ab, a + ac]
     }
 
-    /// The squared distances from a point: to the plane of a triangle where the point stands above it,
-    /// and to its nearest edge elsewhere.
+    /// Squared distances from a point: to the plane if the projection is inside, otherwise to the nearest edge.
     #[inline]
     pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {
         let (ab, ac) = (self.ab, self.ac);
         let bc = ac.minus(ab);
         let ap = Vec3x4::splat(point).minus(self.a);
         let bp = ap.minus(ab);
-        // To the edges.
+        // Distances to the edges.
         let to_ab = to_edge(ap, ab);
         let to_ac = to_edge(ap, ac);
         let to_bc = to_edge(bp, bc);
         let to_edges = to_ab.min(to_ac).min(to_bc);
-        // To the plane.
+        // Distances to the planes.
         let normal = ab.cross(ac);
         let normal_squared = normal.dot(normal);
         let height = normal.dot(ap);
@@ -108,13 +107,13 @@ impl Triangles4 {
         let inside = normal.dot(ab.cross(ap)).cmpge(Vec4::ZERO)
             & normal.dot(bc.cross(bp)).cmpge(Vec4::ZERO)
             & normal.dot(ap.cross(ac)).cmpge(Vec4::ZERO);
-        // The normal of a needle is noise, and noise must not make a distance shorter.
+        // The normal of a very thin triangle is noise, which could make its distance too short.
         let is_flat = normal_squared.cmpgt(ab.dot(ab) * ac.dot(ac) * 1e-9);
         Vec4::select(inside & is_flat, to_plane, to_edges)
     }
 }
 
-/// The squared distances of points, given from the start of edges, to these.
+/// Squared distances from points to edges that start at the origin.
 #[inline(always)]
 fn to_edge(point: Vec3x4, edge: Vec3x4) -> Vec4 {
     let length_squared = edge.dot(edge).max(Vec4::splat(f32::MIN_POSITIVE));
@@ -131,7 +130,7 @@ pub(crate) struct Boxes4 {
 }
 
 impl Boxes4 {
-    /// Of least and greatest corners; where there are fewer than four, the others are infinitely far.
+    /// Boxes by their minimum and maximum. Empty slots are at infinite distance.
     pub(crate) fn of(boxes: impl Iterator<Item = [Vec3; 2]>) -> Self {
         let (mut min, mut max) = ([Vec3::INFINITY; 4], [Vec3::INFINITY; 4]);
         for (k, [from, to]) in boxes.take(4).enumerate() {
@@ -143,7 +142,7 @@ impl Boxes4 {
         }
     }
 
-    /// The squared distances from a point; 0 inside.
+    /// Squared distances from a point; 0 inside.
     #[inline]
     pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {
         let outside = |min: Vec4, max: Vec4, p: f32| {

@@ -13,7 +13,7 @@ use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Bits of each coordinate in the Z-order key of a group.
-const PLACE_BITS: u32 = 10;
+const AXIS_BITS: u32 = 10;
 
 /// Returns the table of contents of a mesh and its encoded pages.
 pub(super) fn encode(
@@ -120,9 +120,9 @@ impl ZOrder {
 
     /// Interleaves the bits of the three coordinates of the centre of a group.
     fn key(&self, group: &Group) -> u32 {
-        let last = ((1 << PLACE_BITS) - 1) as f32;
+        let last = ((1 << AXIS_BITS) - 1) as f32;
         let cell = ((group.bounds.center - self.min) / self.size * last).as_uvec3();
-        let bits = (0..PLACE_BITS).rev().flat_map(|bit| {
+        let bits = (0..AXIS_BITS).rev().flat_map(|bit| {
             cell.to_array()
                 .map(|along| along.min(last as u32) >> bit & 1)
         });

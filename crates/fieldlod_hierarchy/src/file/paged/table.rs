@@ -141,7 +141,7 @@ fn read_graph(
     let (mut first_finer, mut first_unit) = (0, 0);
     for group in &mut graph.groups {
         (group.first_finer, group.first_unit) = (first_finer, first_unit);
-        // Cannot overflow: as many elements were read.
+        // This cannot overflow, because that many elements were read.
         first_finer += group.finer_count;
         first_unit += group.unit_count;
     }

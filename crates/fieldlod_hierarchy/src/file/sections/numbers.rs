@@ -20,8 +20,8 @@ const PCO: u8 = 8;
 pub(in crate::file) enum Kind {
     /// Neighbours may be similar.
     Plain,
-    /// Remainders of a prediction, or symbols. Neighbours are not correlated.
-    Remainders,
+    /// Residuals of a prediction, or symbols. Neighbours are not correlated.
+    Residuals,
 }
 
 /// Appends `numbers` in the shortest coding.
@@ -57,7 +57,7 @@ fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
     let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
     let config = match kind {
         Kind::Plain => plain,
-        Kind::Remainders => plain.with_delta_spec(DeltaSpec::NoOp),
+        Kind::Residuals => plain.with_delta_spec(DeltaSpec::NoOp),
     };
     pco::standalone::simple_compress(numbers, &config).ok()
 }

@@ -108,7 +108,7 @@ fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
         before = index;
         zigzag(difference)
     });
-    numbers::write(bytes, &differences.collect::<Vec<_>>(), Kind::Remainders);
+    numbers::write(bytes, &differences.collect::<Vec<_>>(), Kind::Residuals);
 }
 
 /// Writes links to finer groups as distances to their group.
@@ -126,7 +126,7 @@ fn write_references(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     let mut references = References::new(from.vertices);
     let vertices = coded.unit_vertices[from.unit_vertices..].iter();
     let numbers: Vec<u32> = vertices.map(|&vertex| references.number(vertex)).collect();
-    numbers::write(bytes, &numbers, Kind::Remainders);
+    numbers::write(bytes, &numbers, Kind::Residuals);
 }
 
 /// Returns the symbols of the triangles and the predictions of the new vertices.
@@ -153,10 +153,10 @@ fn triangle_symbols(
 }
 
 fn write_symbols(bytes: &mut Vec<u8>, symbols: &Symbols) {
-    // Readers know the number of edges: it is that of triangles.
-    numbers::write(bytes, &symbols.edges, Kind::Remainders);
+    // Readers know the number of edges, because it equals the number of triangles.
+    numbers::write(bytes, &symbols.edges, Kind::Residuals);
     for numbers in [&symbols.vertices, &symbols.distances] {
         bytes.extend_from_slice(&(numbers.len() as u32).to_le_bytes());
-        numbers::write(bytes, numbers, Kind::Remainders);
+        numbers::write(bytes, numbers, Kind::Residuals);
     }
 }

@@ -50,7 +50,7 @@ impl Attributes {
         } else {
             (Predict::FloatParallelogram, Predict::FloatMean)
         };
-        // A direction has two octahedral coordinates, or three exact coordinates.
+        // A direction has two octahedral coordinates if quantized, otherwise three exact ones.
         let (direction, normal, columns) = if quantized {
             (Predict::IntMean, Predict::IntNormal, 2)
         } else {

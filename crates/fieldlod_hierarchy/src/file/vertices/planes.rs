@@ -3,7 +3,7 @@
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
 use crate::file::sections::numbers::{self, Kind};
-use crate::file::vertices::predict::{Predict, remainders_of, restored};
+use crate::file::vertices::predict::{Predict, residuals_of, restored};
 use crate::file::vertices::rows::{Prediction, Rows};
 
 /// Largest number of columns that are coded in one pass.
@@ -49,7 +49,7 @@ pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Tar
     for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
         let normals = targets.normals_for(predict, rows);
-        let mut remainders = vec![Vec::with_capacity(predictions.len()); count];
+        let mut residuals = vec![Vec::with_capacity(predictions.len()); count];
         for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {
             let numbers = match normals.get(index) {
                 Some(&[x, y, z]) => [[x, y, z, 0]; 3],
@@ -57,17 +57,17 @@ pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Tar
             };
             if is_stored {
                 let target: [u32; MAX_COLUMNS] = rows.up_to(p.target, first, count);
-                let found = remainders_of(predict, numbers, target);
-                for (remainders, number) in remainders.iter_mut().zip(found) {
-                    remainders.push(number);
+                let found = residuals_of(predict, numbers, target);
+                for (residuals, number) in residuals.iter_mut().zip(found) {
+                    residuals.push(number);
                 }
             } else {
                 let numbers = restored(predict, numbers, [0; MAX_COLUMNS]);
                 rows.replace(p.target, first, &numbers[..count]);
             }
         }
-        for remainders in &remainders {
-            numbers::write(bytes, remainders, Kind::Remainders);
+        for residuals in &residuals {
+            numbers::write(bytes, residuals, Kind::Residuals);
         }
     }
 }
@@ -80,11 +80,11 @@ pub(in crate::file) fn read(
 ) -> Result<(), FileError> {
     let are_stored = targets.are_stored;
     let stored = are_stored.iter().filter(|&&is_stored| is_stored).count();
-    let mut remainders: [Vec<u32>; MAX_COLUMNS] = Default::default();
+    let mut residuals: [Vec<u32>; MAX_COLUMNS] = Default::default();
     for (first, columns) in column_sets(targets.predictors) {
-        for remainders in &mut remainders[..columns.len()] {
-            numbers::read_into(reader, stored, "the vertices", remainders)?;
-            spread(remainders, are_stored);
+        for residuals in &mut residuals[..columns.len()] {
+            numbers::read_into(reader, stored, "the vertices", residuals)?;
+            spread(residuals, are_stored);
         }
         // One pass decodes several columns, because each waits only for its own earlier results.
         let filler = Filler {
@@ -93,7 +93,7 @@ pub(in crate::file) fn read(
             predictions: targets.predictions,
             normals: targets.normals_for(columns[0], rows),
         };
-        let [x, y, z, w] = &remainders;
+        let [x, y, z, w] = &residuals;
         match columns.len() {
             1 => filler.fill(rows, [x]),
             2 => filler.fill(rows, [x, y]),
@@ -131,29 +131,29 @@ struct Filler<'a> {
 }
 
 impl Filler<'_> {
-    fn fill<const N: usize>(&self, rows: &mut Rows, remainders: [&Vec<u32>; N]) {
+    fn fill<const N: usize>(&self, rows: &mut Rows, residuals: [&Vec<u32>; N]) {
         use Predict::{FloatDirection, FloatMean, FloatParallelogram, IntMean, IntParallelogram};
         // Equal lengths let the compiler remove bounds checks.
-        let remainders = remainders.map(|remainders| &remainders[..self.predictions.len()]);
+        let residuals = residuals.map(|residuals| &residuals[..self.predictions.len()]);
         // One loop per predictor keeps the choice out of the loops.
         match self.predict {
-            FloatParallelogram => self.fill_with(rows, remainders, |numbers, remainders| {
-                restored(FloatParallelogram, numbers, remainders)
+            FloatParallelogram => self.fill_with(rows, residuals, |numbers, residuals| {
+                restored(FloatParallelogram, numbers, residuals)
             }),
-            FloatMean => self.fill_with(rows, remainders, |numbers, remainders| {
-                restored(FloatMean, numbers, remainders)
+            FloatMean => self.fill_with(rows, residuals, |numbers, residuals| {
+                restored(FloatMean, numbers, residuals)
             }),
-            FloatDirection => self.fill_with(rows, remainders, |numbers, remainders| {
-                restored(FloatDirection, numbers, remainders)
+            FloatDirection => self.fill_with(rows, residuals, |numbers, residuals| {
+                restored(FloatDirection, numbers, residuals)
             }),
-            IntParallelogram => self.fill_with(rows, remainders, |numbers, remainders| {
-                restored(IntParallelogram, numbers, remainders)
+            IntParallelogram => self.fill_with(rows, residuals, |numbers, residuals| {
+                restored(IntParallelogram, numbers, residuals)
             }),
-            IntMean => self.fill_with(rows, remainders, |numbers, remainders| {
-                restored(IntMean, numbers, remainders)
+            IntMean => self.fill_with(rows, residuals, |numbers, residuals| {
+                restored(IntMean, numbers, residuals)
             }),
-            Predict::FloatNormal => self.fill_normals(rows, remainders, FloatDirection),
-            Predict::IntNormal => self.fill_normals(rows, remainders, IntMean),
+            Predict::FloatNormal => self.fill_normals(rows, residuals, FloatDirection),
+            Predict::IntNormal => self.fill_normals(rows, residuals, IntMean),
         }
     }
 
@@ -161,28 +161,23 @@ impl Filler<'_> {
     fn fill_with<const N: usize>(
         &self,
         rows: &mut Rows,
-        remainders: [&[u32]; N],
+        residuals: [&[u32]; N],
         restored: impl Fn([[u32; N]; 3], [u32; N]) -> [u32; N],
     ) {
         for (index, p) in self.predictions.iter().enumerate() {
             // Array `map` is not always inlined.
             let (a, b) = (rows.some(p.a, self.first), rows.some(p.b, self.first));
             let numbers = [a, b, rows.some(p.d, self.first)];
-            let remainders = std::array::from_fn(|k| remainders[k][index]);
-            rows.set::<N>(p.target, self.first, restored(numbers, remainders));
+            let residuals = std::array::from_fn(|k| residuals[k][index]);
+            rows.set::<N>(p.target, self.first, restored(numbers, residuals));
         }
     }
 
-    fn fill_normals<const N: usize>(
-        &self,
-        rows: &mut Rows,
-        remainders: [&[u32]; N],
-        like: Predict,
-    ) {
+    fn fill_normals<const N: usize>(&self, rows: &mut Rows, residuals: [&[u32]; N], like: Predict) {
         for (index, (p, normal)) in self.predictions.iter().zip(&self.normals).enumerate() {
             let guess = std::array::from_fn(|k| normal[k]);
-            let remainders = std::array::from_fn(|k| remainders[k][index]);
-            rows.set::<N>(p.target, self.first, restored(like, [guess; 3], remainders));
+            let residuals = std::array::from_fn(|k| residuals[k][index]);
+            rows.set::<N>(p.target, self.first, restored(like, [guess; 3], residuals));
         }
     }
 }

@@ -24,41 +24,41 @@ pub(in crate::file) enum Predict {
 }
 
 /// Differences of `target` to its prediction from `a`, `b` and `d`.
-pub(in crate::file) fn remainders_of<const N: usize>(
+pub(in crate::file) fn residuals_of<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
     target: [u32; N],
 ) -> [u32; N] {
     let guesses: [u32; N] = std::array::from_fn(|k| guess(predict, a[k], b[k], d[k]));
     if !matches!(predict, Predict::FloatDirection | Predict::FloatNormal) {
-        return std::array::from_fn(|k| remainder(predict, target[k], guesses[k]));
+        return std::array::from_fn(|k| residual(predict, target[k], guesses[k]));
     }
     let [x, y, z] = axes_by_size(guesses);
     let last = coordinate(target[x], target[y], guesses[z]);
-    let mut remainders = [0; N];
-    remainders[0] = remainder(predict, target[x], guesses[x]);
-    remainders[1] = remainder(predict, target[y], guesses[y]);
-    remainders[2] = remainder(predict, target[z], last);
-    remainders
+    let mut residuals = [0; N];
+    residuals[0] = residual(predict, target[x], guesses[x]);
+    residuals[1] = residual(predict, target[y], guesses[y]);
+    residuals[2] = residual(predict, target[z], last);
+    residuals
 }
 
-/// Inverse of [`remainders_of`].
+/// Inverse of [`residuals_of`].
 #[inline(always)]
 pub(in crate::file) fn restored<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
-    remainders: [u32; N],
+    residuals: [u32; N],
 ) -> [u32; N] {
     let guesses: [u32; N] = std::array::from_fn(|k| guess(predict, a[k], b[k], d[k]));
     if !matches!(predict, Predict::FloatDirection | Predict::FloatNormal) {
-        return std::array::from_fn(|k| restore(predict, guesses[k], remainders[k]));
+        return std::array::from_fn(|k| restore(predict, guesses[k], residuals[k]));
     }
     let [x, y, z] = axes_by_size(guesses);
     let mut target = guesses;
-    target[x] = restore(predict, guesses[x], remainders[0]);
-    target[y] = restore(predict, guesses[y], remainders[1]);
+    target[x] = restore(predict, guesses[x], residuals[0]);
+    target[y] = restore(predict, guesses[y], residuals[1]);
     let last = coordinate(target[x], target[y], guesses[z]);
-    target[z] = restore(predict, last, remainders[2]);
+    target[z] = restore(predict, last, residuals[2]);
     target
 }
 
@@ -103,7 +103,7 @@ fn guess(predict: Predict, a: u32, b: u32, d: u32) -> u32 {
 }
 
 #[inline(always)]
-fn remainder(predict: Predict, value: u32, guess: u32) -> u32 {
+fn residual(predict: Predict, value: u32, guess: u32) -> u32 {
     match predict {
         Predict::IntParallelogram | Predict::IntMean | Predict::IntNormal => {
             zigzag(value.wrapping_sub(guess))
@@ -113,13 +113,13 @@ fn remainder(predict: Predict, value: u32, guess: u32) -> u32 {
 }
 
 #[inline(always)]
-fn restore(predict: Predict, guess: u32, remainder: u32) -> u32 {
+fn restore(predict: Predict, guess: u32, residual: u32) -> u32 {
     match predict {
         Predict::IntParallelogram | Predict::IntMean | Predict::IntNormal => {
-            guess.wrapping_add(unzigzag(remainder))
+            guess.wrapping_add(unzigzag(residual))
         }
         // `ordered` is its own inverse.
-        _ => ordered(ordered(canonical(guess)).wrapping_add(unzigzag(remainder))),
+        _ => ordered(ordered(canonical(guess)).wrapping_add(unzigzag(residual))),
     }
 }
 

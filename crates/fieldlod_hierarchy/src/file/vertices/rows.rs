@@ -40,7 +40,7 @@ impl Rows {
     #[inline(always)]
     pub(in crate::file) fn some<const N: usize>(&self, row: u32, first: usize) -> [u32; N] {
         let row = &self.numbers[row as usize * self.width + first..];
-        *row.first_chunk().expect("there are so many columns")
+        *row.first_chunk().expect("the row has enough columns")
     }
 
     #[inline(always)]
@@ -51,7 +51,7 @@ impl Rows {
         numbers: [u32; N],
     ) {
         let row = &mut self.numbers[row as usize * self.width + first..];
-        *row.first_chunk_mut().expect("there are so many columns") = numbers;
+        *row.first_chunk_mut().expect("the row has enough columns") = numbers;
     }
 
     /// `count` numbers of a row, starting at column `first`, padded with zeros.

@@ -37,7 +37,7 @@ pub(in crate::file) fn vertex_normals(
             sums_of_unit[b] += at_b;
             sums_of_unit[c] += at_c;
         }
-        // Known vertices are skipped.
+        // Vertices of earlier sections are skipped.
         for (&vertex, &sum) in vertices.iter().zip(&sums_of_unit) {
             if let Some(vertex) = (vertex as usize).checked_sub(from.vertices) {
                 sums[vertex] += sum;
@@ -65,7 +65,7 @@ fn weighted_normals([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
     [normal * at_a, normal * at_b, normal * at_c]
 }
 
-/// The angle with this sine and cosine, which may have a common factor. The error is at most 1.2e-5.
+/// The angle with this sine and cosine, which may be scaled by a common factor. The error is at most 1.2e-5.
 ///
 /// Uses basic operations only, because their results are equal on all machines (M. Abramowitz,
 /// I. Stegun: Handbook of Mathematical Functions, 4.4.49).

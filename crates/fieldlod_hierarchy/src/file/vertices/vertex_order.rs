@@ -90,7 +90,7 @@ pub(in crate::file) fn write(
         });
     }
     for numbers in [&are_source, &source, &moved] {
-        numbers::write(bytes, numbers, Kind::Remainders);
+        numbers::write(bytes, numbers, Kind::Residuals);
     }
 }
 
@@ -115,7 +115,7 @@ pub(in crate::file) fn read(
         } else {
             &mut moved
         };
-        // Never 0 by default: the lists have the counted lengths.
+        // The default 0 is never used, because the lists have the counted lengths.
         let difference = unzigzag(differences.next().unwrap_or(0));
         let index = predictor.code(indices, p, is_source != 0, |guess| {
             guess.wrapping_add(difference)

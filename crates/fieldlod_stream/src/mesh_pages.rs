@@ -24,7 +24,7 @@ pub(crate) enum PageState {
     Absent,
     Loading,
     Resident,
-    /// Could not be loaded. Retried in frame `until` or later.
+    /// The page could not be loaded. It is retried in frame `until` or later.
     Failed {
         until: u64,
     },

@@ -4,9 +4,9 @@
 //! returns colours and coverage. The same adapter, software or not, always returns the same picture.
 //!
 //! # Shading
-//! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals. The base colour
-//! texture of a surface is drawn where it is known, else a pattern of waves on the texture coordinates, so that sliding
-//! texture coordinates become visible; both are multiplied by vertex colours. Both sides of a triangle are drawn.
+//! One light is fixed in the world and one is at the eye. Surfaces have smooth normals, Lambert shading and a highlight.
+//! The albedo is the base colour texture, if it is known, multiplied by vertex colours. Otherwise it is a pattern of
+//! waves, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
 //!
 //! # Out of scope
 //! Materials, shadows, transparency, orthographic views.

@@ -1,4 +1,4 @@
-//! Figure 15: a model drawn from splats (§4.1.1), beside its triangles.
+//! Figure 15: a model drawn as splats (§4.1.1), beside its triangles.
 //!
 //! Splats are drawn in two passes: depth first, then the colours of all splats near that depth, weighted by a
 //! Gaussian and normalised.
@@ -19,12 +19,12 @@ use drawing::{Fallible, Random, out_folder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use image::RgbImage;
 
-/// Differences of a picture of splats from that of the triangles.
+/// Differences between a picture of splats and the picture of triangles.
 #[derive(Clone, Copy, Debug)]
 struct SplatErrors {
-    /// Root mean square difference of colour, of 255, where both cover the pixel.
+    /// Root mean squared difference of colour, on a scale of 255, over the pixels that both cover.
     rmse: f64,
-    /// The same difference to the exact splats.
+    /// Root mean squared difference of colour to the exact splats.
     rmse_to_exact_splats: f64,
     /// Pixels that the triangles cover and the splats do not.
     missing_px: usize,
@@ -243,7 +243,7 @@ fn sample_surface(triangles: &[[Vertex; 3]], random: &mut Random) -> (Vec<Vertex
     for triangle in triangles {
         passed += area(triangle);
         while next < passed {
-            // Folding the unit square gives an even distribution over the triangle.
+            // Folding the unit square gives a uniform distribution over the triangle.
             let (u, v) = (random.unit(), random.unit());
             let (u, v) = if u + v > 1.0 {
                 (1.0 - u, 1.0 - v)

@@ -68,8 +68,8 @@ fn main() -> Fallible {
     })
 }
 
-/// Compares the convergent point to a camera at the average position with the same focal length, and to one
-/// with the same density on the plane at the mean depth.
+/// Compares the convergent point with two cameras at the average position. The first has the same focal length, the
+/// second has the same density on the plane at the mean depth.
 fn compare(pairs: &[Merged]) -> [Comparison; 2] {
     let average: [fn(&Merged) -> f64; 2] = [
         |merged| merged.average_same_focal,

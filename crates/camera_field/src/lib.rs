@@ -51,9 +51,10 @@
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!
-//! Ours, not the paper's: oblong pixels, off-centre frusta, orthographic cameras
-//! ([`OrthographicIntrinsics`]), the closed forms of flux and of (17, 18), the bounds over spheres,
-//! the keystone of splats and the convergent point of cameras that are not parallel.
+//! Our extensions of the paper are:
+//! - oblong pixels, off-centre frusta and orthographic cameras ([`OrthographicIntrinsics`]);
+//! - the closed forms of flux and of (17, 18), and the bounds over spheres;
+//! - the keystone of splats, and the convergent point of cameras that are not parallel.
 //!
 //! # Errata of the paper
 //! Each has a test, named in brackets, in `tests/errata.rs` unless another file is named. All
@@ -104,15 +105,15 @@
 //!   of the area differs. With [`SplatKernel::map_sheared`], 7 % of the area differs.
 //!   [`SplatKernel::map_exact`] is exact and costs one division.
 //! - For parallel cameras, the convergent point merges fewer samples than the average position
-//!   (Fig. 18). This holds in nine of ten pairs if the camera at the average position has the focal
-//!   length of the convergent camera, and in eight of ten if it has the same density.
+//!   (Fig. 18). This holds in at least nine of ten pairs if both cameras have the same focal length,
+//!   and in at least eight of ten if both have the same density.
 //! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
 //!
 //! # Guarantees
 //! - No formula allocates. Formulas take and return plain `Copy` values, and the crate's `clippy.toml`
 //!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
-//! - Functions of level-of-detail selection (fields, criteria, bounds) compute with `+ − × ÷ √` and
-//!   comparisons only, so they give the same bits on every IEEE 754 machine. The crate's
+//! - Functions of level-of-detail selection (fields, criteria, bounds) use only `+ − × ÷ √` and
+//!   comparisons. They give the same bits on every IEEE 754 machine. The crate's
 //!   `clippy.toml` forbids other operations, except in functions that take angles or return mip levels.
 //! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
 //!

@@ -90,7 +90,7 @@ proptest! {
         assert_close(samples.deviation(), variance.sqrt(), mean, 1e-2);
     }
 
-    /// Compares eq. 17 and 18 with rays. Each sample is one square pixel of flux, so the number of
+    /// Compares eq. 17 and 18 with rays. Each sample is one square pixel of flux. The number of
     /// samples is `∫ c·da`, and the sum of their densities is `∫ (c·n)² da`.
     #[test]
     fn mean_and_deviation_match_counted_samples(

@@ -49,8 +49,8 @@ proptest! {
         }
     }
 
-    /// Away from the edges of the image, for spheres with an angular radius below 6°, the bound of
-    /// the strength is at most 12 % too high, and that of the pixel scale 6 %.
+    /// The bound of the strength is at most 12 % too high, and that of the pixel scale 6 %. The
+    /// spheres have an angular radius below 6° and are away from the edges of the image.
     #[test]
     fn sphere_bounds_are_tight(
         rho in 0.1..100.0_f64, off_axis_deg in 0.0..75.0_f64, around in 0.0..6.0_f64,

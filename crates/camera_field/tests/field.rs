@@ -131,8 +131,8 @@ proptest! {
         }
     }
 
-    /// §3.4: on a plane perpendicular to the sight ray, the rays of neighbouring pixels are closer
-    /// together along the radius of the image than across it, by the factor cos φ.
+    /// §3.4: compares distances between the rays of neighbouring pixels on a plane perpendicular to
+    /// the sight ray. The ratio of distances along and across the radius of the image is cos φ.
     #[test]
     fn aspect_ratio_is_the_ratio_of_sample_distances(p in points()) {
         let camera = wide_camera(DVec2::splat(1e7));

@@ -11,8 +11,8 @@
 //! Orthographic views have no distance: the error is `e s f`, with `f` in pixels per unit.
 //!
 //! **Godot from 4.3** (automatic mesh LOD, pull requests 92290 and 57419) chooses one level for the whole
-//! object, the coarsest with `e s f / distance ≤ threshold`. The distance is measured to the box with its cull
-//! margin. It is 0 inside the box and 1 in orthographic views.
+//! object. It is the coarsest level with `e s f / distance ≤ threshold`. The distance is measured to the box with
+//! its cull margin. It is 0 inside the box and 1 in orthographic views.
 //!
 //! **`VisibilityRange`** (`bevy_camera::visibility`) chooses one level for the whole object by the distance to its
 //! center. It ignores the field of view, the window and the object's scale.

@@ -1,8 +1,8 @@
 //! Distances between a cut and the source surface on the screen, in pixels.
 //!
-//! Each sample of the source surface is paired with the nearest point of the cut, and each sample of the cut with
-//! the nearest point of the source. Only samples that are in the picture and face the eye count. Both points of a
-//! pair are projected, in `f64`:
+//! Each sample of the source surface is paired with the nearest point of the cut. Each sample of the cut is paired
+//! with the nearest point of the source. Only samples that are in the picture and face the eye count. Both points of
+//! a pair are projected, in `f64`:
 //!
 //! ```text
 //! displacement = | project(p) − project(nearest(p)) |        pixels

@@ -5,8 +5,8 @@ mod common;
 use fieldlod_bake::{BakeConfig, bake_mesh, bake_together, fixtures};
 use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
 
-/// When the camera approaches a prop, a change of level changes FLIP by a factor of at most 1.6, and the covered area by
-/// at most 0.02. Changes to full detail are left out, because its FLIP is 0.
+/// While the camera approaches a prop, a change of level changes FLIP by a factor of at most 1.6. It changes the covered
+/// area by at most 0.02. Changes to full detail are left out, because its FLIP is 0.
 #[test]
 fn changes_of_level_on_approach_are_small() {
     let Some((renderer, _lock)) = common::renderer() else {

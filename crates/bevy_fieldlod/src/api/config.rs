@@ -144,8 +144,8 @@ pub enum LodKind {
     /// coordinates, but must not depend on vertex indices. If it needs every vertex of the source, use
     /// [`Plain`](Self::Plain).
     ///
-    /// A bake at run time reads the base colour, its texture and the alpha mode of the `StandardMaterial` of the
-    /// first entity with the mesh, and waits for the texture.
+    /// A bake at run time reads the `StandardMaterial` of the first entity with the mesh: the base colour, its texture
+    /// and the alpha mode. It waits for the texture.
     WholeMesh,
     /// Each unit of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,

@@ -30,8 +30,8 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodCamera {
     /// Thresholds, budget and other settings of the selection. [`LodSettings::forced_level`] of 0 draws the source
-    /// meshes instead of a cut. A prop has one level in all views, the finest that a view needs; a prop that any view
-    /// draws casts its shadow for all views. The plugin replaces [`AdvancedSettings::offscreen`] by
+    /// meshes instead of a cut. A prop has one level in all views, the finest that any view needs. If a view draws it,
+    /// it casts its shadow in all views. The plugin replaces [`AdvancedSettings::offscreen`] by
     /// [`shadow_bias`](Self::shadow_bias), and [`LodSettings::visible_flux`] by
     /// [`FieldLodVisibleFlux`](crate::FieldLodVisibleFlux).
     #[deref]

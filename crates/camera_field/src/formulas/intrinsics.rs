@@ -7,9 +7,9 @@
 //! grad |c|  =  C (x, y, z − 3ρ²/z) / (ρ z³)               (14), Cartesian
 //! ```
 //!
-//! Deviation from the paper: pixels need not be square. All equations above hold with
-//! `C = f_x f_y` in place of `f²`, because the density of samples depends only on the area of
-//! a pixel. Only the shape of the sampling pattern (§3.4) depends on `f_x / f_y`; see
+//! Deviation from the paper: pixels need not be square, so `C = f_x f_y` replaces `f²`. The
+//! equations above hold, because the density of samples depends only on the area of a pixel. Only
+//! the shape of the sampling pattern (§3.4) depends on `f_x / f_y`; see
 //! [`Intrinsics::pattern_aspect_ratio`].
 
 use super::scalar::{Real, Vec2, Vec3};

@@ -16,8 +16,8 @@
 //! - Whole-object methods have few cuts. Their curves are interpolated between them.
 //!
 //! # Training and test
-//! The constants of the criterion (the weights of visible share and silhouette, the root, and the meaning of 1 px)
-//! were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
+//! The criterion has four constants: the weights of visible share and silhouette, the root, and the meaning of 1 px.
+//! They were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
 //! six poses each (`--seed 11`). The reported figures are measured from other poses, on [`Generated::TEST`] or on a
 //! user's models.
 //!

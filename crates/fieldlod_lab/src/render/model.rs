@@ -118,8 +118,8 @@ fn vertices_of(hierarchy: &Hierarchy, surface: Option<&Surface>) -> Vec<Vertex> 
     (0..source.positions.len()).map(vertex).collect()
 }
 
-/// Computes area-weighted mean normals. The normal of a source vertex is the mean over source triangles only; that of a
-/// moved vertex is the mean over all triangles that use it.
+/// Computes area-weighted mean normals. For a source vertex, only source triangles count. For a moved vertex, all
+/// triangles that use it count.
 fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let positions = &hierarchy.vertices.positions;
     let mut normals = vec![Vec3::ZERO; positions.len()];

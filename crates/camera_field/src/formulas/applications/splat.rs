@@ -6,9 +6,9 @@
 //! u(P + d) − u(P) = J d / (1 + d_z/z)
 //! ```
 //!
-//! with `J` the derivative of the projection at `P`. With `e` in the unit disk and
-//! `d = r (a e₁ + b e₂)` this is `A e / (1 + g·e)`, where `A = r J (a b)` holds the axes of the
-//! kernel and `g = r (a_z, b_z)/z` its *keystone*.
+//! with `J` the derivative of the projection at `P`. For `e` in the unit disk, let
+//! `d = r (a e₁ + b e₂)`. Then the right side is `A e / (1 + g·e)`. The columns of `A = r J (a b)` are
+//! the axes of the kernel, and `g = r (a_z, b_z)/z` is its *keystone*.
 //!
 //! - The paper's kernel is `A e`: an ellipse around the projected centre. Its three steps
 //!   (foreshortening by the normal, radial stretch `1/cos φ`, area `c·n`) multiply to `A`;

@@ -169,7 +169,7 @@ struct Vertex {
 }
 
 impl Vertex {
-    /// A point of a torus knot with stripes, at shares along the knot and around its tube.
+    /// A point of a torus knot with stripes. `along` the knot and `around` its tube are from 0 to 1.
     fn on_knot(along: f64, around: f64) -> Self {
         let knot = |turn: f64| {
             let radius = 1.0 + 0.45 * (3.0 * turn).cos();
@@ -195,7 +195,7 @@ impl Vertex {
         self.albedo * (0.25 + 0.75 * self.normal.normalize().dot(light).max(0.0))
     }
 
-    /// The point with these weights on a triangle.
+    /// The point of a triangle with these barycentric weights.
     fn mix(triangle: &[Self; 3], weights: [f64; 3]) -> Self {
         let sum = |part: fn(&Self) -> DVec3| {
             triangle

@@ -1,7 +1,7 @@
 //! The rules of other systems.
 //!
 //! ```text
-//! e  error of a group or level    s  greatest scale of the instance    f  focal length, px
+//! e  error of a group or level    s  largest scale of the instance    f  focal length, px
 //! d  distance to the centre of the sphere, r  its radius, near  distance of the near plane
 //! ```
 //!

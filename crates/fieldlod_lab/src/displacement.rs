@@ -23,7 +23,7 @@ use samples::{Sample, samples_of};
 /// Displacements of a cut in one view, in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Displacement {
-    /// The greatest displacement.
+    /// The largest displacement.
     pub max_px: f64,
     /// The 99.9th percentile of the displacements.
     pub p99_9_px: f64,

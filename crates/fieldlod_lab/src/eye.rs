@@ -9,7 +9,7 @@ use glam::{Affine3A, DMat3, DVec2, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
 pub struct Eye {
     /// Projection to pixels.
     pub camera: Camera,
-    /// View space looks along −Z with +Y up; a rotation and a translation.
+    /// A rotation and a translation. View space looks along −Z with +Y up.
     pub world_from_view: Affine3A,
     /// Distance of the near plane, in world units.
     pub near: f32,

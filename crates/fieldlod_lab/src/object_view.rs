@@ -18,7 +18,7 @@ pub struct ObjectView<'a> {
     pub instance: Instance,
     /// The eye.
     pub eye: Eye,
-    /// Greatest scale along the local axes, in world units per local unit.
+    /// Largest scale along the local axes, in world units per local unit.
     pub max_scale: f32,
     world_from_local: Mat3,
     origin_from_eye: Vec3,

@@ -4,8 +4,8 @@
 //! [`Method::Guaranteed`]. The others are by clusterlod's metric, on the same hierarchy and on its own. Fields of view
 //! range from 30° to 120°. Every other placement is stretched, sheared or mirrored.
 //!
-//! On our hierarchy both methods use the measured deviations as errors, so that only the criterion differs.
-//! clusterlod's own hierarchy has the errors that its simplifier reports.
+//! On our hierarchy, both methods use the measured deviations as errors, so only the criterion differs.
+//! The hierarchy of clusterlod has the errors that its simplifier reports.
 
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};

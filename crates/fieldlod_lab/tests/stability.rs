@@ -41,8 +41,8 @@ fn quality_is_closed_and_does_not_flip() {
     }
 }
 
-/// In each case that users reported, a method of another system has a fault. The exception is the case of bounds that
-/// do not nest, because no method of the suite has such bounds.
+/// In each case that users reported, a method of another system has a fault. The case `non-nested` is an exception,
+/// because all methods of the suite have nested bounds.
 #[test]
 fn other_systems_fail_reported_cases() {
     for case in cases().filter(|case| !case.reported.is_empty()) {

@@ -22,7 +22,7 @@
 //! | 1 million | 15 MB | 6.2 MB | 30 kB | 0.3 ms | 0.17 MB | 39 MB |
 //! | 1 billion | 15 GB | 6.2 GB | 30 MB | 0.3 s | 168 MB | 39 GB |
 //!
-//! Tables stay in main memory. The last column is what all levels would need; only the GPU budget of it is resident.
+//! Tables stay in main memory. Of the levels in the last column, at most the GPU budget is resident.
 //!
 //! # Example
 //! The caller reads files and uploads meshes. Decisions depend only on the reported events and their order.

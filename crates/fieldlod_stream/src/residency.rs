@@ -54,7 +54,7 @@ pub struct Residency {
 /// The loads and evictions of a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Orders {
-    /// Pages to free. They are not resident.
+    /// Pages to free. They count as evicted.
     pub evict: Vec<StreamPageId>,
     /// Pages to load, by descending priority.
     pub load: Vec<StreamPageId>,
@@ -339,7 +339,7 @@ impl Residency {
         let meshes = 0..self.meshes.len() as u32;
         let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
         let mut idle: Vec<(StreamPageId, &PageEntry)> = idle.collect();
-        // Among pages of the same frame, finer pages are evicted first: no other page depends on them.
+        // Among pages of the same frame, finer pages are evicted first, because they depend on coarser pages.
         idle.sort_unstable_by_key(|&(id, page)| (Reverse(page.used_at), id.page, id.mesh));
         idle.into_iter().map(|(id, _)| id).collect()
     }

@@ -136,7 +136,7 @@ pub enum LodError {
         /// The `.fieldlod` file.
         file: String,
     },
-    /// The file has no such primitive.
+    /// The file does not contain the primitive.
     #[error("{file} has no primitive {primitive} of a mesh {mesh}")]
     NoPrimitive {
         /// The `.fieldlod` file.

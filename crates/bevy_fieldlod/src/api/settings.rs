@@ -43,7 +43,7 @@ pub struct FieldLodCamera {
 }
 
 impl Default for FieldLodCamera {
-    /// [`high`](Self::high).
+    /// The preset [`high`](Self::high).
     fn default() -> Self {
         Self::high()
     }

@@ -21,7 +21,7 @@ use crate::select::views::SelectSteps;
 use material::{DebugMaterials, LodDebugMaterial, level_color};
 pub use options::{FieldLodDebug, FieldLodHeatMap};
 
-/// Shows what selection does, as configured by [`FieldLodDebug`]. Add it after
+/// Shows the selected levels and the field on screen, as configured by [`FieldLodDebug`]. Add it after
 /// [`FieldLodPlugin`](crate::FieldLodPlugin).
 ///
 /// ```no_run

@@ -32,7 +32,7 @@ const SLOW: Duration = Duration::from_secs(2);
 #[derive(Resource)]
 pub(super) struct PageStreams {
     residency: Residency,
-    /// The mesh in pages of each source mesh, even while its first page is not prepared.
+    /// The paged mesh of each source mesh. It may be here before its first page is prepared.
     pub(super) sources: HashMap<AssetId<Mesh>, MeshInPages>,
     meshes: HashMap<StreamMeshId, StreamedMesh>,
     by_mesh: HashMap<MeshId, StreamMeshId>,
@@ -90,7 +90,7 @@ impl PageStreams {
         !self.meshes.is_empty()
     }
 
-    /// Factor of the thresholds of views, at which the pages that they need fit into memory.
+    /// Factor of the thresholds of all views, at which the needed pages fit into memory.
     pub(super) fn coarsening(&self) -> f32 {
         self.residency.coarsening()
     }
@@ -227,7 +227,7 @@ pub(super) fn remove_unused_meshes(
     let unused: Vec<_> = unused.collect();
     for (stream, mesh) in &unused {
         residency.remove_mesh(*stream);
-        // The id may belong to another mesh by then: ids are reused.
+        // Ids are reused, so the id may already belong to another mesh.
         if by_mesh.get(&mesh.id) == Some(stream) {
             by_mesh.remove(&mesh.id);
         }

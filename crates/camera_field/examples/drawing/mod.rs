@@ -221,8 +221,8 @@ impl Random {
         bits as f64 / f64::from(1u32 << 24)
     }
 
-    /// A number in `least..greatest`.
-    pub(crate) fn between(&mut self, least: f64, greatest: f64) -> f64 {
-        least + (greatest - least) * self.unit()
+    /// A number in `min..max`.
+    pub(crate) fn between(&mut self, min: f64, max: f64) -> f64 {
+        min + (max - min) * self.unit()
     }
 }

@@ -65,9 +65,9 @@ pub enum SphereExtent {
     Outside,
     /// Bounds of secant and depth over the visible part of the sphere.
     Visible {
-        /// Greatest `1 / cos φ`.
+        /// Largest `1 / cos φ`.
         secant_max: Real,
-        /// Least depth `z`; greater than zero.
+        /// Smallest depth `z`; greater than zero.
         depth_min: Real,
     },
     /// The sphere contains the camera, or its numbers are not usable.
@@ -75,7 +75,7 @@ pub enum SphereExtent {
 }
 
 impl SphereExtent {
-    /// Extent of the visible part of a sphere, given the greatest secant in the field of view.
+    /// Extent of the visible part of a sphere, given the largest secant in the field of view.
     #[inline]
     fn of_visible(center: Vec3, radius: Real, secant_corner: Real) -> Self {
         let rho_squared = center.length_squared();
@@ -95,7 +95,7 @@ impl SphereExtent {
         } else {
             secant_corner
         };
-        // Two lower bounds of the depth: the front of the sphere, and the least distance at the largest secant.
+        // Two lower bounds of the depth: the front of the sphere, and the smallest distance at the largest secant.
         let depth_min = (center.z - radius).max(gap / secant_max);
         Self::Visible {
             secant_max,

@@ -176,7 +176,7 @@ impl Intrinsics {
         }
     }
 
-    /// `1 / cos φ` at the widest corner of the image: the greatest secant in the field of view.
+    /// `1 / cos φ` at the widest corner of the image: the largest secant in the field of view.
     #[inline]
     pub fn max_secant(&self) -> Real {
         let widest = self.slope_min.abs().max(self.slope_max.abs());

@@ -1,9 +1,9 @@
 //! The constant field of an orthographic camera.
 //!
 //! This is our extension of the paper. It is the limit of a perspective camera that moves back along
-//! its axis, while its focal length grows so that `f/z` tends to the pixels per unit. The strength
-//! of eq. 5 tends to a constant and the direction to the axis. Curl and gradient tend to zero, and
-//! the aspect ratio tends to 1.
+//! its axis. Its focal length grows so that `f/z` tends to the pixels per unit. The strength of eq. 5
+//! tends to a constant and the direction to the axis. Curl and gradient tend to zero, and the aspect
+//! ratio tends to 1.
 
 use super::bounds::SphereBound;
 use super::scalar::{Real, Vec2, Vec3};

@@ -11,7 +11,7 @@ use crate::object_view::ObjectView;
 /// Meshes, their instances and the cameras of the frames.
 #[derive(Debug)]
 pub struct World {
-    /// Its name.
+    /// The world's name.
     pub name: String,
     /// The meshes with their levels.
     pub(super) objects: Vec<LodObject>,

@@ -8,8 +8,8 @@ use crate::object::LodObject;
 
 /// An instance of an object in one view.
 ///
-/// Positions are relative to the eye for all methods, because engines differ in this and precision far from the
-/// origin is not compared.
+/// Positions are relative to the eye for all methods. Engines differ in their precision far from the origin, which is
+/// not compared.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectView<'a> {
     /// The object.

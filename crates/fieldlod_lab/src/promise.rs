@@ -150,7 +150,7 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     (0..effort.cameras).map(scene).collect()
 }
 
-/// A random rotation, uniform scale and translation. An uneven placement is stretched and sheared, and half are mirrored.
+/// A random rotation, uniform scale and translation. Uneven placements are stretched and sheared, and half are mirrored.
 fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     let mut turn = || {
         let [a, b] = [random.vector(), random.vector()];

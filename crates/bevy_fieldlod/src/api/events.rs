@@ -143,7 +143,7 @@ pub enum LodError {
         file: String,
         /// Index of the mesh.
         mesh: u32,
-        /// Index of the primitive in it.
+        /// Index of the primitive in the mesh.
         primitive: u32,
     },
     /// The file cannot be drawn without its glTF file.

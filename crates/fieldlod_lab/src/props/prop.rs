@@ -13,7 +13,7 @@ use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
 pub struct Prop {
     meshes: Vec<Hierarchy>,
     models: Vec<DrawnModel>,
-    /// The sphere around the source vertices. All bakes of a prop have the same, and the same size on screen.
+    /// The sphere around the source vertices. It is equal for all bakes, so they have the same size on screen.
     pub sphere: Sphere,
 }
 
@@ -91,7 +91,7 @@ impl Prop {
     /// Draws some units.
     ///
     /// # Errors
-    /// As [`Renderer::draw`].
+    /// The errors of [`Renderer::draw`].
     pub fn draw(
         &self,
         renderer: &Renderer,

@@ -105,7 +105,7 @@ impl Renderer {
     /// Draws units of many models.
     ///
     /// # Errors
-    /// As [`Renderer::draw`].
+    /// The errors of [`Renderer::draw`].
     pub fn draw_scene(&self, placed: &[PlacedUnits], eye: &Eye) -> Result<Picture, RenderError> {
         let view = WorldView::new(eye)?;
         let size = view.size_px * SUPERSAMPLING;

@@ -5,8 +5,8 @@
 //!
 //! # Shading
 //! One light is fixed in the world and one is at the eye. Surfaces have smooth normals, Lambert shading and a highlight.
-//! The albedo is the base colour texture, if it is known, multiplied by vertex colours. Otherwise it is a pattern of
-//! waves, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
+//! The albedo is the base colour texture times the vertex colour. If the texture is not known, a pattern of waves
+//! replaces it, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
 //!
 //! # Out of scope
 //! Materials, shadows, transparency, orthographic views.
@@ -39,7 +39,7 @@ pub enum RenderError {
     /// The adapter returned no device.
     #[error("could not open graphics adapter {adapter}: {source}")]
     NoDevice {
-        /// Its name.
+        /// The name of the adapter.
         adapter: String,
         /// The adapter's error.
         source: wgpu::RequestDeviceError,

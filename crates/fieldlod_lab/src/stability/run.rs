@@ -73,7 +73,7 @@ pub struct Verdict {
     pub triangles_to_ours: f64,
     /// Triangles of all chosen units, relative to the coarsest cut.
     pub triangles_to_coarsest: f64,
-    /// The faults of the method, among holes and the faults that the case checks for.
+    /// The faults of the method: holes, or faults that the case checks for.
     pub faults: Vec<Fault>,
 }
 
@@ -238,7 +238,7 @@ impl Trial<'_> {
     }
 }
 
-/// The faults of a method, among holes and the faults that the case checks for.
+/// The faults of a method: holes, or faults that the case checks for.
 fn faults(verdict: &Verdict, case: &Case) -> Vec<Fault> {
     let promised_px = f64::from(THRESHOLD_PX) * PROMISE_ALLOWANCE;
     let fails = |fault: Fault| match fault {

@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // A missing folder must fail before the long measurement.
+    // An unwritable folder must fail before the long measurement.
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| Failure::new(out, error))?;
     let renderer = Renderer::new()?;

@@ -1,4 +1,4 @@
-//! Figure 10: level surfaces and gradient of the strength (eq. 13, 14), in a cut through the axis.
+//! Figure 10: level surfaces and gradient of the strength (eq. 13, 14), in a plane through the axis.
 //!
 //! `cargo run -p camera_field --example figure_10 -- paper-out`
 #![expect(

@@ -269,7 +269,7 @@ impl Merged {
     fn of_pair(scene: &Scene, max_toe_in: f64, random: &mut Random) -> Self {
         let heading = scene.headings * random.unit();
         let target = scene.target + DVec3::X * random.between(-1.0, 1.0);
-        // Pairs with a camera in or near a solid are drawn again.
+        // A pair with a camera in or near a solid is replaced by another random pair.
         let is_free = |camera: &PosedCamera| scene.is_free(camera.pose.origin, 0.3);
         let references = loop {
             let references = references(target, heading, max_toe_in, random);
@@ -280,7 +280,7 @@ impl Merged {
         let samples = references.iter().flat_map(|camera| scene.samples(camera));
         let in_both = |p: &DVec3| references.iter().all(|camera| camera.contains(*p));
         let points: Vec<DVec3> = samples.filter(in_both).collect();
-        // The plane across the mean axis, at the mean depth of the samples.
+        // The plane is perpendicular to the mean axis, at the mean depth of the samples.
         let axis = (references[0].pose.axis() + references[1].pose.axis()).normalize();
         let plane = points.iter().map(|p| p.dot(axis)).sum::<f64>() / points.len() as f64;
         let depth_from = |origin: DVec3| plane - origin.dot(axis);

@@ -4,7 +4,7 @@
 //! runs over many points, and the harness reports the time of one point.
 #![expect(
     clippy::disallowed_types,
-    reason = "the points are made before anything is timed"
+    reason = "the points are allocated before the timing starts"
 )]
 
 use std::hint::black_box;
@@ -26,7 +26,7 @@ fn points(camera: &Intrinsics) -> Vec<(Vec3, Vec3)> {
     (0..POINTS)
         .map(|index| {
             let across = Vec2::new(share(index, 0.618_034), share(index, 0.754_877));
-            // Not quite to the edge: a rounded point there may be outside.
+            // Points keep away from the edge, where a rounded point may be outside of the view.
             let across = across * 0.998 + 0.001;
             let slope = camera.slope_min + across * (camera.slope_max - camera.slope_min);
             let p = slope.extend(1.0) * (2.0 + 48.0 * share(index, 0.569_84));
@@ -147,7 +147,7 @@ fn spherical_forms(criterion: &mut Criterion) {
     );
 }
 
-/// Two parallel cameras, one of them at a tenth of the way to the point.
+/// Times two parallel cameras. The second is moved from the first by a tenth of the point's position.
 fn layered_depth_images(criterion: &mut Criterion) {
     time(
         criterion,

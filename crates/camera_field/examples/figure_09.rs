@@ -1,4 +1,4 @@
-//! Figure 9: the curl, and how it predicts the density at constant distance (eq. 12).
+//! Figure 9: the curl equals the growth of the density away from the axis at constant distance (eq. 12).
 //!
 //! `cargo run -p camera_field --example figure_09 -- paper-out`
 #![expect(

@@ -1,4 +1,4 @@
-//! Figure 10: level surfaces and gradient of the strength (eq. 13, 14), in a cut through the axis.
+//! Figure 10: level surfaces and gradient of the strength (eq. 13, 14), in a plane through the axis.
 //!
 //! `cargo run -p camera_field --example figure_10 -- paper-out`
 #![expect(
@@ -23,7 +23,7 @@ struct GradientAtAngle {
     level_radius_over_axis: f64,
     /// Angle between the gradient and the direction to the camera: `atan(3/2 tan φ)`.
     gradient_off_camera_deg: f64,
-    /// Strength on the level surface, relative to its constant: 1 up to rounding.
+    /// Strength on the level surface, relative to that of the level: 1 up to rounding.
     strength_over_level: f64,
 }
 
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn level_surfaces_are_level_and_gradients_turn_off_the_axis() {
+    fn level_surfaces_and_gradients_match_their_formulas() {
         for degrees in ANGLES_DEG {
             let at = gradient_at(&wide_camera(1.0), degrees);
             assert!((at.strength_over_level - 1.0).abs() < 1e-12, "{at:?}");

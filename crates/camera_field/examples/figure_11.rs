@@ -1,4 +1,4 @@
-//! Figure 11: the sampling pattern across the sight ray, and its aspect ratio (§3.4).
+//! Figure 11: the sampling pattern perpendicular to the sight ray, and its aspect ratio (§3.4).
 //!
 //! `cargo run -p camera_field --example figure_11 -- paper-out`
 #![expect(
@@ -15,7 +15,7 @@ use camera_field::double::Intrinsics;
 use drawing::{Area, Color, Fallible, OTHER, curve, draw, fill, plane, polar};
 use glam::{DVec2, dvec2, dvec3};
 
-/// The pattern of one sample at an angle off the axis: a round pixel, projected onto the plane across the
+/// The pattern of one sample at an angle off the axis: a round pixel, projected onto the plane perpendicular to the
 /// sight ray.
 #[derive(Clone, Copy, Debug)]
 struct PatternAtAngle {
@@ -23,7 +23,7 @@ struct PatternAtAngle {
     cos_phi: f64,
     /// Width over height of the exact pattern, for a focal length of 100 pixels.
     measured_at_100_px: f64,
-    /// The same for 1000 pixels.
+    /// Width over height of the exact pattern, for a focal length of 1000 pixels.
     measured_at_1000_px: f64,
 }
 
@@ -59,15 +59,15 @@ fn extent(points: &[DVec2], coordinate: impl Fn(&DVec2) -> f64) -> f64 {
     values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
 }
 
-/// Outline of a round pixel of the image at `φ`, projected from the camera onto the plane across the sight
-/// ray through the pixel's centre; x along the image's radius. Lengths are in focal lengths.
+/// Outline of a round pixel of the image at `φ`, projected from the camera onto a plane through the pixel's centre. The
+/// plane is perpendicular to the sight ray, with x along the image's radius. Lengths are in focal lengths.
 fn pattern(phi: f64, radius: f64) -> Vec<DVec2> {
     let center = dvec3(phi.tan(), 0.0, 1.0);
     let sight = center.normalize();
     let u_phi = dvec3(phi.cos(), 0.0, -phi.sin());
     let point = |step: u32| {
         let on_pixel = DVec2::from_angle(f64::from(step) / 720.0 * TAU) * radius;
-        // Intersection of the ray and the plane through the centre, across the sight ray.
+        // Intersection of the ray and the plane.
         let ray = center + on_pixel.extend(0.0);
         let offset = ray * (center.length() / ray.dot(sight)) - center;
         dvec2(offset.dot(u_phi), offset.y)
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn patterns_have_the_aspect_ratio_of_the_cosine() {
+    fn pattern_aspect_ratio_is_the_cosine() {
         for at in ANGLES_DEG.map(pattern_at) {
             let [coarse, fine] = [at.measured_at_100_px, at.measured_at_1000_px];
             assert!((coarse / at.cos_phi - 1.0).abs() < 1e-5, "{at:?}");

@@ -1,6 +1,6 @@
 //! Figure 14: splat kernels of large, off-centre disks: exact, the paper's and ours (§4.1.1).
 //!
-//! The paper shows kernels and calls the difference not apparent. This figure also measures it as an area, over
+//! The paper shows kernels and sees no apparent difference. This figure also measures the difference as an area, by
 //! the angle off the axis, for three orientations of a disk.
 //!
 //! `cargo run -p camera_field --example figure_14 -- paper-out`
@@ -46,7 +46,7 @@ const KINDS: [(KernelKind, RGBColor); 4] = [
     (KernelKind::Curl, OTHER),
     (KernelKind::Sheared, OURS),
 ];
-/// Orientations of disks: across the sight ray, or turned by 60° away from the axis or towards it.
+/// Orientations of disks: perpendicular to the sight ray, or turned by 60° away from the axis or towards it.
 const TURNS: [(&str, f64); 3] = [
     ("across the sight ray", 0.0),
     ("turned outwards", 60.0),
@@ -138,7 +138,7 @@ impl Disk {
         }
     }
 
-    /// Area inside exactly one of a kernel and the exact kernel, relative to the exact area. In polar
+    /// Area inside either a kernel or the exact kernel but not both, relative to the exact area. In polar
     /// coordinates, areas are integrals of squared radii.
     fn symmetric_difference(&self, kind: KernelKind) -> f64 {
         const DIRECTIONS: u32 = 7200;

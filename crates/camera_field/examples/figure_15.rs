@@ -1,4 +1,4 @@
-//! Figure 15: a model drawn from splats (§4.1.1), beside its triangles.
+//! Figure 15: a model drawn as splats (§4.1.1), beside its triangles.
 //!
 //! Splats are drawn in two passes: depth first, then the colours of all splats near that depth, weighted by a
 //! Gaussian and normalised.
@@ -19,12 +19,12 @@ use drawing::{Fallible, Random, out_folder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use image::RgbImage;
 
-/// Differences of a picture of splats from that of the triangles.
+/// Differences between a picture of splats and the picture of triangles.
 #[derive(Clone, Copy, Debug)]
 struct SplatErrors {
-    /// Root mean square difference of colour, of 255, where both cover the pixel.
+    /// Root mean squared difference of colour, on a scale of 255, over the pixels that both cover.
     rmse: f64,
-    /// The same difference to the exact splats.
+    /// Root mean squared difference of colour to the exact splats.
     rmse_to_exact_splats: f64,
     /// Pixels that the triangles cover and the splats do not.
     missing_px: usize,
@@ -169,7 +169,7 @@ struct Vertex {
 }
 
 impl Vertex {
-    /// A point of a torus knot with stripes, at shares along the knot and around its tube.
+    /// A point of a torus knot with stripes. `along` the knot and `around` its tube are from 0 to 1.
     fn on_knot(along: f64, around: f64) -> Self {
         let knot = |turn: f64| {
             let radius = 1.0 + 0.45 * (3.0 * turn).cos();
@@ -195,7 +195,7 @@ impl Vertex {
         self.albedo * (0.25 + 0.75 * self.normal.normalize().dot(light).max(0.0))
     }
 
-    /// The point with these weights on a triangle.
+    /// The point of a triangle with these barycentric weights.
     fn mix(triangle: &[Self; 3], weights: [f64; 3]) -> Self {
         let sum = |part: fn(&Self) -> DVec3| {
             triangle
@@ -243,7 +243,7 @@ fn sample_surface(triangles: &[[Vertex; 3]], random: &mut Random) -> (Vec<Vertex
     for triangle in triangles {
         passed += area(triangle);
         while next < passed {
-            // Folding the unit square gives an even distribution over the triangle.
+            // Folding the unit square gives a uniform distribution over the triangle.
             let (u, v) = (random.unit(), random.unit());
             let (u, v) = if u + v > 1.0 {
                 (1.0 - u, 1.0 - v)

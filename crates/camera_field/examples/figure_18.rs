@@ -1,4 +1,4 @@
-//! Figure 18: layered depth images made at the convergent point and at the average position (§4.2.3).
+//! Figure 18: layered depth images at the convergent point and at the average position (§4.2.3).
 //!
 //! Two reference cameras sample a scene. Samples inside both frusta are projected into one camera. Samples in
 //! one pixel with nearly the same depth are merged. The paper compares the numbers for ten pairs of parallel
@@ -23,17 +23,17 @@ use camera_field::double::{
 use drawing::{Area, Fallible, GRAY, OTHER, OURS, RGBColor, Random, Series, draw, graph};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
-/// Numbers of pairs in the figure, and of further pairs with other seeds.
+/// The number of pairs in the figure, and of further pairs with another seed.
 const PAIRS: u32 = 10;
 const FURTHER_PAIRS: u32 = 40;
-/// Largest turn of a camera of a pair that is not parallel. The smallest turn is a quarter of it.
+/// Largest angle between a camera of a pair that is not parallel and the common axis. The smallest is a quarter of it.
 const MAX_TOE_IN_DEG: f64 = 12.0;
 /// Samples merge if their depths differ by less than this share.
 const SAME_DEPTH: f64 = 0.02;
-/// Shifts of the pixel grid over which counts are averaged. A single alignment gives noisy counts.
+/// Number of shifts of the pixel grid. Counts are averaged over them, because those of a single alignment are noisy.
 const GRID_SHIFTS: u32 = 8;
 
-/// Samples merged at the convergent point, compared to the average position.
+/// Comparison of merged samples at the convergent point and at the average position.
 #[derive(Clone, Copy, Debug)]
 struct Comparison {
     pairs: usize,
@@ -68,8 +68,8 @@ fn main() -> Fallible {
     })
 }
 
-/// Compares the convergent point to a camera at the average position with the same focal length, and to one
-/// with the same density on the plane at the mean depth.
+/// Compares the convergent point with two cameras at the average position. The first has the same focal length, the
+/// second has the same density on the plane at the mean depth.
 fn compare(pairs: &[Merged]) -> [Comparison; 2] {
     let average: [fn(&Merged) -> f64; 2] = [
         |merged| merged.average_same_focal,
@@ -100,7 +100,7 @@ enum Solid {
     Box { min: DVec3, max: DVec3 },
 }
 
-/// A scene, the point that its cameras look at, and how their headings spread.
+/// A scene, the point that its cameras look at, and the range of their headings.
 struct Scene {
     name: &'static str,
     solids: Vec<Solid>,
@@ -132,7 +132,7 @@ fn block(x: f64, z: f64, size: [f64; 3]) -> Solid {
 }
 
 impl Scene {
-    /// Columns, boxes and balls on a floor in front of a wall; cameras stand in front of them.
+    /// Columns, boxes and balls on a floor in front of a wall. All cameras are on one side.
     fn stage() -> Self {
         let solids = vec![
             cuboid([0.0, 2.0, 10.0], [24.0, 0.5, 24.0]),
@@ -162,7 +162,7 @@ impl Scene {
         }
     }
 
-    /// A ring of solids around a tall one; cameras look in from all sides.
+    /// A ring of solids around a tall one. Cameras are on all sides.
     fn plaza() -> Self {
         let solids = vec![
             cuboid([0.0, 2.0, 0.0], [30.0, 0.5, 30.0]),
@@ -211,7 +211,7 @@ impl Scene {
         })
     }
 
-    /// The nearest surface points that a camera sees, one ray through the middle of each pixel.
+    /// The nearest surface point on the ray through the middle of each pixel.
     fn samples(&self, camera: &PosedCamera) -> Vec<DVec3> {
         let image = camera.intrinsics.image_px();
         let first = camera.intrinsics.slope_min * camera.intrinsics.focal_px;
@@ -242,7 +242,7 @@ impl Solid {
                 let a = direction.length_squared();
                 let b = offset.dot(direction);
                 let c = offset.length_squared() - radius * radius;
-                // NaN if the ray misses.
+                // The distance is NaN if the ray misses.
                 let distance = (-b - (b * b - a * c).sqrt()) / a;
                 (distance > 0.0).then_some(distance)
             }
@@ -269,7 +269,7 @@ impl Merged {
     fn of_pair(scene: &Scene, max_toe_in: f64, random: &mut Random) -> Self {
         let heading = scene.headings * random.unit();
         let target = scene.target + DVec3::X * random.between(-1.0, 1.0);
-        // No camera stands inside a solid.
+        // A pair with a camera in or near a solid is replaced by another random pair.
         let is_free = |camera: &PosedCamera| scene.is_free(camera.pose.origin, 0.3);
         let references = loop {
             let references = references(target, heading, max_toe_in, random);
@@ -280,7 +280,7 @@ impl Merged {
         let samples = references.iter().flat_map(|camera| scene.samples(camera));
         let in_both = |p: &DVec3| references.iter().all(|camera| camera.contains(*p));
         let points: Vec<DVec3> = samples.filter(in_both).collect();
-        // The plane across the mean axis, at the mean depth of the samples.
+        // The plane is perpendicular to the mean axis, at the mean depth of the samples.
         let axis = (references[0].pose.axis() + references[1].pose.axis()).normalize();
         let plane = points.iter().map(|p| p.dot(axis)).sum::<f64>() / points.len() as f64;
         let depth_from = |origin: DVec3| plane - origin.dot(axis);
@@ -328,7 +328,7 @@ fn general_case(
     (origin, density.sqrt() * depth_from(origin))
 }
 
-/// Two cameras side by side, one of them farther back, with one focal length.
+/// Two cameras side by side with the same focal length. One of them is farther back.
 fn references(
     target: DVec3,
     heading: f64,
@@ -359,7 +359,7 @@ fn references(
     ]
 }
 
-/// Number of merged samples in a camera at `origin` that looks along `axis`: all but one per pixel and depth.
+/// Number of samples that merge in a camera at `origin` that looks along `axis`. One sample per pixel and layer stays.
 fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
     let pose = Pose::looking_at(origin, origin + axis, DVec3::NEG_Y);
     let in_camera = points
@@ -368,7 +368,7 @@ fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
         .filter(|p| p.z > 0.0);
     let projected = in_camera.map(|p| (p.truncate() / p.z * focal_px).extend(p.z));
     let projected: Vec<DVec3> = projected.collect();
-    // The R2 sequence (Roberts 2018) covers the pixel evenly without a period of its own.
+    // The shifts are from the R2 sequence (Roberts 2018), which covers the pixel evenly.
     let shifts = (0..GRID_SHIFTS).map(|index| {
         let step = f64::from(index) + 0.5;
         dvec2(
@@ -381,7 +381,7 @@ fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
 }
 
 fn merged_on_grid(projected: &[DVec3], shift: DVec2) -> usize {
-    // Row, column and depth in one key: bits of positive floats are in the order of the floats.
+    // A key has row, column and depth. The bits of positive floats have the same order as the floats.
     let key = |p: &DVec3| {
         let pixel = [p.y + shift.y, p.x + shift.x].map(|at| u64::from(at.floor() as i16 as u16));
         pixel[0] << 48 | pixel[1] << 32 | u64::from((p.z as f32).to_bits())
@@ -469,7 +469,7 @@ mod tests {
         );
         let at_half = merged(&points, DVec3::ZERO, DVec3::Z, 50.0);
         assert!((at_half - 1200.0).abs() < 40.0, "{at_half}");
-        // Depths apart are layers, not merged.
+        // Samples with different depths are layers and do not merge.
         let two = [DVec3::Z * 2.0, DVec3::Z * 3.0];
         assert_eq!(merged(&two, DVec3::ZERO, DVec3::Z, 100.0), 0.0);
     }

@@ -1,7 +1,7 @@
 //! The whole crate once more in `f64`, on glam's `DVec3`.
 //!
-//! The same source files are compiled against other type aliases, so that the two cannot drift
-//! apart. The tests use this one, to tell an error of a formula from an error of rounding.
+//! The same source files are compiled with other type aliases, so both versions have the same
+//! formulas. The tests use this version, to separate errors of formulas from errors of rounding.
 #![expect(
     clippy::duplicate_mod,
     reason = "each formula has one source file, compiled for f32 and f64"

@@ -5,10 +5,10 @@
 //! IEEE Transactions on Visualization and Computer Graphics, 2004. Equation and section numbers
 //! throughout this crate are theirs.
 //!
-//! A pinhole camera's samples are even on its image. Carried out into the scene they thin out with
-//! distance and gather towards the edges of the view. The field measures both:
-//! its length is samples per unit area, its direction points to the camera, and its product with a
-//! surface's normal is how many samples a unit of that surface gets.
+//! The samples of a pinhole camera are spaced evenly on its image. In the scene they are sparser at
+//! larger distances and denser towards the edges of the view. The field measures both. Its length
+//! is samples per unit area, and its direction points to the camera. Its product with the normal of
+//! a surface is samples per unit area of that surface.
 //!
 //! ```
 //! use camera_field::{Intrinsics, coarsest_level, mip_level};
@@ -26,8 +26,8 @@
 //!
 //! # Conventions
 //! - Camera space is right-handed: x right, y down, z = depth along the optical axis, positive in
-//!   front. [`CAMERA_FROM_VIEW`] comes from a view space with y up that looks down −z, and
-//!   [`Camera::from_projection`] from a projection matrix.
+//!   front. [`CAMERA_FROM_VIEW`] converts from a view space with y up that looks down −z.
+//!   [`Camera::from_projection`] reads a camera from a projection matrix.
 //! - Lengths are in scene units, focal lengths in physical pixels. One sample is one pixel.
 //! - `ρ = |P|`; `φ` is the angle off the axis, `θ` the angle around it; `C = f_x f_y`.
 //! - The field points to the camera and is zero outside the field of view.
@@ -51,24 +51,25 @@
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!
-//! Ours, not the paper's: oblong pixels, off-centre frusta, orthographic cameras
-//! ([`OrthographicIntrinsics`]), the closed forms of flux and of (17, 18), the bounds over spheres,
-//! the keystone of splats and the convergent point of cameras that are not parallel.
+//! Our extensions of the paper are:
+//! - oblong pixels, off-centre frusta and orthographic cameras ([`OrthographicIntrinsics`]);
+//! - the closed forms of flux and of (17, 18), and the bounds over spheres;
+//! - the keystone of splats, and the convergent point of cameras that are not parallel.
 //!
 //! # Errata of the paper
-//! Each has its test, named in brackets, in `tests/errata.rs` where no other file is named. All
-//! other equations hold as printed; the remaining tests compare each with central differences or
+//! Each has a test, named in brackets, in `tests/errata.rs` unless another file is named. All
+//! other equations hold as printed. The remaining tests compare each with central differences or
 //! counted samples to 85° off axis.
 //!
 //! 1. Appendix iii: the normals of E₁ and E₂ are (z, 0, −x) and (0, z, −y); both signs are printed
 //!    wrong. The sine that follows is right. (`appendix_iii_normals_have_the_wrong_sign`)
-//! 2. (15) gives the splat's *area*, not its size across; the kernel's diameter goes with its root.
+//! 2. (15) gives the *area* of a splat, not its diameter, which is proportional to the square root.
 //!    (`equation_15_is_an_area_not_a_diameter`)
-//! 3. §4.1.1 expects the curl to give the asymmetry of a splat. It gives one part, that of a disk
-//!    across the sight ray. The tilt of the disk gives another, which is there on the axis too,
-//!    where the curl is zero. (`curl_alone_does_not_make_the_asymmetry`)
-//! 4. §4.1.1 speaks of shearing the kernel's content. A linear shear keeps the kernel symmetric; it
-//!    takes a second-order term. (`an_affine_shear_is_symmetric`)
+//! 3. §4.1.1 expects the curl to give the asymmetry of a splat. The curl gives only the part of a
+//!    disk perpendicular to the sight ray. The tilt of the disk gives another part, even on the axis,
+//!    where the curl is zero. (`curl_alone_does_not_explain_the_asymmetry`)
+//! 4. §4.1.1 proposes to shear the content of the kernel. A linear shear keeps the kernel symmetric;
+//!    asymmetry needs a second-order term. (`an_affine_shear_is_symmetric`)
 //! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
 //!    (`density_on_the_image_plane_is_one`, in `tests/field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
@@ -79,40 +80,41 @@
 //! 2. §3.5: all cameras are in front of the surface. Cameras on both sides cancel in the
 //!    sum. (`compound_field_assumes_cameras_on_one_side`)
 //! 3. §3.2: the curl measures variation across the sight rays, not along them.
-//!    (`curl_does_not_see_the_fall_with_distance`)
+//!    (`curl_ignores_the_fall_with_distance`)
 //! 4. §3.3: equal strength makes equal projected sizes only for equally inclined surfaces.
 //!    (`equal_strength_does_not_make_equal_projected_size`)
 //! 5. Fig. 13 keeps the area of an infinitely small surfel; a large one covers more.
 //!    (`kept_area_falls_short_for_large_surfels`)
-//! 6. Fig. 13: the orientation of the normal is that across the sight ray. Taken in the
-//!    image, the radial stretch counts twice. (`kernel_orientation_is_that_across_the_sight_ray`)
-//! 7. §4.1.4: the filter is taken as round. At grazing angles that is levels sharper than its
-//!    longer axis needs. (`mip_level_is_the_mean_of_the_filter_axes`)
-//! 8. (17, 18) divide by the *visible* area, and so favour a camera that sees little.
-//!    (`whole_surface_statistics_do_not_reward_seeing_little`, in `tests/applications.rs`)
-//! 9. Fig. 18 does not say which focal length the camera at the average position has, and on a
-//!    plane across the axes nothing else matters: every pinhole samples such a plane evenly.
-//!    (`a_plane_across_the_axis_is_sampled_evenly_from_anywhere`)
+//! 6. Fig. 13: the orientation of the normal is measured in the plane perpendicular to the sight ray.
+//!    In the image, the radial stretch would count twice.
+//!    (`kernel_orientation_is_measured_across_the_sight_ray`)
+//! 7. §4.1.4: the filter counts as round. At grazing angles, the level is then sharper than the
+//!    longer axis of the filter needs. (`mip_level_is_the_mean_of_the_filter_axes`)
+//! 8. (17, 18) divide by the *visible* area, which favours a camera that sees little.
+//!    (`whole_surface_statistics_count_unseen_surface`, in `tests/applications.rs`)
+//! 9. Fig. 18 does not give the focal length of the camera at the average position. On a plane
+//!    perpendicular to the axes, only the focal length and the depth matter, because every pinhole
+//!    camera samples this plane evenly. (`perpendicular_plane_is_sampled_evenly_from_anywhere`)
 //!
 //! # Measured
 //! The examples `figure_09`, `figure_10`, `figure_11`, `figure_14`, `figure_15` and `figure_18` draw the paper's
 //! figures and print their numbers. Their tests check these results:
 //!
-//! - The paper finds its splat kernel not apparently different from the exact one (Fig. 14). For a
-//!   disk of 0.15 of its distance, across the sight ray and 60° off axis, 33 % of the area differs;
-//!   with [`SplatKernel::map_sheared`] 7 %. [`SplatKernel::map_exact`] costs one division and is
-//!   exact.
-//! - The convergent point merges fewer samples than the average position (Fig. 18) in at least nine of
-//!   ten pairs of parallel cameras, if the camera there has the focal length of the convergent camera, and in
-//!   eight of ten, if it has the same density.
+//! - The paper sees no apparent difference between its splat kernel and the exact one (Fig. 14). For
+//!   a disk perpendicular to the sight ray, 60° off axis, with a radius of 0.15 of its distance, 33 %
+//!   of the area differs. With [`SplatKernel::map_sheared`], 7 % of the area differs.
+//!   [`SplatKernel::map_exact`] is exact and costs one division.
+//! - For parallel cameras, the convergent point merges fewer samples than the average position
+//!   (Fig. 18). This holds in at least nine of ten pairs if both cameras have the same focal length,
+//!   and in at least eight of ten if both have the same density.
 //! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
 //!
 //! # Guarantees
-//! - No formula allocates: they take and return plain `Copy` values, and the crate's `clippy.toml`
+//! - No formula allocates. Formulas take and return plain `Copy` values, and the crate's `clippy.toml`
 //!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
-//! - Functions of level-of-detail selection (fields, criteria, bounds) compute with `+ − × ÷ √` and
-//!   comparisons only, so they give the same bits on every IEEE 754 machine. The crate's
-//!   `clippy.toml` forbids the rest outside of the functions that take angles or return mip levels.
+//! - Functions of level-of-detail selection (fields, criteria, bounds) use only `+ − × ÷ √` and
+//!   comparisons. They give the same bits on every IEEE 754 machine. The crate's
+//!   `clippy.toml` forbids other operations, except in functions that take angles or return mip levels.
 //! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
 //!
 //! # Out of scope

@@ -1,4 +1,4 @@
-//! Texture filters and mip levels (§4.1.2, §4.1.4), statistics (§4.2.1), criteria (§4.1.5).
+//! Tests of texture filters and mip levels (§4.1.2, §4.1.4), statistics (§4.2.1) and criteria (§4.1.5).
 #![expect(
     clippy::disallowed_methods,
     clippy::disallowed_types,
@@ -16,7 +16,7 @@ use glam::{DMat2, DVec2, DVec3};
 use proptest::prelude::*;
 
 proptest! {
-    /// The filter kernel against the rays of two neighbouring pixels, met with the surface.
+    /// Compares the filter kernel with the points where rays of neighbouring pixels meet the surface.
     #[test]
     fn filter_kernel_is_the_texture_between_neighbouring_pixels(
         p in points(), normal in unit_vectors(), texel in 1e-3..1.0_f64, skew in -0.5..0.5_f64,
@@ -36,13 +36,13 @@ proptest! {
         let y = texture(DVec2::Y) - texture(DVec2::ZERO);
         prop_assert!((x - kernel.texels_per_px_x).length() <= 1e-3 * x.length());
         prop_assert!((y - kernel.texels_per_px_y).length() <= 1e-3 * y.length());
-        // Its area is texels per unit area over c·n.
+        // The area of the kernel is texels per unit area, divided by c·n.
         let per_area = 1.0 / u.cross(v).length();
         let area = per_area / camera.projection_factor(p, normal).abs();
         assert_close(kernel.area_texels(), area, area, 1e-9);
     }
 
-    /// A filter is the inverse of a splat.
+    /// The filter kernel times the splat kernel is the identity.
     #[test]
     fn filter_kernel_is_the_inverse_of_the_splat(
         camera in wide_cameras(), p in points(), normal in unit_vectors(),
@@ -56,7 +56,7 @@ proptest! {
         prop_assert!((identity - DMat2::IDENTITY).to_cols_array().iter().all(|e| e.abs() < 1e-6));
     }
 
-    /// The mip level is where one texel covers one square pixel.
+    /// At the mip level, one texel covers one square pixel.
     #[test]
     fn mip_level_makes_a_texel_as_large_as_a_pixel(
         factor in 1e-3..1e6_f64, texels in 1e-3..1e9_f64, bias in -2.0..2.0_f64,
@@ -67,7 +67,7 @@ proptest! {
         assert_close(filter_dimension(factor).powi(2) * factor, 1.0, 1.0, 1e-12);
     }
 
-    /// Eq. 17 and 18 in closed form against a midpoint rule on 1600 pieces.
+    /// Compares the closed forms of eq. 17 and 18 with a midpoint rule on 1600 pieces.
     #[test]
     fn mean_and_deviation_match_numerical_integration(
         p in points(), normal in unit_vectors(), size in 0.01..0.5_f64,
@@ -90,10 +90,10 @@ proptest! {
         assert_close(samples.deviation(), variance.sqrt(), mean, 1e-2);
     }
 
-    /// Eq. 17 and 18 against rays: each sample stands for one square pixel of flux, so the samples'
-    /// number is `∫ c·da`, and the sum of their densities `∫ (c·n)² da`.
+    /// Compares eq. 17 and 18 with rays. Each sample is one square pixel of flux. The number of
+    /// samples is `∫ c·da`, and the sum of their densities is `∫ (c·n)² da`.
     #[test]
-    fn mean_and_deviation_match_the_samples_of_rays(
+    fn mean_and_deviation_match_counted_samples(
         p in points(), normal in unit_vectors(), size in 0.02..0.4_f64,
     ) {
         let normal = if normal.dot(p) > 0.0 { -normal } else { normal };
@@ -120,9 +120,9 @@ proptest! {
         assert_close(samples.squared_density, densities.get(), densities.get(), 0.05);
     }
 
-    /// Only what faces the camera and lies in the view counts.
+    /// Triangles that face away or are behind the camera add nothing.
     #[test]
-    fn statistics_skip_what_the_camera_does_not_see(p in points()) {
+    fn statistics_skip_invisible_triangles(p in points()) {
         let camera = wide_camera(DVec2::splat(100.0));
         let (a, b) = common::frame(p);
         let (a, b) = (a * (0.01 * p.z), b * (0.01 * p.z));
@@ -138,7 +138,7 @@ proptest! {
     }
 }
 
-/// Centroids of `n²` equal triangles that make up the triangle `s, t ≥ 0, s + t ≤ 1`.
+/// Centroids of the `n²` equal parts of the triangle `s, t ≥ 0, s + t ≤ 1`.
 fn midpoints(n: u32) -> impl ExactSizeIterator<Item = (f64, f64)> + Clone {
     let mut centroids = Vec::new();
     let step = 1.0 / f64::from(n);
@@ -154,8 +154,8 @@ fn midpoints(n: u32) -> impl ExactSizeIterator<Item = (f64, f64)> + Clone {
     centroids.into_iter()
 }
 
-/// A square of side 2 at depth 4, turned around y, as a placement sees it.
-fn square_seen(turn: f64, depth: f64) -> SurfaceSamples {
+/// The samples of a square of side 2 that is turned around y.
+fn square_samples(turn: f64, depth: f64) -> SurfaceSamples {
     let camera = Intrinsics::centered(500.0, DVec2::splat(1000.0));
     let corner = |x: f64, y: f64| DVec3::new(x * turn.cos(), y, depth + x * turn.sin());
     let [a, b, c, d] = [
@@ -173,9 +173,9 @@ fn square_seen(turn: f64, depth: f64) -> SurfaceSamples {
 #[test]
 fn the_best_placement_is_near_and_frontal() {
     let placements = [
-        square_seen(1.2, 4.0),
-        square_seen(0.0, 4.0),
-        square_seen(0.0, 6.0),
+        square_samples(1.2, 4.0),
+        square_samples(0.0, 4.0),
+        square_samples(0.0, 6.0),
     ];
     assert_eq!(best_placement(&placements), Some(1));
     assert_eq!(best_placement(&[]), None);
@@ -184,7 +184,7 @@ fn the_best_placement_is_near_and_frontal() {
         Some(0),
         "the first of equals"
     );
-    // A flat square across the axis is sampled evenly: f²/z² everywhere.
+    // A square perpendicular to the axis is sampled evenly, with the density f²/z².
     assert_close(
         placements[1].mean(),
         500.0 * 500.0 / 16.0,
@@ -194,9 +194,9 @@ fn the_best_placement_is_near_and_frontal() {
     assert!(placements[1].deviation() < 1e-3 * placements[1].mean());
 }
 
-/// Over visible surface alone, a camera that sees one small piece closely looks best.
+/// With statistics of visible surface only, a camera close to a small piece would win.
 #[test]
-fn whole_surface_statistics_do_not_reward_seeing_little() {
+fn whole_surface_statistics_count_unseen_surface() {
     let seen_little = SurfaceSamples {
         flux_px2: 100.0,
         squared_density: 100.0 * 100.0,
@@ -224,7 +224,7 @@ fn edge_on_surfaces_have_no_finite_filter() {
 }
 
 #[test]
-fn criteria_are_those_of_the_field() {
+fn criteria_match_the_field() {
     let camera = wide_camera(DVec2::splat(100.0));
     let p = DVec3::new(3.0, 4.0, 5.0);
     let criteria = camera.lod_criteria(p, DVec3::NEG_Z).unwrap();

@@ -1,4 +1,4 @@
-//! The bounds over a sphere against samples of the sphere: above, near, monotone, never NaN.
+//! Compares the bounds over a sphere with samples of the sphere: they hold, are tight, monotone and never NaN.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 
 const SAMPLES: u32 = 600;
 
-/// Points of a ball, on a few shells.
+/// Points of a ball, on three shells.
 fn ball_points(center: DVec3, radius: f64) -> impl Iterator<Item = Vec3> {
     [1.0, 0.7, 0.0].into_iter().flat_map(move |shell| {
         spread_directions(SAMPLES).map(move |unit| (center + unit * (radius * shell)).as_vec3())
@@ -49,8 +49,8 @@ proptest! {
         }
     }
 
-    /// Away from the edges of the image and for spheres seen under 6° in radius, the bound of the
-    /// strength is at most 12 % above the truth, that of the pixel scale 6 %.
+    /// The bound of the strength is at most 12 % too high, and that of the pixel scale 6 %. The
+    /// spheres have an angular radius below 6° and are away from the edges of the image.
     #[test]
     fn sphere_bounds_are_tight(
         rho in 0.1..100.0_f64, off_axis_deg in 0.0..75.0_f64, around in 0.0..6.0_f64,
@@ -66,7 +66,7 @@ proptest! {
         prop_assert!(camera.pixel_scale_over_sphere(c, r).or_infinity() <= 1.06 * scale);
     }
 
-    /// Any sphere that holds a visible point touches the view, and its bounds hold there.
+    /// Any sphere that contains a visible point touches the view, and its bounds hold at this point.
     #[test]
     fn spheres_that_reach_into_the_view_touch_it(
         camera in off_centre_cameras(), across in prop::array::uniform2(0.0..1.0_f64),
@@ -83,8 +83,8 @@ proptest! {
         prop_assert!(camera.strength(p.as_vec3()) <= bound * (1.0 + 1e-5));
     }
 
-    /// Spheres farther than their radius beyond a side of the frustum do not touch it, those nearer
-    /// do, where the side is the only one near.
+    /// A sphere touches the view exactly if its distance from the nearest side of the frustum is below
+    /// its radius. The other sides must be far away.
     #[test]
     fn spheres_beside_the_view_do_not_touch_it(
         camera in off_centre_cameras(), depth in 0.1..50.0_f64, share in 0.001..2.0_f64,
@@ -111,9 +111,9 @@ proptest! {
         prop_assert!(touches(radius * 0.999 - 1e-5 * on_edge.length()));
     }
 
-    /// A sphere of radius zero gives the value at its centre, to 2e-5.
+    /// The bound of a sphere with radius zero is the value at its centre, within 2e-5.
     #[test]
-    fn sphere_bounds_of_a_point_are_its_values(camera in off_centre_cameras(), p in points()) {
+    fn sphere_bounds_of_a_point_equal_its_values(camera in off_centre_cameras(), p in points()) {
         let camera = single(&camera);
         let p = p.as_vec3();
         prop_assume!(camera.contains(p));
@@ -152,9 +152,9 @@ proptest! {
         }
     }
 
-    /// Lengths from 1e-18 to 1e18 units are served: scaling the scene scales the bound.
+    /// Scaling the scene scales the bound, for lengths from 1e-18 to 1e18 units.
     #[test]
-    fn sphere_bounds_serve_lengths_from_1e_18_to_1e18(p in points(), power in -16..16_i32) {
+    fn sphere_bounds_support_lengths_from_1e_18_to_1e18(p in points(), power in -16..16_i32) {
         let camera = single(&common::wide_camera(glam::DVec2::splat(1000.0)));
         let unit = 10.0_f64.powi(power);
         let near = camera.pixel_scale_over_sphere(p.as_vec3(), 0.0).or_infinity();
@@ -168,7 +168,7 @@ fn camera() -> Intrinsics {
 }
 
 #[test]
-fn a_sphere_that_holds_the_camera_is_unbounded() {
+fn a_sphere_around_the_camera_is_unbounded() {
     for center in [Vec3::ZERO, Vec3::Z, Vec3::NEG_Z, Vec3::X] {
         let found = bounds(&camera(), center, 1.5);
         assert_eq!(found, [SphereBound::Unbounded; 2], "{center}");

@@ -1,4 +1,4 @@
-//! Differential quantities (eq. 9, 12–14) against central differences, to 85° off axis.
+//! Compares differential quantities (eq. 9, 12–14) with central differences, to 85° off axis.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -11,7 +11,7 @@ use common::{assert_close, central_differences, points, wide_cameras};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-/// Step of the differences: a small share of the depth, the length over which the field changes.
+/// Step of the differences, relative to the depth, because the field changes over lengths like the depth.
 const STEP: f64 = 1e-5;
 /// Tolerance of a derivative, relative to strength over depth.
 const TOLERANCE: f64 = 1e-7;
@@ -49,7 +49,7 @@ proptest! {
 
     /// §3.3: the gradient points to the camera only on the axis.
     #[test]
-    fn gradient_points_to_the_camera_only_on_the_axis(camera in wide_cameras(), p in points()) {
+    fn gradient_points_to_camera_only_on_axis(camera in wide_cameras(), p in points()) {
         let off_axis = p.x.hypot(p.y) / p.length();
         let turn = camera.gradient(p).normalize().cross(-p.normalize()).length();
         prop_assert_eq!(turn > 1e-9, off_axis > 1e-9, "{} {}", turn, off_axis);
@@ -69,7 +69,7 @@ proptest! {
         assert_close(by_slope.distance(on_ray), 0.0, on_ray.length(), 1e-9);
     }
 
-    /// The derivative of the projection, which splats and texture filters build on.
+    /// Tests the derivative of the projection, which splats and texture filters use.
     #[test]
     fn displacement_in_pixels_matches_central_differences(
         camera in wide_cameras(), p in points(), direction in common::unit_vectors(),
@@ -83,12 +83,12 @@ proptest! {
 }
 
 #[test]
-fn level_surface_meshes_lie_on_the_surface_and_face_the_camera() {
+fn level_surface_mesh_is_level_and_faces_camera() {
     let camera = Intrinsics::centered(300.0, DVec2::new(800.0, 600.0));
     let mesh = camera.level_surface_mesh(50.0, 8);
     assert_eq!(mesh.positions.len(), 81);
     assert_eq!(mesh.indices.len(), 8 * 8 * 6);
-    // Points on the very edge may round to outside: move them in by a hair.
+    // Rounding may move points on the edge out of the view, so they are moved inwards a little.
     for &p in &mesh.positions {
         let inside = DVec3::new(p.x * (1.0 - 1e-12), p.y * (1.0 - 1e-12), p.z);
         assert_close(camera.strength(inside), 50.0, 50.0, 1e-9);

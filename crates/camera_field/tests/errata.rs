@@ -1,4 +1,4 @@
-//! The errata and unstated assumptions on the crate's front page, each by numbers.
+//! Tests of the errata and unstated assumptions on the crate's front page.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -17,8 +17,8 @@ fn camera() -> Intrinsics {
     wide_camera(DVec2::splat(1000.0))
 }
 
-/// Appendix iii prints (z, 0, x) and (0, z, y) as the normals of E₁ and E₂. They are not
-/// perpendicular to these planes; with the signs turned they are, and the sine stays the same.
+/// Appendix iii prints (z, 0, x) and (0, z, y) as the normals of E₁ and E₂. They are perpendicular
+/// to these planes only with the last signs inverted. The sine stays the same.
 #[test]
 fn appendix_iii_normals_have_the_wrong_sign() {
     let p = DVec3::new(1.0, 2.0, 3.0);
@@ -35,7 +35,7 @@ fn appendix_iii_normals_have_the_wrong_sign() {
     assert_close(sine, printed, 1.0, 1e-12);
 }
 
-/// Eq. 15 is an area: twice the destination's focal length gives four times the "size".
+/// Eq. 15 is an area: doubling the destination's focal length multiplies the "size" by four.
 #[test]
 fn equation_15_is_an_area_not_a_diameter() {
     let surfel = Surfel {
@@ -60,8 +60,8 @@ fn equation_15_is_an_area_not_a_diameter() {
     );
 }
 
-/// The "area kept" of Fig. 13 is that of an infinitely small surfel. A disk of half its depth, 60°
-/// off axis, has an image 1.37 times as large.
+/// Fig. 13 keeps the area of an infinitely small surfel. The image of a disk 60° off axis, with a
+/// radius of half its depth, is 1.37 times as large.
 #[test]
 fn kept_area_falls_short_for_large_surfels() {
     let center = from_spherical(2.0, 60.0_f64.to_radians(), 0.3);
@@ -79,11 +79,11 @@ fn kept_area_falls_short_for_large_surfels() {
     );
 }
 
-/// The thin axis of the kernel must be taken across the sight ray, *before* the radial stretch.
-/// Taken along the projected normal in the image it is turned too far: 60° off axis the worst case
-/// gives an ellipse whose axes differ from the true ones by more than a third.
+/// The thin axis of the kernel must be measured perpendicular to the sight ray, *before* the radial
+/// stretch. The projected normal in the image turns it too far. In the worst case, 60° off axis, the
+/// radius of the ellipse is wrong by more than a third.
 #[test]
-fn kernel_orientation_is_that_across_the_sight_ray() {
+fn kernel_orientation_is_measured_across_the_sight_ray() {
     let center = from_spherical(2.0, 60.0_f64.to_radians(), 0.0);
     let worst = (1..90).map(|degrees| {
         let turn = f64::from(degrees).to_radians();
@@ -96,7 +96,7 @@ fn kernel_orientation_is_that_across_the_sight_ray() {
             radius: 1e-3,
         };
         let right = SplatKernel::new(&camera(), &surfel);
-        // The direction of the normal as the image shows it, in place of `across`.
+        // The direction of the normal in the image replaces `across`.
         let in_image = camera().displace_px(center, normal).normalize();
         let turned = DVec3::new(sight.z, 0.0, -sight.x) * in_image.x + DVec3::Y * in_image.y;
         let misread = Surfel {
@@ -109,7 +109,7 @@ fn kernel_orientation_is_that_across_the_sight_ray() {
     assert!((1.0 / 3.0..0.35).contains(&worst), "{worst}");
 }
 
-/// Greatest relative difference of radius between two centred ellipses.
+/// Largest relative difference of radius between two centred ellipses.
 fn difference(a: &SplatKernel, b: &SplatKernel) -> f64 {
     let radius = |kernel: &SplatKernel, direction: DVec2| {
         let inverse = DMat2::from_cols(kernel.axes_px[0], kernel.axes_px[1]).inverse();
@@ -121,9 +121,9 @@ fn difference(a: &SplatKernel, b: &SplatKernel) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// On the optical axis the curl vanishes, but a tilted surfel's image is not symmetric.
+/// On the optical axis the curl is zero, but the image of a tilted surfel is not symmetric.
 #[test]
-fn curl_alone_does_not_make_the_asymmetry() {
+fn curl_alone_does_not_explain_the_asymmetry() {
     let surfel = Surfel {
         center: DVec3::Z * 2.0,
         normal: DVec3::new(1.0, 0.0, -1.0).normalize(),
@@ -134,8 +134,7 @@ fn curl_alone_does_not_make_the_asymmetry() {
     assert_close(keystone, 0.5 * 0.5_f64.sqrt() / 2.0, 1.0, 1e-12);
 }
 
-/// A linear shear of a disk is an ellipse around the same centre: it moves no sample off the
-/// centre.
+/// A linear shear of a disk is an ellipse around the same centre.
 #[test]
 fn an_affine_shear_is_symmetric() {
     let kernel = SplatKernel {
@@ -150,18 +149,18 @@ fn an_affine_shear_is_symmetric() {
     assert!((kernel.map_exact(DVec2::X) + kernel.map_exact(DVec2::NEG_X)).length() > 1.0);
 }
 
-/// §3.2 proposes the curl as the measure of variation. It measures it across the sight rays only:
-/// on the axis it is zero while the strength falls by 2/ρ per unit.
+/// §3.2 proposes the curl as the measure of variation. It measures only variation across the sight
+/// rays: on the axis it is zero, although the strength falls by 2/ρ per unit.
 #[test]
-fn curl_does_not_see_the_fall_with_distance() {
+fn curl_ignores_the_fall_with_distance() {
     let p = DVec3::Z * 5.0;
     assert_eq!(camera().curl_magnitude(p), 0.0);
     let relative = camera().gradient(p).length() / camera().strength(p);
     assert_close(relative, 2.0 / 5.0, 1.0, 1e-12);
 }
 
-/// §3.5: with cameras on both sides of a surface the sum of fields is neither the joint density nor
-/// the direction of its maximum; two cameras face to face cancel out.
+/// §3.5: with cameras on both sides of a surface, the sum of fields is not the joint density. The
+/// fields of two cameras face to face cancel out.
 #[test]
 fn compound_field_assumes_cameras_on_one_side() {
     let cameras = [DVec3::NEG_Z, DVec3::Z].map(|origin| PosedCamera {
@@ -173,7 +172,7 @@ fn compound_field_assumes_cameras_on_one_side() {
     assert_close(density, 1e6, 1e6, 1e-12);
 }
 
-/// §3.3: equal strength gives similar projected size only for equal inclination to the sight ray.
+/// §3.3: equal strength gives equal projected size only for equal inclination to the sight ray.
 #[test]
 fn equal_strength_does_not_make_equal_projected_size() {
     let p = DVec3::new(0.0, 0.0, 10.0);
@@ -186,13 +185,13 @@ fn equal_strength_does_not_make_equal_projected_size() {
         camera().strength(p),
         1e-12,
     );
-    // The same upright disk at both places.
+    // The same disk, perpendicular to the axis, is at both places.
     let sizes = [p, on_level].map(|center| camera().projection_factor(center, DVec3::NEG_Z));
     assert_close(sizes[1] / sizes[0], 1.0_f64.cos(), 1.0, 1e-9);
 }
 
-/// §4.1.4 takes the geometric mean of the filter's axes. On a floor seen at 5° the longer axis
-/// covers 3.4 times as many texels as the level assumes: 1.8 levels.
+/// §4.1.4 uses the geometric mean of the filter's axes. On a floor seen at 5°, the longer axis
+/// covers 3.4 times as many texels as the level assumes, which is 1.8 levels.
 #[test]
 fn mip_level_is_the_mean_of_the_filter_axes() {
     let grazing = 5.0_f64.to_radians();
@@ -209,11 +208,10 @@ fn mip_level_is_the_mean_of_the_filter_axes() {
     assert_close(ratio.log2(), 1.76, 1.0, 0.01);
 }
 
-/// Fig. 18: the density of a camera on a plane across its axis is f²/z² everywhere, whichever point
-/// it is moved to. The convergent point can gain on other positions only where the scene is not
-/// such a plane, or by its focal length.
+/// Fig. 18: on a plane perpendicular to the axis of a camera, the density is f²/z² everywhere. The
+/// convergent point can be better than other positions only on other surfaces, or by its focal length.
 #[test]
-fn a_plane_across_the_axis_is_sampled_evenly_from_anywhere() {
+fn perpendicular_plane_is_sampled_evenly_from_anywhere() {
     for x in [-9.0, 0.0, 7.0] {
         let p = DVec3::new(x, 0.3 * x, 4.0);
         let density = camera().projection_factor(p, DVec3::NEG_Z);

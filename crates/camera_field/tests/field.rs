@@ -1,4 +1,4 @@
-//! The field itself (eq. 1–7): against counted samples, and its forms against each other.
+//! Compares the field (eq. 1–7) with counted samples, and its forms with each other.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -22,8 +22,8 @@ const TAU: f64 = core::f64::consts::TAU;
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Definition 1: samples counted on a small disk across the sight ray, per area. The disk is
-    /// small enough for the field to be even on it and holds at least 10,000 samples.
+    /// Definition 1: counts samples per area on a small disk perpendicular to the sight ray. The disk
+    /// is so small that the field is nearly constant on it. It contains at least 10,000 samples.
     #[test]
     fn strength_is_the_number_of_samples_per_area(p in points()) {
         let radius = 1e-3 * p.z;
@@ -41,7 +41,7 @@ proptest! {
 }
 
 proptest! {
-    /// Eq. 1–4: the samples on a segment of the plane are its projected length.
+    /// Eq. 1–4: the number of samples on a segment is its projected length.
     #[test]
     fn planar_strength_is_the_number_of_samples_per_length(
         y in 0.1..100.0_f64, slope in -11.0..11.0_f64,
@@ -57,9 +57,9 @@ proptest! {
         assert_close(camera.field(p).dot(-p.normalize()), strength, strength, 1e-12);
     }
 
-    /// Eq. 2.
+    /// Eq. 2: the image has the given resolution.
     #[test]
-    fn planar_focal_length_follows_from_resolution_and_field_of_view(
+    fn planar_focal_length_follows_resolution_and_view_angle(
         resolution_px in 1.0..8000.0_f64, fov in 0.1..2.9_f64,
     ) {
         let camera = PlanarCamera::centered(resolution_px, (0.5 * fov).tan());
@@ -71,7 +71,7 @@ proptest! {
 
     /// Eq. 5 from the two planar fields of appendix ii and the angle of appendix iii.
     #[test]
-    fn strength_is_the_product_of_planar_fields_over_the_sine_between_their_planes(p in points()) {
+    fn strength_is_product_of_planar_fields_over_sine(p in points()) {
         let camera = wide_camera(DVec2::splat(700.0));
         let (rho, f) = (p.length(), 700.0);
         let on_e1 = f * rho / (p.z * p.x.hypot(p.z));
@@ -81,7 +81,7 @@ proptest! {
         assert_close(camera.strength(p), on_e1 * on_e2 / sine, camera.strength(p), 1e-9);
     }
 
-    /// Eq. 5, 6 and 7 are one field.
+    /// Eq. 5, 6 and 7 describe the same field.
     #[test]
     fn cartesian_and_spherical_forms_agree(camera in wide_cameras(), p in points()) {
         let at = Spherical::from_cartesian(p);
@@ -101,7 +101,7 @@ proptest! {
         prop_assert!((basis.u_rho.cross(basis.u_phi) - basis.u_theta).length() < 1e-12);
     }
 
-    /// The image plane itself: one sample per square pixel towards the camera.
+    /// On the image plane, there is one sample per square pixel.
     #[test]
     fn density_on_the_image_plane_is_one(slope_x in -11.0..11.0_f64, slope_y in -11.0..11.0_f64) {
         let camera = wide_camera(DVec2::splat(700.0));
@@ -131,8 +131,8 @@ proptest! {
         }
     }
 
-    /// §3.4: where neighbouring pixels' rays meet a plane across the sight ray, they are closer
-    /// together along the radius of the image than across it, by cos φ.
+    /// §3.4: compares distances between the rays of neighbouring pixels on a plane perpendicular to
+    /// the sight ray. The ratio of distances along and across the radius of the image is cos φ.
     #[test]
     fn aspect_ratio_is_the_ratio_of_sample_distances(p in points()) {
         let camera = wide_camera(DVec2::splat(1e7));
@@ -147,7 +147,7 @@ proptest! {
         assert_close(camera.pattern_aspect_ratio(p), ratio, ratio, 1e-4);
     }
 
-    /// With oblong pixels: the least and greatest distance that the ellipse of one sample spans.
+    /// Compares with the smallest and largest radius of the ellipse of one sample, for oblong pixels.
     #[test]
     fn pattern_aspect_ratio_holds_for_oblong_pixels(camera in wide_cameras(), p in points()) {
         let (a, b) = common::frame(p);
@@ -157,16 +157,16 @@ proptest! {
         let (least, greatest) =
             turns.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
         assert_close(camera.pattern_aspect_ratio(p), least / greatest, least / greatest, 1e-3);
-        // The pixel scale bounds the greatest, and equals it for square pixels.
+        // The pixel scale bounds the largest radius, and equals it for square pixels.
         prop_assert!(greatest <= camera.pixel_scale(p) * (1.0 + 1e-12));
         let square = wide_camera(DVec2::splat(camera.focal_px.x));
         let ratio = square.strength(p) / Intrinsics::aspect_ratio(p);
         assert_close(square.pixel_scale(p), ratio.sqrt(), ratio.sqrt(), 1e-12);
     }
 
-    /// The orthographic field is the limit of a perspective camera that backs away.
+    /// The orthographic field is the limit of a perspective camera that moves back.
     #[test]
-    fn orthographic_field_is_the_limit_of_a_distant_perspective_camera(
+    fn orthographic_field_is_limit_of_distant_perspective(
         x in -4.0..4.0_f64, y in -4.0..4.0_f64, z in -4.0..4.0_f64, n in unit_vectors(),
     ) {
         let (away, per_unit) = (1e7, DVec2::new(20.0, 30.0));
@@ -187,7 +187,7 @@ proptest! {
         assert_close(far.curl_magnitude(distant), 0.0, 600.0, 1e-5);
     }
 
-    /// A camera in the world gives the field of its own space, turned into the world.
+    /// The field of a camera in the world is that in camera space, rotated to world space.
     #[test]
     fn posed_fields_are_turned_with_the_camera(
         camera in wide_cameras(), p in points(), origin in unit_vectors(), axis in unit_vectors(),
@@ -212,10 +212,9 @@ proptest! {
         );
     }
 
-    /// §3.5: where all cameras see the surface from its front, the compound field gives the joint
-    /// density.
+    /// §3.5: if all cameras are in front of the surface, the compound field gives the joint density.
     #[test]
-    fn compound_field_gives_the_joint_density_in_front_of_all_cameras(
+    fn compound_field_gives_joint_density_from_the_front(
         focal_a in 10.0..100.0_f64, focal_b in 10.0..100.0_f64, apart in 0.0..3.0_f64,
         n in unit_vectors(),
     ) {
@@ -234,7 +233,7 @@ proptest! {
         }
     }
 
-    /// The `f32` build of each formula is within 2e-5 of the `f64` one.
+    /// The `f32` version of each formula is within 2e-5 of the `f64` version.
     #[test]
     fn single_precision_is_close(camera in wide_cameras(), p in points(), n in unit_vectors()) {
         let (single, p32, n32) = (common::single(&camera), p.as_vec3(), n.as_vec3());

@@ -1,4 +1,4 @@
-//! Integrals of the field (eq. 8–11) against counted samples, and against each other.
+//! Compares integrals of the field (eq. 8–11) with counted samples, and with each other.
 #![expect(
     clippy::disallowed_methods,
     clippy::disallowed_types,
@@ -15,7 +15,7 @@ use common::{
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-/// A triangle around `p` of the given size, relative to the depth of `p`.
+/// A triangle around `p`, with corners at the distance `size` from `p`.
 fn triangle_at(p: DVec3, normal: DVec3, turn: f64, size: f64) -> [DVec3; 3] {
     let (a, b) = common::frame(normal);
     [0.0, 2.2, 4.1].map(|angle| p + (a * (angle + turn).cos() + b * (angle + turn).sin()) * size)
@@ -26,7 +26,7 @@ fn perimeter_px(camera: &Intrinsics, triangle: [DVec3; 3]) -> f64 {
     a.distance(b) + b.distance(c) + c.distance(a)
 }
 
-/// A camera with a focal length for which `triangle` covers about `samples` pixels.
+/// A camera in which `triangle` covers about `samples` pixels.
 fn camera_for(triangle: [DVec3; 3], samples: f64) -> Intrinsics {
     let unit = wide_camera(DVec2::ONE)
         .flux_through_triangle_in_view(triangle)
@@ -37,10 +37,10 @@ fn camera_for(triangle: [DVec3; 3], samples: f64) -> Intrinsics {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Property 1 against ground truth. Jarník: the lattice points in a closed curve differ from
-    /// its area by less than its length.
+    /// Property 1: compares flux with counted samples. By Jarník's inequality, the number of lattice
+    /// points in a closed curve differs from its area by less than its length.
     #[test]
-    fn flux_through_a_triangle_is_its_number_of_samples(
+    fn flux_through_triangle_is_its_sample_count(
         p in points(), normal in unit_vectors(), turn in 0.0..6.0_f64, size in 0.01..0.8_f64,
     ) {
         let triangle = triangle_at(p, normal, turn, size * p.z);
@@ -73,7 +73,7 @@ proptest! {
             distance > 0.0 && camera.contains(ray) && ray_meets_triangle_in_front(ray, triangle)
         };
         let count = count_samples(&camera, DVec2::ZERO, 100.0, in_image);
-        // The clipped outline is no longer than that of the image, 1.2 f_x by 1.2 f_y.
+        // The clipped outline is at most as long as that of the image, 1.2 f_x by 1.2 f_y.
         let longest_outline = 2.0 * (120.0 + 96.0);
         let flux = camera.flux_through_triangle(triangle);
         prop_assert!((flux.abs() - count).abs() < longest_outline, "{flux} {count}");
@@ -83,10 +83,10 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// A curved patch against counted samples: the cap of a sphere that the camera sees. The
-    /// outline is the sphere's, so every ray that meets the sphere counts once.
+    /// Compares the visible cap of a sphere with counted samples. Its outline is that of the sphere,
+    /// so every ray that meets the sphere counts once.
     #[test]
-    fn flux_through_a_curved_patch_is_its_number_of_samples(p in points(), share in 0.05..0.8_f64) {
+    fn flux_through_curved_patch_is_its_sample_count(p in points(), share in 0.05..0.8_f64) {
         let radius = share * p.z;
         let unit = wide_camera(DVec2::ONE);
         let focal_px = (4000.0 / unit.flux_through_disk(p, -p.normalize(), radius)).sqrt();
@@ -111,7 +111,7 @@ proptest! {
     }
 }
 
-/// As `ray_meets_triangle`, also for triangles that reach behind the camera.
+/// Like `ray_meets_triangle`, but also for triangles that reach behind the camera.
 fn ray_meets_triangle_in_front(ray: DVec3, [p0, p1, p2]: [DVec3; 3]) -> bool {
     let (e1, e2) = (p1 - p0, p2 - p0);
     let across = ray.cross(e2);
@@ -123,7 +123,7 @@ fn ray_meets_triangle_in_front(ray: DVec3, [p0, p1, p2]: [DVec3; 3]) -> bool {
 }
 
 proptest! {
-    /// Property 1, exactly: flux equals the area of the projected polygon.
+    /// Property 1: flux equals the area of the projected polygon.
     #[test]
     fn flux_equals_projected_area(
         camera in off_centre_cameras(), p in points(), normal in unit_vectors(), size in 0.01..0.9_f64,
@@ -131,13 +131,13 @@ proptest! {
         let triangle = triangle_at(p, normal, 0.0, size * p.z);
         prop_assume!(triangle.iter().all(|corner| corner.z > 0.05 * p.z));
         let [a, b, c] = triangle.map(|p| camera.project_px(p));
-        // Counter-clockwise towards the camera is clockwise with y down.
+        // Triangles that are counter-clockwise for the camera are clockwise with y down.
         let area = -0.5 * (b - a).perp_dot(c - a);
         let scale = (b - a).length() * (c - a).length();
         assert_close(camera.flux_through_triangle_in_view(triangle), area, scale, 1e-7);
     }
 
-    /// Clipped flux adds up over the pieces of a triangle and never exceeds the image.
+    /// The clipped flux of a triangle is the sum over its pieces, and never exceeds the image.
     #[test]
     fn clipped_flux_is_additive_and_at_most_the_image(
         camera in off_centre_cameras(),
@@ -153,8 +153,8 @@ proptest! {
         assert_close(sum, whole, image, 1e-6);
     }
 
-    /// Eq. 11: patches that span the same solid angle have the same flux, here a piece of a sphere
-    /// around the camera and the flat patch of the image.
+    /// Eq. 11: patches with the same solid angle have the same flux. Here they are a piece of a sphere
+    /// around the camera and a flat patch.
     #[test]
     fn flux_through_patches_of_one_solid_angle_is_equal(
         camera in off_centre_cameras(), rho in 0.1..50.0_f64,
@@ -162,12 +162,12 @@ proptest! {
         let slope = |u: f64, v: f64| {
             camera.slope_min + (camera.slope_max - camera.slope_min) * DVec2::new(u, v)
         };
-        // v first: the front faces the camera.
+        // The parameters are swapped, so that the front faces the camera.
         let curved = camera.flux_through_patch(48, |u, v| slope(v, u).extend(1.0).normalize() * rho);
         let flat = camera.flux_through_patch(2, |u, v| slope(v, u).extend(1.0) * rho);
         let image = camera.image_px().x * camera.image_px().y;
         assert_close(flat, image, image, 1e-9);
-        // Facets of the curved patch have straight edges, as the image has: no error but rounding.
+        // Facets and image both have straight edges, so the only error is rounding.
         assert_close(curved, image, image, 1e-6);
     }
 
@@ -186,7 +186,7 @@ proptest! {
         prop_assert!(net.abs() <= 1e-6 * camera.strength(p) * radius * radius * 40.0);
     }
 
-    /// The closed form of a disk against its facets.
+    /// Compares the closed form of a disk with its facets.
     #[test]
     fn flux_through_a_disk_has_a_closed_form(
         p in points(), normal in unit_vectors(), share in 0.01..0.8_f64,

@@ -1,4 +1,4 @@
-//! The camera of a layered depth image (eq. 19–21, appendices iv and v).
+//! Tests of the camera of a layered depth image (eq. 19–21, appendices iv and v).
 #![expect(
     clippy::disallowed_methods,
     clippy::disallowed_types,
@@ -49,7 +49,7 @@ fn posed(cameras: &[ParallelCamera]) -> Vec<PosedCamera> {
 }
 
 proptest! {
-    /// (21) and appendix v as the paper prints them, for two cameras.
+    /// Compares with (21) and appendix v as the paper prints them, for two cameras.
     #[test]
     fn equivalent_camera_matches_the_printed_equations([a, b] in parallel_pair()) {
         let (fa2, fb2) = (a.focal_px.powi(2), b.focal_px.powi(2));
@@ -64,7 +64,7 @@ proptest! {
         assert_close(found.depth, -found.origin.z, depth, 1e-12);
     }
 
-    /// Its field *is* the compound field on the plane, not an approximation of it.
+    /// On the plane, the field of the equivalent camera equals the compound field.
     #[test]
     fn equivalent_camera_has_the_compound_field_on_the_plane(
         cameras in parallel_pair(), x in -3.0..3.0_f64, y in -3.0..3.0_f64,
@@ -81,7 +81,7 @@ proptest! {
         assert_close(compound.dot(DVec3::NEG_Z), density, density, 1e-9);
     }
 
-    /// The least-squares point is the convergent point where the lines do meet.
+    /// If the lines meet in a point, the least-squares point is this point.
     #[test]
     fn convergent_point_generalises_the_parallel_case(cameras in parallel_pair()) {
         let both = posed(&cameras);
@@ -96,7 +96,7 @@ proptest! {
         prop_assert!(found.distance(expected) <= 1e-6 * (1.0 + expected.length()));
     }
 
-    /// For cameras that are not parallel no point near it has a smaller sum of squared moments.
+    /// For cameras that are not parallel, no point nearby has a smaller sum of squared moments.
     #[test]
     fn convergent_point_has_the_least_squared_moments(
         toe_in in -0.6..0.6_f64, apart in 0.5..3.0_f64, direction in unit_vectors(),

@@ -1,4 +1,4 @@
-//! Cameras read from projection matrices.
+//! Tests of cameras that are read from projection matrices.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 
 const VIEWPORT: DVec2 = DVec2::new(1920.0, 1080.0);
 
-/// Pixel position by the matrix: from the image centre, y down.
+/// Projects by the matrix to pixels from the image centre, with y down.
 fn matrix_px(clip_from_view: &DMat4, p_view: DVec3) -> DVec2 {
     let ndc = clip_from_view.project_point3(p_view);
     DVec2::new(ndc.x, -ndc.y) * VIEWPORT * 0.5
@@ -27,8 +27,7 @@ fn expect_perspective(clip_from_view: &DMat4) -> Intrinsics {
 }
 
 proptest! {
-    /// Finite, infinite and reversed depth give the same camera, and it projects as the matrix
-    /// does.
+    /// Finite, infinite and reversed depth give the same camera. It projects like the matrix.
     #[test]
     fn perspective_matches_its_matrix_for_every_depth_convention(
         fov in 0.2..2.8_f64, p in common::points(),
@@ -53,7 +52,7 @@ proptest! {
         }
     }
 
-    /// Off-centre frusta keep their edges, with y turned to point down.
+    /// Off-centre frusta keep their edges, with y pointing down.
     #[test]
     fn off_centre_frusta_keep_their_edges(
         left in -2.0..0.5_f64, width in 0.1..3.0_f64, bottom in -2.0..0.5_f64, height in 0.1..3.0_f64,
@@ -111,7 +110,7 @@ fn camera_from_view_is_its_own_inverse() {
 }
 
 #[test]
-fn depth_rows_are_not_read() {
+fn depth_rows_are_ignored() {
     let viewport = Vec2::new(300.0, 200.0);
     let mut odd = perspective();
     odd.z_axis.z = f32::NAN;
@@ -123,7 +122,7 @@ fn depth_rows_are_not_read() {
 }
 
 #[test]
-fn mirrored_images_give_the_mirrored_camera() {
+fn mirrored_image_gives_the_unmirrored_camera() {
     let viewport = DVec2::new(300.0, 200.0);
     let matrix = DMat4::frustum_rh(-1.0, 2.0, -0.5, 1.5, 1.0, 50.0);
     let mirrored = DMat4::from_scale(DVec3::new(-1.0, -1.0, 1.0)) * matrix;

@@ -1,4 +1,4 @@
-//! Splat kernels (eq. 15, Fig. 13): the paper's steps, the keystone, the exact image.
+//! Tests of splat kernels (eq. 15, Fig. 13): the paper's steps, the keystone and the exact image.
 #![expect(
     clippy::disallowed_methods,
     reason = "tests may use angles and powers; selection does not run here"
@@ -11,7 +11,7 @@ use common::{assert_close, count_samples, points, unit_vectors, wide_camera, wid
 use glam::{DMat2, DVec2, DVec3};
 use proptest::prelude::*;
 
-/// Surfels that face the camera, of a radius relative to their depth.
+/// Surfels that face the camera. Their radius is at most `largest` times their depth.
 fn surfels(largest: f64) -> impl Strategy<Value = Surfel> {
     let facing = (points(), unit_vectors())
         .prop_map(|(p, n)| (p, if n.dot(p) > 0.0 { -n } else { n }))
@@ -27,13 +27,13 @@ fn unit_circle() -> impl Iterator<Item = DVec2> {
     (0..64).map(|i| DVec2::from_angle(f64::from(i) / 64.0 * core::f64::consts::TAU))
 }
 
-/// The point of the disk that `e` in the unit disk stands for.
+/// The point of the disk for a point `e` of the unit disk.
 fn on_disk(surfel: &Surfel, e: DVec2) -> DVec3 {
     let (a, b) = surfel.axes();
     surfel.center + a * e.x + b * e.y
 }
 
-/// `A Aᵀ`, which tells an ellipse apart from its choice of axes.
+/// `A Aᵀ`, which depends on the ellipse but not on the choice of its axes.
 fn shape(kernel: &SplatKernel) -> DMat2 {
     let a = DMat2::from_cols(kernel.axes_px[0], kernel.axes_px[1]);
     a * a.transpose()
@@ -53,7 +53,7 @@ proptest! {
         }
     }
 
-    /// The three steps of Fig. 13, taken in the plane across the sight ray, multiply to the
+    /// The product of the three steps of Fig. 13, in the plane perpendicular to the sight ray, is the
     /// derivative of the projection.
     #[test]
     fn paper_kernel_is_the_affine_image_of_the_disk(
@@ -66,9 +66,9 @@ proptest! {
         prop_assert!((exact - paper).col(1).length() <= 1e-8 * scale);
     }
 
-    /// Its area is `π r² c·n`, as eq. 15 wants; the exact image's is larger by the keystone.
+    /// The area of the kernel is `π r² c·n`, as in eq. 15. The keystone makes the exact image larger.
     #[test]
-    fn areas_are_those_of_the_field(camera in wide_cameras(), surfel in surfels(0.5)) {
+    fn areas_match_the_field(camera in wide_cameras(), surfel in surfels(0.5)) {
         let kernel = SplatKernel::new(&camera, &surfel);
         let factor = camera.projection_factor(surfel.center, surfel.normal);
         let affine = core::f64::consts::PI * surfel.radius.powi(2) * factor;
@@ -93,7 +93,7 @@ proptest! {
         assert_close(area, kernel.area_px2(), area, 1e-9);
     }
 
-    /// The identity of the module's page: a third of curl over strength, and a distance term.
+    /// The keystone is a third of curl over strength plus a distance term.
     #[test]
     fn keystone_is_the_curl_term_and_the_distance_term(
         camera in wide_cameras(), surfel in surfels(0.9),
@@ -106,7 +106,7 @@ proptest! {
         prop_assert!(sum.distance(keystone) <= 1e-9, "{sum} {keystone}");
     }
 
-    /// Across the sight ray the curl gives all of it.
+    /// For a disk perpendicular to the sight ray, the curl gives the whole keystone.
     #[test]
     fn curl_gives_the_whole_keystone_across_the_sight_ray(
         camera in wide_cameras(), surfel in surfels(0.9),
@@ -128,7 +128,7 @@ proptest! {
         }
     }
 
-    /// The paper's kernel is off by the first order of the keystone, the sheared one by the second.
+    /// The error of the paper's kernel is of first order in the keystone, that of the sheared kernel of second.
     #[test]
     fn sheared_kernel_is_accurate_to_second_order(
         camera in wide_cameras(), surfel in surfels(0.3),
@@ -150,7 +150,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// The exact kernel against rays that hit the disk, by Jarník's inequality.
+    /// Compares the exact kernel with rays that hit the disk, within Jarník's inequality.
     #[test]
     fn exact_kernel_covers_the_samples_of_the_disk(surfel in surfels(0.6)) {
         let unit = SplatKernel::new(&wide_camera(DVec2::ONE), &surfel).area_px2();
@@ -169,7 +169,7 @@ proptest! {
     }
 }
 
-/// Eq. 15: the mean distance of splats in the destination image is the root of the splat's area.
+/// Eq. 15: the area of a splat is the area per sample in the destination image.
 #[test]
 fn splat_area_is_the_area_per_projected_sample() {
     let source = Intrinsics::centered(100.0, DVec2::splat(400.0));
@@ -182,6 +182,6 @@ fn splat_area_is_the_area_per_projected_sample() {
         destination.projection_factor(p, normal),
         source.projection_factor(p, normal),
     );
-    // Both cameras at one place: the images differ by the ratio of focal lengths, (700/100)².
+    // Both cameras are at one place, so the area is the squared ratio of focal lengths, (700/100)².
     assert_close(area_px2, 49.0, 49.0, 1e-12);
 }

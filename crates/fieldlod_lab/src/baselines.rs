@@ -1,21 +1,21 @@
 //! The rules of other systems.
 //!
 //! ```text
-//! e  error of a group or level    s  greatest scale of the instance    f  focal length, px
+//! e  error of a group or level    s  largest scale of the instance    f  focal length, px
 //! d  distance to the centre of the sphere, r  its radius, near  distance of the near plane
 //! ```
 //!
-//! **clusterlod** (meshoptimizer `demo/clusterlod.h`, `boundsError`; nvpro-samples `vk_lod_clusters`) chooses by
-//! group: `e s f / max(d − r, near)`, on nested spheres. Turns of the camera change nothing, so it ignores the
-//! stretch off the axis, up to 1/cos²φ. The scale is NVIDIA's; clusterlod itself works in local space.
-//! Orthographic views have no distance: `e s f`, with `f` in pixels per unit.
+//! **clusterlod** (meshoptimizer `demo/clusterlod.h`, `boundsError`; nvpro-samples `vk_lod_clusters`) refines a
+//! group if `e s f / max(d − r, near)` exceeds the threshold, on nested spheres. The rule ignores the view direction,
+//! and with it the stretch off the axis, up to 1/cos²φ. The factor `s` is NVIDIA's; clusterlod works in local space.
+//! Orthographic views have no distance: the error is `e s f`, with `f` in pixels per unit.
 //!
 //! **Godot from 4.3** (automatic mesh LOD, pull requests 92290 and 57419) chooses one level for the whole
-//! object, the coarsest with `e s f / distance ≤ threshold`. The distance is that to the box with its cull
-//! margin: 0 inside, 1 in orthographic views.
+//! object. It is the coarsest level with `e s f / distance ≤ threshold`. The distance is measured to the box with
+//! its cull margin. It is 0 inside the box and 1 in orthographic views.
 //!
-//! **`VisibilityRange`** (`bevy_camera::visibility`) chooses one level by the distance to the center of the
-//! object. It ignores the field of view, the window and the object's scale.
+//! **`VisibilityRange`** (`bevy_camera::visibility`) chooses one level for the whole object by the distance to its
+//! center. It ignores the field of view, the window and the object's scale.
 
 use glam::Vec3;
 
@@ -33,7 +33,7 @@ pub(crate) fn clusterlod_error_px(view: &ObjectView, group: usize) -> f32 {
 
 /// Godot's level for the whole object; 0 is the source.
 pub(crate) fn godot_level(view: &ObjectView, threshold_px: f32) -> u32 {
-    // Godot compares with half a width in orthographic views, and with a whole one in perspective views.
+    // In orthographic views Godot compares with half of the view's width, in perspective views with all of it.
     let (distance, widths) = if view.eye.is_orthographic() {
         (1.0, 2.0)
     } else {

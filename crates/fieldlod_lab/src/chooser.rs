@@ -1,4 +1,4 @@
-//! A method with its memory: the cut that it draws, frame by frame.
+//! Applies a method frame by frame.
 
 use fieldlod_select::{Cut, select};
 
@@ -50,7 +50,7 @@ impl Chooser {
         }
     }
 
-    /// This project's methods run the selection itself.
+    /// Runs the selection of this project.
     fn select(&mut self, view: &ObjectView) -> Choice {
         let settings = self.method.settings(self.threshold_px).unwrap_or_default();
         let world_from_local = &view.instance.world_from_local;
@@ -63,7 +63,7 @@ impl Chooser {
     }
 }
 
-/// The cut at one level of the whole object.
+/// The cut that draws the whole object at one level.
 fn whole_level(view: &ObjectView, level: u32) -> Choice {
     let groups = &view.object.hierarchy.groups;
     refine_if(view, |group| groups[group].level >= level)

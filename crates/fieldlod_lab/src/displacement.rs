@@ -1,13 +1,13 @@
 //! Distances between a cut and the source surface on the screen, in pixels.
 //!
-//! Samples of the source surface that face the eye inside the picture are paired with the nearest point of the
-//! cut, samples of the cut with the nearest point of the source. Both points of a pair are projected, in `f64`:
+//! Each sample of the source surface is paired with the nearest point of the cut. Each sample of the cut is paired
+//! with the nearest point of the source. Only samples that are in the picture and face the eye count. Both points of
+//! a pair are projected, in `f64`:
 //!
 //! ```text
 //! displacement = | project(p) − project(nearest(p)) |        pixels
 //! ```
-//! Samples are the corners of triangles, their middles and the middles of their edges. Occlusion is ignored;
-//! nothing is rasterised.
+//! Samples are the corners, centers and edge midpoints of triangles. Occlusion is ignored, and nothing is rasterised.
 
 mod samples;
 
@@ -23,9 +23,9 @@ use samples::{Sample, samples_of};
 /// Displacements of a cut in one view, in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Displacement {
-    /// The greatest displacement.
+    /// The largest displacement.
     pub max_px: f64,
-    /// The displacement that one in a thousand exceeds.
+    /// The 99.9th percentile of the displacements.
     pub p99_9_px: f64,
     /// The mean displacement.
     pub mean_px: f64,
@@ -68,7 +68,7 @@ pub struct CutSurface {
 }
 
 impl<'a> SourceSurface<'a> {
-    /// The source surface with about `sample_count` samples, or two for each triangle if they are fewer.
+    /// The source surface with about `sample_count` samples, but at most two per triangle.
     #[must_use]
     pub fn new(hierarchy: &'a Hierarchy, sample_count: usize) -> Self {
         let source: Vec<u32> = hierarchy.source_units().map(|unit| unit as u32).collect();
@@ -79,7 +79,7 @@ impl<'a> SourceSurface<'a> {
         }
     }
 
-    /// The surface of the units drawn, with as many samples.
+    /// The surface of the drawn `units`, with the same number of samples.
     #[must_use]
     pub fn cut(&self, units: &[u32]) -> CutSurface {
         let mut is_drawn = vec![false; self.hierarchy.units.len()];
@@ -119,7 +119,7 @@ impl<'a> SourceSurface<'a> {
     ) -> Vec<f64> {
         let projector = Projector::new(instance, eye, two_sided);
         let mut displaced_px = Vec::new();
-        // From the source to the cut; units of the source that are drawn have no displacement.
+        // From the source to the cut. Source units that are drawn have no displacement.
         for sample in projector.visible(&self.samples) {
             if cut.is_drawn[sample.unit as usize] {
                 displaced_px.push(0.0);
@@ -127,7 +127,7 @@ impl<'a> SourceSurface<'a> {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
             }
         }
-        // And from the cut to the source.
+        // From the cut to the source.
         for sample in projector.visible(&cut.samples) {
             if let Some(nearest) = self.surface.nearest_point(sample.position) {
                 displaced_px.push(projector.distance_px(sample.position, nearest));
@@ -175,17 +175,17 @@ impl<'a> Projector<'a> {
     }
 
     fn visible<'s>(&'s self, samples: &'s [Sample]) -> impl Iterator<Item = &'s Sample> + 's {
-        samples.iter().filter(|sample| self.sees(sample))
+        samples.iter().filter(|sample| self.is_visible(sample))
     }
 
-    fn sees(&self, sample: &Sample) -> bool {
-        // Inside the picture and beyond the near plane.
+    fn is_visible(&self, sample: &Sample) -> bool {
+        // It is in the picture and beyond the near plane.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {
             return false;
         }
-        // Facing the eye.
+        // Its triangle faces the eye.
         let [u, v] = sample
             .edges
             .map(|edge| self.camera_from_local * edge.as_dvec3());
@@ -198,7 +198,7 @@ impl<'a> Projector<'a> {
         self.two_sided || normal.dot(to_surface) <= 0.0
     }
 
-    /// 0 if one of the points is nearer than the near plane, where nothing is drawn.
+    /// Returns 0 if one of the points is nearer than the near plane, where nothing is drawn.
     fn distance_px(&self, from: Vec3, to: Vec3) -> f64 {
         let project = |point: Vec3| self.eye.project_px(self.in_camera(point));
         match (project(from), project(to)) {

@@ -1,26 +1,26 @@
-//! The inputs of all methods: a camera and an instance.
+//! The camera and the instance that all methods get.
 
 use camera_field::{CAMERA_FROM_VIEW, Camera};
 use fieldlod_select::View;
 use glam::{Affine3A, DMat3, DVec2, DVec3, Mat3, Mat4, Quat, Vec2, Vec3};
 
-/// A camera with its place in the world.
+/// A camera with its position and direction in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
     /// Projection to pixels.
     pub camera: Camera,
-    /// View space looks along −Z with +Y up; a rotation and a translation.
+    /// A rotation and a translation. View space looks along −Z with +Y up.
     pub world_from_view: Affine3A,
     /// Distance of the near plane, in world units.
     pub near: f32,
 }
 
-/// The place of an instance.
+/// The placement of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// The transform that every vertex is drawn with.
+    /// The transform of all vertices.
     pub world_from_local: Affine3A,
-    /// The margin of its box for culling, in world units (Godot's extra cull margin).
+    /// The margin around the instance's box for culling, in world units (Godot's extra cull margin).
     pub cull_margin: f32,
 }
 
@@ -83,7 +83,7 @@ impl Eye {
     /// The same camera at `position`, looking at `target`, with +Y up.
     #[must_use]
     pub fn looking_at(self, position: Vec3, target: Vec3) -> Self {
-        // Only the rotation is taken from the matrix: positions far away would lose digits in it.
+        // The matrix holds only the rotation: far from the origin, a position would lose digits in it.
         let view = Mat4::look_to_rh(Vec3::ZERO, (target - position).normalize(), Vec3::Y);
         let rotation = Quat::from_mat4(&view).inverse().normalize();
         let world_from_view = Affine3A::from_rotation_translation(rotation, position);
@@ -93,7 +93,7 @@ impl Eye {
         }
     }
 
-    /// The same place, turned in view space: `yaw_deg` to the left, `pitch_deg` up.
+    /// The same camera, turned in view space: `yaw_deg` to the left, `pitch_deg` up.
     #[must_use]
     pub fn turned(self, yaw_deg: f32, pitch_deg: f32) -> Self {
         let turn = Quat::from_rotation_y(yaw_deg.to_radians())
@@ -108,7 +108,7 @@ impl Eye {
     #[must_use]
     pub fn jittered(mut self, shift_px: Vec2) -> Self {
         if let Camera::Perspective(intrinsics) = &mut self.camera {
-            // A shift of the picture is one of the slopes at its sides.
+            // To shift the picture, shift the slopes of its edges.
             let shift = shift_px / intrinsics.focal_px;
             intrinsics.slope_min += shift;
             intrinsics.slope_max += shift;
@@ -127,7 +127,7 @@ impl Eye {
         self
     }
 
-    /// The view as the selection takes it.
+    /// The input of the selection.
     #[must_use]
     pub fn view(&self) -> View {
         View::new(self.camera, &self.world_from_view)
@@ -139,7 +139,7 @@ impl Eye {
         Vec3::from(self.world_from_view.translation)
     }
 
-    /// Pixels per unit of slope upwards; of an orthographic camera, pixels per world unit.
+    /// The vertical focal length, in pixels per unit of slope. For an orthographic camera, pixels per world unit.
     #[must_use]
     pub fn focal_px(&self) -> f32 {
         match &self.camera {
@@ -166,8 +166,8 @@ impl Eye {
         CAMERA_FROM_VIEW.as_dmat3() * rotation.transpose()
     }
 
-    /// The place of a point of camera space in the picture, in pixels from the principal point; `None` if the
-    /// point is nearer than the near plane.
+    /// Projects a point of camera space to pixels from the principal point; `None` if the point is nearer than the
+    /// near plane.
     pub(crate) fn project_px(&self, p: DVec3) -> Option<DVec2> {
         match &self.camera {
             Camera::Perspective(intrinsics) => {

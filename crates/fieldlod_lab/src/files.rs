@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct WriteError {
     /// The file or folder.
     pub path: PathBuf,
-    /// The system's error.
+    /// The cause.
     pub source: io::Error,
 }
 
@@ -25,7 +25,7 @@ impl WriteError {
     }
 }
 
-/// Writes a file under a temporary name first, so that it is never incomplete.
+/// Writes a temporary file and renames it, so that `path` never names an incomplete file.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let temporary = path.with_added_extension("tmp");
     fs::write(&temporary, bytes)

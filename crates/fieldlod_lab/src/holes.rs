@@ -7,11 +7,11 @@ use glam::Vec3;
 
 use crate::chooser::Choice;
 
-/// A flip is a group that changes and changes back within this many frames.
+/// A flip is a change of a group, followed by the opposite change within this many frames.
 pub const FLIP_FRAMES: usize = 5;
 
 /// The number of edges of the drawn triangles without a neighbour of opposite direction. Vertices with equal
-/// positions count as one. 0 for every cut of a closed mesh that covers it once.
+/// positions count as one. It is 0 for a cut that covers a closed mesh exactly once.
 #[must_use]
 pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     let positions = &hierarchy.vertices.positions;
@@ -19,12 +19,12 @@ pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
-            let [a, b, c] = triangle.map(|vertex| place(positions[vertex as usize]));
+            let [a, b, c] = triangle.map(|vertex| position_key(positions[vertex as usize]));
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 match from.cmp(&to) {
                     std::cmp::Ordering::Less => *balance.entry([from, to]).or_default() += 1,
                     std::cmp::Ordering::Greater => *balance.entry([to, from]).or_default() -= 1,
-                    // Degenerate triangles have no such edge.
+                    // The edge of a degenerate triangle has no length and no direction.
                     std::cmp::Ordering::Equal => (),
                 }
             }
@@ -33,12 +33,12 @@ pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
     balance.values().map(|edges| edges.unsigned_abs()).sum()
 }
 
-/// The bits of a position, with one zero.
-fn place(position: Vec3) -> [u32; 3] {
+/// The bits of a position. Adding 0 turns −0 into 0, which is the same position.
+fn position_key(position: Vec3) -> [u32; 3] {
     (position + 0.0).to_array().map(f32::to_bits)
 }
 
-/// Counts groups that change and change back.
+/// Counts flips of groups.
 #[derive(Clone, Debug, Default)]
 pub struct FlipCounter {
     last: Vec<bool>,
@@ -49,9 +49,9 @@ pub struct FlipCounter {
 }
 
 impl FlipCounter {
-    /// Adds the next frame; `in_view` returns whether a group touches the picture.
+    /// Adds the next frame. `in_view` returns whether a group touches the picture.
     pub fn add(&mut self, choice: &Choice, in_view: impl Fn(usize) -> bool) {
-        // The first frame changes nothing.
+        // The first frame has no earlier frame to differ from.
         if self.frames == 0 {
             self.changed_at = vec![None; choice.refined.len()];
         } else {
@@ -74,7 +74,7 @@ impl FlipCounter {
         self.changed_at[group] = Some((self.frames, in_view));
     }
 
-    /// Flips with the group in the picture at both changes: visible flicker.
+    /// The number of flips with the group in the picture at both changes: visible flicker.
     #[must_use]
     pub fn seen(&self) -> u64 {
         self.seen

@@ -1,13 +1,13 @@
-//! Measurements of level of detail: what the crates of this project claim, drawn and counted.
+//! Measurements of level of detail, which check the claims of this project's crates.
 //!
-//! - [`chart`] compares methods by triangles at equal image error. The baseline is clusterlod with its own
+//! - [`chart`] compares methods by triangles at equal image error. The baseline is clusterlod on its own
 //!   levels.
-//! - [`stability`] runs methods through cases in which users of some system reported failures.
+//! - [`stability`] runs methods in cases in which users of other systems reported failures.
 //! - [`promise`] measures the guarantee from random cameras under random placements.
 //! - [`scenes`] compares triangles with and without visible flux in worlds of many instances.
 //! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
-//! They share [`method`] (the methods that are compared), [`displacement`] and [`holes`] (geometric errors of a
+//! They share [`method`] (the compared methods), [`displacement`] and [`holes`] (geometric errors of a
 //! cut), [`render`] (a reference renderer) and [`measure`] (image errors).
 //!
 //! The command `fieldlod-lab` runs all of them. No other library depends on this crate.

@@ -1,19 +1,19 @@
-//! The methods of choosing a level of detail that are compared.
+//! The compared methods of choosing a level of detail.
 //!
-//! | Method | Its rule |
+//! | Method | Rule |
 //! |---|---|
-//! | [`Method::Quality`], [`Method::Guaranteed`] | this project's, by [`fieldlod_select`] |
+//! | [`Method::Quality`], [`Method::Guaranteed`] | this project's selection, [`fieldlod_select`] |
 //! | [`Method::Clusterlod`], [`Method::ClusterlodOnOurLevels`] | meshoptimizer, `demo/clusterlod.h`; NVIDIA `vk_lod_clusters` has the same distance |
 //! | [`Method::Godot`] | Godot from 4.3, automatic mesh LOD |
 //! | [`Method::VisibilityRange`] | Bevy's `VisibilityRange` |
 //!
-//! # What makes the comparison fair
-//! - All methods get the same error of every group or level: the measured deviation
+//! # Fairness of the comparison
+//! - All methods use the same error of every group or level: the measured deviation
 //!   ([`ErrorSource::Measured`]), or the error that the simplifier reports ([`ErrorSource::Reported`]).
 //! - All methods run at the same threshold, 1 px unless stated otherwise.
-//! - Ranges of [`Method::VisibilityRange`] start where the error of a level is the threshold on the axis of the
+//! - Ranges of [`Method::VisibilityRange`] start where the error of a level equals the threshold on the axis of the
 //!   *reference view*: 60° high, 1080 px, unit scale ([`LodObject::range_start`]).
-//! - No baseline has hysteresis, which is off by default in all of their systems.
+//! - No baseline has hysteresis, because it is off by default in all of their systems.
 //! - If a rule does not define a case (mostly orthographic views), its natural extension is used.
 //!
 //! [`ErrorSource::Measured`]: crate::object::ErrorSource::Measured
@@ -27,19 +27,18 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// This project's, with a threshold on quality.
+    /// This project's selection with a threshold of screen-space error.
     #[default]
     Quality,
-    /// This project's, with a threshold that no displacement exceeds.
+    /// This project's selection with a threshold that no displacement exceeds.
     Guaranteed,
-    /// meshoptimizer's clusterlod on the hierarchy that it builds itself: nested spheres, distance to the
-    /// sphere.
+    /// clusterlod's rule on the hierarchy that clusterlod builds: nested spheres and the distance to the sphere.
     Clusterlod,
-    /// The same rule on this project's hierarchy.
+    /// clusterlod's rule on this project's hierarchy.
     ClusterlodOnOurLevels,
-    /// One level for the whole object, by the distance to its box.
+    /// Godot's rule: one level for the whole object, by the distance to its box.
     Godot,
-    /// One level for the whole object, by the distance to its center.
+    /// Bevy's rule: one level for the whole object, by the distance to its center.
     VisibilityRange,
 }
 
@@ -73,7 +72,7 @@ impl Method {
         self == Self::Clusterlod
     }
 
-    /// The settings of this project's methods at a threshold; `None` for the others.
+    /// The settings of this project's methods at a threshold; `None` for other methods.
     #[must_use]
     pub fn settings(self, threshold_px: f32) -> Option<LodSettings> {
         match self {

@@ -25,9 +25,9 @@ pub struct LodObject {
     pub hierarchy: Hierarchy,
     /// Error of each group in local units; infinite for terminal groups.
     pub errors_in_local: Vec<f32>,
-    /// For each group a sphere that holds its own and the nested spheres of all finer groups.
+    /// For each group, a sphere around its own bounds and the nested bounds of all finer groups.
     pub nested_bounds: Vec<Sphere>,
-    /// Error of the whole object drawn at each level, in local units; 0 for level 0.
+    /// Error of each level of the whole object, in local units; 0 for level 0.
     pub level_errors_in_local: Vec<f32>,
     /// Box around the source.
     pub aabb: Aabb,
@@ -46,7 +46,7 @@ impl LodObject {
             ErrorSource::Reported => group.error_in_local,
         };
         let errors_in_local: Vec<f32> = hierarchy.groups.iter().map(error).collect();
-        // A sphere around the source's box is the same for all hierarchies of a mesh.
+        // The center of the source's box is the same for all hierarchies of a mesh.
         let source_units = hierarchy
             .source_units()
             .map(|unit| &hierarchy.units[unit].aabb);
@@ -71,8 +71,8 @@ impl LodObject {
         self.level_errors_in_local.len() as u32
     }
 
-    /// The distance at which a hand-tuned range of `level` starts: its error is `threshold_px` on the axis of the
-    /// reference view, at unit scale.
+    /// The distance at which a hand-tuned range of `level` starts. There the error of the level is `threshold_px` on
+    /// the axis of the reference view, at unit scale.
     #[must_use]
     pub fn range_start(&self, level: u32, threshold_px: f32) -> f32 {
         if level == 0 {
@@ -110,7 +110,7 @@ impl LodObject {
             .sum()
     }
 
-    /// The vertex nearest, across Y, to the shares `x` and `z` of the box.
+    /// The vertex that is nearest, in x and z only, to the point at `x` and `z` of the box, both from 0 to 1.
     #[must_use]
     pub fn vertex_below(&self, x: f32, z: f32) -> Vec3 {
         let at = (self.aabb.min + (self.aabb.max - self.aabb.min) * Vec3::new(x, 0.0, z)).xz();
@@ -121,12 +121,12 @@ impl LodObject {
     }
 }
 
-/// The positions of the source's vertices, which are stored first.
+/// The positions of the source's vertices, which come first in a hierarchy.
 fn source_positions(hierarchy: &Hierarchy) -> &[Vec3] {
     &hierarchy.vertices.positions[..hierarchy.source_vertex_count as usize]
 }
 
-/// Merges spheres upwards, as clusterlod does. Finer groups come first.
+/// Merges spheres from fine to coarse, as clusterlod does. Finer groups come first in a hierarchy.
 fn nested_bounds(hierarchy: &Hierarchy) -> Vec<Sphere> {
     let mut nested: Vec<Sphere> = Vec::with_capacity(hierarchy.groups.len());
     for group in &hierarchy.groups {
@@ -141,7 +141,7 @@ fn nested_bounds(hierarchy: &Hierarchy) -> Vec<Sphere> {
 fn merge(a: Sphere, b: Sphere) -> Sphere {
     let between = b.center - a.center;
     let distance = between.length();
-    // One may contain the other.
+    // One sphere may contain the other.
     if distance + b.radius <= a.radius {
         return a;
     }
@@ -155,9 +155,9 @@ fn merge(a: Sphere, b: Sphere) -> Sphere {
     }
 }
 
-/// Drawing a level simplifies all groups below it; its error is the greatest of theirs.
+/// A level simplifies all finer groups, so its error is the largest error of these groups.
 fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
-    // Simplifying a group makes units of the level above it.
+    // Simplifying a group of level n makes units of level n + 1.
     let mut of_level = vec![0.0f32; hierarchy.level_count() as usize];
     for (group, &error) in hierarchy.groups.iter().zip(errors_in_local) {
         if !group.is_terminal() {
@@ -165,7 +165,7 @@ fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
             *above = above.max(error);
         }
     }
-    // A level is no better than those below it.
+    // The error of a level includes the errors of all finer levels.
     let mut greatest = 0.0f32;
     for error in &mut of_level {
         greatest = greatest.max(*error);

@@ -8,8 +8,8 @@ use crate::object::LodObject;
 
 /// An instance of an object in one view.
 ///
-/// Positions are relative to the eye for all methods, because engines differ in this and precision far from the
-/// origin is not compared.
+/// Positions are relative to the eye for all methods. Engines differ in their precision far from the origin, which is
+/// not compared.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectView<'a> {
     /// The object.
@@ -18,7 +18,7 @@ pub struct ObjectView<'a> {
     pub instance: Instance,
     /// The eye.
     pub eye: Eye,
-    /// Greatest scale along the local axes, in world units per local unit.
+    /// Largest scale along the local axes, in world units per local unit.
     pub max_scale: f32,
     world_from_local: Mat3,
     origin_from_eye: Vec3,
@@ -67,7 +67,7 @@ impl<'a> ObjectView<'a> {
         self.eye.camera.touches_sphere(center, radius)
     }
 
-    /// Those of `units` that survive frustum culling by the spheres around their boxes.
+    /// The `units` that pass frustum culling, by the spheres around their boxes.
     pub(crate) fn units_in_view(&self, units: &[u32]) -> Vec<u32> {
         let all = &self.object.hierarchy.units;
         let touches = |unit: &&u32| self.touches_box(&all[**unit as usize].aabb);
@@ -84,12 +84,11 @@ impl<'a> ObjectView<'a> {
         self.relative_to_eye(self.object.center).length()
     }
 
-    /// The box around the instance's box, along the world's axes, relative to the eye, with the
-    /// cull margin.
+    /// The instance's axis-aligned box in the world with the cull margin, relative to the eye.
     pub(crate) fn aabb_relative_to_eye(&self) -> Aabb {
         let Aabb { min, max } = self.object.aabb;
         let half = (max - min) * 0.5;
-        // The box around a rotated box.
+        // Half the size of the axis-aligned box around the rotated box.
         let m = &self.world_from_local;
         let extent = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
         let inflated = extent + self.instance.cull_margin;

@@ -1,11 +1,11 @@
 //! The guarantee, measured from random cameras under random placements.
 //!
-//! For each camera, [displacements](crate::displacement) are measured of the cuts of [`Method::Guaranteed`], of
-//! clusterlod's metric on the same hierarchy and of clusterlod's metric on its own hierarchy. Fields of view range
-//! from 30° to 120°. Every other placement is stretched, sheared or mirrored.
+//! For each camera, the [displacements](crate::displacement) of three cuts are measured. The first cut is that of
+//! [`Method::Guaranteed`]. The others are by clusterlod's metric, on the same hierarchy and on its own. Fields of view
+//! range from 30° to 120°. Every other placement is stretched, sheared or mirrored.
 //!
-//! On our hierarchy both methods use the measured deviations as errors, so that only the criterion differs.
-//! clusterlod's own hierarchy has the errors that its simplifier reports.
+//! On our hierarchy, both methods use the measured deviations as errors, so only the criterion differs.
+//! The hierarchy of clusterlod has the errors that its simplifier reports.
 
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,9 +25,9 @@ use crate::object_view::ObjectView;
 /// The size of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Cameras, each with its own placement.
+    /// The number of cameras, each with its own placement.
     pub cameras: usize,
-    /// Points of a surface at which displacements are measured.
+    /// The number of points of a surface at which displacements are measured.
     pub samples: usize,
     /// The seed of the random numbers.
     pub seed: u64,
@@ -48,11 +48,11 @@ impl Default for Effort {
 pub struct PromiseRun {
     /// The object's name.
     pub name: String,
-    /// The number of cameras that looked at the object.
+    /// The number of cameras.
     pub cameras: usize,
     /// The threshold of all methods, in pixels.
     pub threshold_px: f32,
-    /// Ours, then clusterlod's metric on our levels and on its own.
+    /// The runs of the guarantee, of clusterlod's metric on our levels, and of clusterlod's metric on its own levels.
     pub methods: Vec<MethodRun>,
 }
 
@@ -68,12 +68,12 @@ const METHODS: [Method; 3] = [
 pub struct MethodRun {
     /// The method.
     pub method: Method,
-    /// Displacements of the samples of all cameras together.
+    /// Displacements over the samples of all cameras.
     #[serde(flatten)]
     pub displacement: Displacement,
     /// Share of the samples above the threshold.
     pub over: f64,
-    /// Mean triangles chosen.
+    /// Mean number of chosen triangles.
     pub triangles: f64,
 }
 
@@ -116,7 +116,7 @@ pub fn measure(
 }
 
 fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) -> MethodRun {
-    // All samples of all cameras have the same weight.
+    // All samples have the same weight, so cameras with many samples count more.
     let count = cameras.len().max(1) as f64;
     let triangles: u64 = cameras.iter().map(|(_, triangles)| triangles).sum();
     let displaced_px: Vec<f64> = cameras.into_iter().flat_map(|(px, _)| px).collect();
@@ -131,7 +131,7 @@ fn method_run(method: Method, threshold_px: f32, cameras: Vec<(Vec<f64>, u64)>) 
     }
 }
 
-/// Cameras around and inside an object, near and far, aimed near it.
+/// Cameras around and inside an object, near and far, which look at a point near it.
 fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     let mut random = Random::new(effort.seed);
     let window_px = Vec2::new(1920.0, 1080.0);
@@ -150,13 +150,13 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
     (0..effort.cameras).map(scene).collect()
 }
 
-/// A rotation, even scale and translation; if uneven, a stretch and shear, mirrored half of the time.
+/// A random rotation, uniform scale and translation. Uneven placements are stretched and sheared, and half are mirrored.
 fn placement(random: &mut Random, is_uneven: bool) -> Affine3A {
     let mut turn = || {
         let [a, b] = [random.vector(), random.vector()];
         Mat3::from_quat(Quat::from_xyzw(a.x, a.y, a.z, b.x + 0.1).normalize())
     };
-    // Both cases draw the same count of numbers, so that later placements do not depend on the case.
+    // Both cases draw equally many random numbers, so that later placements do not depend on the case.
     let (before, after) = (turn(), turn());
     let even = Vec3::splat(0.2 + 3.0 * random.unit());
     let uneven = Vec3::new(random.unit(), random.unit(), random.unit()) * 3.0 + 0.2;

@@ -1,4 +1,4 @@
-//! The rules of other systems give the figures of their formulas, and displacements are measured correctly.
+//! The rules of other systems follow their formulas, and displacements are measured correctly.
 
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_lab::chooser::Chooser;
@@ -20,7 +20,7 @@ fn eye(distance: f32) -> Eye {
     Eye::perspective(60.0, HD, 0.01).looking_at(Vec3::Z * distance, Vec3::ZERO)
 }
 
-/// The error is `e f / (d − r)`, so a group is refined below that threshold and not above it.
+/// The error is `e f / (d − r)`. A group is refined at a threshold just below this error, and not just above it.
 #[test]
 fn clusterlod_refines_where_error_over_distance_exceeds_threshold() {
     let object = rock();
@@ -78,7 +78,7 @@ fn visibility_range_changes_level_at_range_start() {
 }
 
 #[test]
-fn source_has_no_displacement_and_coarsest_cut_stays_within_its_deviation() {
+fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let object = rock();
     let source = SourceSurface::new(&object.hierarchy, 4_000);
     let (near, far) = (eye(4.0), eye(1e7));

@@ -1,4 +1,4 @@
-//! The chart of a small model.
+//! Tests of the chart of a small model.
 
 mod common;
 
@@ -34,10 +34,10 @@ fn report(renderer: &Renderer) -> Report {
     Report::new(&[model], &options, renderer.adapter())
 }
 
-/// clusterlod is 1 relative to itself, and this project needs fewer triangles.
+/// The ratio of clusterlod is 1, and that of this project is smaller.
 #[test]
 fn ratios_are_relative_to_clusterlod() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let report = report(&renderer);
@@ -53,7 +53,7 @@ fn ratios_are_relative_to_clusterlod() {
 
 #[test]
 fn chart_is_written_with_its_numbers() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
@@ -69,7 +69,7 @@ fn chart_is_written_with_its_numbers() {
 
 #[test]
 fn error_names_the_folder_that_could_not_be_written() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let file = tempfile::NamedTempFile::new().unwrap();

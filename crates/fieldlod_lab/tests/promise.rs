@@ -34,6 +34,6 @@ fn no_displacement_exceeds_the_guarantee() {
         assert_kept(&run);
         over.extend(run.methods[1..].iter().map(|method| method.over));
     }
-    // The measure can fail: clusterlod's metric exceeds the threshold.
+    // The test can fail: clusterlod's metric exceeds the threshold.
     assert!(over.iter().any(|&share| share > 0.0), "{over:?}");
 }

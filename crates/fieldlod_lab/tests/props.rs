@@ -5,11 +5,11 @@ mod common;
 use fieldlod_bake::{BakeConfig, bake_mesh, bake_together, fixtures};
 use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
 
-/// A promise for props: on the way to one, a change of level alters FLIP by a factor of 1.6 and the covered area by
-/// 0.02 at most. Full detail has no error to compare with.
+/// While the camera approaches a prop, a change of level changes FLIP by a factor of at most 1.6. It changes the covered
+/// area by at most 0.02. Changes to full detail are left out, because its FLIP is 0.
 #[test]
 fn changes_of_level_on_approach_are_small() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let crown = fixtures::crown(1500, 1);
@@ -17,7 +17,7 @@ fn changes_of_level_on_approach_are_small() {
         &renderer,
         &[bake_mesh(&crown, &BakeConfig::default()).unwrap()],
     );
-    // 3 m/s at 60 frames per second, 3 m away.
+    // The camera moves at 3 m/s and 60 frames per second, as seen from 3 m.
     let radii = std::iter::successors(Some(3.0f32), |radius_px| Some(radius_px * 61.0 / 60.0));
     let frames = radii
         .take_while(|radius_px| *radius_px < 160.0)
@@ -47,7 +47,7 @@ fn changes_of_level_on_approach_are_small() {
     assert!(changes > 0);
 }
 
-/// Triangles that levels need for a FLIP at one of the sizes, interpolated between levels.
+/// Interpolates the triangles that levels need for a value of FLIP at one of the sizes.
 fn triangles_at(result: &PropResult, size: usize, flip: f64) -> Option<f64> {
     let of_level = |level: &LevelResult| (f64::from(level.triangles), level.looks[size].flip);
     result.levels.windows(2).find_map(|pair| {
@@ -60,7 +60,7 @@ fn triangles_at(result: &PropResult, size: usize, flip: f64) -> Option<f64> {
 /// Baking bark and leaves together is never worse than baking each alone.
 #[test]
 fn meshes_baked_together_need_fewer_triangles() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let [bark, leaves] = fixtures::tree_in_parts(4000, 1);

@@ -1,4 +1,4 @@
-//! The reference renderer draws correct outlines, and the same picture each time.
+//! The reference renderer draws correct outlines, and always draws the same picture of a cut.
 
 mod common;
 
@@ -32,8 +32,8 @@ fn eye(distance: f32) -> Eye {
 
 /// A sphere of radius 1 at distance d is a disk of radius f/√(d² − 1).
 #[test]
-fn silhouette_of_a_sphere_has_its_area() {
-    let Some((renderer, _one)) = common::renderer() else {
+fn silhouette_of_a_sphere_has_the_expected_area() {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let sphere = sphere();
@@ -52,7 +52,7 @@ fn silhouette_of_a_sphere_has_its_area() {
 
 #[test]
 fn same_cut_gives_the_same_picture() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let sphere = sphere();
@@ -71,7 +71,7 @@ fn same_cut_gives_the_same_picture() {
 /// A coarser sphere has larger errors by all measures.
 #[test]
 fn coarser_levels_have_larger_errors() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let sphere = sphere();
@@ -96,7 +96,7 @@ fn coarser_levels_have_larger_errors() {
 
 #[test]
 fn rejects_orthographic_views() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let sphere = sphere();

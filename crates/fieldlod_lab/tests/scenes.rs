@@ -1,4 +1,4 @@
-//! A small world: fewer triangles with visible flux at equal error.
+//! In a small world, visible flux needs fewer triangles at equal error.
 
 mod common;
 
@@ -33,7 +33,7 @@ fn rocks_behind_rocks() -> World {
 
 #[test]
 fn visible_flux_needs_fewer_triangles_at_equal_error() {
-    let Some((renderer, _one)) = common::renderer() else {
+    let Some((renderer, _lock)) = common::renderer() else {
         return;
     };
     let result = measure(&renderer, &rocks_behind_rocks()).unwrap();

@@ -1,4 +1,4 @@
-//! This project's methods pass the cases of the stability suite, and other systems fail those that their users
+//! This project's methods pass the cases of the stability suite, and other systems fail the cases that their users
 //! reported.
 
 use std::sync::LazyLock;
@@ -30,7 +30,7 @@ fn guaranteed_passes_every_case_within_the_threshold() {
     }
 }
 
-/// Quality promises no greatest displacement, and draws more than the guarantee if deviations are measured tightly.
+/// Quality does not limit displacements, and may draw more triangles than the guarantee if measured deviations are small.
 #[test]
 fn quality_is_closed_and_does_not_flip() {
     for case in cases() {
@@ -41,8 +41,8 @@ fn quality_is_closed_and_does_not_flip() {
     }
 }
 
-/// Each failure that users reported happens to a method here, by the fault that they reported. No method of the
-/// suite has bounds that do not nest.
+/// In each case that users reported, a method of another system has a fault. The case `non-nested` is an exception,
+/// because all methods of the suite have nested bounds.
 #[test]
 fn other_systems_fail_reported_cases() {
     for case in cases().filter(|case| !case.reported.is_empty()) {
@@ -55,7 +55,7 @@ fn other_systems_fail_reported_cases() {
     }
 }
 
-/// Baselines draw closed cuts, so that the comparison is one of criteria.
+/// All methods draw closed cuts, so that only the criteria differ.
 #[test]
 fn cuts_of_all_methods_are_closed() {
     for verdict in cases().flat_map(|case| &case.verdicts) {
@@ -64,7 +64,7 @@ fn cuts_of_all_methods_are_closed() {
 }
 
 #[test]
-fn table_has_a_row_per_case_and_a_column_per_method() {
+fn table_has_rows_of_cases_and_method_columns() {
     let table = stability::table(&REPORT.objects[0]);
     let mut lines = table.lines();
     let head = lines.next().unwrap();

@@ -1,4 +1,4 @@
-//! `fieldlod-lab stability`: output and errors.
+//! Tests of the output and the errors of `fieldlod-lab stability`.
 
 use std::process::{Command, Output};
 

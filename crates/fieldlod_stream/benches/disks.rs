@@ -1,8 +1,8 @@
 //! Missing pages of a world of 100 rocks with 327,680 triangles, for two GPU budgets, two simulated disks and
-//! three ways to move. A rock has a radius of about a metre.
+//! three kinds of movement. A rock has a radius of about a metre.
 //!
 //! `cargo bench -p fieldlod_stream --bench disks`. Nothing is timed, so the results are equal on all machines.
-//! Eight distinct rocks are baked. Each of the 100 rocks has its own pages.
+//! The 100 rocks are copies of eight baked rocks. Each copy has its own pages.
 
 #[path = "../tests/simulation/mod.rs"]
 mod simulation;
@@ -16,7 +16,7 @@ use simulation::{Disk, FRAMES_PER_SECOND, FrameReport, World, rocks};
 const MIB: f64 = (1 << 20) as f64;
 const SECONDS: f64 = 60.0;
 
-/// A way to move: metres per second, and seconds between jumps.
+/// A kind of movement: its name, metres per second, and seconds between jumps.
 type Pace = (&'static str, f64, f64);
 
 const PACES: [Pace; 3] = [
@@ -49,7 +49,7 @@ fn main() {
     }
 }
 
-/// Main memory of this process. Linux only.
+/// Main memory of this process in kB; NaN on systems other than Linux.
 fn resident_kilobytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -57,7 +57,7 @@ fn resident_kilobytes() -> f64 {
     kilobytes.map_or(f64::NAN, |number| number.parse().unwrap_or(f64::NAN))
 }
 
-/// Main memory of a rock without resident pages, as the mean of ten worlds.
+/// Main memory per rock without resident pages, in kB: the mean over ten worlds.
 fn table_kilobytes(rocks: &[PagedMesh]) -> f64 {
     let before = resident_kilobytes();
     let world = |_| World::new(rocks, StreamSettings::default(), Disk::IDEAL);
@@ -79,7 +79,7 @@ fn report(rocks: &[PagedMesh], pace: Pace, gpu_mib: u64, disk: Disk) {
     let frames: Vec<FrameReport> = (0..(SECONDS * FRAMES_PER_SECOND) as u32)
         .map(draw)
         .collect();
-    // The world is new in the first second.
+    // In the first second, all worlds load their first pages.
     let frames = &frames[FRAMES_PER_SECOND as usize..];
     let max = |of: fn(&FrameReport) -> f64| frames.iter().map(of).fold(0.0, f64::max);
     let mean =

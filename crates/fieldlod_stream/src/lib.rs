@@ -1,15 +1,15 @@
 //! Streams pages of meshes for worlds that are larger than memory.
 //!
 //! A `.fieldpages` file ([`PagedFile`](fieldlod_hierarchy::PagedFile)) is read page by page. A page holds neighbouring
-//! groups of one level. [`Residency`] keeps a budget of bytes on the GPU and one of bytes that are being loaded. Each
-//! frame, callers report the groups that views refine, or would refine if they were resident. They get lists of pages to
-//! load and to evict:
+//! groups of one level. [`Residency`] keeps two budgets: bytes on the GPU, and bytes that are being loaded. Each frame,
+//! the caller reports the groups that views refine, or would refine if they were resident. [`Residency::update`] returns
+//! lists of pages to load and to evict:
 //!
 //! - The first page of a mesh is loaded first and never evicted. It holds the coarsest cut.
 //! - Wanted pages are ordered by missing pixels per byte. Coarser pages come before the finer pages that need them.
 //! - The least recently used pages are evicted first.
-//! - Pages in use are never evicted. If all pages that are in use or wanted exceed the budget, thresholds rise
-//!   [in small steps](Residency::coarsening) until they fit, and fall again when much of the budget is free.
+//! - Pages in use are never evicted. If the pages that are in use or wanted exceed the budget, thresholds rise
+//!   [in small steps](Residency::coarsening) until they fit. Thresholds fall when much of the budget is free.
 //! - Pages that were unused for [some time](StreamSettings::keep_unused) are evicted even if there is room.
 //!
 //! `benches/RECORD.md` lists missing pages and their errors for a world of 33 million triangles with 256 and 26 MiB.
@@ -22,10 +22,10 @@
 //! | 1 million | 15 MB | 6.2 MB | 30 kB | 0.3 ms | 0.17 MB | 39 MB |
 //! | 1 billion | 15 GB | 6.2 GB | 30 MB | 0.3 s | 168 MB | 39 GB |
 //!
-//! Tables stay in main memory. Of the last column, only the budget is resident.
+//! Tables stay in main memory. Of the levels in the last column, at most the GPU budget is resident.
 //!
 //! # Example
-//! Callers read files and upload meshes. Decisions depend only on the reported events and their order.
+//! The caller reads files and uploads meshes. Decisions depend only on the reported events and their order.
 //!
 //! ```
 //! # use std::time::Duration;

@@ -24,7 +24,7 @@ pub(crate) enum PageState {
     Absent,
     Loading,
     Resident,
-    /// Could not be loaded. Retried in frame `until` or later.
+    /// The page could not be loaded. It is retried in frame `until` or later.
     Failed {
         until: u64,
     },
@@ -43,7 +43,7 @@ pub(crate) struct PageEntry {
     pub(crate) used_at: u64,
     /// Time of this frame.
     pub(crate) used_at_time: Duration,
-    /// Missing pixels per byte. At least the priority of each page that depends on this page.
+    /// Missing pixels per byte, or the priority of a page that depends on this page if that is higher.
     pub(crate) priority: f32,
     /// Pages of coarser groups. They must be resident before groups of this page can be refined.
     pub(crate) coarser: Vec<u32>,

@@ -8,21 +8,24 @@ use fieldlod_hierarchy::PagedMesh;
 use crate::mesh_pages::{MeshPages, PageEntry, PageState, StreamMeshId, StreamPageId};
 use crate::settings::StreamSettings;
 
-/// Factors of the coarsening per frame: while wanted pages exceed the budget, and while much of it is free.
+/// Factor of the coarsening per frame while wanted pages exceed the budget.
 const COARSER: f32 = 1.05;
+/// Factor of the coarsening per frame while much of the budget is free. Falling slower than rising avoids exceeding the
+/// budget again.
 const FINER: f32 = 1.0 / 1.02;
-/// The coarsening falls below this share of the budget. Between this and the whole budget it stays constant.
+/// The coarsening falls while wanted pages need less than this share of the budget. Between this share and the whole
+/// budget it stays constant.
 const DEAD_BAND_FROM: f64 = 0.8;
 /// Largest coarsening.
 const MAX_COARSENING: f32 = 1000.0;
-/// First and largest number of frames between exceeding the budget and lowering thresholds again.
+/// First and largest number of frames between exceeding the budget and lowering thresholds.
 ///
 /// The number doubles if the budget is exceeded again soon. Otherwise a page that is larger than the dead band would be
 /// loaded and evicted forever.
-const PATIENCE: [u64; 2] = [120, 7680];
+const WAIT_FRAMES: [u64; 2] = [120, 7680];
 /// First and largest number of frames until a failed page is retried.
 const RETRY_FRAMES: [u64; 2] = [30, 1920];
-/// Number of frames of one pass over all meshes that evicts unused pages.
+/// Eviction of unused pages visits each mesh once in this number of frames.
 const SWEEP_FRAMES: u64 = 16;
 
 /// Tracks resident pages and decides which pages are loaded and evicted.
@@ -36,14 +39,14 @@ pub struct Residency {
     coarsening: f32,
     /// Last frame in which wanted pages exceeded the budget.
     exceeded_at: u64,
-    /// Frames to wait after it. See [`PATIENCE`].
-    patience: u64,
-    /// Bytes of demanded pages of this frame, without first pages.
+    /// Frames to wait after [`exceeded_at`](Self::exceeded_at). See [`WAIT_FRAMES`].
+    wait_frames: u64,
+    /// Bytes of the pages that are demanded in this frame, without first pages.
     wanted_bytes: u64,
     /// Demanded pages that are not resident, without duplicates.
     wanted: Vec<StreamPageId>,
     first_page_bytes: u64,
-    /// Pages that may be evicted in this frame, least recently used last. Computed on first use.
+    /// Pages that may be evicted in this frame, least recently used last. `None` until an eviction needs them.
     idle: Option<Vec<StreamPageId>>,
     statistics: Statistics,
 }
@@ -51,7 +54,7 @@ pub struct Residency {
 /// The loads and evictions of a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Orders {
-    /// Pages to free, least recently used first. They are no longer resident.
+    /// Pages to free. They count as evicted.
     pub evict: Vec<StreamPageId>,
     /// Pages to load, by descending priority.
     pub load: Vec<StreamPageId>,
@@ -91,7 +94,7 @@ impl Residency {
             time: Duration::ZERO,
             coarsening: 1.0,
             exceeded_at: 0,
-            patience: PATIENCE[0],
+            wait_frames: WAIT_FRAMES[0],
             wanted_bytes: 0,
             wanted: Vec::new(),
             first_page_bytes: 0,
@@ -134,7 +137,7 @@ impl Residency {
         }
     }
 
-    /// Factor for thresholds in pixels in this frame. 1 while all wanted pages fit the budget.
+    /// Factor of this frame's thresholds in pixels. It is 1 while all wanted pages fit the budget.
     #[must_use]
     pub fn coarsening(&self) -> f32 {
         self.coarsening
@@ -196,7 +199,7 @@ impl Residency {
             entry.used_at = self.frame;
             entry.used_at_time = self.time;
             entry.priority = 0.0;
-            // `update` adds all first pages.
+            // `update` adds the bytes of all first pages.
             if page > 0 {
                 self.wanted_bytes += entry.gpu_bytes;
             }
@@ -236,16 +239,16 @@ impl Residency {
         let waited = self.frame - self.exceeded_at;
         if wanted > budget {
             self.coarsening = (self.coarsening * COARSER).min(MAX_COARSENING);
-            // Only after a pause: thresholds also rise in consecutive frames.
-            if waited > self.patience {
-                self.patience = if waited < self.patience * 2 {
-                    (self.patience * 2).min(PATIENCE[1])
+            // In consecutive frames above the budget, the wait must not double each time.
+            if waited > self.wait_frames {
+                self.wait_frames = if waited < self.wait_frames * 2 {
+                    (self.wait_frames * 2).min(WAIT_FRAMES[1])
                 } else {
-                    PATIENCE[0]
+                    WAIT_FRAMES[0]
                 };
             }
             self.exceeded_at = self.frame;
-        } else if (wanted as f64) < budget as f64 * DEAD_BAND_FROM && waited > self.patience {
+        } else if (wanted as f64) < budget as f64 * DEAD_BAND_FROM && waited > self.wait_frames {
             self.coarsening = (self.coarsening * FINER).max(1.0);
         }
     }
@@ -265,7 +268,7 @@ impl Residency {
     /// Loads wanted pages by descending priority, while there is room.
     fn load_wanted(&mut self, orders: &mut Orders) {
         let mut wanted = std::mem::take(&mut self.wanted);
-        // Finer pages have larger indices.
+        // Finer pages have larger indices, so priorities propagate from fine to coarse.
         wanted.sort_unstable_by_key(|page| Reverse(*page));
         for page in &wanted {
             if let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] {
@@ -331,17 +334,17 @@ impl Residency {
         true
     }
 
-    /// The pages that may be evicted, least recently used last.
+    /// Returns the pages that may be evicted, least recently used last.
     fn find_idle(&self) -> Vec<StreamPageId> {
         let meshes = 0..self.meshes.len() as u32;
         let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
         let mut idle: Vec<(StreamPageId, &PageEntry)> = idle.collect();
-        // Of pages that were used in the same frame, finer ones are evicted first.
+        // Among pages of the same frame, finer pages are evicted first, because they depend on coarser pages.
         idle.sort_unstable_by_key(|&(id, page)| (Reverse(page.used_at), id.page, id.mesh));
         idle.into_iter().map(|(id, _)| id).collect()
     }
 
-    /// The pages of a mesh that may be evicted: resident and unused in this frame.
+    /// Returns the resident pages of a mesh that were not used in this frame, without its first page.
     fn idle_of(&self, mesh: StreamMeshId) -> impl Iterator<Item = (StreamPageId, &PageEntry)> {
         let pages = self.mesh(mesh).map_or(&[][..], |mesh| &mesh.pages);
         // First pages are never evicted.

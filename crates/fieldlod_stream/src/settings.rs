@@ -7,14 +7,14 @@ use std::time::Duration;
 pub struct StreamSettings {
     /// Budget of meshes on the GPU, in bytes. Only the first pages of all meshes may exceed it.
     pub gpu_bytes: u64,
-    /// Budget of main memory for loading pages, in bytes. A single page may exceed it.
+    /// Budget of main memory for pages that are being loaded, in bytes. A single page may exceed it.
     pub loading_bytes: u64,
-    /// Pages that are unused for longer are evicted even if there is room.
+    /// Pages that are unused for longer than this are evicted even if there is room.
     pub keep_unused: Duration,
 }
 
 impl Default for StreamSettings {
-    /// 512 MiB on the GPU, 64 MiB of loading pages, five seconds.
+    /// 512 MiB on the GPU, 64 MiB for loading, five seconds.
     fn default() -> Self {
         Self {
             gpu_bytes: 512 << 20,

@@ -1,4 +1,4 @@
-//! Memory budgets, complete cuts, evictions, slow disks and unreadable pages.
+//! Tests of memory budgets, complete cuts, evictions, slow disks and unreadable pages.
 
 mod simulation;
 
@@ -81,9 +81,9 @@ fn streamed_cut_converges_to_the_full_cut() {
     assert_eq!(streamed.residency.coarsening(), 1.0);
 }
 
-/// Half and a tenth of the wanted bytes give a constant coarsening that uses most of the budget.
+/// With half or a tenth of the wanted bytes, the coarsening becomes constant and uses most of the budget.
 #[test]
-fn reduced_budget_settles_without_thrashing() {
+fn coarsening_becomes_constant_with_a_small_budget() {
     for share in [2, 10] {
         let gpu_bytes = (wanted_bytes() / share).max(first_page_bytes());
         let mut world = world(all_bytes());
@@ -91,17 +91,17 @@ fn reduced_budget_settles_without_thrashing() {
             world.frame(EYE, TARGET);
         }
         world.residency.set_settings(budget(gpu_bytes));
-        let mut settled = None;
+        let mut constant = None;
         for frame in 0..1200 {
             let report = world.frame(EYE, TARGET);
             assert!(frame < 100 || report.gpu_bytes <= gpu_bytes);
             assert!(world.draws_complete_cuts());
             if frame >= 600 {
-                let coarsening = *settled.get_or_insert(report.coarsening);
+                let coarsening = *constant.get_or_insert(report.coarsening);
                 assert_eq!((report.missing, report.coarsening), (0, coarsening));
             }
         }
-        assert!(settled > Some(1.0));
+        assert!(constant > Some(1.0));
         let wanted = world.residency.statistics().wanted_bytes;
         assert!(wanted * 10 >= gpu_bytes * 7, "{wanted} of {gpu_bytes}");
         // No page is loaded twice within two seconds.
@@ -115,7 +115,7 @@ fn reduced_budget_settles_without_thrashing() {
 }
 
 #[test]
-fn first_pages_are_loaded_first_and_stay() {
+fn only_first_pages_load_if_they_exceed_the_budget() {
     let mut world = world(first_page_bytes() / 2);
     assert!(world.residency.is_budget_too_small());
     for frame in 0..200u16 {
@@ -186,14 +186,14 @@ fn mesh_can_be_removed_while_loading() {
 }
 
 #[test]
-fn unused_pages_are_evicted_after_a_while() {
+fn unused_pages_are_evicted_after_keep_unused() {
     let keep_unused = Duration::from_secs(3);
     let settings = StreamSettings {
         keep_unused,
         ..budget(u64::MAX)
     };
     let mut world = World::new(&ROCKS, settings, Disk::IDEAL);
-    // Loads, evictions and statistics of some seconds at one place.
+    // Returns loads, evictions and statistics of some seconds at one place.
     let mut stay = |eye: Vec3, seconds: u32| {
         let before = world.log.len();
         for _ in 0..seconds * 60 {

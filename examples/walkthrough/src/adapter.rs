@@ -4,7 +4,7 @@ use bevy::render::RenderPlugin;
 use bevy::render::settings::{PowerPreference, WgpuSettings};
 use bevy::tasks::block_on;
 
-/// The message if there is no adapter.
+/// The log line if there is no adapter.
 pub(crate) const NOT_FOUND: &str = "could not find a Vulkan adapter; selecting levels without rendering (on Debian and \
      Ubuntu, the package mesa-vulkan-drivers provides a software adapter)";
 
@@ -13,7 +13,7 @@ pub(crate) const NOT_FOUND: &str = "could not find a Vulkan adapter; selecting l
 pub(crate) enum Adapter {
     /// There is no adapter.
     None,
-    /// A software adapter, like Mesa's llvmpipe.
+    /// A software adapter, such as Mesa's llvmpipe.
     Software,
     /// A GPU.
     Gpu,
@@ -40,7 +40,7 @@ pub(crate) fn find() -> Adapter {
     }
 }
 
-/// Bevy's renderer. Without `draws` it has no device.
+/// Bevy's render plugin. If `draws` is false, it creates no device.
 pub(crate) fn render_plugin(draws: bool) -> RenderPlugin {
     let default = WgpuSettings::default();
     let settings = WgpuSettings {

@@ -28,7 +28,7 @@ pub(crate) struct Args {
     #[arg(long, conflicts_with = "split")]
     pub(crate) plain: bool,
 
-    /// Show the whole scene at full quality on a software adapter too.
+    /// Show the whole scene at full quality, even on a software adapter.
     #[arg(long)]
     pub(crate) full: bool,
 
@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "PX", value_parser = parse_error_px)]
     pub(crate) error_px: Option<f32>,
 
-    /// Draw hidden and half hidden objects with fewer triangles.
+    /// Draw objects that are hidden or half hidden with fewer triangles.
     #[arg(long)]
     pub(crate) visible_flux: bool,
 
@@ -72,7 +72,7 @@ impl Args {
         self.offscreen.clone().or_else(default)
     }
 
-    /// The frames to show of a path of `count` frames, as (number, fraction of a round).
+    /// The frames to show of a path with `count` frames, as (number, fraction of a round).
     pub(crate) fn frames(&self, count: u32) -> Result<Vec<(u32, f32)>, String> {
         let frame = |number: u32| (number, number as f32 / count as f32);
         match self.still {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn rejects_invalid_sizes_and_errors() {
+    fn invalid_sizes_and_errors_are_rejected() {
         for size in ["", "12", "1280", "x720", "0x0", "99999x2", "-3x4"] {
             assert!(parse_size(size).is_err(), "{size}");
         }
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn still_is_one_frame_of_the_path() {
+    fn still_selects_one_frame_of_the_path() {
         let args = Args::parse_from(["walkthrough", "--still", "6"]);
         assert_eq!(args.frames(24), Ok(vec![(6, 0.25)]));
         assert!(args.frames(6).is_err());

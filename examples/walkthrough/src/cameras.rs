@@ -15,18 +15,18 @@ pub(crate) struct MainCamera;
 #[derive(Component)]
 pub(crate) struct FullDetailCamera;
 
-/// How the scene is drawn; keys change it.
+/// Options of the picture. Keys change them.
 #[derive(Resource, Clone, Copy, Debug)]
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
     pub(crate) error_px: f32,
-    /// Whether hidden and half hidden objects are drawn with fewer triangles.
+    /// Whether objects that are hidden or half hidden are drawn with fewer triangles.
     pub(crate) visible_flux: bool,
     /// Whether the right half shows full detail.
     pub(crate) split: bool,
     /// Whether everything is drawn at full detail, without the plugin.
     pub(crate) plain: bool,
-    /// Whether moon and lamps shine instead of the sun.
+    /// Whether moon and lamps light the scene instead of the sun.
     pub(crate) night: bool,
 }
 
@@ -42,8 +42,8 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// A pose below the ground that looks down. A camera waits there and sees nothing.
-pub(crate) fn seeing_nothing() -> Transform {
+/// A pose below the ground that looks down, from which nothing is visible. A camera waits there.
+pub(crate) fn pose_below_ground() -> Transform {
     Transform::from_xyz(0.0, -500.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::X)
 }
 
@@ -55,7 +55,7 @@ pub(crate) fn zoom(projection: &mut Projection, fov_in_rad: f32) {
 }
 
 fn spawn(mut commands: Commands, target: Res<CameraTarget>, quality: Res<Quality>) {
-    // A camera that renders pictures is off until it is placed, so that baking gets all cores.
+    // A camera that renders pictures is inactive until it is placed, so that the bake gets all cores.
     let is_active = matches!(target.0, RenderTarget::Window(_));
     let lod = FieldLodCamera::default();
     let mut full_detail = lod;
@@ -83,7 +83,7 @@ fn camera(order: isize, is_active: bool, target: &CameraTarget, quality: &Qualit
         quality.msaa,
         quality.shadow_filter,
         Tonemapping::AcesFitted,
-        seeing_nothing(),
+        pose_below_ground(),
     )
 }
 
@@ -93,7 +93,7 @@ fn follow(
 ) {
     let (mut place, mut projection) = twin.into_inner();
     place.set_if_neq(*main.0);
-    // The aspect ratio of the second camera is its own.
+    // Only the field of view is copied: the second camera has another aspect ratio.
     if let Projection::Perspective(main) = main.1 {
         zoom(&mut projection, main.fov);
     }

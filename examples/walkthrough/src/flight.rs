@@ -8,10 +8,10 @@ use crate::cameras::{self, MainCamera};
 use crate::path::{CameraPath, DURATION_IN_S};
 
 const SPEED_IN_M_PER_S: f32 = 6.0;
-const FAST: f32 = 5.0;
+const FAST_FACTOR: f32 = 5.0;
 const RAD_PER_PIXEL: f32 = 0.0025;
-const NARROWEST_IN_RAD: f32 = 0.03;
-const WIDEST_IN_RAD: f32 = 2.0;
+const MIN_FOV_IN_RAD: f32 = 0.03;
+const MAX_FOV_IN_RAD: f32 = 2.0;
 
 /// The state of the walk along the path.
 #[derive(Resource, Debug)]
@@ -36,8 +36,8 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// Whether the first levels of detail are ready. Until then the camera stays where it sees nothing: most machines
-/// cannot draw all source meshes.
+/// Whether all levels of detail were ready once. Until then the camera waits where nothing is visible, because most
+/// machines cannot draw all source meshes.
 fn levels_are_ready(
     progress: Res<FieldLodProgress>,
     time: Res<Time<Real>>,
@@ -78,7 +78,7 @@ fn walk(
     }
 }
 
-/// Zooms by the wheel in free flight.
+/// Zooms with the mouse wheel in free flight.
 fn zoom(
     scroll: Res<AccumulatedMouseScroll>,
     walk: Res<Walk>,
@@ -96,13 +96,13 @@ fn zoom(
     }
 }
 
-/// The field of view after turning the wheel; one notch magnifies by an eighth.
+/// The field of view after a turn of the wheel. One notch magnifies the picture by an eighth.
 fn zoomed(fov_in_rad: f32, notches: f32) -> f32 {
     let half = (fov_in_rad / 2.0).tan() * 1.125_f32.powf(-notches);
-    (2.0 * half.atan()).clamp(NARROWEST_IN_RAD, WIDEST_IN_RAD)
+    (2.0 * half.atan()).clamp(MIN_FOV_IN_RAD, MAX_FOV_IN_RAD)
 }
 
-/// Moves and turns the camera by keys and mouse in free flight.
+/// Moves and turns the camera with keys and mouse in free flight.
 fn fly(
     time: Res<Time>,
     keys: Res<ButtonInput<KeyCode>>,
@@ -118,12 +118,12 @@ fn fly(
         camera.rotation = turned(camera.rotation, mouse.delta);
     }
     let fast = keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]);
-    let speed = SPEED_IN_M_PER_S * if fast { FAST } else { 1.0 };
+    let speed = SPEED_IN_M_PER_S * if fast { FAST_FACTOR } else { 1.0 };
     let step = camera.rotation * direction(&keys).normalize_or_zero();
     camera.translation += step * speed * time.delta_secs();
 }
 
-/// A rotation after a move of the mouse; the horizon stays level.
+/// Turns a rotation by a move of the mouse. The horizon stays level.
 fn turned(rotation: Quat, moved_in_px: Vec2) -> Quat {
     let (yaw, pitch, _) = rotation.to_euler(EulerRot::YXZ);
     let yaw = yaw - moved_in_px.x * RAD_PER_PIXEL;

@@ -7,10 +7,10 @@ use bevy::render::render_resource::TextureFormat;
 
 use crate::shapes::terrain;
 
-/// Texels along a side: one for every 3 cm across the avenue, for every 20 cm in the hills.
+/// Texels along a side. A texel covers about 3 cm across the avenue and 20 cm in the hills.
 const SIDE_IN_TEXELS: u32 = 2048;
 
-/// Paints the ground, on all cores; `anisotropy` is the most texels along a stretched pixel.
+/// Paints the ground on all cores. `anisotropy` is the `anisotropy_clamp` of the sampler.
 pub(crate) fn paint(anisotropy: u16) -> Image {
     let side = SIDE_IN_TEXELS as usize;
     let slopes = terrain::Slopes::new();
@@ -35,7 +35,7 @@ pub(crate) fn paint(anisotropy: u16) -> Image {
 }
 
 fn image(mut texels: Vec<Vec3>, anisotropy: u16) -> Image {
-    // The mipmaps one after the other, down to a single texel.
+    // The data holds all mipmaps in order, down to a single texel.
     let mut data = Vec::with_capacity(texels.len() * 4 * 4 / 3);
     let mut side = SIDE_IN_TEXELS as usize;
     data.extend(texels.iter().flat_map(|texel| to_srgb(*texel)));
@@ -62,7 +62,7 @@ fn image(mut texels: Vec<Vec3>, anisotropy: u16) -> Image {
     image
 }
 
-/// The next mipmap: means of two by two texels.
+/// The next mipmap: each texel is the mean of two by two texels.
 fn halve(texels: &[Vec3], side: usize) -> Vec<Vec3> {
     let half = side / 2;
     let mean = |index: usize| {

@@ -35,7 +35,7 @@ pub(crate) fn panel_plugin(app: &mut App) {
         .add_systems(Update, update_panel);
 }
 
-/// An empty text on the screen of a camera.
+/// An empty text in the view of a camera.
 fn text(view: Entity, size_px: f32, node: Node) -> impl Bundle {
     (
         UiTargetCamera(view),

@@ -1,4 +1,4 @@
-//! The fires of the lamps: by night their light falls over the ruins, and so do shadows.
+//! The fires of the lamps, which light the ruins at night and cast shadows.
 
 use bevy::light::{NotShadowCaster, PointLightShadowMap};
 use bevy::prelude::*;

@@ -11,7 +11,7 @@ use crate::shapes::ShapeId;
 use crate::shapes::terrain::{self, PLAZA, TEMPLE, TEMPLE_HEIGHT_IN_M, TOMB, TOMB_HEIGHT_IN_M};
 use crate::woods;
 
-/// All objects of the scene, always the same. `vegetation` is the share of plants and stones to keep.
+/// All objects of the scene, equal on every call. `vegetation` is the share of plants and stones to keep.
 pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {
     let path = CameraPath::new();
     let terrain = Placed::at_height(ShapeId::Terrain, Vec2::ZERO, 0.0, 0.0, 1.0);
@@ -30,10 +30,10 @@ pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {
 /// Size of the plinth below each of [`model_spots`].
 pub(crate) const PLINTH_IN_M: Vec3 = Vec3::new(2.4, 0.7, 2.4);
 
-/// The longest side of a model of the user in the scene.
+/// The longest side of a user's model in the scene.
 const MODEL_SIZE_IN_M: f32 = 3.0;
 
-/// Spots for models of the user: between the columns at the start of the avenue, facing the gate.
+/// Spots for models of the user: between the columns at the start of the avenue. The models face the gate.
 pub(crate) fn model_spots() -> impl Iterator<Item = Transform> {
     (0..).map(|i| {
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -43,26 +43,26 @@ pub(crate) fn model_spots() -> impl Iterator<Item = Transform> {
     })
 }
 
-/// Scales a model with these bounds to its size in the scene and puts it on its feet at the origin.
+/// Scales a model with these bounds to [`MODEL_SIZE_IN_M`] and moves the middle of its foot to the origin.
 pub(crate) fn fit_model(min: Vec3, max: Vec3) -> Transform {
     let scale = MODEL_SIZE_IN_M / (max - min).max_element().max(f32::MIN_POSITIVE);
     let feet = min.midpoint(max).with_y(min.y);
     Transform::from_translation(-feet * scale).with_scale(Vec3::splat(scale))
 }
 
-/// A column, or with this probability a broken one.
+/// A column. `broken_share` is the probability that it is broken.
 fn column(at: Vec2, seed: u32, broken_share: f32) -> Placed {
     let shape = if random(seed, 401) < broken_share {
         ShapeId::BrokenColumn
     } else {
         ShapeId::Column
     };
-    // Quarter turns keep the square plinths in line.
+    // Only quarter turns are used, so that the square plinths stay in line.
     let quarter = (random(seed, 402) * 4.0).floor() * FRAC_PI_2;
     Placed::on_ground(shape, at, quarter, 1.0)
 }
 
-/// The gate, the colonnade, and a pair of kings at its end.
+/// The gate, the columns of the avenue, and two kings at its end.
 fn avenue() -> impl Iterator<Item = Placed> {
     let gate = Placed::on_ground(ShapeId::Gate, Vec2::new(0.0, 70.0), 0.0, 1.0);
     let columns = (0..20).map(|i| {
@@ -76,7 +76,7 @@ fn avenue() -> impl Iterator<Item = Placed> {
     [gate].into_iter().chain(columns).chain(kings)
 }
 
-/// The great knot, a circle of statues and a ring of columns around it.
+/// The great knot with a circle of statues and a ring of columns around it.
 fn plaza() -> impl Iterator<Item = Placed> {
     let knot = Placed::on_ground(ShapeId::Knot, PLAZA, 0.35, 2.3);
     let statues = ring(PLAZA, 14.5, 6, 0.5).map(|(i, at)| {
@@ -86,7 +86,7 @@ fn plaza() -> impl Iterator<Item = Placed> {
         };
         Placed::on_ground(shape, at, facing(at, PLAZA), scale)
     });
-    // Gaps where the avenue comes in and where the camera leaves.
+    // The ring of columns has gaps where the avenue enters and where the camera leaves.
     let is_free = |(_, at): &(u32, Vec2)| {
         let on_the_avenue = at.x.abs() < 7.5 && at.y > PLAZA.y;
         !on_the_avenue && at.distance(Vec2::new(-18.5, -32.5)) >= 4.5
@@ -96,7 +96,7 @@ fn plaza() -> impl Iterator<Item = Placed> {
     [knot].into_iter().chain(statues).chain(columns)
 }
 
-/// The turn about Y that makes a shape at `from` look at `to`; shapes look along +Z.
+/// The turn around Y that makes a shape at `from` look at `to`. Shapes look along +Z.
 fn facing(from: Vec2, to: Vec2) -> f32 {
     let along = to - from;
     along.x.atan2(along.y)
@@ -126,7 +126,7 @@ fn tomb() -> impl Iterator<Item = Placed> {
     columns.chain([knot])
 }
 
-/// Fire bowls beside the avenue and on the plaza; by night they burn.
+/// Fire bowls beside the avenue and on the plaza. They burn at night.
 pub(crate) fn lamps() -> impl Iterator<Item = Placed> {
     let spots = [(3.9, 47.0), (-3.9, 23.0), (8.8, -9.0), (-8.6, -27.5)];
     let stand = |(x, z)| Placed::on_ground(ShapeId::Lamp, Vec2::new(x, z), 0.0, 1.0);
@@ -158,7 +158,7 @@ fn fallen_drums() -> impl Iterator<Item = Placed> {
 
 const ROCKS: usize = 165;
 
-/// Boulders in the wild, gathered in drifts, clear of the paving and of the path.
+/// Boulders in groups, which keep away from the paving and from the camera's path.
 fn rocks(path: &CameraPath) -> Vec<Placed> {
     let eyes: Vec<_> = (0..400).map(|i| path.pose(i as f32 / 400.0).eye).collect();
     let is_free = |rock: &Placed| {
@@ -173,12 +173,12 @@ fn rocks(path: &CameraPath) -> Vec<Placed> {
     (0..).filter_map(rock).filter(is_free).take(ROCKS).collect()
 }
 
-/// The boulder of a seed, if it lies in a drift.
+/// The boulder of a seed; `None` outside of the groups.
 fn rock(seed: u32) -> Option<Placed> {
     let draw = |k: u32| random(seed * 8 + k, 501);
     let at = Vec2::from_angle(draw(0) * TAU) * f32::lerp(10.0, 108.0, draw(1).sqrt());
-    let drift = fbm(Vec3::new(at.x, 5.0, at.y) * 0.045, 2, 511);
-    if drift < draw(2) * 0.9 - 0.25 {
+    let density = fbm(Vec3::new(at.x, 5.0, at.y) * 0.045, 2, 511);
+    if density < draw(2) * 0.9 - 0.25 {
         return None;
     }
     let scale = f32::lerp(0.35, 1.1, draw(3)) + 2.6 * draw(4).powi(4);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn reduced_vegetation_keeps_all_other_objects() {
+    fn reduced_vegetation_keeps_other_objects() {
         let grows = |placed: &Placed| {
             matches!(
                 placed.shape,
@@ -230,7 +230,7 @@ mod tests {
         let path = CameraPath::new();
         for placed in place_all(1.0) {
             if matches!(placed.shape, ShapeId::Terrain | ShapeId::Gate) {
-                continue; // The ground has its own test; the gate is walked through.
+                continue; // The ground has its own test, and the camera walks through the gate.
             }
             let radius = shapes[&placed.shape].radius() * placed.scale();
             for i in 0..1000 {

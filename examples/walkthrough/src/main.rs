@@ -1,5 +1,5 @@
-//! A scene to walk through: generated ruins in wooded hills with two hundred million triangles, drawn with
-//! view-dependent levels of detail.
+//! Walks through a generated scene with view-dependent levels of detail: ruins in wooded hills with two hundred million
+//! triangles.
 //!
 //! With a display it opens a window. Without one it renders the camera path to pictures. Without a graphics adapter
 //! it only selects levels along the path and prints the numbers. A software adapter gets a reduced [`quality`].

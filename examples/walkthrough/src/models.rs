@@ -21,7 +21,7 @@ pub(crate) struct Models {
     pub(crate) loading: usize,
 }
 
-/// A model whose file is still loading.
+/// The file of a model that is still loading.
 #[derive(Component)]
 struct Loading {
     path: PathBuf,
@@ -36,7 +36,7 @@ pub(crate) fn plugin(app: &mut App) {
 
 fn load(mut commands: Commands, models: Res<Models>, assets: Res<AssetServer>) {
     for (path, spot) in models.files.iter().zip(layout::model_spots()) {
-        // Bevy resolves relative paths in its assets folder. Users mean the current directory.
+        // Bevy resolves relative paths in its assets folder, but users mean the current directory.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let model = Loading {
             path: path.into(),
@@ -133,7 +133,7 @@ fn fit_to_spot(
         return;
     };
 
-    // The bounds of all meshes in the space of the model's root.
+    // All bounds are in the space of the model's root, so that they can be merged.
     let model_from_world = spot.affine().inverse();
     let mut bounds: Option<Aabb3d> = None;
     for entity in children.iter_descendants(model) {

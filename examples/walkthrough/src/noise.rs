@@ -1,4 +1,4 @@
-//! Small deterministic noise: the same numbers on every machine, no state, no tables.
+//! Deterministic noise: the same numbers on every machine, without state or tables.
 
 use bevy::prelude::*;
 
@@ -13,20 +13,20 @@ fn hash(cell: IVec3, seed: u32) -> u32 {
     h ^ (h >> 13)
 }
 
-/// A number from 0 to 1 for the `index`-th draw of a sequence named by `seed`.
+/// The number at `index` in a random sequence, from 0 to 1. Each `seed` has its own sequence.
 pub(crate) fn random(index: u32, seed: u32) -> f32 {
     let bits = hash(IVec3::new(index as i32, 17, 59), seed) >> 8;
     bits as f32 / 16_777_215.0
 }
 
-/// Gradient noise at `p`: smooth, about −1 to 1, features one unit apart.
+/// Smooth gradient noise at `p`, about −1 to 1. Its features are about one unit apart.
 pub(crate) fn gradient(p: Vec3, seed: u32) -> f32 {
     let floor = p.floor();
     let cell = floor.as_ivec3();
     let f = p - floor;
-    // How near the far corners are, smoothed.
+    // The smoothed weights of the upper corners.
     let w = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
-    // The lattice gradients' values at p, blended over the eight corners.
+    // The noise blends the gradients of the eight corners.
     let corner = |x: i32, y: i32, z: i32| {
         let offset = f - Vec3::new(x as f32, y as f32, z as f32);
         lattice_gradient(hash(cell + IVec3::new(x, y, z), seed)).dot(offset)
@@ -41,13 +41,13 @@ fn lattice_gradient(hash: u32) -> Vec3 {
     Vec3::new(part(0), part(10), part(20))
 }
 
-/// Octaves of [`gradient`], each twice as fine and half as strong.
+/// The sum of octaves of [`gradient`]. Each octave is twice as fine and half as strong as the one before.
 pub(crate) fn fbm(p: Vec3, octaves: u32, seed: u32) -> f32 {
     let octave = |i: u32| gradient(p * (1 << i) as f32, seed + i) / (1 << i) as f32;
     (0..octaves).map(octave).sum()
 }
 
-/// Octaves of creases: 0 to about 1, with sharp ridges at 1.
+/// The sum of octaves of creases, 0 to about 1, with sharp ridges near 1.
 pub(crate) fn ridges(p: Vec3, octaves: u32, seed: u32) -> f32 {
     let octave = |i: u32| {
         let crease = 1.0 - gradient(p * (1 << i) as f32, seed + i).abs();
@@ -56,11 +56,11 @@ pub(crate) fn ridges(p: Vec3, octaves: u32, seed: u32) -> f32 {
     (0..octaves).map(octave).sum()
 }
 
-/// Distance from `p` to the nearest of points strewn one to a unit cube: 0 to about 1.
+/// Distance from `p` to the nearest of random points, one in each unit cube: 0 to about 1.
 pub(crate) fn cells(p: Vec3, seed: u32) -> f32 {
     let floor = p.floor();
     let f = p - floor;
-    // The nearest point is in this cube or in one of its neighbours.
+    // The nearest point is usually in this cube or in one of its neighbours.
     let distances_squared = (0..27).map(|i| {
         let offset = IVec3::new(i / 9, i / 3 % 3, i % 3) - 1;
         let bits = hash(floor.as_ivec3() + offset, seed);

@@ -1,4 +1,4 @@
-//! The path without a window: pictures and numbers, or without an adapter only numbers.
+//! Follows the path without a window. It renders pictures and prints numbers; without an adapter, it only prints numbers.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -24,14 +24,14 @@ use crate::quality::Quality;
 use crate::report::{self, FrameNumbers, SceneNumbers};
 use crate::{adapter, hud, scene};
 
-/// Updates after which a requested picture counts as lost.
+/// Number of updates after which a requested picture counts as lost.
 const CAPTURE_UPDATES: u32 = 100;
 
-/// Follows the path and prints the summary. Renders pictures into `directory`, if there is one.
+/// Follows the path and prints the summary. Renders pictures into `directory`, if it is given.
 pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> Result<(), String> {
     let start = Instant::now();
     let frames = args.frames(quality.frames)?;
-    // An unwritable directory fails before the bakes, not after them.
+    // An unwritable directory must fail before the long bakes.
     directory.map_or(Ok(()), check_writable)?;
     let mut renderer = Renderer::new(args, quality, directory.is_some());
     let bake_s = renderer.wait_for_levels();
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> R
             eprintln!("walkthrough: frame {} of {}", numbers.len(), frames.len());
         }
     }
-    // Pictures arrive some updates after their frame.
+    // Pictures arrive a few updates after their frame.
     for _ in 0..CAPTURE_UPDATES {
         if let Some(directory) = directory.filter(|_| missing_pictures > 0) {
             renderer.update();
@@ -95,7 +95,7 @@ impl Renderer {
         scene::add_to(&mut app, args, quality);
         app.add_plugins(hud::labels_plugin);
 
-        // A runner does the same before the first update.
+        // Bevy's runners do the same before the first update.
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
@@ -110,8 +110,8 @@ impl Renderer {
         }
     }
 
-    /// Runs one update as [`App::update`] does and waits for the GPU. Returns the times of the main world, of the render
-    /// world with the extraction, and of the wait.
+    /// Runs one update, as [`App::update`] does, and waits for the GPU. Returns three times: of the main world, of the
+    /// extraction and the render world, and of the wait.
     fn update(&mut self) -> [Duration; 3] {
         let apps = self.app.sub_apps_mut();
         let start = Instant::now();
@@ -130,8 +130,8 @@ impl Renderer {
         [main, render, start.elapsed() - main - render]
     }
 
-    /// Runs updates until every mesh has its levels of detail. Returns the time that took. Nothing is drawn until then,
-    /// so that baking gets all cores.
+    /// Runs updates until every mesh has its levels of detail. Returns the elapsed time in seconds. Nothing is drawn
+    /// until then, so that the bakes get all cores.
     fn wait_for_levels(&mut self) -> f32 {
         let start = Instant::now();
         let mut last_line = Instant::now();
@@ -170,7 +170,7 @@ impl Renderer {
         }
     }
 
-    /// Renders until every pipeline is compiled, so that the first frame is timed like the others.
+    /// Renders until every pipeline is compiled. Otherwise the time of the first frame would include the compilation.
     fn warm_up(&mut self, pose: Pose) {
         self.place_camera(pose);
         self.update();
@@ -201,7 +201,7 @@ impl Renderer {
     fn request_picture(&mut self, number: u32) {
         let sender = self.picture_sender.clone();
         let send = move |captured: On<ScreenshotCaptured>| {
-            // The receiver is gone if the run has failed.
+            // Sending fails if the run has failed and dropped the receiver.
             sender.send((number, captured.image.clone())).ok();
         };
         let screenshot = Screenshot::image(self.target.clone());
@@ -225,7 +225,7 @@ impl Renderer {
     }
 }
 
-/// Creates the directory and a file in it.
+/// Creates the directory, and checks that files can be written to it.
 fn check_writable(directory: &Path) -> Result<(), String> {
     let could_not = |error| {
         format!(
@@ -239,7 +239,7 @@ fn check_writable(directory: &Path) -> Result<(), String> {
     std::fs::remove_file(&probe).map_err(could_not)
 }
 
-/// Bevy's plugins without a window. Without `draws` they have no renderer.
+/// Bevy's plugins without a window. If `draws` is false, they have no renderer.
 fn plugins(draws: bool) -> impl PluginGroup {
     scene::default_plugins(draws)
         .set(WindowPlugin {
@@ -248,11 +248,11 @@ fn plugins(draws: bool) -> impl PluginGroup {
             ..default()
         })
         .set(RenderPlugin {
-            // Otherwise meshes are missing until their pipelines are compiled.
+            // Otherwise meshes would be missing until their pipelines are compiled.
             synchronous_pipeline_compilation: true,
             ..adapter::render_plugin(draws)
         })
         .disable::<WinitPlugin>()
-        // Otherwise an update renders the frame of the update before.
+        // Otherwise an update would render the frame of the previous update.
         .disable::<PipelinedRenderingPlugin>()
 }

@@ -8,7 +8,7 @@ use crate::shapes::terrain::{self, TOMB, TOMB_HEIGHT_IN_M};
 /// Time that the camera takes for one round.
 pub(crate) const DURATION_IN_S: f32 = 60.0;
 
-/// Samples of the curve by which its length is measured.
+/// Number of samples of the curve. Its length is measured between them.
 const SAMPLES: usize = 1024;
 
 /// A point of the path.
@@ -16,7 +16,7 @@ struct Knot {
     /// x, height above the ground, z, in metres.
     eye: Vec3,
     target: Vec3,
-    /// Vertical field of view. A narrow one is that of the telescope, which looks at [`FAR_SIGHT`].
+    /// Vertical field of view. At [`NARROW_IN_DEG`] the camera is a telescope that looks at [`TELESCOPE_TARGET`].
     fov_in_deg: f32,
 }
 
@@ -34,39 +34,39 @@ const fn knot(eye: [f32; 3], target: [f32; 3], fov_in_deg: f32) -> Knot {
     }
 }
 
-/// Vertical field of view of an ordinary look.
-const EASY_IN_DEG: f32 = 54.0;
-/// Vertical field of view between the columns: 110 degrees across at 16 to 9.
+/// Usual vertical field of view.
+const USUAL_IN_DEG: f32 = 54.0;
+/// Vertical field of view between the columns. At 16:9 it is 110 degrees horizontally.
 const WIDE_IN_DEG: f32 = 78.0;
-/// Vertical field of view of the telescope: 14 degrees across at 16 to 9.
+/// Vertical field of view of the telescope. At 16:9 it is 14 degrees horizontally.
 const NARROW_IN_DEG: f32 = 8.0;
 
 /// The target of the telescope: the round temple in the far hills.
-const FAR_SIGHT: Vec3 = Vec3::new(TOMB.x, TOMB_HEIGHT_IN_M + 4.0, TOMB.y);
-/// Distance between the eye and the point that it looks at through the telescope.
+const TELESCOPE_TARGET: Vec3 = Vec3::new(TOMB.x, TOMB_HEIGHT_IN_M + 4.0, TOMB.y);
+/// Distance from the eye to the target of the pose while the camera is a telescope.
 const FOCUS_IN_M: f32 = 20.0;
 
-/// The path: up the avenue, around the great knot, and back over the western slope, with a look through the
-/// telescope from there.
+/// The path leads up the avenue, around the great knot, and back over the western slope. On the slope, the camera looks
+/// through the telescope.
 const KNOTS: [Knot; 18] = [
-    knot([1.5, 2.6, 96.0], [0.0, 4.4, 60.0], EASY_IN_DEG),
-    knot([0.3, 2.1, 78.0], [0.0, 3.2, 30.0], EASY_IN_DEG),
+    knot([1.5, 2.6, 96.0], [0.0, 4.4, 60.0], USUAL_IN_DEG),
+    knot([0.3, 2.1, 78.0], [0.0, 3.2, 30.0], USUAL_IN_DEG),
     knot([-0.4, 1.9, 60.0], [1.2, 3.4, 30.0], WIDE_IN_DEG),
     knot([-2.2, 1.8, 40.0], [3.5, 3.4, 12.0], WIDE_IN_DEG),
-    knot([1.6, 1.8, 20.0], [-0.6, 4.2, -20.0], EASY_IN_DEG),
-    knot([1.5, 2.2, 4.0], [-1.5, 4.0, -20.0], EASY_IN_DEG),
-    knot([7.5, 2.4, -11.0], [-2.5, 3.8, -22.0], EASY_IN_DEG),
-    knot([7.5, 2.6, -27.0], [-4.0, 3.4, -19.0], EASY_IN_DEG),
-    knot([-3.5, 3.0, -32.0], [-4.0, 3.0, -12.0], EASY_IN_DEG),
-    knot([-18.0, 3.6, -32.5], [-6.0, 3.0, -6.0], EASY_IN_DEG),
-    knot([-36.0, 6.0, -22.0], [-26.0, 4.0, 2.0], EASY_IN_DEG),
-    knot([-35.0, 4.4, -8.0], [-34.0, 6.5, 12.0], EASY_IN_DEG),
-    knot([-31.0, 3.4, 5.0], [-16.0, 7.0, 8.0], EASY_IN_DEG),
+    knot([1.6, 1.8, 20.0], [-0.6, 4.2, -20.0], USUAL_IN_DEG),
+    knot([1.5, 2.2, 4.0], [-1.5, 4.0, -20.0], USUAL_IN_DEG),
+    knot([7.5, 2.4, -11.0], [-2.5, 3.8, -22.0], USUAL_IN_DEG),
+    knot([7.5, 2.6, -27.0], [-4.0, 3.4, -19.0], USUAL_IN_DEG),
+    knot([-3.5, 3.0, -32.0], [-4.0, 3.0, -12.0], USUAL_IN_DEG),
+    knot([-18.0, 3.6, -32.5], [-6.0, 3.0, -6.0], USUAL_IN_DEG),
+    knot([-36.0, 6.0, -22.0], [-26.0, 4.0, 2.0], USUAL_IN_DEG),
+    knot([-35.0, 4.4, -8.0], [-34.0, 6.5, 12.0], USUAL_IN_DEG),
+    knot([-31.0, 3.4, 5.0], [-16.0, 7.0, 8.0], USUAL_IN_DEG),
     knot([-29.5, 3.2, 15.0], [-12.0, 8.0, 10.0], NARROW_IN_DEG),
     knot([-29.5, 3.4, 28.0], [-12.0, 8.0, 20.0], NARROW_IN_DEG),
-    knot([-29.0, 6.0, 46.0], [-10.0, 5.0, 36.0], EASY_IN_DEG),
-    knot([-20.0, 6.5, 72.0], [0.0, 3.5, 46.0], EASY_IN_DEG),
-    knot([-8.0, 4.4, 90.0], [0.0, 3.8, 56.0], EASY_IN_DEG),
+    knot([-29.0, 6.0, 46.0], [-10.0, 5.0, 36.0], USUAL_IN_DEG),
+    knot([-20.0, 6.5, 72.0], [0.0, 3.5, 46.0], USUAL_IN_DEG),
+    knot([-8.0, 4.4, 90.0], [0.0, 3.8, 56.0], USUAL_IN_DEG),
 ];
 
 /// Position, target and field of view of the camera, in world space.
@@ -85,10 +85,10 @@ impl Pose {
     }
 }
 
-/// The curve, walked at an even speed.
+/// The path of the camera, at a constant speed.
 #[derive(Clone, Debug)]
 pub(crate) struct CameraPath {
-    /// Length of the curve up to each sample.
+    /// Length of the path up to each sample.
     length_in_m: Vec<f32>,
 }
 
@@ -104,9 +104,9 @@ impl CameraPath {
         Self { length_in_m }
     }
 
-    /// The pose after this fraction of a round; rounds repeat.
+    /// The pose after a fraction of a round. The path is closed, so values above 1 start another round.
     pub(crate) fn pose(&self, round: f32) -> Pose {
-        // The sample that ends the stretch of the curve in which this length lies.
+        // This length lies between the samples `after - 1` and `after`.
         let length = round.rem_euclid(1.0) * self.length_in_m[SAMPLES];
         let after = self.length_in_m.partition_point(|&l| l <= length);
         let after = after.clamp(1, SAMPLES);
@@ -127,19 +127,19 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     let above_ground = catmull_rom(a.eye, b.eye, c.eye, d.eye, t);
     let ground = terrain::broad_height(Vec2::new(above_ground.x, above_ground.z));
     let eye = above_ground + Vec3::Y * ground;
-    // The target is that of the knot or that of the telescope.
-    let easy_target = catmull_rom(a.target, b.target, c.target, d.target, t);
-    let far_target = eye + (FAR_SIGHT - eye).normalize() * FOCUS_IN_M;
+    // The target blends between that of the knots and that of the telescope.
+    let knot_target = catmull_rom(a.target, b.target, c.target, d.target, t);
+    let far_target = eye + (TELESCOPE_TARGET - eye).normalize() * FOCUS_IN_M;
     let [from, to] = [b, c].map(|knot| f32::from(u8::from(knot.is_telescope())));
     let far = f32::lerp(from, to, smoothstep(0.0, 1.0, t));
     Pose {
         eye,
-        target: easy_target.lerp(far_target, far),
+        target: knot_target.lerp(far_target, far),
         fov_in_rad: zoom(b.fov_in_deg.to_radians(), c.fov_in_deg.to_radians(), t),
     }
 }
 
-/// The field of view in radians between two knots. Objects grow and shrink at an even rate.
+/// The field of view in radians between two knots. Objects grow or shrink by a constant factor per second.
 fn zoom(from_in_rad: f32, to_in_rad: f32, t: f32) -> f32 {
     let [from, to] = [from_in_rad, to_in_rad].map(|fov| (fov / 2.0).tan().ln());
     2.0 * f32::lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()

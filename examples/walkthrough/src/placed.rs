@@ -16,8 +16,7 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// An upright shape with its foot at a point of the ground plane and at a height, turned about
-    /// +Y.
+    /// An upright shape with its foot at a point of the ground plane and at a height, turned around +Y.
     pub(crate) fn at_height(
         shape: ShapeId,
         at: Vec2,
@@ -36,7 +35,7 @@ impl Placed {
         Self::at_height(shape, at, terrain::height(at), yaw_in_rad, scale)
     }
 
-    /// Turns the shape about its foot.
+    /// Turns the shape around its foot.
     pub(crate) fn turned(mut self, rotation: Quat) -> Self {
         self.transform.rotation = rotation;
         self
@@ -48,7 +47,7 @@ impl Placed {
         self
     }
 
-    /// The point of the ground plane below its foot.
+    /// The point of the ground plane below the foot.
     pub(crate) fn at(&self) -> Vec2 {
         self.transform.translation.xz()
     }
@@ -58,7 +57,7 @@ impl Placed {
     }
 }
 
-/// Points on a circle of the ground plane, with their numbers; `phase` turns it by steps.
+/// Numbered points on a circle of the ground plane. `phase` shifts them, in steps between two points.
 pub(crate) fn ring(
     center: Vec2,
     radius_in_m: f32,

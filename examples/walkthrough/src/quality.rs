@@ -21,17 +21,17 @@ pub(crate) struct Quality {
     pub(crate) msaa: Msaa,
     /// Share of the trees and of the undergrowth to show, from 0 to 1.
     pub(crate) vegetation: f32,
-    /// Squares of the ground along a side, of two triangles each.
+    /// Number of squares along a side of the ground. A square has two triangles.
     pub(crate) ground_squares: u32,
-    /// Most texels of the ground's texture along the longer side of a stretched pixel.
+    /// The `anisotropy_clamp` of the sampler of the ground's texture.
     pub(crate) ground_anisotropy: u16,
-    /// Shadow maps of sun and moon, each for a range of distances.
+    /// Number of shadow cascades of sun and moon.
     pub(crate) shadow_cascades: usize,
     /// Distance from the camera at which the shadows of sun and moon end.
     pub(crate) shadow_distance_in_m: f32,
-    /// Side of a shadow map of sun and moon.
+    /// Side of a shadow map of sun and moon, in texels.
     pub(crate) shadow_map_in_texels: usize,
-    /// How shadows are smoothed.
+    /// The filter of shadow maps.
     pub(crate) shadow_filter: ShadowFilteringMethod,
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct FrameNumbers {
     pub(crate) stats: FieldLodViewStats,
     /// Time of the main world.
     pub(crate) main_time: Duration,
-    /// Time of the extraction and of the render world.
+    /// Time of the extraction and the render world.
     pub(crate) render_time: Duration,
     /// Time from the end of the render world until the GPU was done.
     pub(crate) wait_time: Duration,
@@ -28,7 +28,7 @@ pub(crate) struct SceneNumbers {
     pub(crate) source_triangles: u64,
     /// Time to generate the meshes and the ground's texture.
     pub(crate) generate_s: f32,
-    /// Time until every mesh had its levels of detail.
+    /// Time until every mesh has its levels of detail.
     pub(crate) bake_s: f32,
     /// Time from the start to the first picture.
     pub(crate) first_picture_s: f32,
@@ -47,7 +47,7 @@ struct Summary<'a> {
     triangles_full: Spread,
     units_drawn: Spread,
     selection_ms: Spread,
-    /// The whole frame: the sum of the three times below.
+    /// Time of the whole frame: the sum of the three times below.
     frame_ms: Spread,
     main_ms: Spread,
     render_ms: Spread,
@@ -106,7 +106,7 @@ pub(crate) fn print(quality: &Quality, scene: &SceneNumbers, frames: &[FrameNumb
     println!("{json}");
 }
 
-/// A short form of a count of triangles: `1.23 M`, `45.6 k`, `789`.
+/// Formats a count of triangles in a short form: `1.23 M`, `45.6 k`, `789`.
 pub(crate) fn short_count(count: u64) -> String {
     match count {
         1_000_000.. => format!("{:.2} M", count as f64 / 1e6),
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_is_that_of_the_values() {
+    fn spread_has_mean_and_extremes_of_the_values() {
         let spread = Spread {
             mean: 200.0,
             min: 100.0,

@@ -28,10 +28,10 @@ struct Generated {
     ground: Image,
 }
 
-/// The log filter. The module `models` reports failed models, with one line each.
+/// The log filter. It hides Bevy's asset errors, because the module `models` prints one line per failed model.
 const LOG_FILTER: &str = "warn,bevy_fieldlod=info,bevy_asset=off,bevy_render::renderer=error,\
                           wgpu_hal=error,winit=error";
-/// Further filters without a renderer. Otherwise Bevy logs that there is none.
+/// Additional filters without a renderer. They hide Bevy's log lines about the missing renderer.
 const LOG_FILTER_WITHOUT_RENDERER: &str = "bevy_render=off,bevy_gizmos_render=off,bevy_gltf=error";
 
 /// Bevy's plugins, with a renderer if `draws` is set. The caller sets the window.
@@ -53,7 +53,7 @@ pub(crate) fn default_plugins(draws: bool) -> PluginGroupBuilder {
         .set(adapter::render_plugin(draws))
 }
 
-/// Generates the scene and adds the systems that show it.
+/// Generates the scene, and adds its resources, plugins and systems.
 pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
     let start = Instant::now();
     let generated = generate(quality);
@@ -120,7 +120,7 @@ fn spawn(world: &mut World) {
     let Some(generated) = world.remove_resource::<Generated>() else {
         return;
     };
-    // One mesh and one material for each shape.
+    // All instances of a shape share one mesh and one material.
     let ground = world.resource_mut::<Assets<Image>>().add(generated.ground);
     let mut shapes = HashMap::new();
     for (id, shape) in generated.shapes {
@@ -134,7 +134,7 @@ fn spawn(world: &mut World) {
         shapes.insert(id, (mesh, materials.add(material), bounds, triangles));
     }
 
-    // Their instances.
+    // The instances of the shapes.
     let options = *world.resource::<ViewOptions>();
     for placed in layout::place_all(world.resource::<Quality>().vegetation) {
         let (mesh, material, bounds, triangles) = &shapes[&placed.shape];
@@ -165,20 +165,20 @@ fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMa
 }
 
 impl ViewOptions {
-    /// The kind of levels of a shape. A whole mesh has one level for all cameras. Beside a half at full detail,
-    /// everything is cut into units instead.
+    /// The kind of levels of a shape. A whole mesh has one level for all cameras, so the split screen with its half at
+    /// full detail draws everything as units.
     fn kind_of(&self, shape: ShapeId) -> LodKind {
         match (self, shape) {
             (Self { plain: true, .. }, _) => LodKind::Plain,
             (Self { split: true, .. }, _) => LodKind::Clusters,
-            // Each of the thousands of trees stays one entity.
+            // Units would need several entities for each of the thousands of trees.
             (_, ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress) => LodKind::WholeMesh,
             _ => LodKind::Auto,
         }
     }
 }
 
-/// Updates the kind of levels of every entity when the screen is split or joined.
+/// Updates the kind of levels of every entity when the split screen is switched on or off.
 fn choose_kinds(
     options: Res<ViewOptions>,
     mut was_split: Local<bool>,

@@ -13,15 +13,15 @@ use crate::cameras::ViewOptions;
 use crate::noise::{fbm, random, smoothstep};
 use crate::quality::Quality;
 
-/// Direction to the sun: behind the camera and to the left on the way up the avenue.
+/// Direction to the sun. When the camera walks up the avenue, the sun is behind it and to the left.
 const TO_SUN: Vec3 = Vec3::new(-0.66, 0.46, 0.42);
 const SUN_IN_LUX: f32 = 9_500.0;
-/// Direction to the moon: ahead and to the right on the way up the avenue.
+/// Direction to the moon. When the camera walks up the avenue, the moon is ahead and to the right.
 const TO_MOON: Vec3 = Vec3::new(0.50, 0.52, -0.62);
-/// Illuminance of moonlight as films show it: a real moon gives a fraction of a lux.
+/// Illuminance of moonlight, much brighter than a real moon, which gives a fraction of a lux.
 const MOON_IN_LUX: f32 = 1_500.0;
 
-/// Linear RGB at the horizon: also the colour of distant haze.
+/// Linear RGB at the horizon by day, and the colour of distant haze.
 const HORIZON: Vec3 = Vec3::new(0.50, 0.50, 0.50);
 const ZENITH: Vec3 = Vec3::new(0.055, 0.15, 0.38);
 const GLOW: Vec3 = Vec3::new(0.55, 0.42, 0.26);
@@ -51,7 +51,7 @@ impl TimeOfDay {
         }
     }
 
-    /// The light of sun or moon.
+    /// Illuminance of sun or moon.
     fn light_in_lux(self) -> f32 {
         match self {
             Self::Day => SUN_IN_LUX,
@@ -59,7 +59,7 @@ impl TimeOfDay {
         }
     }
 
-    /// The haze of distance.
+    /// The fog of distant objects.
     fn fog(self) -> DistanceFog {
         let (haze, toward_light) = match self {
             Self::Day => (HORIZON, Color::linear_rgba(1.0, 0.7, 0.4, 0.35)),
@@ -73,8 +73,8 @@ impl TimeOfDay {
         }
     }
 
-    /// The light of the sky: its intensity in candela per square metre, and its colours above,
-    /// around and below.
+    /// The light of the sky. The intensity is in candela per square metre; the colours are those above, around and
+    /// below.
     fn skylight(self, images: &mut Assets<Image>) -> EnvironmentMapLight {
         let (intensity, colors) = match self {
             Self::Day => (
@@ -108,7 +108,7 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-/// Shows the entities of the time of day and hides the others.
+/// Shows the entities of the current time of day and hides the others.
 fn show_time_of_day(
     options: Res<ViewOptions>,
     mut objects: Query<(&TimeOfDay, &mut Visibility), Without<DirectionalLight>>,
@@ -122,7 +122,7 @@ fn show_time_of_day(
             Visibility::Hidden
         });
     }
-    // Bevy 0.19.1 draws no shadows of a sun that was hidden and is shown again.
+    // Lights are dimmed, not hidden: Bevy 0.19.1 draws no shadows of a light that was hidden and is shown again.
     for (time, mut light) in &mut lights {
         light.shadow_maps_enabled = *time == now;
         light.illuminance = if *time == now {
@@ -218,7 +218,7 @@ fn dome(color: fn(Vec3) -> Vec3) -> Mesh {
     mesh
 }
 
-/// How cloudy the sky is in a direction: 0 in the clear, 1 in a cloud.
+/// Cloud cover of the sky in a direction, from 0 (clear) to 1.
 fn cloud_cover(direction: Vec3) -> f32 {
     let above = direction.y.max(0.0);
     let overhead = Vec3::new(direction.x, 0.0, direction.z) / (above + 0.16);
@@ -242,7 +242,7 @@ fn night_color(direction: Vec3) -> Vec3 {
     (sky + MOONSHINE * glow).lerp(NIGHT_CLOUD + MOONSHINE * glow, 0.6 * cloud_cover(direction))
 }
 
-/// Stars, small triangles strewn over the sky, and the moon, a disc.
+/// A mesh of stars and moon. A star is a small triangle, the moon is a disc.
 fn stars_and_moon() -> Mesh {
     const STARS: u32 = 1_400;
     const MOON_CORNERS: u32 = 48;
@@ -259,11 +259,11 @@ fn stars_and_moon() -> Mesh {
     };
     for star in 0..STARS {
         let draw = |k: u32| random(star * 4 + k, 651);
-        // Even over the upper half of the sphere.
+        // The stars are spread evenly over the upper half of the sphere.
         let (height, around) = (0.02 + 0.98 * draw(0), TAU * draw(1));
         let flat = (1.0 - height * height).sqrt();
         let toward = Vec3::new(flat * around.cos(), height, flat * around.sin());
-        // Many faint ones, few bright ones, none behind clouds.
+        // Most stars are faint, a few are bright, and clouds hide them.
         let clear = (1.0 - 1.3 * cloud_cover(toward)).max(0.0);
         let bright = 0.1 + 0.9 * draw(2).powi(5);
         let tint = Vec3::new(0.85, 0.92, 1.0).lerp(Vec3::new(1.0, 0.86, 0.7), draw(3));

@@ -1,4 +1,4 @@
-//! The window: path or free flight, with keys and numbers.
+//! Shows the scene in a window, along the path or in free flight.
 
 use std::f32::consts::SQRT_2;
 

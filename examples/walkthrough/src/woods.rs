@@ -1,4 +1,4 @@
-//! The woods: trees and undergrowth, distributed by noise, clear of the paving and of the camera.
+//! The woods: noise distributes trees and undergrowth, which keep away from the paving and the camera.
 
 use std::f32::consts::TAU;
 
@@ -17,8 +17,7 @@ const UNDERGROWTH_SPACING_IN_M: f32 = 2.3;
 /// The distance from the avenue at which undergrowth ends.
 const UNDERGROWTH_LIMIT_IN_M: f32 = 62.0;
 
-/// A share, from 0 to 1, of all trees, bushes, tufts and stones. A larger share has all that a smaller
-/// one has.
+/// A `share`, from 0 to 1, of all trees, bushes, tufts and stones. A larger share includes all objects of a smaller one.
 pub(crate) fn grow(path: &CameraPath, share: f32) -> Vec<Placed> {
     let camera = CameraClearance::new(path);
     let wild = squares(TREE_SPACING_IN_M, SIDE_IN_M / 2.0 - 3.0, 701).filter_map(tree);
@@ -30,7 +29,7 @@ pub(crate) fn grow(path: &CameraPath, share: f32) -> Vec<Placed> {
     kept.map(|(_, placed)| placed).collect()
 }
 
-/// A point in each square of the ground around the origin, with a number of its own.
+/// A random point in each square of a grid around the origin, with the number of the square.
 fn squares(side_in_m: f32, half_side_in_m: f32, seed: u32) -> impl Iterator<Item = (u32, Vec2)> {
     let count = (2.0 * half_side_in_m / side_in_m) as u32;
     (0..count * count).map(move |i| {
@@ -58,7 +57,7 @@ fn tree((index, at): (u32, Vec2)) -> Option<Placed> {
     is_level.then_some(tree)
 }
 
-/// A tree upright but for a slight lean, its foot as low as the ground around it.
+/// A plant with a slight lean. Its foot is as low as the lowest ground around it, so that no root hangs in the air.
 fn standing(shape: ShapeId, at: Vec2, seed: u32, scale: f32) -> Placed {
     let draw = |k: u32| random(seed * 4 + k, 721);
     let around =
@@ -69,7 +68,7 @@ fn standing(shape: ShapeId, at: Vec2, seed: u32, scale: f32) -> Placed {
     Placed::at_height(shape, at, lowest, 0.0, scale).turned(leaning)
 }
 
-/// Rows behind the columns of the avenue, and a ring around the plaza.
+/// Cypresses in rows behind the columns of the avenue, and in a ring around the plaza.
 fn planted_cypresses() -> impl Iterator<Item = Placed> {
     let row = (0..14).map(|i| {
         let side = if i % 2 == 0 { 1.0 } else { -1.0 };
@@ -104,7 +103,7 @@ fn undergrowth((index, at): (u32, Vec2)) -> Option<Placed> {
 /// The space to keep free for the camera.
 struct CameraClearance {
     eyes: Vec<Vec2>,
-    /// Views through the telescope: origin and direction.
+    /// Origins and directions of views through the telescope.
     telescope: Vec<(Vec3, Vec3)>,
 }
 
@@ -120,20 +119,20 @@ impl CameraClearance {
         }
     }
 
-    /// Whether an object leaves that space free.
+    /// Whether an object leaves the space free.
     fn allows(&self, placed: &Placed) -> bool {
         let (radius, height) = extent(placed);
         let at = placed.at();
         let is_small = height < 2.0 * placed.scale();
-        // Trees keep away from the temples.
+        // Large plants keep away from the temples.
         let temples = [(TEMPLE, 17.0), (TOMB, 13.0)];
         let hides_temple = |(temple, clearing): (Vec2, f32)| {
             !is_small && at.distance(temple) <= clearing + 0.3 * radius
         };
-        // The camera passes at a distance.
+        // Plants keep away from the camera's path.
         let margin = if is_small { 0.9 } else { 2.5 };
         let is_in_the_way = |eye: &Vec2| at.distance(*eye) <= radius + margin;
-        // Outside the view of the telescope.
+        // Plants stay outside or below the view of the telescope.
         let top = placed.transform.translation.y + height;
         let hides_view = |&(eye, along): &(Vec3, Vec3)| {
             let distance = (at - eye.xz()).dot(along.xz()) / along.xz().length_squared();
@@ -147,7 +146,7 @@ impl CameraClearance {
     }
 }
 
-/// The radius around the upright axis and the height of a plant, at its scale.
+/// The radius around the upright axis and the height of a scaled plant.
 fn extent(placed: &Placed) -> (f32, f32) {
     let (radius, height) = match placed.shape {
         ShapeId::Oak(_) => (4.3, 7.3),

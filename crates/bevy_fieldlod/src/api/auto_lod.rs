@@ -10,7 +10,7 @@ use crate::assets::baked_lods::BakedLods;
 /// Adds levels of detail to the meshes of this entity and of all its descendants.
 ///
 /// Insert it on an entity with a [`Mesh3d`], or on the root of a glTF scene. The source meshes are drawn until
-/// their levels are ready. Skinned and morphed meshes are ignored. Removing it restores the source meshes.
+/// their levels are ready. Skinned and morphed meshes are ignored. Removing the component restores the source meshes.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -18,11 +18,11 @@ use crate::assets::baked_lods::BakedLods;
 /// fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 ///     let castle = assets.load(GltfAssetLabel::Scene(0).from_asset("castle.glb"));
 ///     commands.spawn((WorldAssetRoot(castle), AutoLod::default()));
-///     // Twice as fine as other objects, drawn as units whatever its size.
+///     // Draws the hero twice as fine as other objects, and as units even if it is small.
 ///     let hero = assets.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("hero.glb"));
 ///     let fine = AutoLod { kind: LodKind::Clusters, bias: 2.0, ..default() };
 ///     commands.spawn((Mesh3d(hero), fine));
-///     // A terrain in small units.
+///     // Bakes a terrain in small units.
 ///     let terrain = GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("terrain.glb");
 ///     let in_small_units = AutoLod {
 ///         bake: Some(BakeConfig::fine_grained()),
@@ -35,12 +35,12 @@ use crate::assets::baked_lods::BakedLods;
 #[derive(Component, Clone, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct AutoLod {
-    /// The hierarchies, made by `fieldlod bake`. Without it, the plugin searches beside the asset and in the cache,
-    /// and bakes in background tasks.
+    /// The hierarchies, made by `fieldlod bake`. If it is `None`, the plugin searches beside the asset and in the
+    /// cache, and otherwise bakes in background tasks.
     pub baked: Option<Handle<BakedLods>>,
     /// The kind of levels of detail.
     pub kind: LodKind,
-    /// Weight of the errors of these meshes: 2 draws them as fine as at half the distance.
+    /// Factor of the errors of these meshes. At 2 they are drawn as finely as at half the distance.
     pub bias: f32,
     /// Settings of bakes at run time; `None` uses [`FieldLodAppConfig::bake`](crate::FieldLodAppConfig::bake).
     #[cfg(feature = "bake")]
@@ -81,7 +81,7 @@ impl AutoLod {
     }
 }
 
-/// Excludes the meshes of this entity and of its descendants from an [`AutoLod`] above them and from
+/// Excludes the meshes of this entity and of its descendants from the [`AutoLod`] of an ancestor and from
 /// [`FieldLodAppConfig::whole_world`](crate::FieldLodAppConfig::whole_world).
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]

@@ -63,13 +63,13 @@ pub struct AdvancedAppConfig {
     /// first mesh.
     pub bake_threads: Option<usize>,
     /// Whether the GPU alone culls objects with levels of detail. It needs Bevy's GPU preprocessing, and no camera
-    /// with [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing). The CPU then visits changed objects only,
-    /// and the lists of visible entities in the main world do not contain them.
+    /// with [`NoIndirectDrawing`](bevy::render::view::NoIndirectDrawing). The CPU then visits changed objects only.
+    /// The lists of visible entities in the main world do not contain objects that the GPU culls.
     pub gpu_culling: bool,
-    /// Whether source meshes stay on the GPU while all views draw their units. By default they are evicted, and
+    /// Whether source meshes stay on the GPU while all views draw their units. By default they are evicted. They are
     /// uploaded again in the frame in which a view draws full detail or another [`Mesh3d`] or [`Mesh2d`] uses them.
-    /// Enable it if a ray tracer or a particle system uses the handles of source meshes: the plugin does not see
-    /// such uses. Source meshes that are not in main memory always stay.
+    /// Enable it if a ray tracer or a particle system uses the handles of source meshes, because the plugin cannot
+    /// detect these uses. Source meshes that are not in main memory always stay.
     pub sources_on_gpu: bool,
 }
 
@@ -100,7 +100,7 @@ pub struct LodMemory {
 }
 
 impl Default for LodMemory {
-    /// 512 MiB on the GPU, as wgpu does not report its memory; 64 MiB of main memory; five seconds.
+    /// 512 MiB on the GPU, because wgpu does not report how much it has; 64 MiB of main memory; five seconds.
     fn default() -> Self {
         Self {
             gpu_bytes: 512 << 20,
@@ -136,23 +136,23 @@ pub enum LodKind {
     Auto,
     /// The mesh has no levels of detail.
     Plain,
-    /// One entity draws the whole mesh at one level, so that instances of a level are batched. All views draw the
-    /// same level, the finest that a view needs.
+    /// One entity draws the whole mesh at one level, so that Bevy batches instances of a level. All views draw the
+    /// same level, the finest that any view needs.
     ///
-    /// A level has its own vertices, whose attributes are interpolated or copied from the source, and fewer, larger
-    /// leaves. A material that moves vertices, such as wind, can read positions, normals, colours and texture
+    /// A level has its own vertices, with attributes that are interpolated or copied from the source. It has fewer and
+    /// larger leaves. A material that moves vertices, such as wind, can read positions, normals, colours and texture
     /// coordinates, but must not depend on vertex indices. If it needs every vertex of the source, use
     /// [`Plain`](Self::Plain).
     ///
-    /// A bake at run time reads the base colour, its texture and the alpha mode of the `StandardMaterial` of the
-    /// first entity with the mesh, and waits for the texture.
+    /// A bake at run time reads the `StandardMaterial` of the first entity with the mesh: the base colour, its texture
+    /// and the alpha mode. It waits for the texture.
     WholeMesh,
     /// Each unit of the surface is drawn at its own level, and each view draws its own cut.
     Clusters,
 }
 
 impl FieldLodAppConfig {
-    /// Replaces [`LodKind::Auto`] by the kind of a mesh with this many triangles.
+    /// Resolves [`LodKind::Auto`] by the number of triangles; returns other kinds unchanged.
     #[must_use]
     pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kind_depends_on_triangles_unless_chosen() {
+    fn auto_kind_depends_on_triangle_count() {
         let config = FieldLodAppConfig::default();
         let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
         use LodKind::{Clusters, Plain, WholeMesh};

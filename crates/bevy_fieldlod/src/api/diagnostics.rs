@@ -28,7 +28,7 @@ pub const UNITS_DRAWN: DiagnosticPath = DiagnosticPath::const_new("field_lod/uni
 /// Time that selection took, in milliseconds.
 pub const SELECTION_MS: DiagnosticPath = DiagnosticPath::const_new("field_lod/selection_ms");
 
-/// Measures at the end of each frame.
+/// Registers the diagnostics and updates them at the end of each frame.
 pub(crate) fn plugin(app: &mut App) {
     app.register_diagnostic(Diagnostic::new(TRIANGLES_DRAWN))
         .register_diagnostic(Diagnostic::new(TRIANGLES_FULL))

@@ -112,8 +112,8 @@ pub enum LodError {
     /// There are no positions, or they are not three floats each.
     #[error("it has no positions of three 32-bit floats")]
     NoPositions,
-    /// An attribute has another number of values than the positions.
-    #[error("its attribute {attribute} has another number of values than its positions")]
+    /// An attribute does not have one value per position.
+    #[error("its attribute {attribute} does not have one value per vertex position")]
     AttributeCount {
         /// The name of the attribute.
         attribute: &'static str,
@@ -136,14 +136,14 @@ pub enum LodError {
         /// The `.fieldlod` file.
         file: String,
     },
-    /// The file has no such primitive.
+    /// The file does not contain the primitive.
     #[error("{file} has no primitive {primitive} of a mesh {mesh}")]
     NoPrimitive {
         /// The `.fieldlod` file.
         file: String,
         /// Index of the mesh.
         mesh: u32,
-        /// Index of the primitive in it.
+        /// Index of the primitive in the mesh.
         primitive: u32,
     },
     /// The file cannot be drawn without its glTF file.
@@ -184,7 +184,7 @@ impl From<MeshAccessError> for LodError {
 }
 
 impl LodError {
-    /// Whether the mesh is of a kind that has no levels of detail, rather than faulty.
+    /// Whether the mesh is valid, but of a kind that cannot have levels of detail.
     pub(crate) fn is_unsupported(&self) -> bool {
         matches!(
             self,
@@ -194,7 +194,7 @@ impl LodError {
 }
 
 impl FieldLodEvent {
-    /// Logs a failure and returns its message. Unsupported meshes are logged with the name of their entity.
+    /// Logs a failure and returns its message. Unsupported meshes are logged elsewhere, with the name of their entity.
     pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
         if !error.is_unsupported() {
             let name = asset_name(assets, mesh);

@@ -1,5 +1,5 @@
-//! The types that a game uses: components, resources, messages and settings. Opt-in features keep theirs in their own
-//! folders.
+//! The types that a game uses: components, resources, messages and settings. The types of opt-in features are in their
+//! own folders.
 
 pub(crate) mod auto_lod;
 pub(crate) mod config;

@@ -12,11 +12,11 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 /// # use bevy_fieldlod::prelude::*;
 /// fn setup(mut commands: Commands) {
 ///     commands.spawn((Camera3d::default(), FieldLodCamera::high()));
-///     // A mirror that nobody inspects closely.
+///     // A mirror in which coarse levels are good enough.
 ///     let mut mirror = FieldLodCamera::with_error_px(4.0);
 ///     mirror.triangle_budget = Some(200_000);
 ///     commands.spawn((Camera3d::default(), mirror));
-///     // A view from high above: culls objects below 4 px, and casts finer shadows from outside the image.
+///     // A view from high above. It culls objects below 4 px, and objects outside the image cast finer shadows.
 ///     let mut above = FieldLodCamera::high();
 ///     above.cull_below_px = Some(4.0);
 ///     above.shadow_bias = 0.5;
@@ -30,20 +30,20 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodCamera {
     /// Thresholds, budget and other settings of the selection. [`LodSettings::forced_level`] of 0 draws the source
-    /// meshes instead of a cut. A prop has one level in all views, the finest that a view needs; a prop that any view
-    /// draws casts its shadow for all views. The plugin replaces [`AdvancedSettings::offscreen`] by
+    /// meshes instead of a cut. A prop has one level in all views, the finest that any view needs. If a view draws it,
+    /// it casts its shadow in all views. The plugin replaces [`AdvancedSettings::offscreen`] by
     /// [`shadow_bias`](Self::shadow_bias), and [`LodSettings::visible_flux`] by
     /// [`FieldLodVisibleFlux`](crate::FieldLodVisibleFlux).
     #[deref]
     pub lod: LodSettings,
-    /// Weight of the errors of objects outside the margin, from 0 to 1, while a light with shadows reaches the view.
-    /// 0 draws them at their coarsest level, 1 at the level that their distance needs. Shadows that reach far into
-    /// the image keep their shape at 0.3.
+    /// Factor of the errors of objects outside the margin, from 0 to 1, while a light with shadows reaches the view.
+    /// 0 draws them at their coarsest level, 1 at the level that their distance needs. At 0.3, shadows that reach far
+    /// into the image keep their shape.
     pub shadow_bias: f32,
 }
 
 impl Default for FieldLodCamera {
-    /// [`high`](Self::high).
+    /// The preset [`high`](Self::high).
     fn default() -> Self {
         Self::high()
     }
@@ -74,14 +74,14 @@ impl FieldLodCamera {
         Self::with_error_px(0.5)
     }
 
-    /// A screen-space error in physical pixels; coarsening below 0.8 of it, with a margin of a tenth of the image on
-    /// each side.
+    /// A limit of the screen-space error, in physical pixels. Groups coarsen below 0.8 of it. Objects count as inside
+    /// the image up to a tenth of its size beyond each edge.
     #[must_use]
     pub fn with_error_px(error_px: f32) -> Self {
         Self::from_lod(LodSettings::with_error_px(error_px))
     }
 
-    /// No displacement above `displacement_px` physical pixels, whatever the screen-space error.
+    /// No displacement above `displacement_px` physical pixels. The screen-space error is not limited.
     #[must_use]
     pub fn guaranteed(displacement_px: f32) -> Self {
         Self::from_lod(LodSettings::guaranteed(displacement_px))
@@ -113,7 +113,7 @@ impl FieldLodCamera {
         }
     }
 
-    /// The settings of the selection. `has_shadows` tells whether a light casts shadows into the view.
+    /// Returns the selection settings. `has_shadows` tells whether a light casts shadows into the view.
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
         let bias = self.shadow_bias.min(1.0);
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shadows_keep_casters_outside_the_image() {
+    fn shadows_refine_casters_outside_the_image() {
         let settings = FieldLodCamera::default();
         let offscreen =
             |settings: FieldLodCamera, lit| settings.to_lod_settings(lit).advanced.offscreen;

@@ -15,7 +15,7 @@ pub struct FieldLodViewStats {
     pub triangles_full: u64,
     /// Units and whole meshes that were selected.
     pub units_drawn: u32,
-    /// The error that was selected for, in pixels. With a triangle budget it is the error that keeps the budget.
+    /// The error threshold of the selection, in pixels; with a triangle budget, the threshold that fits the budget.
     pub error_px: f32,
     /// CPU time of the selection.
     pub selection_time: Duration,
@@ -49,7 +49,7 @@ pub struct FieldLodProgress {
 }
 
 impl FieldLodProgress {
-    /// The share of entities that no longer wait, from 0 to 1. It is 0 while there are no entities: a scene that is
+    /// The share of entities that are ready or plain, from 0 to 1. It is 0 while there are no entities: a scene that is
     /// being loaded has none yet.
     #[must_use]
     pub fn share_done(&self) -> f32 {

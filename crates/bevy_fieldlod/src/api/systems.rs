@@ -10,8 +10,8 @@ use bevy::prelude::*;
 /// The phases of a frame, in order, for ordering other systems. All run in `PostUpdate`.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FieldLodSystems {
-    /// Finds mesh entities that are new under an [`AutoLod`](crate::AutoLod) or no longer under one, or that changed
-    /// their mesh.
+    /// Finds mesh entities that enter or leave the subtree of an [`AutoLod`](crate::AutoLod), and mesh entities with a
+    /// changed mesh.
     Track,
     /// Looks up or bakes the levels of detail of meshes, and inserts them on waiting entities.
     Prepare,
@@ -27,7 +27,7 @@ pub enum FieldLodSystems {
     Filter,
 }
 
-/// Orders the phases among each other and Bevy's systems.
+/// Orders the phases relative to each other and to Bevy's systems.
 pub(crate) fn plugin(app: &mut App) {
     use FieldLodSystems::{Filter, Inherit, Prepare, Select, Spawn, Swap, Track};
     app.configure_sets(

@@ -10,19 +10,19 @@ use fieldlod_hierarchy::BakedFile;
 use crate::assets::file_parts::AssetFolder;
 use crate::assets::lod_pages::LodPages;
 
-/// The hierarchies of one glTF file: a `.fieldlod` file, made by `fieldlod bake`, or a `.fieldpages` file, made by
-/// `fieldlod bake --pages`, of which only the coarsest levels are in memory.
+/// The hierarchies of one glTF file. `fieldlod bake` writes them as a `.fieldlod` file. `fieldlod bake --pages` writes
+/// them as a `.fieldpages` file, of which only the coarsest levels are in memory.
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct BakedLods {
-    /// The contents of a `.fieldlod` file; empty for a `.fieldpages` file. Hierarchies without source vertices use those
-    /// of the meshes that they are applied to.
+    /// The contents of a `.fieldlod` file; empty for a `.fieldpages` file. A hierarchy without source vertices uses the
+    /// vertices of the mesh that it is applied to.
     pub file: Arc<BakedFile>,
     /// The resident part of a `.fieldpages` file.
     pub(crate) pages: Option<Arc<LodPages>>,
 }
 
 impl BakedLods {
-    /// Hierarchies in memory.
+    /// Wraps hierarchies that are in memory.
     #[must_use]
     pub fn new(file: Arc<BakedFile>) -> Self {
         Self { file, pages: None }

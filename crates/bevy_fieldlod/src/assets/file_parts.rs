@@ -1,6 +1,6 @@
-//! Reads parts of files in the asset folder.
+//! Reads byte ranges of files in the asset folder.
 //!
-//! Bevy's file reader reads ahead up to 8 MiB after a seek, so files in the asset folder are read without it.
+//! Bevy's file reader reads up to 8 MiB ahead after each seek, so this module opens the files itself.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -11,7 +11,7 @@ use bevy::asset::io::{AssetSourceId, Reader};
 use bevy::asset::{AssetMode, AssetPath, AsyncSeekExt};
 use bevy::prelude::*;
 
-/// Number of bytes at the end of a file that are compared to identify it.
+/// Number of bytes at the end of a file that must be equal for two files to count as the same.
 const END_BYTES: i64 = 64;
 
 /// The asset folder of Bevy's default source.
@@ -32,14 +32,14 @@ impl AssetFolder {
         Some(Self(base.join(folder)))
     }
 
-    /// There is no folder on the web.
+    /// Returns `None`: there is no asset folder on the web.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn of(_app: &App) -> Option<Self> {
         None
     }
 
-    /// The file in the folder that `reader` reads from; `None` if a custom source reads from elsewhere. Rewinds the
-    /// reader.
+    /// Finds the file in the folder that `reader` reads, and rewinds the reader. `None` if a custom asset source reads
+    /// from another place.
     pub(crate) async fn find(
         &self,
         asset: &AssetPath<'static>,
@@ -50,7 +50,7 @@ impl AssetFolder {
         }
         let file = self.0.join(asset.path());
         let reader = reader.seekable().ok()?;
-        // There is nothing to read ahead at the end.
+        // At the end of the file, Bevy's reader has nothing to read ahead.
         let start = reader.seek(SeekFrom::End(-END_BYTES)).await.ok();
         let mut end = Vec::new();
         let is_read = reader.read_to_end(&mut end).await.is_ok();
@@ -61,7 +61,7 @@ impl AssetFolder {
     }
 }
 
-/// The bytes of a file in a range, or fewer if it ends before.
+/// The bytes of a file in a range, or fewer if the file is shorter.
 pub(crate) async fn read_part(path: PathBuf, range: Range<u64>) -> io::Result<Vec<u8>> {
     let read = move || {
         let mut file = File::open(path)?;

@@ -1,8 +1,8 @@
 //! A `.fieldlod` file inside a `.glb` file.
 //!
-//! Binary glTF is a sequence of chunks, `length u32 | type u32 | bytes`, after a header of twelve bytes.
+//! Binary glTF is a header of twelve bytes and a sequence of chunks, `length u32 | type u32 | bytes`.
 //! Readers ignore chunks of unknown types after the JSON and the BIN chunk (glTF 2.0, §4.4.3). Chunks are padded to four
-//! bytes, so our chunk begins with the length of the file.
+//! bytes, so our chunk begins with the exact length of the `.fieldlod` file.
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
@@ -18,7 +18,7 @@ pub(crate) fn find_chunk(glb: &[u8]) -> Option<&[u8]> {
     file.get(..u32::from_le_bytes(*length) as usize)
 }
 
-/// `glb` with `file` in it; `None` if `glb` is not binary glTF or the result is too long.
+/// Adds `file` to `glb`; `None` if `glb` is not binary glTF or the result is longer than 4 GiB.
 #[cfg(feature = "bake")]
 pub(crate) fn with_chunk(glb: &[u8], file: &[u8]) -> Option<Vec<u8>> {
     if !glb.starts_with(b"glTF") {
@@ -30,7 +30,7 @@ pub(crate) fn with_chunk(glb: &[u8], file: &[u8]) -> Option<Vec<u8>> {
     push(&mut with, kind, json, b' ');
     match chunks.next() {
         Some((BIN, bytes)) => push(&mut with, BIN, bytes, 0),
-        // Readers need it before any other chunk.
+        // glTF readers require the BIN chunk before chunks of other types.
         _ => push(&mut with, BIN, &[], 0),
     }
     let length = u32::try_from(file.len()).ok()?;
@@ -54,7 +54,7 @@ fn push(glb: &mut Vec<u8>, kind: [u8; 4], bytes: &[u8], padding: u8) {
     glb.extend(std::iter::repeat_n(padding, padded - bytes.len()));
 }
 
-/// The remaining chunks; ends at a truncated chunk.
+/// Iterates over chunks, and ends at a truncated chunk.
 struct Chunks<'a>(&'a [u8]);
 
 impl<'a> Iterator for Chunks<'a> {
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn rejects_truncated_and_other_files() {
+    fn truncated_and_other_files_are_rejected() {
         let with = with_chunk(&glb(&[(*b"JSON", b"{}")]), b"file").unwrap();
         for end in 0..with.len() {
             assert_eq!(find_chunk(&with[..end]), None, "{end}");

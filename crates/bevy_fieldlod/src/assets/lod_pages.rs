@@ -11,13 +11,13 @@ pub(crate) struct LodPages {
     pub(crate) file: PagedFile,
     /// The first page of each mesh.
     pub(crate) first_pages: Vec<Result<Hierarchy, FileError>>,
-    /// Where to read the other pages.
+    /// The location of the other pages.
     pub(crate) place: PagePlace,
     /// The path of the file.
     pub(crate) name: String,
 }
 
-/// Where to read pages.
+/// The location of pages.
 #[derive(Debug)]
 pub(crate) enum PagePlace {
     /// A file on disk.

@@ -1,4 +1,4 @@
-//! Bakes while assets are processed, so that a shipped game never bakes.
+//! Bakes in Bevy's asset processor, so that a shipped game never bakes.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -19,8 +19,8 @@ use crate::assets::glb;
 ///
 /// It works while [`AssetPlugin`] processes assets: with `AssetMode::Processed` and Bevy's `asset_processor` feature.
 /// The processed files are glTF with an additional chunk, which other readers ignore. The shipped game needs neither
-/// this plugin nor the `bake` feature. Leaves are baked with PNG and JPEG images beside the file, and again when these
-/// change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
+/// this plugin nor the `bake` feature. The bake of leaves reads PNG and JPEG images beside the file, and runs again when
+/// these change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
@@ -45,7 +45,7 @@ impl Plugin for FieldLodProcessorPlugin {
     }
 }
 
-/// Adds a `.fieldlod` file to a `.glb` file. Its settings are those of the loader.
+/// Adds a `.fieldlod` file to a `.glb` file. It takes the settings of the glTF loader.
 #[derive(Clone, Copy, Debug, Default, TypePath)]
 pub(crate) struct BakeIntoGlb;
 
@@ -74,8 +74,8 @@ impl Process for BakeIntoGlb {
 #[derive(Asset, TypePath)]
 struct BakedGlb(Vec<u8>);
 
-/// A loader instead of a plain processor: Bevy tracks the other files that a loader reads, and processes again when they
-/// change.
+/// Bakes a `.glb` file. It is a loader, because Bevy tracks the other files that a loader reads and processes the asset
+/// again when they change.
 #[derive(TypePath)]
 struct GlbBaker;
 
@@ -108,7 +108,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
         wanted.push(name.to_owned());
         Err(io::ErrorKind::NotFound.into())
     };
-    // The bake reports errors of the file.
+    // The error is ignored here, because the bake reports it.
     let _ = import_gltf_bytes(glb, &want);
     let mut files = Files::new();
     for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -124,7 +124,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
     files
 }
 
-/// `glb` with its levels of detail. If the bake fails, logs why and returns `glb` unchanged.
+/// Adds levels of detail to `glb`. If the bake fails, logs the cause and returns `glb` unchanged.
 fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
     let beside = |name: &str| match files.get(name) {
         Some(file) => file.clone().map_err(io::Error::other),

@@ -19,7 +19,8 @@ use crate::scene::unit_mesh::source_mesh;
 /// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
 ///
 /// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of an
-/// existing [`AutoLod`]. Entities of the same primitive share both. They are removed together with this component.
+/// existing [`AutoLod`]. Entities of the same primitive share the mesh and the levels. Removing this component removes
+/// the [`Mesh3d`] and the [`AutoLod`].
 /// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
 /// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
 ///   in the background as views need them, and evicted to keep the budgets of
@@ -75,7 +76,7 @@ pub(crate) struct StandaloneMeshes(
 #[derive(Clone)]
 pub(crate) struct StandaloneMesh {
     pub(crate) source: Handle<Mesh>,
-    /// The levels; `None` if the source has a provider.
+    /// The levels; `None` if a provider makes them.
     pub(crate) lods: Option<Handle<BakedLods>>,
 }
 
@@ -88,22 +89,22 @@ pub(crate) struct AwaitsFile;
 pub(crate) enum StandaloneSteps {
     /// Finds entities whose file is being loaded.
     Await,
-    /// Opt-in features add meshes to [`StandaloneMeshes`] here.
+    /// Adds meshes of opt-in features to [`StandaloneMeshes`].
     Make,
-    /// Inserts the meshes.
-    Give,
+    /// Inserts the meshes on entities.
+    Insert,
 }
 
-/// Inserts meshes as files are loaded.
+/// Inserts meshes on entities when their files are loaded.
 pub(crate) fn plugin(app: &mut App) {
-    use StandaloneSteps::{Await, Give, Make};
+    use StandaloneSteps::{Await, Insert, Make};
     app.init_resource::<StandaloneMeshes>()
         .add_observer(remove_mesh)
         .configure_sets(
             PostUpdate,
             (
                 Await,
-                (Make, Give)
+                (Make, Insert)
                     .chain()
                     .run_if(any_with_component::<AwaitsFile>),
             )
@@ -114,18 +115,18 @@ pub(crate) fn plugin(app: &mut App) {
             PostUpdate,
             (
                 (
-                    forget_changed_files.run_if(on_message::<AssetEvent<BakedLods>>),
+                    remove_changed_files.run_if(on_message::<AssetEvent<BakedLods>>),
                     await_files,
                 )
                     .chain()
                     .in_set(Await),
-                give_meshes.in_set(Give),
+                insert_meshes.in_set(Insert),
             ),
         );
 }
 
 /// Drops the meshes of files that were reloaded or removed.
-fn forget_changed_files(
+fn remove_changed_files(
     mut events: MessageReader<AssetEvent<BakedLods>>,
     mut known: ResMut<StandaloneMeshes>,
     entities: Query<(Entity, &LodMesh3d)>,
@@ -186,7 +187,7 @@ impl MeshMaker<'_> {
         let hierarchy = &mut primitive.hierarchy;
         let indices = source_indices(hierarchy);
         let source = source_mesh(hierarchy, indices.clone());
-        // The order of triangles differs from that of the baked mesh.
+        // The triangles are not in the order of the baked mesh, so the hash of the baked mesh would not match.
         hierarchy.source = hierarchy.source_vertices().source_hash(&indices);
         let primitives = vec![primitive];
         let file = Arc::new(BakedFile { primitives });
@@ -208,7 +209,7 @@ impl StandaloneMeshes {
 }
 
 /// Inserts the meshes of loaded files.
-fn give_meshes(
+fn insert_meshes(
     mut commands: Commands,
     waiting: Query<(Entity, &LodMesh3d, Option<&AutoLod>), With<AwaitsFile>>,
     auto_lods: AutoLodLookup,
@@ -223,7 +224,7 @@ fn give_meshes(
         match made {
             Ok(StandaloneMesh { source, lods }) => {
                 commands.try_insert(Mesh3d(source));
-                // With a provider, any `AutoLod` will do, such as that of a scene.
+                // If a provider makes the levels, the `AutoLod` of an ancestor is enough.
                 if lods.is_some() || auto_lods.find(entity).is_none() {
                     commands.try_insert(AutoLod {
                         baked: lods,

@@ -9,8 +9,8 @@ use super::{FieldLodDebug, FieldLodHeatMap};
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
-/// The mesh tag of an entity holds its level in the upper eight bits, and below it the upper bits of a 32-bit float:
-/// the error in world units.
+/// The upper eight bits of an entity's mesh tag are its level. The lower 24 bits are the upper bits of its error in
+/// world units, as a 32-bit float.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Copy, Debug, Default)]
 pub(crate) struct LodDebugMaterial {
     #[uniform(0)]
@@ -39,7 +39,7 @@ impl FromWorld for DebugMaterials {
 }
 
 impl DebugMaterials {
-    /// The enabled material, if any.
+    /// The material that the options select; `None` if nothing is painted.
     pub(super) fn wanted(&self, debug: &FieldLodDebug) -> Option<&Handle<LodDebugMaterial>> {
         let index = match debug.heat_map {
             Some(FieldLodHeatMap::SamplingDensity) => 1,

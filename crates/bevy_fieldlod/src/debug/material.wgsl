@@ -15,7 +15,7 @@ fn hsl(hue: f32, saturation: f32, lightness: f32) -> vec3<f32> {
     return lightness + chroma * (wave - 0.5);
 }
 
-// Blue over green to red.
+// From blue (0) over green to red (1).
 fn heat(share: f32) -> vec3<f32> {
     return hsl((1.0 - clamp(share, 0.0, 1.0)) * 2.0 / 3.0, 0.9, 0.5);
 }
@@ -49,20 +49,20 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
             color = hsl(f32(level * 5u % 12u) / 12.0, 0.75, 0.55);
         }
         case SAMPLING_DENSITY: {
-            // From one sample to a million in a square unit.
+            // The scale starts at 1 and ends at 2^20 samples per square unit.
             color = heat(log2(max(strength * facing, 1.0)) / 20.0);
         }
         case ASPECT_RATIO: {
             color = heat(1.0 - aspect_ratio);
         }
         case CURL: {
-            // From a thousandth to once a unit.
+            // The scale starts at a change of 1/1024 per unit and ends at 1 per unit.
             color = heat(1.0 + log2(max(relative_curl, 1e-6)) / 10.0);
         }
         default: {
             color = heat(error_in_world * sqrt(strength / aspect_ratio));
         }
     }
-    // A light at the camera shows the shape.
+    // Light from the camera keeps the shape visible.
     return vec4<f32>(color * (0.35 + 0.65 * facing), 1.0);
 }

@@ -21,7 +21,7 @@ use crate::select::views::SelectSteps;
 use material::{DebugMaterials, LodDebugMaterial, level_color};
 pub use options::{FieldLodDebug, FieldLodHeatMap};
 
-/// Shows what selection does, as configured by [`FieldLodDebug`]. Add it after
+/// Shows the selected levels and the field on screen, as configured by [`FieldLodDebug`]. Add it after
 /// [`FieldLodPlugin`](crate::FieldLodPlugin).
 ///
 /// ```no_run
@@ -76,7 +76,7 @@ impl Plugin for FieldLodDebugPlugin {
     }
 }
 
-/// Selects for the view of the last selection again.
+/// Selects again for the camera pose and projection of the last selection.
 fn freeze_views(mut views: Query<&mut ViewCut>) {
     for mut cut in &mut views {
         let last = cut.view;
@@ -101,7 +101,7 @@ fn draw_bounds(
         let Ok((aabb, transform, visibility)) = drawn.get(entity) else {
             continue;
         };
-        // Where the GPU culls, all entities that are not hidden count as visible.
+        // `ViewVisibility` alone is not enough: with GPU culling, all entities that are not hidden count as visible.
         let record = scene.records.find(entity);
         let is_drawn = record
             .is_some_and(|(index, record)| views.iter().any(|cut| is_drawn(cut, index, record)));

@@ -8,9 +8,9 @@ use bevy::prelude::*;
 pub struct FieldLodDebug {
     /// Paints each level of detail in its own colour.
     pub color_levels: bool,
-    /// Paints a quantity of the camera-sampling field on the surfaces instead.
+    /// Paints a quantity of the camera-sampling field. It overrides [`color_levels`](Self::color_levels).
     pub heat_map: Option<FieldLodHeatMap>,
-    /// Freezes the cuts of all cameras, so that a moved camera shows them from elsewhere.
+    /// Freezes the cuts of all cameras, so that a moving camera can show them from other sides.
     pub freeze: bool,
     /// Draws a box around each drawn unit and whole mesh, as gizmos of the group
     /// [`FieldLodGizmos`](crate::FieldLodGizmos).
@@ -29,6 +29,6 @@ pub enum FieldLodHeatMap {
     AspectRatio,
     /// Logarithm of the relative change of the field per length, `|curl c| / c` (eq. 12).
     Curl,
-    /// The error of the drawn level, in pixels: green at half a pixel, red from one on.
+    /// The error of the drawn level, in pixels: green at half a pixel, red at one pixel and above.
     PixelError,
 }

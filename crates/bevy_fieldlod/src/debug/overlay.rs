@@ -9,7 +9,7 @@ use crate::api::stats::{FieldLodProgress, FieldLodViewStats};
 #[derive(Component)]
 pub(super) struct Overlay;
 
-/// Shows the text, keeps it up to date, or removes it.
+/// Spawns, updates or despawns the text.
 pub(super) fn update_overlay(
     mut commands: Commands,
     debug: Res<FieldLodDebug>,

@@ -1,4 +1,4 @@
-//! Replaces the materials of drawn entities by that of the debug view, and restores them.
+//! Replaces the materials of drawn entities by the debug material, and restores them.
 
 use bevy::mesh::MeshTag;
 use bevy::prelude::*;
@@ -13,11 +13,11 @@ use crate::scene::lod_scene::{LodInstance, LodScene};
 /// An entity that is painted.
 #[derive(Component)]
 pub(super) struct Painted {
-    /// An entity that stores the materials of a whole mesh. Units inherit theirs again.
+    /// The entity that stores the materials of a whole mesh. `None` for units, which inherit their materials again.
     saved_materials: Option<Entity>,
 }
 
-/// Whether anything is painted or should be.
+/// Whether any entity is painted or the options select a material.
 pub(super) fn is_wanted(
     debug: Res<FieldLodDebug>,
     materials: Res<DebugMaterials>,
@@ -49,7 +49,7 @@ pub(super) fn paint_units(world: &mut World) {
     });
 }
 
-/// Everything that can be drawn, with the mesh tag that the shader reads.
+/// Every entity that can be drawn, with the mesh tag that the shader reads.
 fn painted_pieces(world: &World) -> Vec<(Entity, MeshTag)> {
     let scene = world.resource::<LodScene>();
     let tagged = scene.drawn_pieces().map(|(entity, piece)| {
@@ -75,7 +75,7 @@ fn paint(
     let Ok(there) = world.get_entity(entity) else {
         return;
     };
-    // A material that changed under the paint must go again.
+    // A game may insert a material on a painted entity; it would be drawn besides the debug material.
     let current = there.get::<MeshMaterial3d<LodDebugMaterial>>();
     let is_painted = current.is_some_and(|current| current.id() == material.id())
         && there.get::<MeshTag>() == Some(&tag)

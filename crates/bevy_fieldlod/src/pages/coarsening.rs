@@ -7,8 +7,8 @@ use super::streams::PageStreams;
 use crate::api::settings::FieldLodCamera;
 use crate::scene::view_cut::ViewCut;
 
-/// Scales the thresholds of all views by the coarsening of the residency. Objects outside the image keep some detail,
-/// because a turning camera would find nothing but their coarsest level.
+/// Scales the thresholds of all views by the coarsening of the residency. Objects outside the image keep some detail;
+/// otherwise a turning camera would find only their coarsest level.
 pub(super) fn adjust_views(
     streams: Res<PageStreams>,
     mut views: Query<(Option<&FieldLodCamera>, &mut ViewCut)>,

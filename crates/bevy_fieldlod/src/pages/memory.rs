@@ -1,4 +1,4 @@
-//! The memory that streamed meshes take, as a resource and as diagnostics.
+//! The memory of streamed meshes, as a resource and as diagnostics.
 
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
@@ -13,7 +13,7 @@ pub const LOADING_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/l
 /// Pages that views need and that are not loaded.
 pub const MISSING_PAGES: DiagnosticPath = DiagnosticPath::const_new("field_lod/missing_pages");
 
-/// Measures at the end of each frame.
+/// Registers the diagnostics and updates them at the end of each frame.
 pub(super) fn plugin(app: &mut App) {
     app.init_resource::<FieldLodMemory>()
         .register_diagnostic(Diagnostic::new(RESIDENT_BYTES))
@@ -30,7 +30,7 @@ fn measure(mut diagnostics: Diagnostics, memory: Res<FieldLodMemory>) {
     diagnostics.add_measurement(&MISSING_PAGES, || f64::from(memory.missing_pages));
 }
 
-/// The memory that meshes of `.fieldpages` files take, under the budgets of
+/// The memory of the meshes of `.fieldpages` files, which have the budgets of
 /// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.
 ///
 /// ```
@@ -64,7 +64,7 @@ pub struct FieldLodMemory {
     pub evicted_pages: u64,
     /// Total number of failed reads.
     pub failures: u64,
-    /// Factor of the error thresholds of views, so that the pages they need fit: 1 if all pages fit.
+    /// Factor of the error thresholds of views. It grows until the needed pages fit the budgets; 1 if all pages fit.
     pub coarsening: f32,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct MeshInPages {
 /// The mesh of a unit of a page.
 #[derive(Debug)]
 pub(super) struct UnitOfPage {
-    /// Its index in the hierarchy.
+    /// The index of the unit in the hierarchy.
     pub(super) index: u32,
     pub(super) mesh: Mesh,
     pub(super) aabb: Aabb,
@@ -50,7 +50,7 @@ impl MeshInPages {
         &self.pages.file.meshes[self.index]
     }
 
-    /// The path of its file.
+    /// The path of the file.
     pub(super) fn file(&self) -> &str {
         &self.pages.name
     }
@@ -70,7 +70,7 @@ impl MeshInPages {
         Ok(source_mesh(page, triangles.flatten().collect()))
     }
 
-    /// The meshes of the units of its first page.
+    /// The meshes of the units of the first page.
     pub(super) fn first_page(&self) -> Result<Vec<UnitOfPage>, LodError> {
         let page = self.coarsest_page()?;
         self.units_of_page(0, page).map_err(LodError::from)

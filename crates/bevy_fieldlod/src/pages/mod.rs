@@ -5,8 +5,8 @@
 //!
 //! The table of contents and the coarsest levels of all meshes stay in memory
 //! ([`LodPages`](crate::assets::lod_pages::LodPages)). [`fieldlod_stream::Residency`] decides which other pages to load
-//! and evict; this module reads, decodes, uploads and frees them. A group is refined only once the GPU has the meshes
-//! of its units, so that there is never a hole.
+//! and evict; this module reads, decodes, uploads and frees them. A group is refined once the GPU has the meshes of
+//! its units. If it were refined earlier, the surface would have holes.
 
 mod coarsening;
 mod memory;
@@ -42,10 +42,10 @@ impl Plugin for FieldLodPagesPlugin {
                 (
                     prepare::make_meshes.in_set(StandaloneSteps::Make),
                     (
-                        prepare::forget_removed_sources.run_if(on_message::<AssetEvent<Mesh>>),
+                        prepare::remove_sources.run_if(on_message::<AssetEvent<Mesh>>),
                         prepare::stream_ready_meshes.run_if(on_message::<FieldLodEvent>),
                         (
-                            streams::forget_unused_meshes,
+                            streams::remove_unused_meshes,
                             streams::upload_read_pages,
                             streams::use_uploaded_pages,
                         )
@@ -57,7 +57,7 @@ impl Plugin for FieldLodPagesPlugin {
                     coarsening::adjust_views
                         .run_if(has_meshes)
                         .in_set(SelectSteps::Adjust),
-                    streams::order_pages
+                    streams::request_pages
                         .run_if(has_meshes)
                         .in_set(SelectSteps::Read),
                 ),

@@ -1,4 +1,4 @@
-//! Prepares meshes of `.fieldpages` files: their coarsest level, which is always resident.
+//! Prepares the coarsest level of meshes of `.fieldpages` files, which is always resident.
 
 use std::sync::{Arc, OnceLock};
 
@@ -47,7 +47,7 @@ pub(super) fn make_meshes(
     }
 }
 
-/// A mesh of a file, and its coarsest level.
+/// Finds a mesh of a file, and makes its coarsest level.
 fn find_coarsest(
     pages: &Arc<LodPages>,
     wanted: &LodMesh3d,
@@ -100,7 +100,7 @@ pub(super) fn stream_ready_meshes(
 }
 
 /// Drops the data of source meshes that were removed.
-pub(super) fn forget_removed_sources(
+pub(super) fn remove_sources(
     mut events: MessageReader<AssetEvent<Mesh>>,
     mut streams: ResMut<PageStreams>,
 ) {

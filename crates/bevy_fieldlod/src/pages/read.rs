@@ -1,4 +1,4 @@
-//! Reads `.fieldpages` files: the resident beginning, and single pages.
+//! Reads the resident beginning of `.fieldpages` files, and single pages.
 
 use std::io::{self, SeekFrom};
 use std::ops::Range;
@@ -83,10 +83,10 @@ impl LodPages {
     }
 }
 
-/// The beginning of a file that was read so far.
+/// The part of a file that has been read: its beginning.
 struct Beginning<'a> {
     bytes: Vec<u8>,
-    /// The file to read instead of using the reader.
+    /// The file to read directly, without the reader.
     file: Option<PathBuf>,
     reader: &'a mut dyn Reader,
 }
@@ -104,7 +104,7 @@ impl Beginning<'_> {
     }
 }
 
-/// Up to `count` bytes of a reader. Memory grows with the bytes that arrive, so a corrupt count does no harm.
+/// Reads up to `count` bytes. It allocates only for bytes that arrive, so a corrupt count cannot exhaust the memory.
 async fn read_next(reader: &mut dyn Reader, count: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     AsyncReadExt::take(reader, count)

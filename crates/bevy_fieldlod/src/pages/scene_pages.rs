@@ -1,15 +1,15 @@
-//! glTF scenes with a `.fieldpages` file for their large meshes, as written by `fieldlod bake --scene`.
+//! Streams the large meshes of glTF scenes that `fieldlod bake --scene` wrote.
 
 use bevy::gltf::GltfExtras;
 use bevy::prelude::*;
 
 use crate::assets::standalone::{LodMesh3d, StandaloneSteps};
 
-/// Draws primitives whose glTF `extras` name a `.fieldpages` file from that file.
+/// Inserts a [`LodMesh3d`] on primitives with a `.fieldpages` file in their glTF `extras`.
 pub(super) fn plugin(app: &mut App) {
     app.add_systems(
         PostUpdate,
-        name_files
+        stream_primitives
             .run_if(any_match_filter::<NewPrimitives>)
             .before(StandaloneSteps::Await),
     );
@@ -17,7 +17,7 @@ pub(super) fn plugin(app: &mut App) {
 
 type NewPrimitives = (Added<GltfExtras>, With<Mesh3d>, Without<LodMesh3d>);
 
-fn name_files(
+fn stream_primitives(
     mut commands: Commands,
     primitives: Query<(Entity, &GltfExtras, &Mesh3d), NewPrimitives>,
     assets: Res<AssetServer>,
@@ -36,7 +36,7 @@ fn name_files(
 
 /// The file, mesh and primitive in `extras`.
 fn place_of(extras: &str) -> Option<(String, u32, u32)> {
-    // Skips parsing the extras of games.
+    // Most extras belong to games; this check avoids parsing them.
     if !extras.contains("fieldlod") {
         return None;
     }

@@ -23,21 +23,21 @@ use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Limit of concurrent reads.
-const MOST_READ_AT_ONCE: usize = 32;
-/// Duration of a read after which the log names the file.
+/// Limit of concurrent reads. Further reads are queued.
+const MAX_CONCURRENT_READS: usize = 32;
+/// Duration of a read after which it is logged.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// The streamed meshes, and their pages that are being loaded.
 #[derive(Resource)]
 pub(super) struct PageStreams {
     residency: Residency,
-    /// The streamed mesh of each source mesh, whether its first page is prepared or not.
+    /// The paged mesh of each source mesh. It may be here before its first page is prepared.
     pub(super) sources: HashMap<AssetId<Mesh>, MeshInPages>,
     meshes: HashMap<StreamMeshId, StreamedMesh>,
     by_mesh: HashMap<MeshId, StreamMeshId>,
     /// Queued reads.
-    ordered: VecDeque<StreamPageId>,
+    queued: VecDeque<StreamPageId>,
     reading: Vec<ReadingPage>,
     sending: Vec<SentPage>,
     /// Files whose failed reads were logged.
@@ -74,7 +74,7 @@ impl Default for PageStreams {
             sources: default(),
             meshes: default(),
             by_mesh: default(),
-            ordered: default(),
+            queued: default(),
             reading: default(),
             sending: default(),
             logged_failures: default(),
@@ -90,7 +90,7 @@ impl PageStreams {
         !self.meshes.is_empty()
     }
 
-    /// The factor by which the thresholds of views grow, so that the pages they need fit into memory.
+    /// Factor of the thresholds of all views, at which the needed pages fit into memory.
     pub(super) fn coarsening(&self) -> f32 {
         self.residency.coarsening()
     }
@@ -137,7 +137,7 @@ impl PageStreams {
         missing
     }
 
-    /// Evicts pages. Returns the entities of their units, which no view draws.
+    /// Evicts pages. Returns the entities of their units, which the caller must despawn.
     fn evict(&mut self, pages: &[StreamPageId], scene: &mut LodScene) -> Vec<Entity> {
         let mut units: HashMap<MeshId, Vec<u32>> = HashMap::default();
         for page in pages {
@@ -163,8 +163,8 @@ impl PageStreams {
 
     /// Starts queued reads, up to the limit of concurrent reads.
     fn begin_reading(&mut self, assets: &AssetServer) {
-        while self.reading.len() < MOST_READ_AT_ONCE
-            && let Some(page) = self.ordered.pop_front()
+        while self.reading.len() < MAX_CONCURRENT_READS
+            && let Some(page) = self.queued.pop_front()
         {
             let Some(mesh) = self.meshes.get(&page.mesh) else {
                 continue;
@@ -179,7 +179,7 @@ impl PageStreams {
     }
 
     /// Schedules a retry and logs the reason once per file.
-    fn note_failure(&mut self, page: StreamPageId, error: &PageError) {
+    fn schedule_retry(&mut self, page: StreamPageId, error: &PageError) {
         self.residency.set_failed(page);
         let file = self.meshes[&page.mesh].source.file();
         if self.logged_failures.insert(file.into()) {
@@ -188,7 +188,7 @@ impl PageStreams {
         }
     }
 
-    /// Logs once per file that a read takes long.
+    /// Logs slow reads, once per file.
     fn log_slow_files(&mut self) {
         let is_slow = |reading: &&ReadingPage| reading.since.elapsed() > SLOW;
         for reading in self.reading.iter().filter(is_slow) {
@@ -200,7 +200,7 @@ impl PageStreams {
                 let number = reading.page.page;
                 let seconds = SLOW.as_secs();
                 warn!(
-                    "page {number} of {file} has not been read for {seconds} s; drawing coarser meanwhile"
+                    "could not read page {number} of {file} within {seconds} s; drawing coarser and waiting"
                 );
             }
         }
@@ -208,7 +208,7 @@ impl PageStreams {
 }
 
 /// Drops meshes that nothing draws.
-pub(super) fn forget_unused_meshes(
+pub(super) fn remove_unused_meshes(
     mut streams: ResMut<PageStreams>,
     mut scene: ResMut<LodScene>,
     mut memory: ResMut<FieldLodMemory>,
@@ -227,7 +227,7 @@ pub(super) fn forget_unused_meshes(
     let unused: Vec<_> = unused.collect();
     for (stream, mesh) in &unused {
         residency.remove_mesh(*stream);
-        // A later mesh may have reused the id.
+        // Ids are reused, so the id may already belong to another mesh.
         if by_mesh.get(&mesh.id) == Some(stream) {
             by_mesh.remove(&mesh.id);
         }
@@ -262,7 +262,7 @@ pub(super) fn upload_read_pages(
                 let (mut named, mut sent) = (Vec::new(), Vec::new());
                 for unit in units {
                     let handle = meshes.reserve_handle();
-                    // Every read of the page gives the same box, so a second `set` may fail.
+                    // A second read of the page finds the box already set, to the same value.
                     let _ = lod.pieces[unit.index as usize].aabb.set(unit.aabb);
                     named.push((unit.index, handle.clone()));
                     sent.push((handle, unit.mesh));
@@ -274,13 +274,13 @@ pub(super) fn upload_read_pages(
                     uploaded,
                 });
             }
-            Err(error) => streams.note_failure(page, &error),
+            Err(error) => streams.schedule_retry(page, &error),
         }
     }
     streams.log_slow_files();
 }
 
-/// Lets selection use the pages that the GPU has.
+/// Lets selection use pages that are uploaded.
 pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: ResMut<LodScene>) {
     let is_uploaded = |sent: &mut SentPage| sent.uploaded.load(Ordering::Acquire);
     let uploaded: Vec<SentPage> = streams.sending.extract_if(.., is_uploaded).collect();
@@ -298,7 +298,7 @@ pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: Re
 }
 
 /// Reports the demand of views to the residency, and starts the loads and evictions that it orders.
-pub(super) fn order_pages(
+pub(super) fn request_pages(
     mut commands: Commands,
     mut streams: ResMut<PageStreams>,
     mut scene: ResMut<LodScene>,
@@ -322,11 +322,11 @@ pub(super) fn order_pages(
         commands.entity(entity).try_despawn();
     }
     for page in load {
-        // The first page is loaded with the mesh.
+        // The first page was loaded with the mesh.
         if page.page == 0 {
             streams.residency.set_loaded(page);
         } else {
-            streams.ordered.push_back(page);
+            streams.queued.push_back(page);
         }
     }
     streams.begin_reading(&assets);

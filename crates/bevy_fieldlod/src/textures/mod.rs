@@ -1,4 +1,4 @@
-//! Texture demand: the mip level that a surface needs (Lin and Lee 2004, §4.1.4), for texture streaming.
+//! The mip level that a surface needs (Lin and Lee 2004, §4.1.4), for texture streaming.
 //!
 //! In: the views and objects of the scene. Out: [`TextureDetail`] and [`FieldLodTextureDemand`].
 
@@ -14,7 +14,7 @@ use crate::scene::lod_scene::largest_scale;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail and texture
-/// coordinates. The plugin itself streams no textures.
+/// coordinates. It does not stream textures itself.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -34,12 +34,12 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodTexturePlugin;
 
-/// How finely a view samples the texture of a surface, on mesh entities with levels of detail that a view sees. It is
-/// an upper bound over the bounding sphere of the mesh, with the mean density of its texture coordinates.
+/// How finely views sample the texture of a surface. The plugin inserts it on mesh entities with levels of detail that
+/// a view sees. It is an upper bound over the mesh's bounding sphere, for the mean density of its texture coordinates.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Component, Clone, PartialEq)]
 pub struct TextureDetail {
-    /// Pixels across a unit of texture coordinates: the root of `c·n` over the density of the texture coordinates.
+    /// Pixels per unit of texture coordinates: the square root of `c·n` divided by the texture area per surface area.
     /// Infinite if the camera is inside the sphere.
     pub pixels_per_uv: f32,
 }
@@ -56,7 +56,7 @@ impl TextureDetail {
     /// Negative if the full size is too coarse.
     #[must_use]
     pub fn mip_level(&self, size_px: f32) -> f32 {
-        // One unit of area with the texture once on it.
+        // The surface has an area of 1 and shows the texture once.
         let projection_factor = self.pixels_per_uv * self.pixels_per_uv;
         camera_field::mip_level(projection_factor, size_px * size_px, 0.0)
     }
@@ -112,7 +112,7 @@ fn measure_objects(
     }
 }
 
-/// Pixels across a unit of texture coordinates; `None` outside the view or without texture coordinates.
+/// Pixels per unit of texture coordinates; `None` outside the view or without texture coordinates.
 fn pixels_per_uv(
     cut: &ViewCut,
     pose: &GlobalTransform,
@@ -134,7 +134,7 @@ fn pixels_per_uv(
     if !camera.touches_sphere(center, radius) {
         return None;
     }
-    // Samples per area of surface over texture per area of surface: samples per area of texture.
+    // Samples per surface area, divided by texture area per surface area, are samples per texture area.
     let strength = camera.strength_over_sphere(center, radius).or_infinity();
     Some((strength * scale * scale / uv_per_area).sqrt())
 }

@@ -1,4 +1,4 @@
-//! Visible flux: cameras may weigh errors by the share of an object that nothing hides.
+//! Visible flux: selection scales the errors of an object by its visible share, for cameras that enable it.
 //!
 //! In: opaque [`StandardMaterial`]s of objects. Out: occluders in the scene, and the settings of views.
 
@@ -11,14 +11,14 @@ use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::ViewCut;
 use crate::select::views::SelectSteps;
 
-/// Lets cameras have [`FieldLodVisibleFlux`]. It is part of [`FieldLodPlugin`](crate::FieldLodPlugin).
+/// Applies [`FieldLodVisibleFlux`] to cameras. It is part of [`FieldLodPlugin`](crate::FieldLodPlugin).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodVisibleFluxPlugin;
 
-/// Weighs errors by the share of an object that this camera can see, as a component of the camera.
+/// Scales the errors of an object by the share of it that this camera can see. Insert it on the camera.
 ///
 /// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes about a millisecond
-/// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` hide others.
+/// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -40,7 +40,7 @@ impl Plugin for FieldLodVisibleFluxPlugin {
     }
 }
 
-/// Marks objects with an opaque material as occluders. The filters report all changes since the system last ran.
+/// Marks objects with an opaque material as occluders. The filters report all changes since the last run of the system.
 fn mark_occluders(
     mut scene: ResMut<LodScene>,
     new: ChangedOn<LodObject>,

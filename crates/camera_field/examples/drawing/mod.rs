@@ -1,4 +1,4 @@
-//! Shared by the figures: SVG pictures, planes in scene units, graphs with axes, repeatable random numbers.
+//! Drawing helpers of the figures: SVG pictures, planes in scene units, graphs with axes, and random numbers.
 
 #![allow(
     dead_code,
@@ -32,7 +32,7 @@ pub(crate) const OTHER: RGBColor = RGBColor(224, 122, 20);
 
 const FONT: (&str, u32) = ("sans-serif", 16);
 
-/// Creates the folder named by the first argument, or `paper-out`.
+/// Creates the output folder: the first argument, or `paper-out`.
 pub(crate) fn out_folder() -> Fallible<PathBuf> {
     let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| "paper-out".into()));
     let cause = |error| format!("could not create {}: {error}", folder.display());
@@ -112,7 +112,7 @@ pub(crate) fn graph(
     Ok(())
 }
 
-/// A line through the points that are inside the chart. plotters would move others to its border.
+/// A line through the points inside the chart. plotters would move points outside to the border.
 pub(crate) fn curve(
     chart: &mut Chart,
     points: impl IntoIterator<Item = DVec2>,
@@ -158,7 +158,7 @@ pub(crate) fn arrow(chart: &mut Chart, from: DVec2, to: DVec2, color: RGBColor) 
     )
 }
 
-/// Colours a chart in squares of `cell` units. `None` stays white.
+/// Colours a chart in squares of `cell` units. Squares with `None` stay white.
 pub(crate) fn shade(
     chart: &mut Chart,
     cell: f64,
@@ -185,7 +185,7 @@ pub(crate) fn blues(share: f64) -> RGBColor {
     RGBColor(mixed.x as u8, mixed.y as u8, mixed.z as u8)
 }
 
-/// A camera whose image reaches 85° to each side.
+/// A camera with a field of view of 85° to each side.
 pub(crate) fn wide_camera(focal_px: f64) -> Intrinsics {
     Intrinsics {
         focal_px: DVec2::splat(focal_px),
@@ -204,7 +204,7 @@ pub(crate) fn flat(p: DVec3) -> DVec2 {
     DVec2::new(p.x, p.z)
 }
 
-/// A random number generator, xorshift64* (S. Vigna, 2016). A seed gives equal numbers on all machines.
+/// The random number generator xorshift64* (S. Vigna, 2016). A seed gives equal numbers on all machines.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -221,8 +221,8 @@ impl Random {
         bits as f64 / f64::from(1u32 << 24)
     }
 
-    /// A number in `least..greatest`.
-    pub(crate) fn between(&mut self, least: f64, greatest: f64) -> f64 {
-        least + (greatest - least) * self.unit()
+    /// A number in `min..max`.
+    pub(crate) fn between(&mut self, min: f64, max: f64) -> f64 {
+        min + (max - min) * self.unit()
     }
 }

@@ -14,29 +14,29 @@
 //! of spheres, up to rounding. Only `+ − × ÷ √` and comparisons are used, so that the same
 //! inputs give the same bits on every machine.
 //!
-//! Lengths between 1e-18 and 1e18 units are served; squares overflow or vanish beyond, and
-//! the answer is [`SphereBound::Unbounded`].
+//! Lengths from 1e-18 to 1e18 units are supported. Beyond them, squares overflow or vanish, and
+//! the result is [`SphereBound::Unbounded`].
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec3};
 
-/// Rounding errors of a few operations, relative: subtracted from lower bounds so that they stay
-/// below.
+/// Relative rounding error of a few operations. It is subtracted from lower bounds and added to
+/// upper bounds, so that rounding cannot violate them.
 const ROUNDING: Real = 8.0 * Real::EPSILON;
 
 /// An upper bound of a non-negative quantity over a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SphereBound {
-    /// Nowhere greater than this finite value, which is never negative. Zero when the sphere
-    /// is outside the field of view.
+    /// The quantity is at most this value, which is finite and not negative. Zero if the sphere is
+    /// outside the field of view.
     Bounded(Real),
-    /// No finite bound: the sphere touches the camera plane inside the view, that is, it holds the
-    /// centre of projection; or its numbers are not usable (NaN, infinite, negative radius).
+    /// There is no finite bound. The sphere contains the centre of projection, or its numbers are
+    /// not usable (NaN, infinite, negative radius).
     Unbounded,
 }
 
 impl SphereBound {
-    /// The value, with infinity for "unbounded". Never NaN.
+    /// The value, or infinity for [`Unbounded`](Self::Unbounded). Never NaN.
     #[inline]
     pub const fn or_infinity(self) -> Real {
         match self {
@@ -65,37 +65,37 @@ pub enum SphereExtent {
     Outside,
     /// Bounds of secant and depth over the visible part of the sphere.
     Visible {
-        /// Greatest `1 / cos φ`.
+        /// Largest `1 / cos φ`.
         secant_max: Real,
-        /// Least depth `z`; greater than zero.
+        /// Smallest depth `z`; greater than zero.
         depth_min: Real,
     },
-    /// The sphere holds the camera, or its numbers are not usable.
+    /// The sphere contains the camera, or its numbers are not usable.
     Unbounded,
 }
 
 impl SphereExtent {
-    /// Extent of the visible part of a sphere, given the greatest secant in the field of view.
+    /// Extent of the visible part of a sphere, given the largest secant in the field of view.
     #[inline]
     fn of_visible(center: Vec3, radius: Real, secant_corner: Real) -> Self {
         let rho_squared = center.length_squared();
         let rho = rho_squared.sqrt();
         let gap = rho * (1.0 - ROUNDING) - radius;
-        // Also false for NaN. An infinite square has lost the distance.
+        // The comparison is also false for NaN. If the square is infinite, the distance is lost.
         if !(gap > 0.0 && rho_squared < Real::INFINITY) {
             return Self::Unbounded;
         }
-        // The widest secant: of the sphere's edge, or of the image's corner if that is less.
+        // The largest secant is that of the sphere's edge or of the image's corner, the smaller of both.
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (rho + radius)).sqrt();
-        // cos(φ + δ) ρ², expanded.
+        // cos(φ + δ), expanded.
         let cosine = (center.z * tangent_length - off_axis * radius) / rho_squared - ROUNDING;
         let secant_max = if cosine * secant_corner > 1.0 {
             1.0 / cosine
         } else {
             secant_corner
         };
-        // The least depth: of the front of the sphere, or as near and as far off the axis as it goes.
+        // Two lower bounds of the depth: the front of the sphere, and the smallest distance at the largest secant.
         let depth_min = (center.z - radius).max(gap / secant_max);
         Self::Visible {
             secant_max,
@@ -107,9 +107,9 @@ impl SphereExtent {
 impl Intrinsics {
     /// Whether a sphere can touch the field of view.
     ///
-    /// Conservative: the four side planes and the plane `z = −r`, without a far plane. Never
-    /// false for a sphere that reaches into the view; sometimes true for one beside an edge
-    /// of the frustum. True for NaN.
+    /// The test uses the four side planes and the plane `z = −r`, without a far plane. It is
+    /// conservative: never false for a sphere that reaches into the view, but sometimes true for a
+    /// sphere beside an edge of the frustum. True for NaN.
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
         let outside = center.z < -radius
@@ -120,7 +120,7 @@ impl Intrinsics {
         !outside
     }
 
-    /// Secant and depth bounds of a sphere, from which all of its bounds follow.
+    /// Secant and depth bounds of a sphere. All other bounds of the sphere follow from them.
     #[inline]
     pub fn sphere_extent(&self, center: Vec3, radius: Real) -> SphereExtent {
         if !(center.is_finite() && radius >= 0.0) {
@@ -175,8 +175,8 @@ impl SphereExtent {
     }
 }
 
-/// Whether a sphere is wholly on the side `across < slope · z` of a plane through the camera.
-/// Squares in place of the plane's unit normal save a root and a division per plane.
+/// Whether a sphere is completely on the side `across < slope · z` of a plane through the camera.
+/// Comparing squares saves the root and the division of a unit normal.
 #[inline]
 fn beyond_side(across: Real, slope: Real, z: Real, radius: Real) -> bool {
     let edge = slope * z;

@@ -20,15 +20,15 @@ pub enum Camera {
     Orthographic(OrthographicIntrinsics),
 }
 
-/// Why a projection matrix has no camera-sampling field here.
+/// The reason why a projection matrix has no camera-sampling field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ProjectionError {
-    /// The matrix holds a NaN or an infinity outside its depth row.
+    /// The matrix contains a NaN or an infinity outside its depth row.
     NotFinite,
     /// The viewport has no pixels, or its size is not finite.
     EmptyViewport,
-    /// The matrix flattens the image: no finite, non-empty range of slopes.
+    /// The matrix flattens the image: it has no finite, non-empty range of slopes.
     Degenerate,
     /// The image axes are not those of the view (rotation, shear, an oblique direction), or
     /// the eye is not at the origin of view space.
@@ -52,11 +52,11 @@ impl fmt::Display for ProjectionError {
 impl std::error::Error for ProjectionError {}
 
 impl Camera {
-    /// Reads the camera from `clip_from_view`, for a view space with x right and y up that
-    /// looks down −z, and a viewport in physical pixels.
+    /// Reads the camera from `clip_from_view` and the viewport, which is in physical pixels. View
+    /// space has x right and y up, and looks down −z.
     ///
-    /// The depth row is not read: finite, infinite and reversed depth give the same camera.
-    /// Mirrored images (negative scale in x or y) give the camera of the mirror image.
+    /// The depth row is ignored: finite, infinite and reversed depth give the same camera. A
+    /// mirrored image (negative scale in x or y) gives the camera of the image that is not mirrored.
     ///
     /// # Errors
     /// [`ProjectionError`] for matrices that are not finite, flat, sheared or look backwards, and
@@ -170,7 +170,7 @@ impl Camera {
     }
 }
 
-/// The rows of a projection matrix that shape the image, each as coefficients of x, y, z and 1.
+/// The rows of a projection matrix that determine the image, as coefficients of x, y, z and 1.
 struct ProjectionRows {
     x: [Real; 4],
     y: [Real; 4],
@@ -205,7 +205,7 @@ fn perspective(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, Proje
     }
     let w_scale = -rows.w[2];
     let (x_min, x_max) = edges(x_scale, x_shift, w_scale)?;
-    // Camera y points down: the upper edge of clip space has the least slope.
+    // Camera y points down, so the upper edge of clip space has the smallest slope.
     let (y_min, y_max) = edges(-y_scale, y_shift, w_scale)?;
     // Clip space is two units across.
     let focal_px = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;

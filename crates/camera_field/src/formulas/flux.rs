@@ -6,11 +6,11 @@
 //! ```
 //!
 //! This closed form is ours: `c · n = −C (n · P) / z³`, where `n · P` is constant on the
-//! triangle, and `∫ z⁻³ da = area / (z₀ z₁ z₂)`. It is the area of the projected triangle
-//! (Property 1), signed: positive when the triangle faces the camera.
+//! triangle, and `∫ z⁻³ da = area / (z₀ z₁ z₂)`. It is the signed area of the projected triangle
+//! (Property 1), positive when the triangle faces the camera.
 //!
-//! A triangle's normal is `(P₁ − P₀) × (P₂ − P₀)`, its front the side that it points to.
-//! Occlusion is the caller's: eq. 8 integrates over *visible* surface.
+//! The normal of a triangle is `(P₁ − P₀) × (P₂ − P₀)` and points to its front. Eq. 8 integrates over
+//! *visible* surface, so callers must leave out hidden triangles.
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec3};
@@ -35,12 +35,12 @@ impl Intrinsics {
             .sum()
     }
 
-    /// The same for a triangle known to be in front of the camera; not clipped to the view.
+    /// Flux through a triangle in front of the camera, without clipping to the field of view.
     #[inline]
     pub fn flux_through_triangle_in_view(&self, [p0, p1, p2]: [Vec3; 3]) -> Real {
-        // det(P₀, P₁, P₂) by the edges: for a small triangle far away its columns nearly cancel.
+        // This is det(P₀, P₁, P₂). With edges, the columns of a small, distant triangle do not nearly cancel.
         let determinant = p0.dot((p1 - p0).cross(p2 - p0));
-        // A plane through the camera is seen edge-on, even where z is zero.
+        // The plane of the triangle contains the camera. The division below could give NaN if z is zero.
         if determinant == 0.0 {
             return 0.0;
         }
@@ -49,9 +49,9 @@ impl Intrinsics {
 
     /// Flux through a curved patch, given as a point for each pair of parameters in 0..=1.
     ///
-    /// The patch is cut into `cells × cells` quads of two triangles, and each triangle's flux is
-    /// exact, so the only error is that of the facets. The front is that of
-    /// `∂P/∂u × ∂P/∂v`. Nothing is allocated.
+    /// The patch is cut into `cells × cells` quads of two triangles. The flux of each triangle is
+    /// exact, so the only error is that of the facets. The normal `∂P/∂u × ∂P/∂v` points to the
+    /// front. Nothing is allocated.
     pub fn flux_through_patch(&self, cells: u16, point: impl Fn(Real, Real) -> Vec3) -> Real {
         let at = |column: u16, row: u16| {
             point(
@@ -78,13 +78,13 @@ impl Intrinsics {
     /// Φ = π r² (c · n) / (1 − r² (1 − n_z²) / z²)^(3/2)
     /// ```
     ///
-    /// The numerator is a splat's area by eq. 15; the denominator is the effect of perspective
-    /// within the splat. Infinite or NaN if the disk reaches the camera plane.
+    /// The numerator is the area of a splat (eq. 15). The denominator is the effect of perspective
+    /// within the splat. The result is infinite or NaN if the disk reaches the camera plane.
     pub fn flux_through_disk(&self, center: Vec3, normal: Vec3, radius: Real) -> Real {
-        // The density at the centre, for the whole disk.
+        // The numerator uses the density at the centre for the whole disk.
         let z_cubed = center.z * center.z * center.z;
         let factor = -self.constant_px2() * center.dot(normal) / z_cubed;
-        // The differences of depth within the disk.
+        // The denominator corrects for the differences of depth within the disk.
         let slant = (1.0 - normal.z * normal.z).max(0.0);
         let rest = 1.0 - radius * radius * slant / (center.z * center.z);
         core::f64::consts::PI as Real * radius * radius * factor / (rest * rest.sqrt())
@@ -93,7 +93,7 @@ impl Intrinsics {
     /// The part of a triangle inside the field of view.
     pub(super) fn clip_triangle(&self, triangle: [Vec3; 3]) -> ClippedTriangle {
         let mut clipped = ClippedTriangle::whole(triangle);
-        // The four sides leave nothing behind the camera: they meet only at its position.
+        // No near plane is needed: the four sides meet only at the camera, so nothing behind it remains.
         clipped.keep(|p| p.x - self.slope_min.x * p.z);
         clipped.keep(|p| self.slope_max.x * p.z - p.x);
         clipped.keep(|p| p.y - self.slope_min.y * p.z);
@@ -109,7 +109,7 @@ impl ClippedTriangle {
         Self { corners, count: 3 }
     }
 
-    /// Keeps the part where `inside` is not negative (Sutherland and Hodgman's step for one plane).
+    /// Keeps the part where `inside` is not negative (the step of Sutherland and Hodgman for one plane).
     fn keep(&mut self, inside: impl Fn(Vec3) -> Real) {
         let before = *self;
         self.count = 0;
@@ -136,7 +136,7 @@ impl ClippedTriangle {
         }
     }
 
-    /// Triangles that cover the polygon.
+    /// A fan of triangles that covers the polygon.
     pub(super) fn fan(&self) -> impl Iterator<Item = [Vec3; 3]> {
         (2..self.count).map(|last| {
             let [first, .., _] = self.corners;

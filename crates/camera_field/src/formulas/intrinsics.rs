@@ -7,17 +7,17 @@
 //! grad |c|  =  C (x, y, z − 3ρ²/z) / (ρ z³)               (14), Cartesian
 //! ```
 //!
-//! Deviation from the paper: pixels need not be square. All of the equations above
-//! hold with `C = f_x f_y` in place of `f²`, because the density of samples only
-//! depends on the area of a pixel. The shape of the sampling pattern (§3.4) is
-//! the one thing that does depend on `f_x / f_y`; see [`Intrinsics::pattern_aspect_ratio`].
+//! Deviation from the paper: pixels need not be square, so `C = f_x f_y` replaces `f²`. The
+//! equations above hold, because the density of samples depends only on the area of a pixel. Only
+//! the shape of the sampling pattern (§3.4) depends on `f_x / f_y`; see
+//! [`Intrinsics::pattern_aspect_ratio`].
 
 use super::scalar::{Real, Vec2, Vec3};
 
 /// A perspective camera: focal lengths and the edges of its image.
 ///
-/// The edges are slopes, `x/z` and `y/z`, so that an off-centre frustum (a tile, a
-/// shifted lens, one eye of a headset) needs nothing more.
+/// The edges are slopes, `x/z` and `y/z`. They also describe off-centre frusta: tiles, shifted
+/// lenses and the eyes of a headset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrinsics {
     /// Focal lengths `(f_x, f_y)`, in pixels: pixels per unit of slope.
@@ -52,7 +52,7 @@ impl Intrinsics {
         (self.slope_max - self.slope_min) * self.focal_px
     }
 
-    /// Whether `p` is inside the field of view. False for NaN and for the camera's own position.
+    /// Whether `p` is inside the field of view. False for NaN and for the position of the camera.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         p.z > 0.0
@@ -62,7 +62,7 @@ impl Intrinsics {
             && p.y <= self.slope_max.y * p.z
     }
 
-    /// Where `p` falls on the image, in pixels from the principal point.
+    /// Projects `p` to the image, in pixels from the principal point.
     #[inline]
     pub fn project_px(&self, p: Vec3) -> Vec2 {
         Vec2::new(p.x, p.y) / p.z * self.focal_px
@@ -99,15 +99,15 @@ impl Intrinsics {
 
     /// Aspect ratio of the sampling pattern, `cos φ = z/ρ` (§3.4), for square pixels.
     ///
-    /// 1 on the axis; small where neighbouring samples lie much closer together along the
-    /// radius of the image than across it.
+    /// It is 1 on the axis. It is small where neighbouring samples are much closer together along
+    /// the radius of the image than across it.
     #[inline]
     pub fn aspect_ratio(p: Vec3) -> Real {
         p.z / p.length()
     }
 
-    /// Aspect ratio of the sampling pattern when pixels may be oblong: the ratio of the least
-    /// to the greatest distance that the ellipse of one sample spans. Our extension of §3.4.
+    /// Aspect ratio of the sampling pattern for oblong pixels: the ratio of the minor to the major
+    /// axis of the ellipse of one sample. Our extension of §3.4.
     ///
     /// Equal to [`Intrinsics::aspect_ratio`] where `f_x = f_y`.
     #[inline]
@@ -118,7 +118,7 @@ impl Intrinsics {
         let xx = fx * fx * (1.0 + slope_x * slope_x);
         let yy = fy * fy * (1.0 + slope_y * slope_y);
         let xy = fx * fy * slope_x * slope_y;
-        // The greater eigenvalue, by the trace; the lesser one, by the determinant.
+        // The larger eigenvalue follows from the trace, the smaller one from the determinant.
         let half_trace = 0.5 * (xx + yy);
         let half_difference = 0.5 * (xx - yy);
         let greatest = half_trace + (half_difference * half_difference + xy * xy).sqrt();
@@ -164,9 +164,9 @@ impl Intrinsics {
         Vec3::new(p.x, p.y, p.z - 3.0 * rho * rho / p.z) * scale
     }
 
-    /// Pixels that one unit of displacement perpendicular to the sight ray moves at most:
-    /// `f ρ/z² = √(c / cos φ)`, reached along the radius of the image. With oblong pixels
-    /// the greater focal length makes this an upper bound.
+    /// Largest movement in pixels per unit of displacement perpendicular to the sight ray:
+    /// `f ρ/z² = √(c / cos φ)`. Displacements along the radius of the image reach it. For oblong
+    /// pixels it is an upper bound, with the larger focal length.
     #[inline]
     pub fn pixel_scale(&self, p: Vec3) -> Real {
         if self.contains(p) {
@@ -176,7 +176,7 @@ impl Intrinsics {
         }
     }
 
-    /// `1 / cos φ` at the widest corner of the image: the greatest secant in the field of view.
+    /// `1 / cos φ` at the widest corner of the image: the largest secant in the field of view.
     #[inline]
     pub fn max_secant(&self) -> Real {
         let widest = self.slope_min.abs().max(self.slope_max.abs());

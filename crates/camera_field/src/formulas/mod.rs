@@ -1,4 +1,4 @@
-//! All formulas, on the scalar and vector types of the module that holds this one.
+//! All formulas. The parent module defines their scalar and vector types.
 
 mod applications;
 mod bounds;

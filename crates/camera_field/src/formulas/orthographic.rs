@@ -1,9 +1,9 @@
 //! The constant field of an orthographic camera.
 //!
-//! Not in the paper: our extension. It is the limit of a perspective camera that backs away
-//! along its axis while its focal length grows in proportion, `f/z → pixels per unit`:
-//! the strength of eq. 5 tends to a constant, the direction to the axis, curl and gradient
-//! to zero, and the aspect ratio to 1.
+//! This is our extension of the paper. It is the limit of a perspective camera that moves back along
+//! its axis. Its focal length grows so that `f/z` tends to the pixels per unit. The strength of eq. 5
+//! tends to a constant and the direction to the axis. Curl and gradient tend to zero, and the aspect
+//! ratio tends to 1.
 
 use super::bounds::SphereBound;
 use super::scalar::{Real, Vec2, Vec3};
@@ -26,7 +26,7 @@ impl OrthographicIntrinsics {
         p.x >= self.min.x && p.x <= self.max.x && p.y >= self.min.y && p.y <= self.max.y
     }
 
-    /// The constant field: it points against the axis. Zero outside the view rectangle.
+    /// The constant field, which points against the axis. Zero outside the view rectangle.
     #[inline]
     pub fn field(&self, p: Vec3) -> Vec3 {
         Vec3::new(0.0, 0.0, -self.strength(p))
@@ -42,7 +42,7 @@ impl OrthographicIntrinsics {
         }
     }
 
-    /// Whether a sphere can touch the view rectangle. Never false for one that does; true for NaN.
+    /// Whether a sphere can touch the view rectangle. Never false for a sphere that does; true for NaN.
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
         let outside = center.x + radius < self.min.x
@@ -59,7 +59,7 @@ impl OrthographicIntrinsics {
         self.constant_over_sphere(density, center, radius)
     }
 
-    /// Upper bound of the pixels that one unit of displacement moves, over a sphere.
+    /// Upper bound of the pixels per unit of displacement over a sphere.
     #[inline]
     pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
         let greatest = self.pixels_per_unit.x.max(self.pixels_per_unit.y);

@@ -9,8 +9,8 @@
 
 use super::scalar::{Real, Vec2};
 
-/// A camera in the plane: samples per unit length, where [`crate::Intrinsics`] has samples per unit
-/// area.
+/// A camera in the plane. Its field is in samples per unit length, that of [`crate::Intrinsics`] in
+/// samples per unit area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarCamera {
     /// Focal length in pixels; the constant of eq. 2.
@@ -49,7 +49,7 @@ impl PlanarCamera {
         }
     }
 
-    /// Strength of the planar field (eq. 3): samples per unit length across the sight ray.
+    /// Strength of the planar field (eq. 3): samples per unit length perpendicular to the sight ray.
     #[inline]
     pub fn strength(&self, p: Vec2) -> Real {
         self.field(p).length()

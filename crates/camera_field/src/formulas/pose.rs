@@ -7,10 +7,10 @@
 use super::intrinsics::Intrinsics;
 use super::scalar::{Mat3, Real, Vec3};
 
-/// Where a camera is and how it is turned.
+/// The position and the rotation of a camera in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// `R`: turns camera space into world space. A rotation.
+    /// `R`: the rotation from camera space to world space.
     pub world_from_camera: Mat3,
     /// `o`: the centre of projection in the world.
     pub origin: Vec3,
@@ -61,7 +61,7 @@ impl Pose {
 pub struct PosedCamera {
     /// The camera.
     pub intrinsics: Intrinsics,
-    /// Its place in the world.
+    /// The position and the rotation of the camera.
     pub pose: Pose,
 }
 
@@ -93,15 +93,14 @@ impl PosedCamera {
 
 /// The sum of the fields of several cameras (§3.5).
 ///
-/// Its product with a normal is the joint sampling density of a surface only where every camera
-/// that sees the point sees the surface from its front: a camera behind the surface
-/// would count negatively in the sum, but does not sample it at all.
+/// Its product with a normal is the joint sampling density of a surface if no camera is behind the
+/// surface. A camera behind it counts negatively in the sum, but does not sample the surface.
 pub fn compound_field(cameras: &[PosedCamera], p: Vec3) -> Vec3 {
     cameras.iter().map(|camera| camera.field(p)).sum()
 }
 
-/// Samples per unit area that several cameras together take of a surface: those behind it
-/// add nothing.
+/// Samples per unit area that several cameras together take of a surface (§3.5). Cameras behind the
+/// surface add nothing.
 pub fn compound_density(cameras: &[PosedCamera], p: Vec3, normal: Vec3) -> Real {
     let density = |camera: &PosedCamera| camera.projection_factor(p, normal).max(0.0);
     cameras.iter().map(density).sum()

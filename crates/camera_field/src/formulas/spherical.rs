@@ -6,8 +6,8 @@
 //! grad |c|   = −2C / (ρ³ cos³φ) u_ρ + 3C sin φ / (ρ³ cos⁴φ) u_φ       (14)
 //! ```
 //!
-//! The φ part of the gradient is the curl: the strength changes across the sight rays as fast
-//! as the field turns.
+//! The φ component of the gradient equals the curl: the curl is the change of the strength across
+//! the sight rays.
 #![expect(
     clippy::disallowed_methods,
     reason = "these functions take angles; selection uses the Cartesian forms"

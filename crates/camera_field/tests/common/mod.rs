@@ -13,7 +13,7 @@ use camera_field::double::Intrinsics;
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 
-/// The widest angle off the axis that the tests go to.
+/// The largest angle off the axis in the tests.
 pub const MAX_OFF_AXIS_DEG: f64 = 85.0;
 
 /// A point given by its distance, its angle off the axis and its angle around the axis.
@@ -71,7 +71,7 @@ pub fn points() -> impl Strategy<Value = DVec3> {
         })
 }
 
-/// Unit vectors, evenly over the sphere.
+/// Unit vectors, uniform over the sphere.
 pub fn unit_vectors() -> impl Strategy<Value = DVec3> {
     (-1.0..1.0_f64, 0.0..core::f64::consts::TAU).prop_map(|(z, around)| {
         let across = (1.0 - z * z).sqrt();
@@ -79,7 +79,7 @@ pub fn unit_vectors() -> impl Strategy<Value = DVec3> {
     })
 }
 
-/// `count` directions, evenly over the sphere (a golden-angle spiral).
+/// `count` directions, spread evenly over the sphere on a golden-angle spiral.
 pub fn spread_directions(count: u32) -> impl Iterator<Item = DVec3> {
     const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
     (0..count).map(move |index| {
@@ -109,7 +109,7 @@ pub fn single(camera: &Intrinsics) -> camera_field::Intrinsics {
     }
 }
 
-/// Any `f32` at all, NaN and infinities included.
+/// Vectors of any `f32`, including NaN and infinities.
 pub fn any_vec3() -> impl Strategy<Value = Vec3> {
     let any = proptest::num::f32::ANY;
     (any, any, any).prop_map(Vec3::from)
@@ -123,8 +123,8 @@ where
     DVec3::AXES.map(|axis| (quantity(p + axis * step) - quantity(p - axis * step)) / (2.0 * step))
 }
 
-/// Pixel centres, as sight rays, whose rays meet a surface; the image is searched within
-/// `radius_px` of `middle_px`. Ground truth for every integral of the field.
+/// Counts the pixel centres whose sight rays meet a surface, within `radius_px` of `middle_px`. It is
+/// the ground truth for every integral of the field.
 pub fn count_samples(
     camera: &Intrinsics,
     middle_px: DVec2,

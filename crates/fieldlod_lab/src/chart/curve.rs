@@ -1,4 +1,4 @@
-//! Curves of triangles against image error, and reading them at equal error.
+//! Curves of triangles against image error, and their interpolation at equal error.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ pub(super) const THRESHOLDS_PX: [f32; 13] = [
     0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
 ];
 
-/// The cut of one threshold.
+/// The triangles and the image error of the cut at one threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Point {
     /// The threshold, in pixels.
@@ -62,9 +62,9 @@ impl PoseResult {
 pub enum Measure {
     /// Root mean squared difference of the picture.
     Rmse,
-    /// Distance of outlines.
+    /// Mean distance between outlines.
     Silhouette,
-    /// FLIP.
+    /// Mean of FLIP.
     Flip,
 }
 
@@ -93,9 +93,8 @@ impl Measure {
     }
 }
 
-/// The triangles of a curve at an error: interpolated between its points on logarithmic scales, after the curve
-/// is made monotone (errors jitter by a few per cent; neighbours that are out of order get their mean). `None`
-/// outside of the curve.
+/// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
+/// made monotone first, because errors jitter by a few per cent.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let points = curve.points.iter();
     at_error(
@@ -104,7 +103,7 @@ pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) ->
     )
 }
 
-/// The threshold of a curve at a number of triangles, interpolated between its points.
+/// Interpolates the threshold of a curve at a number of triangles; `None` outside of the curve.
 pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f64> {
     let of_point = |point: &Point| (point.triangles as f64, point.threshold_px);
     let mut points: Vec<(f64, f64)> = curve.points.iter().map(of_point).collect();
@@ -120,7 +119,7 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
     Some(from + share * (to - from))
 }
 
-/// As [`triangles_at_error`], for pairs of triangles and error.
+/// Does the work of [`triangles_at_error`] on pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
     let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
     let mut logs: Vec<(f64, f64)> = usable
@@ -141,12 +140,12 @@ fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64>
     Some((cost_0 + share * (cost_1 - cost_0)).exp())
 }
 
-/// The nearest curve, by least squares, whose errors never grow with the cost. Neighbours out of order are pooled
-/// (M. Ayer et al., 1955).
+/// Isotonic regression: the nearest curve by least squares whose errors never grow with the cost. Neighbours that are
+/// out of order get their mean (M. Ayer et al., 1955).
 fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut pools: Vec<(f64, usize)> = Vec::new();
     for &(_, error) in points {
-        // A point joins the pools before it while its error is greater.
+        // A point joins the earlier pools while its error is larger than theirs.
         let mut pool = (error, 1usize);
         while let Some(&(before, count)) = pools.last()
             && before < pool.0
@@ -172,7 +171,7 @@ fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// If the error is 1000 / triangles, any error needs 1000 / error triangles, between points too.
+    /// If the error is 1000 / triangles, an error needs 1000 / error triangles, also between points.
     #[test]
     fn power_law_is_interpolated_exactly() {
         let points = || {

@@ -15,8 +15,8 @@ use crate::method::Method;
 const SIZE_PX: (u32, u32) = (860, 600);
 const TITLE: (&str, u32) = ("sans-serif", 24);
 const TEXT: (&str, u32) = ("sans-serif", 15);
-/// The methods that are drawn. The guarantee is a promise about displacement, not about the picture, and ranges
-/// reach the same errors as clusterlod in few poses.
+/// The methods that are drawn. [`Method::Guaranteed`] is missing because it limits displacements, not image errors.
+/// [`Method::VisibilityRange`] is missing because it reaches clusterlod's errors in few poses only.
 const DRAWN: [Method; 4] = [
     Method::Clusterlod,
     Method::ClusterlodOnOurLevels,
@@ -47,7 +47,7 @@ fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {
     for (line, text) in (0..).zip(notes(report)) {
         area.draw(&Text::new(text, (24, 54 + 20 * line), TEXT))?;
     }
-    // Logarithmic axes around all points.
+    // The logarithmic axes contain all points.
     let drawn = |point: &&TrianglesAtError| DRAWN.contains(&point.method);
     let points = || report.curves.iter().filter(drawn);
     let x = range(points().map(|point| point.rmse));
@@ -136,14 +136,14 @@ fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     }
 }
 
-/// 1, 2 and 5 times powers of ten.
+/// The ticks of an axis: 1, 2 and 5 times powers of ten.
 fn ticks(range: &Range<f64>) -> Vec<f64> {
     let powers = (-9..=12).map(|power| 10f64.powi(power));
     let ticks = powers.flat_map(|power| [power, 2.0 * power, 5.0 * power]);
     ticks.filter(|tick| range.contains(tick)).collect()
 }
 
-/// 500, 20k.
+/// Formats a number as `500` or `20k`.
 fn thousands(count: f64) -> String {
     if count >= 1e3 {
         format!("{:.0}k", count / 1e3)

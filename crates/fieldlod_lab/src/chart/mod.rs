@@ -1,29 +1,29 @@
 //! The chart: triangles against image error, for this project and other systems.
 //!
-//! Every method chooses cuts of a model at a range of thresholds, from several [poses](Pose). Each cut is drawn,
+//! Every method chooses cuts of a model at a range of thresholds, from several [poses](Pose). Each cut is drawn and
 //! compared with the source mesh, and its triangles are counted ([`PoseResult`]). Methods are then compared *at
-//! equal error*: how many triangles one needs for the image error of another ([`Ratios`]).
+//! equal error*: how many triangles does one method need for the image error of another ([`Ratios`])?
 //!
-//! # What makes the comparison fair
-//! - The baseline of all ratios is clusterlod as a whole: its metric on the hierarchy that clusterlod builds, by
-//!   its defaults, of the same mesh, with clusters and groups of the same size.
+//! # Fairness of the comparison
+//! - The baseline of all ratios is clusterlod as a whole: its metric on the hierarchy that clusterlod builds of the
+//!   same mesh. The build uses clusterlod's defaults, with clusters and groups of the same size as ours.
 //! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on this project's
 //!   hierarchy. It separates the gain of the levels from that of the criterion. All other methods use this
 //!   project's hierarchy.
-//! - Both are drawn with the texture of the file, if it can be read, else with a fine pattern.
+//! - Both hierarchies are drawn with the texture of the file, or with a fine pattern if the texture cannot be read.
 //! - All methods use the error that the simplifier reports, as they do in their own systems.
 //! - Only units that touch the view are counted, as if all renderers culled them.
 //! - Whole-object methods have few cuts. Their curves are interpolated between them.
 //!
 //! # Training and test
-//! The constants of the criterion (the weights of visible share and silhouette, the root, and the meaning of 1 px)
-//! were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
-//! six poses each (`--seed 11`). The reported figures are measured on [`Generated::TEST`], or on a user's models,
-//! from other poses.
+//! The criterion has four constants: the weights of visible share and silhouette, the root, and the meaning of 1 px.
+//! They were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
+//! six poses each (`--seed 11`). The reported figures are measured from other poses, on [`Generated::TEST`] or on a
+//! user's models.
 //!
 //! # Simplifications
-//! Pictures are small, for software adapters. Thresholds in pixels scale with the picture, so a small picture of a
-//! mesh in small units represents a large picture of a finer mesh.
+//! Pictures are small, because software adapters are slow. Thresholds in pixels scale with the picture, so a small
+//! picture of a mesh in small units represents a large picture of a finer mesh.
 
 mod curve;
 mod draw;

@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::eye::Eye;
 use crate::object::LodObject;
 
-/// Fields of view of successive poses, in degrees upwards.
+/// Vertical fields of view of successive poses, in degrees.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
 /// Distances from the center of an object, in radii.
 const NEAREST_RADII: f32 = 1.25;
@@ -23,7 +23,7 @@ pub struct Pose {
     pub position: [f32; 3],
     /// The point that it looks at.
     pub target: [f32; 3],
-    /// Field of view upwards, in degrees.
+    /// Vertical field of view, in degrees.
     pub fovy_deg: f32,
 }
 
@@ -36,13 +36,13 @@ impl Pose {
     }
 }
 
-/// `count` poses around an object, or above it if it is a ground: near and far, most of them not aimed at its
+/// `count` poses around an object, or above it if it is a ground. They are near and far, and most are not aimed at its
 /// center. The same seed gives the same poses.
 pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     let is_ground = is_ground(object);
     let pose = |index: usize| {
         let random = Random { seed, index };
-        // Stratified, so that few poses cover the range.
+        // Each pose has its own part of the range, so that few poses cover all of it.
         let share = (index as f32 + random.share(0)) / count as f32;
         let fovy_deg = FOVS_DEG[index % FOVS_DEG.len()];
         let (position, target) = if is_ground {
@@ -59,7 +59,7 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Whether an object is much wider than it is high, along +Y.
+/// Whether an object is a ground: much wider than it is high, along +Y.
 fn is_ground(object: &LodObject) -> bool {
     let extent = object.aabb.max - object.aabb.min;
     extent.y < 0.3 * extent.x.min(extent.z)
@@ -75,7 +75,7 @@ fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
 
 fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
-    // From one place on the ground to another, both away from its border.
+    // The camera looks from one place on the ground to another. Both are away from the border.
     let place = |slot: u64| {
         let (x, z) = (random.share(slot), random.share(slot + 1));
         object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)
@@ -84,7 +84,7 @@ fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
     (from + Vec3::Y * (height * object.radius), to)
 }
 
-/// Numbers that depend only on the seed, the pose and the slot.
+/// Random numbers that depend only on the seed, the pose and the slot.
 #[derive(Clone, Copy)]
 struct Random {
     seed: u64,
@@ -98,7 +98,7 @@ impl Random {
         (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// A direction, evenly over the sphere; takes two slots.
+    /// A random direction, uniform over the sphere. It uses two slots.
     fn direction(self, slot: u64) -> Vec3 {
         let z = 2.0 * self.share(slot) - 1.0;
         let (sin, cos) = (std::f32::consts::TAU * self.share(slot + 1)).sin_cos();

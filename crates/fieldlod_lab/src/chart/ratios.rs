@@ -1,4 +1,4 @@
-//! Triangles of methods relative to clusterlod's with its own levels, at equal error, over poses and models.
+//! Triangles of methods relative to clusterlod on its own levels, at equal error, over poses and models.
 
 use serde::Serialize;
 
@@ -8,14 +8,14 @@ use crate::method::Method;
 /// Methods are compared at the errors of clusterlod at these thresholds, in pixels.
 pub const COMPARED_AT_PX: [f64; 3] = [0.4, 1.0, 2.5];
 
-/// Triangles of a method over those of clusterlod at the same error.
+/// Triangles of a method divided by those of clusterlod at the same error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratios {
     /// The method.
     pub method: Method,
-    /// The measure of error at which both are equal.
+    /// The measure of image error that is equal for both.
     pub measure: Measure,
-    /// Clusterlod's threshold at which the error is taken, in pixels.
+    /// The threshold of clusterlod that gives the error, in pixels.
     pub at_px: f64,
     /// Geometric mean over poses.
     pub mean: f64,
@@ -23,7 +23,7 @@ pub struct Ratios {
     pub least: f64,
     /// The ratio in the worst pose.
     pub greatest: f64,
-    /// Poses compared; the others have errors outside of the method's curve.
+    /// The number of compared poses. In the other poses, the error is outside of the method's curve.
     pub poses: usize,
 }
 

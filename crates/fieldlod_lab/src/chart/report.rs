@@ -1,4 +1,4 @@
-//! The results of all models and poses together.
+//! Summarises the results of all models and poses.
 
 use serde::Serialize;
 
@@ -9,8 +9,8 @@ use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
 use super::{ModelResult, Options};
 use crate::method::Method;
 
-/// A method is charted at an error only if at least this share of the poses can be compared.
-const LEAST_SHARE: f64 = 0.6;
+/// The chart has a point of a method only if at least this share of the poses can be compared.
+const MIN_COMPARED_SHARE: f64 = 0.6;
 
 /// The numbers of a chart.
 #[derive(Clone, Debug, Serialize)]
@@ -34,7 +34,7 @@ pub struct Report {
 /// The ratios of a model, or of all models together.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModelRatios {
-    /// Its name.
+    /// The model's name.
     pub name: String,
     /// Triangles of the source.
     pub triangles: u64,
@@ -47,11 +47,11 @@ pub struct ModelRatios {
 pub struct TrianglesAtError {
     /// The method.
     pub method: Method,
-    /// The threshold of clusterlod with that error, in pixels.
+    /// The threshold of clusterlod that gives the error, in pixels.
     pub at_px: f64,
-    /// Root mean squared difference of the picture, in levels of 255.
+    /// Root mean squared difference of the picture, on a scale of 255.
     pub rmse: f64,
-    /// The threshold at which the method has that error, in pixels.
+    /// The threshold at which the method has the same error, in pixels.
     pub threshold_px: f64,
     /// Triangles of units in view.
     pub triangles: f64,
@@ -115,16 +115,16 @@ fn curves(poses: &[&PoseResult], methods: &[Method]) -> Vec<TrianglesAtError> {
         .collect()
 }
 
-/// clusterlod's mean times the mean ratio to it, over the poses that have one. `None` if clusterlod draws the source
-/// itself in some pose.
+/// The mean of clusterlod times the mean ratio of the method to clusterlod, over the poses that can be compared. `None`
+/// if there are too few of them, or if clusterlod draws the source itself in some pose.
 fn mean_point(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<TrianglesAtError> {
     let pairs_of = |method| -> Vec<Pair> {
         let pairs = poses.iter().map(|pose| Pair::new(pose, method, at_px));
         pairs.flatten().collect()
     };
     let (pairs, based) = (pairs_of(method), pairs_of(Method::Clusterlod));
-    // The mean over few poses would belong to other poses than clusterlod's mean.
-    let enough = LEAST_SHARE * poses.len() as f64;
+    // A mean ratio over few poses does not fit clusterlod's mean over all poses.
+    let enough = MIN_COMPARED_SHARE * poses.len() as f64;
     if pairs.is_empty() || (pairs.len() as f64) < enough || based.len() < poses.len() {
         return None;
     }
@@ -149,7 +149,7 @@ struct Pair<'a> {
     base: CurvePlace<'a>,
 }
 
-/// A place on a curve, between its points.
+/// A place on a curve, which may be between its points.
 struct CurvePlace<'a> {
     curve: &'a Curve,
     triangles: f64,

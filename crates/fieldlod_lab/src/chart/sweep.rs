@@ -1,4 +1,4 @@
-//! Pictures of all methods at all thresholds from one pose.
+//! Draws and measures the cuts of all methods at all thresholds from one pose.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::object::{ErrorSource, LodObject};
 use crate::object_view::ObjectView;
 use crate::render::{DrawnModel, Picture, RenderError, Renderer};
 
-/// A model at the origin with the levels of both systems, uploaded.
+/// An uploaded model at the origin, with the levels of both systems.
 pub(super) struct Subject<'a> {
     renderer: &'a Renderer,
     pub(super) ours: Levels,
@@ -59,12 +59,12 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A model from one pose: its reference, and the errors measured so far.
+/// A model from one pose: its reference picture and the errors that are already measured.
 struct PoseView<'a> {
     subject: &'a Subject<'a>,
     eye: Eye,
     reference: Picture,
-    /// Different thresholds and methods often choose the same units of the same levels.
+    /// Image errors by units and levels. It saves time, because thresholds and methods often choose the same units.
     measured: HashMap<(Vec<u32>, bool), ImageError>,
 }
 

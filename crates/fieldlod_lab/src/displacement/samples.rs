@@ -7,13 +7,13 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) position: Vec3,
-    /// Two edges of its triangle, in winding order. Their cross product is the normal in any space.
+    /// Two edges of the triangle, in winding order. Their cross product is the normal in any space.
     pub(super) edges: [Vec3; 2],
-    /// The unit that contains it.
+    /// The unit that contains the sample.
     pub(super) unit: u32,
 }
 
-/// Corners, middles and middles of edges of the units' triangles, thinned evenly to about `count`.
+/// Corners, centers and edge midpoints of the units' triangles, thinned evenly to about `count`.
 pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> Vec<Sample> {
     let count_of = |&unit: &u32| u64::from(hierarchy.units[unit as usize].triangle_count);
     let triangles: u64 = units.iter().map(count_of).sum();
@@ -25,7 +25,7 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
-            // Two candidates of each triangle, of alternating kinds.
+            // Each triangle has two candidates. Their kinds alternate.
             for pick in 0..2 {
                 if next % step == 0 {
                     samples.push(sample(corners, unit, next / step + pick));

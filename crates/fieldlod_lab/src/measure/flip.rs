@@ -1,10 +1,10 @@
-//! FLIP, by NVIDIA's implementation.
+//! The image metric FLIP, computed by NVIDIA's implementation.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 
 use crate::render::Picture;
 
-/// The mean of FLIP over the picture, from 0 to 1, at the 67 pixels per degree of a desktop screen.
+/// The mean of FLIP over the picture, from 0 to 1, seen at 67 pixels per degree, as on a desktop screen.
 #[must_use]
 pub fn flip_mean(reference: &Picture, picture: &Picture) -> f64 {
     let [reference, picture] = [reference, picture].map(|picture| {
@@ -22,7 +22,7 @@ mod tests {
     use crate::measure::tests::flat;
     use glam::UVec2;
 
-    /// Black on white is about the greatest possible error.
+    /// Black on white is about the largest possible error.
     #[test]
     fn flip_of_black_on_white_is_nearly_one() {
         let [black, white] = [0.0, 255.0].map(|level| flat(UVec2::splat(32), level, 32));

@@ -13,13 +13,13 @@ pub use silhouette::silhouette_px;
 /// Differences of a picture from the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ImageError {
-    /// Root of the mean squared difference of channels, of 255, over the pixels that show a surface in
-    /// either picture.
+    /// Root mean squared difference of the colour channels, on a scale of 255, over the pixels that show a
+    /// surface in either picture.
     pub rmse: f64,
-    /// Area between the outlines over the length of the reference's: their mean distance in pixels.
+    /// Mean distance between the outlines, in pixels; see [`silhouette_px`].
     pub silhouette_px: f64,
     /// Mean of FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG
-    /// 2020) over those pixels, from 0 to 1, if requested.
+    /// 2020) over the same pixels, from 0 to 1, if requested.
     pub flip: Option<f64>,
 }
 
@@ -30,7 +30,7 @@ pub struct ImageError {
 #[must_use]
 pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> ImageError {
     assert_eq!(reference.size_px, picture.size_px, "pictures of one size");
-    // Only pixels that show a surface count.
+    // Only pixels that show a surface count. Otherwise the error would depend on the size of the background.
     let shown = shown_in_either(reference, picture);
     let pixels = shown.iter().filter(|&&shown| shown).count().max(1) as f64;
     let pairs = reference.colors.iter().zip(&picture.colors).zip(&shown);
@@ -45,7 +45,7 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     }
 }
 
-/// Pixels with a covered texel.
+/// Whether each pixel has a covered texel in `a` or in `b`.
 fn shown_in_either(a: &Picture, b: &Picture) -> Vec<bool> {
     use crate::render::SUPERSAMPLING as N;
     let width = a.size_px.x * N;

@@ -4,22 +4,21 @@ use std::f64::consts::FRAC_PI_4;
 
 use crate::render::{Picture, SUPERSAMPLING};
 
-/// The area that one picture covers and the other does not, over the length of the reference's
-/// outline: the mean distance between the outlines, in pixels. 0 if the reference has no outline.
+/// Mean distance between the outlines, in pixels: the area that only one picture covers, divided by the
+/// length of the reference's outline. 0 if the reference has no outline.
 ///
-/// The length is that of the steps between texels times π/4, which is right on average over all
-/// directions (A. Cauchy, M. Crofton).
+/// The length is the number of texel edges along the outline times π/4, which is right on average over
+/// all directions (A. Cauchy, M. Crofton).
 #[must_use]
 pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
     let texels_to_px = 1.0 / f64::from(SUPERSAMPLING);
-    // The area that only one of them covers.
     let pairs = reference.covered.iter().zip(&picture.covered);
     let area = pairs.filter(|(a, b)| a != b).count() as f64 * texels_to_px * texels_to_px;
     let outline = outline_steps(reference) as f64 * FRAC_PI_4 * texels_to_px;
     if outline > 0.0 { area / outline } else { 0.0 }
 }
 
-/// Sides of texels between covered and not covered.
+/// The number of texel edges between covered and uncovered texels.
 fn outline_steps(picture: &Picture) -> usize {
     let width = (picture.size_px.x * SUPERSAMPLING) as usize;
     let rows = || picture.covered.chunks_exact(width);
@@ -54,9 +53,9 @@ mod tests {
         picture
     }
 
-    /// Disks of 40 and 42 px: the ring between them is 2 px wide, and a little longer outside.
+    /// The ring between disks of 40 and 42 px is 2 px wide. Its outer edge is a little longer than its inner edge.
     #[test]
-    fn distance_of_concentric_disks_is_the_ring() {
+    fn distance_of_concentric_disks_is_the_ring_width() {
         let off = silhouette_px(&disk(100, 40.0), &disk(100, 42.0));
         let ring = (42.0f64.powi(2) - 40.0f64.powi(2)) / (2.0 * 40.0);
         assert!((off - ring).abs() < 0.03, "{off} {ring}");

@@ -1,8 +1,8 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
-//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn from directions spread over the sphere and compared with
-//! the source. Its bounding sphere has each of [`RADII_PX`] on screen. The levels that the selection chooses at
-//! [`ERROR_PX`] of quality are drawn and compared, too.
+//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn and compared with the source, from directions spread over
+//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen. The levels that the
+//! selection chooses at [`ERROR_PX`] are compared in the same way.
 
 mod prop;
 
@@ -20,9 +20,9 @@ pub use prop::Prop;
 
 /// Radii of the mesh on screen, in pixels.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
-/// The threshold of the selection.
+/// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
-/// Field of view of the pictures, in degrees: narrow, because small props are far away.
+/// Field of view of the pictures, in degrees. It is narrow, because props are small on screen when they are far away.
 const FOVY_DEG: f32 = 10.0;
 
 /// The levels of one mesh.
@@ -30,9 +30,9 @@ const FOVY_DEG: f32 = 10.0;
 pub struct PropResult {
     /// The mesh's name.
     pub name: String,
-    /// Triangles of its source.
+    /// Triangles of the source.
     pub triangles: u64,
-    /// Its levels without the source, finest first.
+    /// The levels without the source, finest first.
     pub levels: Vec<LevelResult>,
     /// Mean triangles and errors of the selected levels at each of [`RADII_PX`].
     pub chosen: Vec<(f64, Look)>,
@@ -41,29 +41,29 @@ pub struct PropResult {
 /// One level.
 #[derive(Clone, Debug, Serialize)]
 pub struct LevelResult {
-    /// Its triangles.
+    /// Triangles of the level.
     pub triangles: u32,
-    /// Its error, relative to the radius of the mesh.
+    /// Error of the level, relative to the radius of the mesh.
     pub error: f32,
-    /// Its image errors at each of [`RADII_PX`].
+    /// Image errors at each of [`RADII_PX`].
     pub looks: Vec<Look>,
 }
 
-/// Differences of pictures from the source's; means over all directions.
+/// Differences of pictures from pictures of the source; means over all directions.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Look {
-    /// Root of the mean squared difference of channels, of 255.
+    /// Root mean squared difference of the colour channels, on a scale of 255.
     pub rmse: f64,
     /// Mean of FLIP, 0 to 1.
     pub flip: f64,
-    /// Area covered, relative to the source's.
+    /// Covered area, relative to that of the source.
     pub covered: f64,
 }
 
 /// Measures the levels of a prop of one or more `baked` meshes.
 ///
 /// # Errors
-/// As [`Renderer::draw`].
+/// The errors of [`Renderer::draw`].
 pub fn measure(
     renderer: &Renderer,
     name: &str,
@@ -115,7 +115,7 @@ impl Look {
     }
 }
 
-/// The differences of a picture from the source's.
+/// The differences of a picture from a picture of the source.
 #[must_use]
 pub fn look_of(reference: &Picture, picture: &Picture) -> Look {
     let error = image_error(reference, picture, true);
@@ -131,13 +131,13 @@ pub fn look_of(reference: &Picture, picture: &Picture) -> Look {
 #[must_use]
 pub fn direction(index: u32, count: u32) -> Vec3 {
     let y = 1.0 - 2.0 * (index as f32 + 0.5) / count as f32;
-    // By the golden angle no two directions have the same meridian.
+    // Steps of the golden angle spread the directions evenly around the axis.
     let (sin, cos) = (index as f32 * 2.399_963).sin_cos();
     let across = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(across * cos, y, across * sin)
 }
 
-/// An eye for which a sphere has a radius of `radius_px` on screen.
+/// An eye from which a sphere has a radius of `radius_px` on screen.
 #[must_use]
 pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
     let size_px = (2.8 * radius_px).ceil().max(16.0);
@@ -146,7 +146,7 @@ pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
     eye.looking_at(sphere.center + direction * distance, sphere.center)
 }
 
-/// A table for each mesh: one row per level, the sizes side by side.
+/// A table for each mesh: one row per level, one column per size.
 #[must_use]
 pub fn table(results: &[PropResult]) -> String {
     let mut text =

@@ -8,12 +8,12 @@ use super::ERROR_PX;
 use crate::eye::Eye;
 use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
 
-/// The meshes of a prop as levels of whole meshes, uploaded.
+/// The uploaded meshes of a prop, with levels of whole meshes.
 #[derive(Debug)]
 pub struct Prop {
     meshes: Vec<Hierarchy>,
     models: Vec<DrawnModel>,
-    /// Around the sources, so that different bakes have the same size on screen.
+    /// The sphere around the source vertices. It is equal for all bakes, so they have the same size on screen.
     pub sphere: Sphere,
 }
 
@@ -21,7 +21,7 @@ pub struct Prop {
 type Units = Vec<u32>;
 
 impl Prop {
-    /// Uploads the levels of whole meshes of `baked`.
+    /// Uploads `baked` as levels of whole meshes.
     #[must_use]
     pub fn new(renderer: &Renderer, baked: &[Hierarchy]) -> Self {
         let whole = |baked: &Hierarchy| baked.whole_mesh_levels().unwrap_or_else(|| baked.clone());
@@ -37,13 +37,13 @@ impl Prop {
         }
     }
 
-    /// Full detail.
+    /// The units of full detail.
     #[must_use]
     pub fn source(&self) -> Units {
         vec![0; self.meshes.len()]
     }
 
-    /// All levels but the source with their errors. At each error, all meshes are as coarse as it allows.
+    /// All levels except the source, each with its error. A level has the coarsest unit of each mesh within its error.
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
         let groups = self.meshes.iter().flat_map(|mesh| &mesh.groups);
         let mut errors: Vec<f32> = groups
@@ -91,7 +91,7 @@ impl Prop {
     /// Draws some units.
     ///
     /// # Errors
-    /// As [`Renderer::draw`].
+    /// The errors of [`Renderer::draw`].
     pub fn draw(
         &self,
         renderer: &Renderer,

@@ -7,7 +7,7 @@ use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2};
 use super::RenderError;
 use crate::eye::Eye;
 
-/// The shader's `View`: a view of one place.
+/// The shader's `View`, for one placement.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Uniform {
@@ -16,7 +16,7 @@ pub(super) struct Uniform {
     light_in_local: [f32; 4],
 }
 
-/// The direction towards the light that is fixed in the world.
+/// The direction from a surface to the light that is fixed in the world.
 const TO_LIGHT: DVec3 = DVec3::new(-0.5, 0.7, 0.5);
 
 /// A view of the world.
@@ -39,7 +39,7 @@ impl WorldView {
         );
         let scale = 2.0 / (max - min);
         let middle = (max + min) * 0.5;
-        // Rows from camera space (x right, y down, z = depth); nearness falls from 1 at the near plane.
+        // From camera space (x right, y down, z = depth). Depth is reversed: 1 at the near plane, 0 at infinity.
         let clip_from_camera = DMat4::from_cols(
             DVec4::new(scale.x, 0.0, 0.0, 0.0),
             DVec4::new(0.0, -scale.y, 0.0, 0.0),
@@ -55,7 +55,7 @@ impl WorldView {
         })
     }
 
-    /// The uniform of one place, in double precision until the end. Its scale must be the same along all axes.
+    /// The uniform of one placement, computed in double precision. The scale must be the same along all axes.
     pub(super) fn of_place(&self, world_from_local: &Affine3A) -> Uniform {
         let world_from_local =
             DAffine3::from_cols_array(&world_from_local.to_cols_array().map(f64::from));

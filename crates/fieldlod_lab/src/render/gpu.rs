@@ -25,7 +25,7 @@ pub struct Renderer {
     adapter: String,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
-    /// The targets of the last picture, since most pictures have the same size.
+    /// The targets of the last picture, which are reused because most pictures have the same size.
     targets: RefCell<Option<Targets>>,
 }
 
@@ -105,7 +105,7 @@ impl Renderer {
     /// Draws units of many models.
     ///
     /// # Errors
-    /// As [`Renderer::draw`].
+    /// The errors of [`Renderer::draw`].
     pub fn draw_scene(&self, placed: &[PlacedUnits], eye: &Eye) -> Result<Picture, RenderError> {
         let view = WorldView::new(eye)?;
         let size = view.size_px * SUPERSAMPLING;
@@ -121,7 +121,7 @@ impl Renderer {
     }
 
     fn submit(&self, placed: &[PlacedUnits], view: &WorldView, targets: &Targets) {
-        // One uniform per place, at multiples of the required alignment.
+        // One uniform per placement, at multiples of the required alignment.
         let alignment = self.device.limits().min_uniform_buffer_offset_alignment as usize;
         let stride = size_of::<Uniform>().next_multiple_of(alignment);
         let mut uniforms = vec![0; stride * placed.len().max(1)];
@@ -135,7 +135,7 @@ impl Renderer {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let bindings = self.bindings(&uniforms);
-        // One cleared pass.
+        // One pass clears the targets and draws all models.
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -186,7 +186,7 @@ impl Targets {
     }
 }
 
-/// One uniform at a dynamic offset.
+/// The layout of one uniform at a dynamic offset.
 fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,

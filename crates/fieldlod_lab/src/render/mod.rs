@@ -4,9 +4,9 @@
 //! returns colours and coverage. The same adapter, software or not, always returns the same picture.
 //!
 //! # Shading
-//! A light fixed in the world and one at the eye, Lambert with a highlight, smooth normals. The base colour
-//! texture of a surface is drawn where it is known, else a pattern of waves on the texture coordinates, so that sliding
-//! texture coordinates become visible; both are multiplied by vertex colours. Both sides of a triangle are drawn.
+//! One light is fixed in the world and one is at the eye. Surfaces have smooth normals, Lambert shading and a highlight.
+//! The albedo is the base colour texture times the vertex colour. If the texture is not known, a pattern of waves
+//! replaces it, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
 //!
 //! # Out of scope
 //! Materials, shadows, transparency, orthographic views.
@@ -39,7 +39,7 @@ pub enum RenderError {
     /// The adapter returned no device.
     #[error("could not open graphics adapter {adapter}: {source}")]
     NoDevice {
-        /// Its name.
+        /// The name of the adapter.
         adapter: String,
         /// The adapter's error.
         source: wgpu::RequestDeviceError,

@@ -26,7 +26,7 @@ pub struct DrawnModel {
 pub struct PlacedUnits<'a> {
     /// The model.
     pub model: &'a DrawnModel,
-    /// Its place; its scale must be the same along all axes.
+    /// The placement. Its scale must be the same along all axes.
     pub world_from_local: Affine3A,
     /// The units to draw.
     pub units: &'a [u32],
@@ -95,9 +95,10 @@ fn vertices_of(hierarchy: &Hierarchy, surface: Option<&Surface>) -> Vec<Vertex> 
     };
     let tint = surface.map_or(Vec3::ONE, Surface::base_color);
     let mapping = surface.and_then(Surface::mapping).unwrap_or_default();
-    let uvs = match mapping.uses_uvs_1 {
-        true => &source.uvs_1,
-        false => &source.uvs,
+    let uvs = if mapping.uses_uvs_1 {
+        &source.uvs_1
+    } else {
+        &source.uvs
     };
     let color = |index: usize| {
         let color = source.colors.get(index);
@@ -117,8 +118,8 @@ fn vertices_of(hierarchy: &Hierarchy, surface: Option<&Surface>) -> Vec<Vertex> 
     (0..source.positions.len()).map(vertex).collect()
 }
 
-/// Computes area-weighted mean normals: of the source's vertices over the source triangles, of moved
-/// vertices over all that use them.
+/// Computes area-weighted mean normals. For a source vertex, only source triangles count. For a moved vertex, all
+/// triangles that use it count.
 fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     let positions = &hierarchy.vertices.positions;
     let mut normals = vec![Vec3::ZERO; positions.len()];
@@ -136,7 +137,7 @@ fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
     normals.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// Lists all units' triangles by vertices of the hierarchy, one unit after the other.
+/// Lists the vertex indices of all triangles, unit by unit, and the range of each unit's indices.
 fn indices_of(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<Range<u32>>) {
     let mut indices = Vec::new();
     let mut units = Vec::with_capacity(hierarchy.units.len());

@@ -4,22 +4,22 @@ use glam::UVec2;
 
 use super::SUPERSAMPLING;
 
-/// The colour behind all surfaces, encoded, 0 to 255.
+/// The background colour, encoded as sRGB, 0 to 255.
 const BACKGROUND: [u8; 3] = [46, 54, 66];
 
-/// Colours of pixels, and which texels a surface covers.
+/// The colours of pixels, and the texels that a surface covers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width and height in pixels.
     pub size_px: UVec2,
     /// Red, green and blue by rows, encoded as sRGB, 0 to 255 with fractions.
     pub colors: Vec<[f32; 3]>,
-    /// Whether each texel shows a surface, by rows; [`SUPERSAMPLING`] times as many each way.
+    /// Whether each texel shows a surface, by rows. A pixel has [`SUPERSAMPLING`] texels along each axis.
     pub covered: Vec<bool>,
 }
 
 impl Picture {
-    /// Averages texels with coverage in alpha.
+    /// Averages the texels of each pixel. Their alpha is above 0 where a surface covers them.
     pub(super) fn of_texels(size_texels: UVec2, texels: &[[u8; 4]]) -> Self {
         let size_px = size_texels / SUPERSAMPLING;
         let linear: Vec<f32> = (0..=255u8).map(|level| decoded(f32::from(level))).collect();
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(picture.to_bytes(), [200, 100, 7]);
     }
 
-    /// Half of the light of white is encoded as 188, not as 128.
+    /// Half of the light of white is 188 in sRGB, not 128.
     #[test]
     fn texels_are_averaged_in_linear_light() {
         let (white, black) = ([255; 4], [0, 0, 0, 255]);

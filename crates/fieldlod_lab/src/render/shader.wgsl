@@ -35,13 +35,13 @@ fn vertex(in: Vertex) -> Corner {
 }
 
 const PI: f32 = 3.14159265;
-/// Waves along a unit of texture coordinates.
+/// Number of waves per unit of texture coordinates.
 const WAVES: f32 = 24.0;
 
 /// Albedo of a surface without texture coordinates.
 const PLAIN: f32 = 0.55;
 
-/// The texture; if it has a single texel, a pattern of waves that fades where it is finer than the picture.
+/// The texture. If it has a single texel, a pattern of waves, which fades where the waves are finer than a pixel.
 fn albedo(uv: vec2<f32>) -> vec4<f32> {
     let texel = textureSample(base_color, base_sampler, uv);
     let width = fwidth(uv) * WAVES;
@@ -64,7 +64,7 @@ fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
 fn facing(in: Corner) -> vec3<f32> {
     let to_eye = view.eye_in_local.xyz - in.position;
     let normal = normalize(in.normal);
-    // Backs are lit too, but silhouettes keep their normals.
+    // Back faces are lit as front faces. The tolerance keeps smooth normals at the silhouette, where they may point away.
     return select(-normal, normal, dot(normal, to_eye) >= -0.15 * length(to_eye));
 }
 

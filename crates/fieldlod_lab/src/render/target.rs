@@ -10,7 +10,7 @@ const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// Format of the depth buffer.
 pub(super) const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// A texture of four bytes a texel.
+/// A render target with four bytes per texel.
 #[derive(Debug)]
 pub(super) struct Target {
     texture: wgpu::Texture,
@@ -93,7 +93,7 @@ impl Target {
         buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
         wait(device)?;
         let bytes = buffer.slice(..).get_mapped_range();
-        // Rows without their padding.
+        // The padding of rows is dropped.
         let rows = bytes.chunks_exact(row_bytes as usize);
         let row =
             |row: &[u8]| bytemuck::pod_collect_to_vec::<u8, T>(&row[..size.width as usize * 4]);

@@ -24,7 +24,7 @@ pub(super) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// Uploads the texture of a surface with all its mips. A surface without one gets a single texel, for which the shader
+/// Uploads the texture of a surface with all its mips. A surface without texture gets a single texel, for which the shader
 /// draws a pattern of waves.
 pub(super) fn bind_group(
     device: &wgpu::Device,
@@ -32,13 +32,11 @@ pub(super) fn bind_group(
     surface: Option<&Surface>,
 ) -> wgpu::BindGroup {
     let mips: Vec<(UVec2, &[[u8; 4]])> = surface.map_or_else(Vec::new, |s| s.mips().collect());
-    let texels: Vec<u8> = match mips.is_empty() {
-        true => vec![u8::MAX; 4],
-        false => mips
-            .iter()
-            .flat_map(|(_, mip)| mip.as_flattened())
-            .copied()
-            .collect(),
+    let texels: Vec<u8> = if mips.is_empty() {
+        vec![u8::MAX; 4]
+    } else {
+        let texels = mips.iter().flat_map(|(_, mip)| mip.as_flattened());
+        texels.copied().collect()
     };
     let size = mips.first().map_or(UVec2::ONE, |(size, _)| *size);
     let descriptor = wgpu::TextureDescriptor {

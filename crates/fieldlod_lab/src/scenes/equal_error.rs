@@ -1,4 +1,4 @@
-//! The threshold at which one selection has the image error of another.
+//! Finds the threshold at which one selection has the image error of another.
 
 use serde::Serialize;
 
@@ -7,9 +7,9 @@ use crate::render::RenderError;
 
 /// Relative difference below which errors count as equal.
 const EQUAL: f64 = 0.004;
-/// The greatest number of thresholds to try.
-const MOST_TRIES: usize = 9;
-/// The first guess of the power by which errors grow with a threshold.
+/// The largest number of thresholds to try.
+const MAX_TRIES: usize = 9;
+/// The first guess of p, where errors grow with the p-th power of the threshold.
 const FIRST_POWER: f64 = 0.4;
 
 /// The result of one selection, over all frames.
@@ -21,11 +21,11 @@ pub struct Row {
     pub threshold_px: f64,
     /// Mean triangles in view.
     pub triangles: f64,
-    /// Triangles relative to those without visible flux.
+    /// Triangles relative to the selection without visible flux.
     pub share: f64,
-    /// The greatest share of a single frame.
+    /// The largest share of a single frame.
     pub worst_share: f64,
-    /// Root mean squared error of the pictures, of 255.
+    /// Root mean squared error of the pictures, on a scale of 255.
     pub rmse: f64,
     /// Mean of FLIP, from 0 to 1.
     pub flip: f64,
@@ -80,7 +80,7 @@ impl Run {
     }
 }
 
-/// Without visible flux at `error_px`, and with it at the same image error.
+/// Measures the selection without visible flux at `error_px`, and with it at the same image error.
 ///
 /// # Errors
 /// [`RenderError`] if the device is lost.
@@ -94,25 +94,25 @@ pub(super) fn rows(frames: &[Frame], error_px: f64) -> Result<[Row; 2], RenderEr
     Ok([base.row(&base), with_flux.row(&base)])
 }
 
-/// The threshold whose error is nearest to `rmse`: by secants on logarithmic scales.
+/// Finds the threshold whose error is nearest to `rmse`, by the secant method on logarithmic scales.
 fn threshold_at_equal_error(
     rmse: f64,
     first: f64,
     mut rmse_at: impl FnMut(f64) -> Result<f64, RenderError>,
 ) -> Result<f64, RenderError> {
-    let mut off_at = |log: f64| Ok::<f64, RenderError>((rmse_at(log.exp())? / rmse).ln());
-    let mut tried = (first.ln(), off_at(first.ln())?);
+    let mut log_ratio_at = |log: f64| Ok::<f64, RenderError>((rmse_at(log.exp())? / rmse).ln());
+    let mut tried = (first.ln(), log_ratio_at(first.ln())?);
     let mut best = tried;
     let mut last: Option<(f64, f64)> = None;
-    for _ in 1..MOST_TRIES {
+    for _ in 1..MAX_TRIES {
         if tried.1.abs() < EQUAL {
             break;
         }
         let power = match last {
-            Some((threshold, off)) => (tried.1 - off) / (tried.0 - threshold),
+            Some((threshold, log_ratio)) => (tried.1 - log_ratio) / (tried.0 - threshold),
             None => FIRST_POWER,
         };
-        // Errors that are nearly equal jitter, so the power can be anything.
+        // Nearly equal errors jitter, so the power between them can have any value.
         let power = if power.is_finite() {
             power.clamp(0.05, 2.0)
         } else {
@@ -120,7 +120,7 @@ fn threshold_at_equal_error(
         };
         let next = tried.0 - (tried.1 / power).clamp(-1.5, 1.5);
         last = Some(tried);
-        tried = (next, off_at(next)?);
+        tried = (next, log_ratio_at(next)?);
         if tried.1.abs() < best.1.abs() {
             best = tried;
         }

@@ -1,4 +1,4 @@
-//! One frame of a world: full detail, and the difference of cuts from it.
+//! One frame of a world: draws full detail, and compares cuts with it.
 
 use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen, Selector, VisibleFlux};
 
@@ -8,7 +8,7 @@ use crate::measure::{ImageError, image_error};
 use crate::object_view::ObjectView;
 use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
 
-/// The units that are drawn of each instance, in the order of the world.
+/// The drawn units of each instance, in the order of the world's instances.
 type Cuts = Vec<Vec<u32>>;
 
 /// An uploaded world.
@@ -18,7 +18,7 @@ pub(super) struct Stage<'a> {
     models: Vec<DrawnModel>,
 }
 
-/// Cost and error of one frame.
+/// Triangles and image error of one frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
     pub(super) triangles: u64,
@@ -56,7 +56,7 @@ impl<'a> Stage<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Draws full detail.
+    /// Draws full detail as the reference.
     pub(super) fn new(stage: &'a Stage, eye: &'a Eye) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
         let sources: Cuts = views
@@ -89,7 +89,7 @@ impl<'a> Frame<'a> {
     }
 
     fn select(&self, error_px: f32, visible_flux: bool) -> Cuts {
-        // The plugin's settings without shadows.
+        // These are the plugin's settings for a view without shadows.
         let settings = LodSettings {
             visible_flux: visible_flux.then(VisibleFlux::default),
             advanced: AdvancedSettings {

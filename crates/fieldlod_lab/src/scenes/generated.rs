@@ -12,8 +12,8 @@ use crate::eye::Eye;
 
 /// Height of an eye above the ground, in metres.
 const EYE_HEIGHT: f32 = 1.7;
-/// Least distance from an eye to an instance, in metres.
-const FREE: f32 = 2.5;
+/// Smallest distance from an eye to an instance, in metres.
+const EYE_CLEARANCE: f32 = 2.5;
 
 /// The worlds, each with `frames` frames of a size in pixels.
 ///
@@ -45,7 +45,7 @@ fn street(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
     for size in sizes {
         houses.push(maker.world.add_mesh(&house(size.into()), false)?);
     }
-    // Rows back to back, a gap after every third house.
+    // Houses stand in rows, back to back, with a gap after every third house.
     for (row, house) in (0..6).flat_map(|row| (0..9).map(move |house| (row, house))) {
         let along = (house as f32 - 4.0) * 15.0 + (house / 3) as f32 * 6.0 - 6.0;
         let across = [-55.0, -33.0, -11.0, 11.0, 33.0, 55.0][row];
@@ -77,10 +77,10 @@ struct Maker {
     random: Random,
     side: f32,
     size_px: Vec2,
-    /// The ground in the world, cell by cell.
+    /// The mesh of the ground, a grid of `cells × cells` cells.
     ground: SourceMesh,
     cells: usize,
-    /// Centers of the instances, and the radius in which no eye is placed.
+    /// Centers of the instances, and the radius around each that stays free.
     taken: Vec<(Vec2, f32)>,
 }
 
@@ -121,7 +121,8 @@ impl Maker {
         self.taken.push((Vec2::new(at.x, at.z), radius));
     }
 
-    /// A place within a share of the ground, with no instance within a distance.
+    /// A random place with no instance within `distance`, or any place after 100 tries. `share` is the used part of the
+    /// ground.
     fn free_place(&mut self, share: f32, distance: f32) -> Vec2 {
         let mut at = Vec2::ZERO;
         for _ in 0..100 {
@@ -134,7 +135,7 @@ impl Maker {
         at
     }
 
-    /// Scatters a mesh over the ground.
+    /// Scatters `count` instances of a mesh over the ground.
     fn scatter(
         &mut self,
         mesh: &SourceMesh,
@@ -156,10 +157,10 @@ impl Maker {
         Ok(())
     }
 
-    /// Eyes at the height of a pedestrian. They look along +x and −x in turn, up to half of `spread` aside.
+    /// Adds eyes at the height of a pedestrian. They look along +x and −x in turn, off by at most half of `spread`.
     fn with_eyes(mut self, frames: usize, spread: f32) -> World {
         for frame in 0..frames {
-            let at = self.free_place(0.6, FREE);
+            let at = self.free_place(0.6, EYE_CLEARANCE);
             let from = Vec3::new(at.x, self.height(at) + EYE_HEIGHT, at.y);
             let angle = (self.random.unit() - 0.5) * spread + (frame % 2) as f32 * TAU * 0.5;
             let to = Vec3::new(angle.cos(), -0.03, angle.sin());

@@ -1,10 +1,10 @@
 //! Scenes of many instances: triangles with and without visible flux at equal image error.
 //!
 //! [`generated_worlds`], or a [`World`] built by the caller, are drawn from the eye height of a pedestrian. The
-//! threshold with visible flux is searched until the root mean squared difference from full detail, over all
-//! frames, is that of [`ERROR_PX`] without it ([`Row`]).
+//! baseline is [`ERROR_PX`] without visible flux. A search finds the threshold with visible flux that has the same
+//! root mean squared difference from full detail over all frames ([`Row`]).
 //!
-//! # What makes the comparison fair
+//! # Fairness of the comparison
 //! - Only units that touch the view are counted, as if all renderers culled them.
 //! - Each frame is selected from scratch, without hysteresis.
 

@@ -15,7 +15,7 @@ pub const ERROR_PX: f64 = 1.0;
 /// A world's results.
 #[derive(Clone, Debug, Serialize)]
 pub struct WorldResult {
-    /// Its name.
+    /// The world's name.
     pub name: String,
     /// The number of instances.
     pub instances: usize,
@@ -23,9 +23,9 @@ pub struct WorldResult {
     pub source_triangles: u64,
     /// The number of frames.
     pub frames: usize,
-    /// The adapter that drew them.
+    /// The adapter that drew the frames.
     pub adapter: String,
-    /// Without and with visible flux, at equal error.
+    /// The results without and with visible flux, at equal error.
     pub rows: [Row; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Shapes of the generated worlds, in metres, with their foot at the origin.
+//! Shapes of the generated worlds, in metres, which stand at the origin.
 
 use std::f32::consts::TAU;
 
@@ -7,10 +7,10 @@ use fieldlod_bake::fixtures::{joined, plane, rock, with_smooth_normals};
 use fieldlod_hierarchy::fixtures::Random;
 use glam::{Vec2, Vec3};
 
-/// Cells of a wall for each metre.
+/// Cells of a wall per metre.
 const CELLS_PER_M: f32 = 5.0;
 
-/// A house with a flat roof: four walls whose windows are reliefs.
+/// A house with a flat roof. The windows are recesses in its four walls.
 pub(super) fn house(size: Vec3) -> SourceMesh {
     let Vec3 { x, y, z } = size;
     let corner = |i: f32, j: f32| Vec3::new(i * x * 0.5, 0.0, j * z * 0.5);
@@ -29,7 +29,7 @@ pub(super) fn house(size: Vec3) -> SourceMesh {
     ])
 }
 
-/// A tree of a height: a stem, and a crown of clumps with gaps between them.
+/// A tree `height` metres high: a stem, and a crown of clumps with gaps between them.
 pub(super) fn tree(height: f32, clumps: u32, seed: u32) -> SourceMesh {
     let mut random = Random::new(seed.into());
     let stem = sheet(Vec3::ZERO, Vec3::X, Vec3::Y * height * 0.8, |_, _| 0.0);
@@ -48,15 +48,15 @@ pub(super) fn tree(height: f32, clumps: u32, seed: u32) -> SourceMesh {
     joined(&parts)
 }
 
-/// A sheet from a corner along two sides. `depth` displaces it against its normal, by metres along both sides,
-/// except at its border.
+/// A rectangular sheet from a corner along two sides. `depth` gets a place in metres along both sides, and returns how
+/// far the sheet is displaced against its normal. The border is not displaced.
 fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> SourceMesh {
     let size = Vec2::new(along.length(), up.length());
     let cells = (size.max_element() * CELLS_PER_M) as u32;
     let mut mesh = plane(cells);
     let normal = along.cross(up).normalize();
     for vertex in 0..mesh.positions.len() {
-        // The plane's rows go along x, and its front is +Y.
+        // The rows of `plane` go along x, and its front is +Y.
         let at = Vec2::new(mesh.uvs[vertex].y, mesh.uvs[vertex].x);
         let is_inside = at.min_element() > 0.0 && at.max_element() < 1.0;
         let depth = if is_inside {
@@ -67,11 +67,11 @@ fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> 
         mesh.positions[vertex] = from + along * at.x + up * at.y - normal * depth;
         mesh.uvs[vertex] = at * size / 24.0;
     }
-    // The plane's rows and columns are swapped, so its front becomes along × up.
+    // Swapping rows and columns made `along × up` the front.
     with_smooth_normals(mesh)
 }
 
-/// Windows of 1.2 by 1.6 m every 2.4 and 3 m, and joints between stones.
+/// Windows of 1.2 × 1.6 m in a grid of 2.4 × 3 m, and joints between stones.
 fn window_depth(across: f32, up: f32) -> f32 {
     let (x, y) = ((across % 2.4 - 1.2).abs(), (up % 3.0 - 1.6).abs());
     let frame = ((0.6 - x).min(0.8 - y) / 0.25).clamp(0.0, 1.0);

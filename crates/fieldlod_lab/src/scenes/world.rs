@@ -11,16 +11,16 @@ use crate::object_view::ObjectView;
 /// Meshes, their instances and the cameras of the frames.
 #[derive(Debug)]
 pub struct World {
-    /// Its name.
+    /// The world's name.
     pub name: String,
     /// The meshes with their levels.
     pub(super) objects: Vec<LodObject>,
     mesh_ids: Vec<MeshId>,
-    /// The object of each instance, and its place.
+    /// The index of the object of each instance, and its placement.
     pub(super) instances: Vec<(usize, Instance)>,
     /// The camera of each frame.
     pub(super) eyes: Vec<Eye>,
-    /// The instances for the selection, in the same order.
+    /// The instances as inputs of the selection.
     pub(super) scene: Scene,
     pub(super) ids: Vec<InstanceId>,
 }
@@ -40,7 +40,7 @@ impl World {
         }
     }
 
-    /// Bakes a mesh, with cuts of its own or as a whole mesh, and returns its index.
+    /// Bakes a mesh and returns its index. `as_a_whole` makes each instance draw the whole mesh at one level.
     ///
     /// # Errors
     /// [`MeshError`] if the mesh could not be baked.
@@ -71,7 +71,7 @@ impl World {
         self.eyes.push(eye);
     }
 
-    /// All instances in the view of `eye`.
+    /// The views of all instances from `eye`.
     pub(super) fn views(&self, eye: &Eye) -> Vec<ObjectView<'_>> {
         let view = |(object, instance): &(usize, Instance)| {
             ObjectView::new(&self.objects[*object], instance, eye)

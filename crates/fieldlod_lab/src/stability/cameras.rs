@@ -9,7 +9,7 @@ use crate::object::LodObject;
 /// The window of most cases, in pixels.
 pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
 
-/// A small window, in which near fixtures need several levels, like larger meshes in a large window.
+/// A small window, in pixels. Near fixtures need several levels in it, as larger meshes do in a large window.
 pub(super) const SMALL: Vec2 = Vec2::new(640.0, 360.0);
 
 /// A perspective camera with a near plane that suits the object.
@@ -17,10 +17,10 @@ pub(super) fn eye(fovy_deg: f32, window_px: Vec2, object: &LodObject) -> Eye {
     Eye::perspective(fovy_deg, window_px, object.radius * 1e-3)
 }
 
-/// Distances just beyond those at which a level of the whole object has an error of 1 px on the axis. A criterion
-/// that underestimates the error fails there first.
+/// Distances just beyond the starts of levels, where a level of the whole object has an error of 1 px on the axis. A
+/// criterion that underestimates the error fails there first.
 pub(super) fn distances(object: &LodObject, eye: &Eye) -> Vec<f32> {
-    // The starts of levels on the axis, except those inside of the object.
+    // A start inside of the object cannot be used.
     let errors = object.level_errors_in_local.iter().skip(1);
     let starts = errors.map(|error| (error * eye.focal_px() + object.radius) * 1.02);
     let outside = starts.filter(|start| *start > object.radius * 1.2);
@@ -44,8 +44,8 @@ pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32
     eye.looking_at(object.center + direction * distance, object.center)
 }
 
-/// A place above the vertex nearest to the shares `x` and `z` of the object's box, by `height` as a share of the
-/// object's radius.
+/// A point above the vertex that is nearest to `x` and `z` of the object's box, both from 0 to 1. `height` is in radii
+/// of the object.
 pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
     object.vertex_below(x, z) + Vec3::Y * (height * object.radius)
 }

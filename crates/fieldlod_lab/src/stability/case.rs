@@ -15,13 +15,13 @@ pub struct Case {
     pub story: &'static str,
     /// The reports of users, as "project issue".
     pub reported: &'static [&'static str],
-    /// The object of the case, unless the caller has models.
+    /// The object of the case, used if the caller passes no models.
     pub fixture: Fixture,
     /// The faults to check for, in addition to holes.
     pub checks: &'static [Fault],
-    /// Whether surfaces that face away are visible.
+    /// Whether back faces are visible.
     pub is_two_sided: bool,
-    /// The frames, for an object.
+    /// Makes the frames for an object.
     pub shots: fn(&LodObject) -> Vec<Shot>,
 }
 
@@ -45,12 +45,12 @@ impl Case {
         }
     }
 
-    /// The same case with reports of users.
+    /// Adds reports of users.
     pub(super) const fn reported_as(self, reported: &'static [&'static str]) -> Self {
         Self { reported, ..self }
     }
 
-    /// The same case with two-sided surfaces.
+    /// Makes back faces visible.
     pub(super) const fn two_sided(self) -> Self {
         Self {
             is_two_sided: true,
@@ -69,9 +69,9 @@ pub enum Fault {
     Displaced,
     /// Groups flip between frames.
     Flips,
-    /// More triangles than the guaranteed cut needs.
+    /// The method chooses more triangles than the guaranteed cut needs.
     Wastes,
-    /// Detail outside of the view.
+    /// The method chooses detail outside of the view.
     Idles,
 }
 
@@ -94,7 +94,7 @@ pub struct Frame {
 }
 
 impl Shot {
-    /// A single frame of the instance at the origin.
+    /// A single frame with the instance at the origin.
     pub(super) fn still(eye: Eye) -> Self {
         Self::of_instance(eye, Instance::default())
     }
@@ -107,7 +107,7 @@ impl Shot {
         }
     }
 
-    /// `count` frames by a parameter from 0 to 1; about `measured` of them are measured.
+    /// `count` frames along a path. `eye` gets a parameter from 0 to 1. About `measured` frames are measured.
     pub(super) fn path(count: usize, measured: usize, eye: impl Fn(f32) -> Eye) -> Self {
         let share = |frame: usize| frame as f32 / (count - 1).max(1) as f32;
         let frame = |frame: usize| Frame {

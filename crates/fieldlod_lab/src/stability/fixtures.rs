@@ -11,11 +11,11 @@ use crate::object::{ErrorSource, LodObject};
 pub enum Fixture {
     /// A boulder of radius about 1, closed.
     Rock,
-    /// A knotted tube with a free center, closed.
+    /// A knotted tube with an empty center, closed.
     Knot,
     /// A square of hills, 1 unit wide, with a border.
     Terrain,
-    /// Two spheres, 3 % apart, the inner one facing inwards: a thin shell, closed.
+    /// A thin closed shell: two spheres, 3 % apart. The inner sphere faces inwards.
     Shell,
 }
 
@@ -29,8 +29,8 @@ impl Fixture {
         self != Self::Terrain
     }
 
-    /// Generates and bakes the object. Groups are an eighth of the default's size, so that it has as many levels and
-    /// groups as a mesh of eight times the triangles.
+    /// Generates and bakes the object. Groups have an eighth of the default size, so the object has as many levels and
+    /// groups as a mesh with eight times the triangles.
     ///
     /// # Panics
     /// If the baker rejects the generated mesh.
@@ -60,7 +60,7 @@ impl Fixture {
     }
 }
 
-/// An eighth of the default's size.
+/// Groups of an eighth of the default size.
 fn small_groups() -> BakeConfig {
     BakeConfig {
         cluster_triangles: 64,

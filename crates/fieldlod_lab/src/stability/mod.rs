@@ -1,17 +1,17 @@
-//! The stability suite: all methods in cases in which users of some system reported failures, and in cases with
-//! difficult geometry, precision or motion.
+//! The stability suite runs all methods in difficult cases. Users of other systems reported failures in some of them;
+//! the others have difficult geometry, precision or motion.
 //!
-//! All methods run on the same hierarchies at the same threshold, 1 px; see [`method`](crate::method) for what makes
-//! the comparison fair. A method fails a case that checks for the fault, if
+//! All methods run on the same hierarchies at the same threshold, 1 px; [`method`](crate::method) explains why the
+//! comparison is fair. Each case checks for some of these faults:
 //!
-//! - a displacement exceeds [`PROMISE_ALLOWANCE`] times the threshold, as [measured](crate::displacement);
-//! - a group changes and changes back within [`FLIP_FRAMES`](crate::holes::FLIP_FRAMES) frames;
-//! - it chooses more than [`THRIFT_RATIO`] times the triangles of the guaranteed cut, or of the coarsest cut if
-//!   nothing is visible: chosen units are stored, streamed and, unless culled, drawn;
-//! - a cut of a closed mesh has open edges.
+//! - A [displacement](crate::displacement) exceeds [`PROMISE_ALLOWANCE`] times the threshold.
+//! - A group changes and changes back within [`FLIP_FRAMES`](crate::holes::FLIP_FRAMES) frames.
+//! - The method chooses more than [`THRIFT_RATIO`] times the triangles of the guaranteed cut, or of the coarsest cut
+//!   if nothing is visible. Chosen units are stored and streamed even if they are culled.
+//! - A cut of a closed mesh has open edges.
 //!
-//! The allowance exists because other systems promise no greatest displacement. The tests hold the guaranteed method
-//! to the threshold itself. The quality method does not promise a greatest displacement.
+//! The allowance exists because other systems do not limit displacements. The tests require that the guaranteed
+//! method stays within the threshold itself. The quality method does not limit displacements.
 //!
 //! # Reports and cases
 //! | users reported | where | case |
@@ -54,14 +54,14 @@ pub const METHODS: [Method; 5] = [
 
 /// The threshold of all methods, in pixels.
 pub const THRESHOLD_PX: f32 = 1.0;
-/// The multiple of the threshold that a displacement may reach without a fault.
+/// A displacement of more than this multiple of the threshold is a fault.
 pub const PROMISE_ALLOWANCE: f64 = 1.5;
-/// The multiple of the triangles of the guaranteed cut, or of the coarsest cut, above which they are wasted.
+/// More triangles than this multiple of those of the guaranteed cut, or of the coarsest cut, are a fault.
 pub const THRIFT_RATIO: f64 = 1.25;
-/// Points of a surface at which displacements are measured.
+/// The number of points of a surface at which displacements are measured.
 pub const SAMPLES: usize = 8_000;
 
-/// All cases; those that users reported come first.
+/// All cases. The cases that users reported come first.
 pub fn cases() -> impl Iterator<Item = &'static Case> {
     reported::CASES.iter().chain(other::CASES)
 }

@@ -55,7 +55,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "taa jitter",
-        "the picture shifts by half a pixel, the object on its edge",
+        "the picture shifts by half a pixel while the object is on its edge",
         Fixture::Rock,
         &[Fault::Flips],
         taa_jitter,
@@ -69,7 +69,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "dolly zoom",
-        "the field of view opens as the camera comes near",
+        "the field of view widens while the camera approaches",
         Fixture::Rock,
         &[Fault::Displaced, Fault::Flips],
         dolly_zoom,
@@ -97,7 +97,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "window resize",
-        "the window is dragged larger",
+        "the user enlarges the window",
         Fixture::Rock,
         &[Fault::Displaced, Fault::Flips],
         window_resize,
@@ -111,7 +111,7 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case::new(
         "nan transform",
-        "the transform holds NaN or infinity",
+        "the transform contains NaN or infinity",
         Fixture::Rock,
         &[],
         nan_transform,
@@ -120,7 +120,7 @@ pub(super) const CASES: &[Case] = &[
 
 fn scaled_mesh(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // Evenly, and along one axis.
+    // One scale is uniform, the other is along one axis.
     let scales = [Vec3::splat(8.0), Vec3::new(8.0, 1.0, 1.0)];
     let shots = scales.map(|scale| {
         at_distances(object, &camera, |distance| {
@@ -196,7 +196,7 @@ fn jitter_px(frame: usize) -> Vec2 {
 fn taa_jitter(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     at_distances(object, &camera, |distance| {
-        // Turned until the edge of the picture crosses the object.
+        // The turn puts the object on the edge of the picture.
         let still = from_front(camera, object, distance).turned(45.7, 0.0);
         let frame = |index: usize| Frame {
             eye: still.jittered(jitter_px(index)),
@@ -209,7 +209,8 @@ fn taa_jitter(object: &LodObject) -> Vec<Shot> {
     })
 }
 
-/// Two steps a second at 60 frames a second: 5 cm up and down at 1.7 m, sideways half of it.
+/// Two steps per second at 60 frames per second. At an eye height of 1.7 m, the bob is 5 cm up and down, and half
+/// of that sideways.
 fn head_bob(object: &LodObject) -> Vec<Shot> {
     let camera = eye(70.0, HD, object);
     let (from, to) = (ground(object, 0.1, 0.2, 0.1), ground(object, 0.4, 0.6, 0.1));
@@ -235,7 +236,7 @@ fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
 
 fn far_from_origin(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // Exactly representable, so that eye and object move by the same distance.
+    // These numbers are exact in `f32`, so that eye and object move by the same distance.
     let offset = Vec3::new(1_048_576.0, 64.0, -1_048_576.0);
     at_distances(object, &camera, |distance| {
         let mut away = from_front(camera, object, distance);
@@ -268,7 +269,7 @@ fn split_screen(object: &LodObject) -> Vec<Shot> {
 }
 
 fn window_resize(object: &LodObject) -> Vec<Shot> {
-    // From a quarter of HD's width to twice it.
+    // The window grows from a quarter of HD's width to twice its width.
     let resize = |t: f32| {
         let window_px = Vec2::new(480.0, 270.0).lerp(Vec2::new(3840.0, 2160.0), t);
         let camera = eye(60.0, window_px.round(), object);

@@ -154,10 +154,10 @@ fn zoom_ignored(object: &LodObject) -> Vec<Shot> {
     })
 }
 
-/// A sway of 3 % of the distance with a period of six frames, on a slow walk across the start of a level's range.
+/// The camera sways by 3 % of the distance with a period of six frames, and walks slowly across the start of a level.
 fn flicker(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // Around the start of the second level's range.
+    // The start of the second level.
     let second = distances(object, &camera).get(1).copied();
     let middle = second.unwrap_or(object.radius * 4.0);
     let sway = |t: f32| {
@@ -182,7 +182,7 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
         let half_width_deg = (30f32.to_radians().tan() * width / height)
             .atan()
             .to_degrees();
-        // Turned until the object touches the picture's side.
+        // The turn puts the object at the side of the picture.
         shots.extend(at_distances(object, &camera, |distance| {
             let reach_deg = (object.radius / distance).asin().to_degrees();
             let turn_deg = (half_width_deg - reach_deg).max(0.0);
@@ -203,7 +203,7 @@ fn narrow_fov(object: &LodObject) -> Vec<Shot> {
     [4.0, 2.0, 1.0].map(shot).to_vec()
 }
 
-/// A camera near and far, and a light's view: a shadow map that the object fills, and one in which it is small.
+/// A camera near and far, and two views of a light: the object fills one shadow map and is small in the other.
 fn shadow_view(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
     // The camera, then the light.

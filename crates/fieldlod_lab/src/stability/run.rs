@@ -1,4 +1,4 @@
-//! Runs methods through cases.
+//! Runs all methods in all cases.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -28,7 +28,7 @@ pub struct Report {
     pub objects: Vec<ObjectRun>,
 }
 
-/// All cases on one object, or each on its fixture.
+/// The results of all cases on one object, or of each case on its fixture.
 #[derive(Clone, Debug, Serialize)]
 pub struct ObjectRun {
     /// The object's name.
@@ -37,7 +37,7 @@ pub struct ObjectRun {
     pub cases: Vec<CaseResult>,
 }
 
-/// All methods in one case.
+/// The results of all methods in one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct CaseResult {
     /// [`Case::name`].
@@ -55,31 +55,31 @@ pub struct CaseResult {
 pub struct Verdict {
     /// The method.
     pub method: Method,
-    /// Greatest displacement in pixels over all frames measured.
+    /// Largest displacement in pixels over all measured frames.
     pub max_px: f64,
-    /// Greatest of the frames' 99.9th percentiles, in pixels.
+    /// Largest 99.9th percentile of a frame, in pixels.
     pub p99_9_px: f64,
-    /// Mean of the frames' means, in pixels.
+    /// Mean displacement over all measured frames, in pixels.
     pub mean_px: f64,
-    /// Groups that changed back within five frames while in the picture, per frame.
+    /// Flips of groups in the picture, per frame; see [`FlipCounter`].
     pub flips_per_frame: f64,
-    /// Most open edges of a cut; `None` if the source itself is open.
+    /// Largest number of open edges of a cut; `None` if the source itself is open.
     pub open_edges: Option<u64>,
     /// Mean triangles of the units in the picture.
     pub triangles_drawn: f64,
-    /// Mean triangles of all units chosen, in the picture or not.
+    /// Mean triangles of all chosen units, in the picture or not.
     pub triangles_chosen: f64,
-    /// Triangles of all units chosen, relative to the guaranteed cut.
+    /// Triangles of all chosen units, relative to the guaranteed cut.
     pub triangles_to_ours: f64,
-    /// Triangles of all units chosen, relative to the coarsest cut.
+    /// Triangles of all chosen units, relative to the coarsest cut.
     pub triangles_to_coarsest: f64,
-    /// The faults, of those that the case checks for.
+    /// The faults of the method: holes, or faults that the case checks for.
     pub faults: Vec<Fault>,
 }
 
-/// Runs all cases: each on its fixture, or all on the given objects.
+/// Runs all cases, on each of `models`, or each case on its fixture if there are no models.
 ///
-/// `progress` is called with the numbers of finished and of all cases, from several threads.
+/// `progress` is called with the numbers of finished cases and of all cases, from several threads.
 #[must_use]
 pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sync)) -> Report {
     let rounds = models.len().max(1);
@@ -156,7 +156,7 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
         }
         trial.verdict()
     });
-    // Ratios to the guaranteed cut need all verdicts.
+    // The ratios need the verdict of the guaranteed method, which may come after others.
     let ours = METHODS.iter().position(|m| *m == Method::Guaranteed);
     let ours_chosen = ours.map_or(0.0, |ours| verdicts[ours].triangles_chosen);
     for verdict in &mut verdicts {
@@ -171,14 +171,14 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     }
 }
 
-/// One method in one case; frames are added to a verdict.
+/// Runs one method in one case, and sums the results of its frames.
 struct Trial<'a> {
     source: &'a SourceSurface<'a>,
     object: &'a LodObject,
     is_two_sided: bool,
     frames: usize,
     measured: usize,
-    /// The last measured surface, for frames with the same cut.
+    /// The units and the surface of the last measured cut. The next frame reuses them if it has the same cut.
     last: Option<(Vec<u32>, CutSurface)>,
     /// Sums over frames, until [`Trial::verdict`] divides them.
     sums: Verdict,
@@ -238,7 +238,7 @@ impl Trial<'_> {
     }
 }
 
-/// The faults of a method that a case checks for, and holes.
+/// The faults of a method: holes, or faults that the case checks for.
 fn faults(verdict: &Verdict, case: &Case) -> Vec<Fault> {
     let promised_px = f64::from(THRESHOLD_PX) * PROMISE_ALLOWANCE;
     let fails = |fault: Fault| match fault {

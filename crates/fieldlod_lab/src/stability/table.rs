@@ -7,10 +7,10 @@ use super::case::Fault;
 use super::run::{ObjectRun, Verdict};
 use crate::method::Method;
 
-/// A table of ✓, or the figure of the first fault.
+/// A table of verdicts. A cell is ✓ or the figure of the first fault.
 ///
-/// `px` is the greatest displacement, `fl` flips per frame, `he` open edges (holes), `x` triangles chosen relative
-/// to the guaranteed cut, `xc` relative to the coarsest cut.
+/// `px` is the largest displacement, `fl` flips per frame, and `he` open edges (holes). `x` is the number of chosen
+/// triangles relative to the guaranteed cut, `xc` relative to the coarsest cut.
 #[must_use]
 pub fn table(run: &ObjectRun) -> String {
     let mut text = format!("{:<18}", run.name);
@@ -29,7 +29,7 @@ pub fn table(run: &ObjectRun) -> String {
     text
 }
 
-/// Width of a method's column, in letters.
+/// Width of a method's column, in characters.
 fn width(method: Method) -> usize {
     method.name().len().max(7) + 2
 }
@@ -45,7 +45,7 @@ fn cell(verdict: &Verdict) -> String {
     }
 }
 
-/// About three digits.
+/// Formats a value with about three digits.
 fn figure(value: f64, unit: &str) -> String {
     if value < 0.095 {
         format!("{value:.3}{unit}")

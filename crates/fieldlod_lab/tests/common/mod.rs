@@ -1,17 +1,17 @@
-//! The adapter of rendering tests, which are skipped without one.
+//! The graphics adapter of rendering tests. Without an adapter, these tests are skipped.
 
 use std::io::Write;
 use std::sync::{Mutex, MutexGuard};
 
 use fieldlod_lab::render::{RenderError, Renderer};
 
-/// One picture at a time, because software adapters use all cores for each.
-static ONE: Mutex<()> = Mutex::new(());
+/// Held while a test draws: software adapters use all cores, so tests that draw run one by one.
+static DRAWING: Mutex<()> = Mutex::new(());
 
 /// A renderer, or `None` without an adapter. With the environment variable `FIELDLOD_REQUIRE_ADAPTER`, a missing
 /// adapter fails the test.
 pub(crate) fn renderer() -> Option<(Renderer, MutexGuard<'static, ()>)> {
-    let guard = ONE
+    let guard = DRAWING
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
     match Renderer::new() {

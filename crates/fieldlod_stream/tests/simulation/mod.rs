@@ -14,10 +14,10 @@ use fieldlod_stream::{Residency, StreamMeshId, StreamPageId, StreamSettings};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
 pub(crate) const FRAMES_PER_SECOND: f64 = 60.0;
-/// Distance between rocks with a radius of about one.
+/// Distance between rocks, whose radius is about 1.
 const SPACING: f32 = 4.0;
 
-/// A disk that reads pages in order, with a latency per page.
+/// A simulated disk that reads pages in order, with a latency per page.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Disk {
     pub(crate) bytes_per_second: f64,
@@ -31,7 +31,7 @@ impl Disk {
     };
 }
 
-/// Tables of contents of `count` rocks with `20 · 4^subdivisions` triangles. `distinct` rocks are baked.
+/// Tables of contents of `count` rocks with `20 · 4^subdivisions` triangles. They are copies of `distinct` baked rocks.
 pub(crate) fn rocks(
     count: usize,
     distinct: u32,
@@ -87,7 +87,7 @@ pub(crate) struct World {
     pub(crate) rocks: Vec<Rock>,
     disk: Disk,
     frame: u64,
-    /// Loading pages and their times of arrival.
+    /// Pages that are being loaded, with the time in seconds at which each is loaded.
     loading: VecDeque<(f64, StreamPageId)>,
     /// Pages that cannot be read.
     pub(crate) broken: Vec<StreamPageId>,
@@ -119,7 +119,7 @@ impl World {
             residency,
             settings: LodSettings {
                 advanced: AdvancedSettings {
-                    // Keeps pages of rocks beside the view, in case it turns.
+                    // Otherwise a turning view would find only the coarsest pages of rocks beside it.
                     offscreen: Offscreen::OnAxis { bias: 1.0 },
                     ..AdvancedSettings::default()
                 },
@@ -169,7 +169,7 @@ impl World {
         }
     }
 
-    /// Starts loads and applies evictions. Returns the bytes to read.
+    /// Starts loads and applies evictions. Returns the number of bytes to read.
     fn apply_orders(&mut self) -> u64 {
         let elapsed = Duration::from_secs_f64(1.0 / FRAMES_PER_SECOND);
         let orders = self.residency.update(elapsed);

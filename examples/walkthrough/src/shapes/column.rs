@@ -1,5 +1,4 @@
-//! Fluted columns: a profile turned around the Y axis, square where plinth and abacus are, worn by
-//! noise.
+//! Fluted columns. A profile is revolved around the Y axis and worn by noise. Plinth and abacus are square.
 
 use std::f32::consts::TAU;
 
@@ -8,7 +7,7 @@ use bevy::prelude::*;
 use super::Shape;
 use crate::noise::{fbm, gradient, smoothstep};
 
-/// Vertices around a column: eleven for each of the twenty flutes.
+/// Number of vertices around a column: eleven for each of the twenty flutes.
 const SECTORS: u32 = 220;
 const FLUTES: f32 = 20.0;
 const FLUTE_DEPTH_IN_M: f32 = 0.055;
@@ -23,11 +22,11 @@ const STAIN: Vec3 = Vec3::new(0.20, 0.16, 0.115);
 struct Station {
     height: f32,
     radius: f32,
-    /// How square the cross-section is: 0 for a round cross-section, 1 for a square one.
+    /// Shape of the cross-section, from 0 (round) to 1 (square).
     square: f32,
-    /// Share of the full depth of the flutes.
+    /// Depth of the flutes, as a share of the full depth.
     fluted: f32,
-    /// Rows of vertices from here to the next station.
+    /// Number of rows of vertices from this station to the next.
     rows: u32,
 }
 
@@ -69,13 +68,13 @@ const STUMP: [Station; 4] = [
     station(2.80, 0.0, 0.0, 0.0, 0),
 ];
 
-/// A whole column, 6 m above the ground and 0.3 m into it.
+/// A whole column. It is 6 m high above the ground and reaches 0.3 m into it.
 pub(crate) fn column() -> Shape {
     let profile: Vec<_> = FOOT.into_iter().chain(SHAFT_AND_CAPITAL).collect();
     revolve(&profile, |p| p)
 }
 
-/// A column broken off at about 2.8 m, along a slanted, jagged face.
+/// A column that is broken at a height of about 2.8 m. The break is slanted and jagged.
 pub(crate) fn broken_column() -> Shape {
     let profile: Vec<_> = FOOT.into_iter().chain(STUMP).collect();
     revolve(&profile, |p| {
@@ -86,9 +85,9 @@ pub(crate) fn broken_column() -> Shape {
     })
 }
 
-/// The surface that a profile sweeps out around the Y axis, each vertex moved by `bend`.
+/// Revolves a profile around the Y axis. `bend` moves each vertex.
 fn revolve(profile: &[Station], bend: impl Fn(Vec3) -> Vec3) -> Shape {
-    // A vertex on the axis below, rings of vertices, a vertex on the axis above.
+    // The first and the last vertex are on the axis; rings of vertices are between them.
     let rows = rows(profile);
     let ring_count = rows.len() as u32 - 2;
     let mut positions = vec![bend(Vec3::Y * rows[0].height)];
@@ -99,7 +98,7 @@ fn revolve(profile: &[Station], bend: impl Fn(Vec3) -> Vec3) -> Shape {
     Shape::smooth(positions, revolved_triangles(ring_count), color)
 }
 
-/// The stations with the rows between them filled in.
+/// Interpolates the rows between the stations.
 fn rows(profile: &[Station]) -> Vec<Station> {
     let between = |pair: &[Station]| {
         let [from, to] = [pair[0], pair[1]];
@@ -117,20 +116,20 @@ fn rows(profile: &[Station]) -> Vec<Station> {
 fn surface_point(row: &Station, sector: u32) -> Vec3 {
     let angle = TAU * sector as f32 / SECTORS as f32;
     let (sin, cos) = angle.sin_cos();
-    // The outline is round or, as a superellipse, square, with flutes cut into it.
+    // The outline blends a circle and a square, which is a superellipse. Flutes are cut into it.
     let square = 1.0 / (cos.powi(12) + sin.powi(12)).powf(1.0 / 12.0);
     let outline = row.radius * f32::lerp(1.0, square, row.square);
     let flute = FLUTE_DEPTH_IN_M * row.fluted * (angle * FLUTES / 2.0).sin().abs();
 
-    // Wear takes some of the stone away.
+    // Wear removes some stone.
     let smooth = Vec3::new(cos * (outline - flute), row.height, sin * (outline - flute));
     let depth = wear_in_m(smooth, row) * (row.radius / 0.4).min(1.0);
     smooth - Vec3::new(cos, 0.0, sin) * depth
 }
 
-/// Depth of the stone that is missing at a point.
+/// Depth of the removed stone at a point.
 fn wear_in_m(p: Vec3, row: &Station) -> f32 {
-    // Chips, the joint between two drums, and grain.
+    // Stone is missing at chips and at the joint between two drums. The grain is fine noise.
     let chips = (fbm(p * 2.1, 4, 5) - 0.28).max(0.0);
     let to_joint = (p.y / DRUM_IN_M - (p.y / DRUM_IN_M).round()).abs() * DRUM_IN_M;
     let joint = row.fluted * (1.0 - smoothstep(0.01, 0.05, to_joint));

@@ -1,4 +1,4 @@
-//! Lamps: a fire bowl on a tall stand of bronze, and its flame.
+//! Lamps: a fire bowl on a tall bronze stand, and its flame.
 
 use bevy::prelude::*;
 
@@ -33,14 +33,14 @@ fn distance(p: Vec3) -> f32 {
     smooth_union(stand, bowl(p), 0.08)
 }
 
-/// Distance from half a shell of a sphere, open to the top.
+/// Distance from the bowl: the lower half of a spherical shell.
 fn bowl(p: Vec3) -> f32 {
     let from_middle = (p - Vec3::Y * 2.28).length();
     let shell = (from_middle - 0.36).abs() - 0.032;
     shell.max(p.y - 2.26)
 }
 
-/// A flame around its own middle, about 0.5 m tall.
+/// A flame, about 0.5 m tall. The origin is in its middle.
 pub(crate) fn flame() -> Shape {
     let (mut positions, indices) = icosphere(16);
     for p in &mut positions {

@@ -1,4 +1,4 @@
-//! Leaves: thin closed scales that stand out of a surface, so that crowns have no smooth outline.
+//! Leaves: thin closed tetrahedra on a surface. They give tree crowns a rough outline.
 
 use bevy::prelude::*;
 
@@ -10,7 +10,7 @@ use crate::noise::random;
 pub(super) struct Foliage {
     pub(super) length_in_m: f32,
     pub(super) width_in_m: f32,
-    /// How much leaves point up rather than away from the surface, from 0 to 1.
+    /// Direction of leaves, from 0 (away from the surface) to 1 (upwards).
     pub(super) rise: f32,
     pub(super) seed: u32,
 }
@@ -25,7 +25,7 @@ impl Foliage {
         }
     }
 
-    /// Adds a leaf at about `count` of the vertices that `grows` there, coloured after them.
+    /// Adds leaves at about `count` of the vertices that `grows` accepts. A leaf takes the colour of its vertex.
     pub(super) fn sprout(&self, shape: &mut Shape, count: usize, grows: impl Fn(Vec3) -> bool) {
         let vertices = 0..shape.positions.len() as u32;
         let fertile: Vec<_> = vertices
@@ -38,13 +38,13 @@ impl Foliage {
         }
     }
 
-    /// Adds a flat tetrahedron, folded along the line from its stalk to its tip.
+    /// Adds a leaf: a flat tetrahedron that is folded along the line from stalk to tip.
     fn add_leaf(&self, shape: &mut Shape, vertex: u32) {
         let draw = |k: u32| random(vertex, self.seed + 1 + k);
         let index = vertex as usize;
         let (at, normal) = (shape.positions[index], shape.normals[index]);
 
-        // Its axes: from stalk to tip, across, and away from the upper side.
+        // The axes of the leaf: from stalk to tip, across, and away from the upper side.
         let aside = Vec3::new(draw(0), draw(1), draw(2)) * 2.0 - 1.0;
         let outward = normal.lerp(Vec3::Y, self.rise);
         let along = (outward + 0.9 * aside).normalize_or(Vec3::Y);
@@ -52,7 +52,7 @@ impl Foliage {
         let across = across.normalize_or(along.any_orthonormal_vector());
         let back = across.cross(along);
 
-        // Its corners: stalk and tip, and two of which the leaf is as wide as it is folded.
+        // The corners are the stalk, the tip and both sides. The fold lowers the sides.
         let size = f32::lerp(0.65, 1.25, draw(3));
         let (length, half) = (self.length_in_m * size, 0.5 * self.width_in_m * size);
         let stalk = at - 0.25 * length * along;
@@ -65,7 +65,7 @@ impl Foliage {
         ];
 
         let first = shape.positions.len() as u32;
-        // Shaded mostly as the crown that they are part of.
+        // Normals stay close to that of the crown, so that leaves and crown have similar shading.
         let turned = |corner: Vec3| (normal + (corner - middle) / length).normalize_or(normal);
         let tint = shape.colors[index] * f32::lerp(0.7, 1.45, draw(4));
         shape.positions.extend(corners);

@@ -4,7 +4,7 @@ use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 
-/// Triangles, counter-clockwise seen from outside, in metres, +Y up.
+/// A triangle mesh in metres with +Y up. Front faces are counter-clockwise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Shape {
     pub(crate) positions: Vec<Vec3>,
@@ -41,7 +41,7 @@ impl Shape {
         self.indices.len() as u64 / 3
     }
 
-    /// The mesh, with vertex colours relative to their mean, and that mean.
+    /// Returns the mesh and the mean of its vertex colours. The colours in the mesh are relative to the mean.
     pub(crate) fn into_mesh(self) -> (Mesh, Vec3) {
         let count = self.colors.len().max(1) as f32;
         let mean = match self.colors.iter().sum::<Vec3>() / count {
@@ -65,7 +65,7 @@ impl Shape {
     }
 }
 
-/// Normals averaged over the triangles around each vertex, by area.
+/// Area-weighted mean normals of the triangles around each vertex.
 pub(super) fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     let (triangles, _) = indices.as_chunks::<3>();
@@ -84,7 +84,7 @@ pub(super) fn smooth_normals(positions: &[Vec3], indices: &[u32]) -> Vec<Vec3> {
 
 #[cfg(test)]
 impl Shape {
-    /// Radius around the Y axis.
+    /// Largest distance of a vertex from the Y axis.
     pub(crate) fn radius(&self) -> f32 {
         let flat = self.positions.iter().map(|p| p.xz().length());
         flat.fold(0.0, f32::max)

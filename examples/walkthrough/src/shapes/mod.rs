@@ -30,7 +30,7 @@ pub(crate) enum ShapeId {
     SeatedFigure,
     /// A knot on a pedestal, 3.6 m tall.
     Knot,
-    /// An arched gate, 7.5 m tall, to walk through along Z.
+    /// An arched gate, 7.5 m tall. Its passage runs along Z.
     Gate,
     /// One of two broad-leaved trees, about 7 m tall.
     Oak(u8),
@@ -42,7 +42,7 @@ pub(crate) enum ShapeId {
     Bush,
     /// A tuft of grass, 0.5 m tall.
     Tuft,
-    /// A stone, about 1 m in radius, to be scaled down.
+    /// A stone, about 1 m in radius. The scene scales it down.
     Stone,
     /// A fire bowl on a stand, 2.3 m tall.
     Lamp,
@@ -92,7 +92,7 @@ impl ShapeId {
     }
 }
 
-/// Makes all shapes, in the order of [`ShapeId::ALL`], on all cores.
+/// Generates all shapes on all cores. They are in the order of [`ShapeId::ALL`].
 pub(crate) fn generate_all(ground_squares: u32) -> Vec<(ShapeId, Shape)> {
     std::thread::scope(|scope| {
         let threads = ShapeId::ALL.map(|id| (id, scope.spawn(move || id.generate(ground_squares))));
@@ -104,7 +104,7 @@ pub(crate) fn generate_all(ground_squares: u32) -> Vec<(ShapeId, Shape)> {
     })
 }
 
-/// All shapes, made once for all tests.
+/// All shapes, generated once for all tests.
 #[cfg(test)]
 pub(crate) fn generated() -> &'static std::collections::HashMap<ShapeId, Shape> {
     static SHAPES: std::sync::OnceLock<std::collections::HashMap<ShapeId, Shape>> =

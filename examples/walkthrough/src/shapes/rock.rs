@@ -1,4 +1,4 @@
-//! Boulders: spheres cut by planes and worn by noise.
+//! Boulders: spheres that are cut by planes and worn by noise.
 
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::prelude::*;
@@ -6,9 +6,9 @@ use bevy::prelude::*;
 use super::Shape;
 use crate::noise::{fbm, gradient, random, ridges, smoothstep};
 
-/// Parts of the icosahedron's edges for a boulder: 20 · 64² = 81 920 triangles.
+/// Parts of each edge of the icosahedron for a boulder, which gives 20 · 64² = 81 920 triangles.
 const BOULDER_EDGE_PARTS: u32 = 64;
-/// Parts of the icosahedron's edges for a stone: 20 · 8² = 1280 triangles.
+/// Parts of each edge of the icosahedron for a stone, which gives 20 · 8² = 1280 triangles.
 const STONE_EDGE_PARTS: u32 = 8;
 
 const GRANITE: Vec3 = Vec3::new(0.23, 0.21, 0.18);
@@ -52,7 +52,7 @@ fn radius(direction: Vec3, cuts: &[(Vec3, f32)], seed: u32) -> f32 {
         let along = normal.dot(direction + warp);
         if along > 0.05 { distance / along } else { 2.0 }
     };
-    // The nearest plane cuts the sphere; noise wears the rest.
+    // The nearest plane cuts the sphere. Noise wears what is left.
     let cut = cuts.iter().map(to_plane).fold(1.15, f32::min);
     let worn = 0.10 * fbm(direction * 2.2, 3, seed) + 0.07 * ridges(direction * 4.5, 4, seed + 7);
     let grain = 0.006 * fbm(direction * 34.0, 2, seed + 13);
@@ -66,7 +66,7 @@ fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
     stone.lerp(LICHEN, 0.7 * smoothstep(0.25, 0.8, upward))
 }
 
-/// A unit sphere from an icosahedron with `edge_parts` parts of each edge: 20 · n² triangles with welded vertices.
+/// A unit sphere from an icosahedron, with welded vertices. Each edge has n = `edge_parts` parts: 20 · n² triangles.
 pub(super) fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
     let sphere = Sphere::new(1.0).mesh().ico(edge_parts - 1);
     let sphere = sphere.expect("spheres this coarse have few enough vertices");

@@ -1,4 +1,4 @@
-//! Statues and the gate: signed distance functions, made polygons and weathered.
+//! Statues and the gate: weathered polygons of signed distance functions.
 
 use bevy::prelude::*;
 
@@ -20,7 +20,7 @@ pub(crate) fn seated_figure() -> Shape {
 
 /// Distance from the king on his throne.
 fn king_and_throne(p: Vec3) -> f32 {
-    // The figure is symmetric: both sides are the right one.
+    // The figure is symmetric, so both sides use the right half.
     let q = Vec3::new(p.x.abs(), p.y, p.z);
     smooth_union(throne(q), king(q), 0.06)
 }
@@ -38,7 +38,7 @@ fn throne(q: Vec3) -> f32 {
 /// Distance from the right half of the king.
 fn king(q: Vec3) -> f32 {
     let at = Vec3::new;
-    // The parts of the body.
+    // The parts of the right half of the body.
     let torso = limb(q, at(0.0, 1.3, -0.3), at(0.0, 1.92, -0.36), 0.27, 0.30);
     let shoulders = limb(q, at(0.0, 2.12, -0.36), at(0.38, 2.08, -0.36), 0.16, 0.13);
     let upper_arm = limb(q, at(0.44, 2.05, -0.36), at(0.50, 1.55, -0.2), 0.115, 0.10);
@@ -49,7 +49,7 @@ fn king(q: Vec3) -> f32 {
     let foot = limb(q, at(0.23, 0.51, 0.5), at(0.26, 0.49, 0.8), 0.09, 0.07);
     let skirt = rounded_box(q, at(0.0, 1.0, 0.42), at(0.16, 0.36, 0.14), 0.05);
 
-    // Each joint is blended as wide as the thinner of its limbs.
+    // The blend of a joint is about as wide as the thinner of its limbs.
     let legs = smooth_union(smooth_union(thigh, shin, 0.08), foot, 0.05);
     let arms = smooth_union(smooth_union(upper_arm, forearm, 0.06), hand, 0.05);
     let trunk = smooth_union(smooth_union(torso, shoulders, 0.16), legs, 0.10);
@@ -73,7 +73,7 @@ fn head(q: Vec3) -> f32 {
     let crown = limb(q, at(0.0, 2.75, -0.33), at(0.0, 2.98, -0.36), 0.16, 0.09);
     let pleats = 0.006 * (q.y * 90.0).sin();
 
-    // Sharp blends where one part lies on another.
+    // The blends are narrow where one part lies on another.
     let face = smooth_union(smooth_union(skull, brow, 0.04), nose.min(mouth), 0.03);
     let headdress = smooth_union(smooth_union(cloth, lappet, 0.09) + pleats, crown, 0.05);
     let head = smooth_union(face.min(ear), headdress, 0.02);
@@ -98,12 +98,12 @@ fn knot_on_pedestal(p: Vec3) -> f32 {
     let shaft = drum(p, 0.8, 0.2, 0.9, 0.02);
     let slab = drum(p, 0.98, 0.85, 1.05, 0.03);
     let pedestal = smooth_union(smooth_union(foot, shaft, 0.12), slab, 0.12);
-    // Upright: the knot's axis points along Z.
+    // The knot stands upright: its axis points along Z.
     let upright = p - Vec3::Y * 2.25;
     smooth_union(pedestal, rope(upright.xzy()), 0.08)
 }
 
-/// Distance from the knot that winds three times around the tube while it goes twice around the Y axis.
+/// Distance from the knot. Its strand winds three times around a ring while it goes twice around the Y axis.
 fn rope(p: Vec3) -> f32 {
     const RING_RADIUS: f32 = 0.80;
     const WINDING_RADIUS: f32 = 0.33;
@@ -115,11 +115,11 @@ fn rope(p: Vec3) -> f32 {
         let groove = 0.022 * (offset.to_angle() * 5.0 + around * 18.0).sin();
         offset.length() - 0.165 + groove
     };
-    // The strands cross the section at a slant, which makes distances in it too long.
+    // The strands cross the section at a slant, so distances in it are too long. The factor compensates for that.
     0.7 * strand(0.0).min(strand(std::f32::consts::PI))
 }
 
-/// Two piers and an arch between them, to be walked through along Z.
+/// Two piers and an arch between them, with a passage along Z.
 pub(crate) fn gate() -> Shape {
     let (min, max) = (Vec3::new(-4.3, -0.55, -1.35), Vec3::new(4.3, 7.7, 1.35));
     let stone = polygonise(min, max, 0.046, arch);
@@ -131,7 +131,7 @@ fn arch(p: Vec3) -> f32 {
     const SPRING_HEIGHT: f32 = 3.3;
     const OPENING_RADIUS: f32 = 2.15;
     let at = Vec3::new;
-    // The wall from below: base, wall, cornice, attic.
+    // The parts of the wall, from the bottom up.
     let wall = rounded_box(p, at(0.0, 3.2, 0.0), at(3.6, 3.7, 0.85), 0.08);
     let cornice = rounded_box(p, at(0.0, 6.2, 0.0), at(3.95, 0.22, 1.15), 0.06);
     let attic = rounded_box(p, at(0.0, 6.9, 0.0), at(3.3, 0.55, 0.8), 0.06);
@@ -155,8 +155,8 @@ fn arch(p: Vec3) -> f32 {
     smooth_union(trimmed.min(base), impost.min(half_column), 0.05).max(-opening)
 }
 
-/// A surface with its vertices moved along their normals by noise of this depth, in the colours of
-/// the stone and of its stains at each point.
+/// Moves the vertices of a surface along their normals by noise, and colours them. `colors_at` returns the colours of
+/// the stone and of its stains at a point.
 fn weathered(
     (mut positions, indices): (Vec<Vec3>, Vec<u32>),
     depth_in_m: f32,
@@ -175,9 +175,9 @@ fn weathered(
     })
 }
 
-/// Linear RGB of stone, with its stains, at a point of the surface.
+/// Linear RGB of stone and its stains at a point of the surface.
 fn weathered_color(p: Vec3, normal: Vec3, stone: Vec3, stain: Vec3) -> Vec3 {
-    // Stained in streaks of rain, on undersides and at the foot, bleached on top.
+    // Rain stains the stone in streaks. Undersides and the foot are stained too, and upper sides are bleached.
     let streaks = fbm(p * Vec3::new(4.0, 1.0, 4.0), 4, 71);
     let under = 0.35 * (-normal.y).max(0.0);
     let foot = 0.5 * (1.0 - smoothstep(0.0, 0.7, p.y));

@@ -1,4 +1,4 @@
-//! The ground: a height field with a level avenue through hills, and the texture painted on it.
+//! The ground: a height field with a level avenue through hills, and the colours of its texture.
 
 use bevy::prelude::*;
 
@@ -18,13 +18,13 @@ pub(crate) const PLAZA_RADIUS_IN_M: f32 = 27.0;
 pub(crate) const TEMPLE: Vec2 = Vec2::new(-46.0, 22.0);
 /// Height of the temple's terrace.
 pub(crate) const TEMPLE_HEIGHT_IN_M: f32 = 5.0;
-/// Middle of the round temple's terrace in the far hills, which the telescope finds.
+/// Middle of the round temple's terrace in the far hills, the target of the telescope.
 pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
 /// Height of the round temple's terrace.
 pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
-/// The ground as one open mesh with `squares` along each side, smaller in the middle. Texture coordinates go from 0
-/// to 1.
+/// The ground as one open mesh with `squares` along each side. Squares in the middle are smaller. Texture coordinates go
+/// from 0 to 1.
 pub(crate) fn terrain(squares: u32) -> Shape {
     let vertices = (0..=squares).flat_map(|z| (0..=squares).map(move |x| (x, z)));
     let uvs: Vec<_> = vertices
@@ -47,11 +47,11 @@ pub(crate) fn terrain(squares: u32) -> Shape {
     shape
 }
 
-/// Size of the squares and texels in the middle, relative to the mean, across and along the avenue: the camera is
-/// close to the ground there.
+/// Size of the squares and texels in the middle, across and along the avenue, relative to the mean. They are small,
+/// because the camera is close to the ground there.
 const MIDDLE_SHARE: Vec2 = Vec2::new(0.16, 0.36);
 
-/// The point of the ground plane that a texture coordinate shows.
+/// The point of the ground plane at a texture coordinate.
 pub(crate) fn point_at(uv: Vec2) -> Vec2 {
     let s = uv * 2.0 - 1.0;
     s * (MIDDLE_SHARE + (1.0 - MIDDLE_SHARE) * s * s) * (SIDE_IN_M / 2.0)
@@ -68,20 +68,20 @@ pub(crate) fn height(p: Vec2) -> f32 {
 /// Height of the ground without its bumps, in metres. The camera follows it.
 pub(crate) fn broad_height(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 0.0, p.y);
-    // Hills rise away from the avenue, and a rim of them around the scene.
+    // Hills rise away from the avenue. A rim of higher hills surrounds the scene.
     let away = smoothstep(6.0, 75.0, distance_to_avenue(p));
     let hills = 9.0 + 9.0 * gradient(q * 0.021, 201) + 13.0 * (ridges(q * 0.012, 3, 205) - 0.45);
     let ground = away * hills.max(-1.0) + 0.5 * away * gradient(q * 0.05, 209);
     let rim = away
         * (8.0 * smoothstep(90.0, 150.0, p.length()) + 26.0 * smoothstep(140.0, 260.0, p.length()));
-    // Terraces for the temples.
+    // The temples stand on level terraces.
     let terrace = 1.0 - smoothstep(11.0, 26.0, p.distance(TEMPLE));
     let tomb = 1.0 - smoothstep(9.0, 40.0, p.distance(TOMB));
     let hills = f32::lerp(ground, TEMPLE_HEIGHT_IN_M, terrace) + rim;
     f32::lerp(hills, TOMB_HEIGHT_IN_M, tomb)
 }
 
-/// How level the ground is: 1 where it is paved, 0 in the wild.
+/// Levelling of the ground, from 0 (wild) to 1 (paved).
 fn levelled(p: Vec2) -> f32 {
     let avenue = 1.0 - smoothstep(3.0, 12.0, distance_to_avenue(p));
     let terraces = p.distance(TEMPLE).min(p.distance(TOMB));
@@ -91,7 +91,7 @@ fn levelled(p: Vec2) -> f32 {
 /// Density of trees around a point of the ground plane, from 0 to 1.
 pub(crate) fn woodland(p: Vec2) -> f32 {
     let q = Vec3::new(p.x, 3.0, p.y);
-    // Groves grow by noise, thicker in the hills and around the round temple, not near the avenue.
+    // Noise places the groves. They are denser in the hills and around the round temple, and absent near the avenue.
     let groves = fbm(q * 0.021, 3, 221) + 0.25 * gradient(q * 0.11, 227);
     let hills = smoothstep(60.0, 120.0, p.length());
     let clear = smoothstep(5.0, 32.0, distance_to_avenue(p));
@@ -119,18 +119,18 @@ const JOINT: Vec3 = Vec3::new(0.13, 0.115, 0.06);
 /// Linear RGB of the ground at a point of the ground plane with this slope.
 pub(crate) fn color(p: Vec2, slope: f32) -> Vec3 {
     let q = Vec3::new(p.x, 0.0, p.y);
-    // Grass, green or dry; litter below the trees.
+    // The meadow has green and dry grass, and litter below trees.
     let patches = fbm(q * 0.11, 4, 301);
     let tufts = gradient(q * 1.9, 311) + 0.6 * gradient(q * 5.1, 313);
     let open = GRASS.lerp(DRY_GRASS, smoothstep(-0.5, 0.7, patches + 0.35 * tufts));
     let shaded = 0.85 * smoothstep(0.1, 0.9, woodland(p) + 0.15 * tufts);
     let meadow = open.lerp(LITTER * (1.0 + 0.3 * tufts), shaded);
-    // Soil and cliffs on slopes.
+    // Slopes show soil, steep slopes show cliffs.
     let rough_slope = slope + 0.06 * tufts;
     let earth = meadow.lerp(SOIL, smoothstep(0.28, 0.45, rough_slope));
     let cliff = CLIFF * f32::lerp(0.8, 1.2, 0.5 + 0.5 * tufts);
     let wild = earth.lerp(cliff, smoothstep(0.5, 0.75, rough_slope));
-    // Paving with an overgrown edge.
+    // The edge of the paving is overgrown.
     let ragged_distance = distance_to_paving(p) + 2.2 * patches + 0.5 * tufts;
     paving(p, tufts).lerp(wild, smoothstep(-1.5, 2.5, ragged_distance))
 }
@@ -164,7 +164,7 @@ impl Slopes {
     }
 }
 
-/// Distance from the paved ground; negative on it.
+/// Distance from the paved ground; negative on the paving.
 pub(crate) fn distance_to_paving(p: Vec2) -> f32 {
     let [from, to] = AVENUE;
     let aside = (p.x - from.x).abs().max(p.y - from.y).max(to.y - p.y);
@@ -174,7 +174,7 @@ pub(crate) fn distance_to_paving(p: Vec2) -> f32 {
     (aside - 3.6).min(plaza).min(terrace).min(tomb)
 }
 
-/// Linear RGB of slabs of 1.9 by 1.25 m, each row shifted by half a slab.
+/// Linear RGB of slabs of 1.9 × 1.25 m. Every other row is shifted by half a slab.
 fn paving(p: Vec2, tufts: f32) -> Vec3 {
     let row = (p.y / 1.25).floor();
     let shifted = Vec2::new(p.x / 1.9 + 0.5 * (row.rem_euclid(2.0)), p.y / 1.25);

@@ -1,4 +1,4 @@
-//! Trees: limbs and clumps of leaves as one signed distance function, its polygons closed.
+//! Trees: closed polygons of one signed distance function of limbs and clumps, with leaves on them.
 
 use std::f32::consts::TAU;
 
@@ -9,7 +9,7 @@ use super::leaves::Foliage;
 use super::sdf::{ellipsoid, limb, polygonise, smooth_union};
 use crate::noise::{cells, fbm, gradient, random, smoothstep};
 
-/// A part of the wood, thinning from `from` to `to`.
+/// A part of the trunk or of a bough, from `from` to `to`, with its radii at both ends.
 #[derive(Clone, Copy, Debug)]
 struct Limb {
     from: Vec3,
@@ -17,7 +17,7 @@ struct Limb {
     radii: [f32; 2],
 }
 
-/// A lump of leaves.
+/// An ellipsoidal part of the crown.
 #[derive(Clone, Copy, Debug)]
 struct Clump {
     center: Vec3,
@@ -29,20 +29,20 @@ struct Clump {
 struct Species {
     /// Distance between neighbouring tufts, along each axis.
     tuft_in_m: Vec3,
-    /// Depth of the tufts.
+    /// Depth of the gaps between tufts.
     depth_in_m: f32,
-    /// Linear RGB of the leaves in the gaps and at the tips, and of the bark.
+    /// Linear RGB of the leaves in the gaps, of the leaves at the tips, and of the bark.
     gap: Vec3,
     tip: Vec3,
     bark: Vec3,
-    /// The look of the leaves and their number.
+    /// The look of the leaves, and their number.
     foliage: Foliage,
     leaves: usize,
-    /// Side of the voxels in which the surface is sampled.
+    /// Side of the voxels that sample the surface.
     voxel_in_m: f32,
 }
 
-/// A tree as its parts; its foot is at the origin.
+/// The parts of a tree. Its foot is at the origin.
 #[derive(Clone, Debug)]
 struct Tree {
     limbs: Vec<Limb>,
@@ -84,7 +84,7 @@ const CYPRESS: Species = Species {
     voxel_in_m: 0.078,
 };
 
-/// A broad oak, about 7 m tall and as wide; each `variant` differs.
+/// An oak, about 7 m tall and 7 m wide. Each `variant` differs.
 pub(crate) fn oak(variant: u32) -> Shape {
     let seed = 700 + 40 * variant;
     let fork = Vec3::new(0.15, 1.9, -0.1);
@@ -92,7 +92,7 @@ pub(crate) fn oak(variant: u32) -> Shape {
     tree.add_clump(Vec3::Y * 5.4, Vec3::new(1.6, 1.15, 1.6));
     for i in 0..12 {
         let draw = |k: u32| random(i * 4 + k, seed);
-        // One bough in three goes up, the others go out.
+        // One bough in three grows upwards, the others grow outwards.
         let (turns, radius, height) = match i % 3 {
             0 => (4.3, [0.7, 1.3], [4.9, 5.7]),
             _ => (1.0, [1.7, 2.45], [3.0, 4.4]),
@@ -108,7 +108,7 @@ pub(crate) fn oak(variant: u32) -> Shape {
     tree.grow()
 }
 
-/// An umbrella pine, about 9 m tall: a bare stem and a flat crown; each `variant` differs.
+/// An umbrella pine, about 9 m tall, with a bare stem and a flat crown. Each `variant` differs.
 pub(crate) fn pine(variant: u32) -> Shape {
     let seed = 900 + 40 * variant;
     let fork = Vec3::new(0.35 - 0.5 * variant as f32, 4.9, 0.2);
@@ -127,7 +127,7 @@ pub(crate) fn pine(variant: u32) -> Shape {
     tree.grow()
 }
 
-/// A cypress, about 9 m tall: a slender flame.
+/// A cypress, about 9 m tall, slender and pointed.
 pub(crate) fn cypress() -> Shape {
     let mut tree = Tree::new(CYPRESS, 1100, Vec3::Y * 1.5, [0.17, 0.13]);
     for i in 0..9 {
@@ -149,7 +149,7 @@ fn around_axis(angle_in_rad: f32, radius: f32, height: f32) -> Vec3 {
 }
 
 impl Tree {
-    /// A tree of one stem up to `fork`, with its radii at both ends and with roots that go into the ground.
+    /// A stem from the ground to `fork`, with its radii at both ends, and with roots in the ground.
     fn new(mut species: Species, seed: u32, fork: Vec3, radii: [f32; 2]) -> Self {
         species.foliage.seed = seed + 20;
         let mut tree = Self {
@@ -176,9 +176,9 @@ impl Tree {
         self.clumps.push(Clump { center, radii });
     }
 
-    /// Makes polygons around wood and crown, and leaves on the crown.
+    /// Makes the polygons of wood and crown, and leaves on the crown.
     fn grow(&self) -> Shape {
-        // Room around all parts.
+        // The bounds of all parts, with a margin.
         let species = &self.species;
         let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
         for clump in &self.clumps {
@@ -191,7 +191,7 @@ impl Tree {
             max = max.max(limb.from + 0.6).max(limb.to + 0.6);
         }
 
-        // Steeper than a distance because of the tufts: the factor keeps blocks from being skipped.
+        // Tufts make the function steeper than a distance. Without the factor, blocks with a surface would be skipped.
         let distance = |p: Vec3| 0.6 * self.wood(p).min(self.crown(p));
         let (positions, indices) = polygonise(min, max, species.voxel_in_m, distance);
         let mut shape = Shape::smooth(positions, indices, |p, n| self.color(p, n));
@@ -206,7 +206,7 @@ impl Tree {
         let bent = p + 0.12 * Vec3::new(sway(self.seed), 0.0, sway(self.seed + 1));
         let of = |part: &Limb| limb(bent, part.from, part.to, part.radii[0], part.radii[1]);
         let wood = union_of(self.limbs.iter().map(of), 0.12);
-        // Bark is only felt close by.
+        // Bark matters only near the surface; skipping it elsewhere saves time.
         if wood.abs() > 0.5 {
             wood
         } else {
@@ -230,7 +230,7 @@ impl Tree {
         union_of(self.clumps.iter().map(of), 0.25)
     }
 
-    /// How far inside a tuft a point is: 1 in its middle, 0 in the gaps.
+    /// Position of a point in a tuft: 1 in its middle, 0 in the gaps.
     fn tuft(&self, p: Vec3) -> f32 {
         let q = p / self.species.tuft_in_m;
         let distance = cells(q, self.seed + 3);
@@ -244,7 +244,7 @@ impl Tree {
             let grooves = fbm(p * Vec3::new(12.0, 2.5, 12.0), 2, self.seed);
             return species.bark * (1.0 + 0.5 * grooves);
         }
-        // Dark in the gaps, within the crown and below.
+        // Leaves are dark in the gaps, inside the crown and on its underside.
         let outward = smoothstep(-0.35, 0.25, self.bare_crown(p));
         let lit = smoothstep(0.0, 0.9, self.tuft(p)) * f32::lerp(0.35, 1.0, outward);
         let sky = f32::lerp(0.55, 1.0, 0.5 + 0.5 * n.y);

@@ -32,7 +32,7 @@ pub(crate) fn bush() -> Shape {
 }
 
 const BLADES: u32 = 56;
-/// Rings of three corners along a blade, below its tip.
+/// Number of rings of three corners along a blade, without its tip.
 const RINGS: u32 = 4;
 
 /// A tuft of grass, about 0.5 m tall: bent blades with three sides each.
@@ -49,10 +49,10 @@ pub(crate) fn tuft() -> Shape {
     })
 }
 
-/// Corners of a blade: its rings from the foot up, then its tip.
+/// The corners of a blade: its rings from the foot up, then its tip.
 fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     let draw = move |k: u32| random(blade * 6 + k, 1211);
-    // Its foot, the side to which it bends, its length and its lean.
+    // The foot of the blade, the side to which it bends, its length and its lean.
     let turn = |angle: f32| Vec3::new(angle.cos(), 0.0, angle.sin());
     let out = turn(TAU * draw(0));
     let side = Vec3::Y.cross(out);
@@ -63,7 +63,7 @@ fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     );
     let along =
         move |t: f32| foot + length * (out * lean * t * t + Vec3::Y * t * (1.0 - 0.3 * lean * t));
-    // Rings of three corners around its middle line, thinning towards the tip.
+    // Rings of three corners around the middle line get smaller towards the tip.
     let ring = move |ring: u32| {
         let t = ring as f32 / RINGS as f32;
         let half = 0.014 * (1.0 - 0.7 * t);
@@ -77,7 +77,7 @@ fn blade_corners(blade: u32) -> impl Iterator<Item = Vec3> {
     (0..RINGS).flat_map(ring).chain([along(1.0)])
 }
 
-/// Corners of the triangles of a blade: its walls, its tip, and the triangle that closes its foot.
+/// The corners of a blade's triangles: its walls, its tip, and the triangle that closes its foot.
 fn blade_triangles() -> impl Iterator<Item = u32> {
     let wall = (0..RINGS - 1).flat_map(|ring| {
         (0..3).flat_map(move |corner| {

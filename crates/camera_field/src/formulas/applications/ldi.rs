@@ -1,7 +1,7 @@
-//! Where to put the one camera of a layered depth image (§4.2.3).
+//! The camera of a layered depth image (§4.2.3).
 //!
-//! For cameras with parallel axes the compound field (19) of a plane across the axes points to
-//! one point, and has the strength there of one camera at that point:
+//! For cameras with parallel axes, the compound field (19) on a plane perpendicular to the axes
+//! points to one point. It has the strength of one camera at that point:
 //!
 //! ```text
 //! w_i = f_i² / D_i³
@@ -9,11 +9,11 @@
 //! C   = (Σ f_i²/D_i²)³ / (Σ f_i²/D_i³)²              (App. v, divided by D_A⁶ D_B⁶)
 //! ```
 //!
-//! `D_i` is the depth of the plane in camera `i`. Written as sums these hold for any number of
-//! cameras, where the paper has two.
+//! `D_i` is the depth of the plane in camera `i`. The paper has two cameras; these sums hold for
+//! any number.
 //!
-//! For cameras that are not parallel the lines of the field do not meet, and the paper leaves
-//! the question open. [`convergent_point`] answers it with a least-squares point.
+//! For cameras that are not parallel, the lines of the field do not meet, and the paper gives no
+//! solution. [`convergent_point`] is our solution: a least-squares point.
 
 use super::pose::{PosedCamera, compound_field};
 use super::scalar::{Mat3, Real, Vec3};
@@ -34,20 +34,20 @@ pub struct ParallelCamera {
 pub struct EquivalentCamera {
     /// The convergent point (21).
     pub origin: Vec3,
-    /// Its focal length in pixels (App. v).
+    /// The focal length in pixels (App. v).
     pub focal_px: Real,
     /// Depth of the plane from the convergent point.
     pub depth: Real,
 }
 
-/// The camera that samples a plane as densely, and from the same directions, as several parallel
+/// The camera that samples a plane with the same density and directions as several parallel
 /// cameras together (21, App. v). The plane is perpendicular to their axes. `None` without cameras.
 pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<EquivalentCamera> {
     let mut weight = 0.0;
     let mut density = 0.0;
     let mut weighted_origin = Vec3::ZERO;
     for camera in cameras {
-        // The density that this camera adds on its axis, and its part of the sum of (21).
+        // `facing` is the density that this camera adds on the plane.
         let facing = camera.focal_px * camera.focal_px / (camera.depth * camera.depth);
         density += facing;
         weight += facing / camera.depth;
@@ -91,18 +91,19 @@ impl FieldLine {
     }
 }
 
-/// The point about which the field of the lines has the least sum of squared moments:
+/// The point that is nearest to all lines by weighted least squares. The weight of a line is the
+/// square of its strength:
 ///
 /// ```text
 /// q = argmin Σ |c(p) × (q − p)|²
 /// ```
 ///
-/// that is, the point nearest to all lines, each weighted by the square of its strength. This is
-/// our answer for cameras that are not parallel. It equals (21) where the cameras are parallel and
-/// the points lie in a plane across their axes. `None` if the lines are all parallel.
+/// This is our solution for cameras that are not parallel. It equals (21) if the cameras are
+/// parallel and the points are in a plane perpendicular to their axes. `None` if all lines are
+/// parallel.
 ///
-/// Distances without the weight are the more obvious choice, but they measured worse (example `figure_18`: the
-/// weight was chosen on its first ten pairs and confirmed on its further pairs).
+/// Distances without weights merged more samples in the example `figure_18`. The weight was chosen
+/// on its first ten pairs and confirmed on its further pairs.
 pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Vec3> {
     // The normal equations: M q = b with M = Σ w (I − d dᵀ) and b = Σ w (I − d dᵀ) p.
     let mut matrix = Mat3::ZERO;
@@ -111,13 +112,13 @@ pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Ve
     for line in lines {
         let d = line.direction;
         let weight = line.strength * line.strength;
-        // Projects onto the plane across the line.
+        // Projects onto the plane perpendicular to the line.
         let across = Mat3::IDENTITY - Mat3::from_cols(d * d.x, d * d.y, d * d.z);
         matrix += across * weight;
         right_side += across * line.point * weight;
         total += weight;
     }
-    // Lines that are all parallel leave a direction open.
+    // If all lines are parallel, the matrix is singular: the point could move along them.
     let solvable = matrix.determinant() > 16.0 * Real::EPSILON * total * total * total;
     solvable.then(|| matrix.inverse() * right_side)
 }

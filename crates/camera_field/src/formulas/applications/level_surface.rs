@@ -10,13 +10,13 @@ use super::scalar::{Real, Vec2, Vec3};
 /// A surface of equal strength as triangles, for drawing.
 #[expect(
     clippy::disallowed_types,
-    reason = "a mesh for drawing is the one thing here that allocates"
+    reason = "only this mesh, which is for drawing, allocates"
 )]
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelSurfaceMesh {
     /// Points in camera space, row by row.
     pub positions: Vec<Vec3>,
-    /// Three indices a triangle; the front faces the camera.
+    /// Three indices per triangle. The front faces the camera.
     pub indices: Vec<u32>,
 }
 
@@ -45,12 +45,12 @@ impl Intrinsics {
         assert!(cells > 0, "a level surface needs at least one cell");
         let steps = || (0..=cells).map(|step| Real::from(step) / Real::from(cells));
         let range = self.slope_max - self.slope_min;
-        // Points of the surface on the sight rays of a grid on the image.
+        // Each position is on the sight ray of a point of a grid on the image.
         let positions = steps()
             .flat_map(|v| steps().map(move |u| Vec2::new(u, v)))
             .map(|share| self.level_point(strength, self.slope_min + share * range))
             .collect();
-        // Two triangles for each of its cells.
+        // Each cell of the grid has two triangles.
         let side = u32::from(cells) + 1;
         let indices = (0..u32::from(cells))
             .flat_map(|row| (0..u32::from(cells)).map(move |column| row * side + column))

@@ -1,8 +1,8 @@
 //! Criteria for levels of detail (§4.1.5, §4.2.2).
 //!
-//! The paper lists the quantities and leaves their use open. Here they are side by side, with the
-//! one test that turns a geometric error into a level. With the means of eq. 17 and 18 in
-//! [`SurfaceSamples`](crate::SurfaceSamples) these are all of its criteria.
+//! The paper lists these quantities but does not say how to use them. [`coarsest_level`] turns a
+//! geometric error into a level. The means of eq. 17 and 18 are in
+//! [`SurfaceSamples`](crate::SurfaceSamples).
 
 use super::bounds::SphereBound;
 use super::intrinsics::Intrinsics;
@@ -11,11 +11,11 @@ use super::scalar::{Real, Vec3};
 /// The quantities of the field at one point that a level of detail may depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LodCriteria {
-    /// Samples per unit area across the sight ray (eq. 5).
+    /// Samples per unit area perpendicular to the sight ray (eq. 5).
     pub strength: Real,
-    /// Samples per unit area of the surface (eq. 16); negative when it faces away.
+    /// Samples per unit area of the surface (eq. 16); negative if the surface faces away.
     pub projection_factor: Real,
-    /// Shape of the sampling pattern, 1 for round (§3.4).
+    /// Aspect ratio of the sampling pattern, 1 for a round pattern (§3.4).
     pub aspect_ratio: Real,
     /// `|curl c| / c = 3 tan φ / ρ`: relative change of the strength per unit of length
     /// across the sight ray (eq. 12).
@@ -35,7 +35,7 @@ impl Intrinsics {
     }
 }
 
-/// The coarsest level whose error stays within `max_error_px` pixels; 0, the finest, if none does.
+/// The coarsest level with an error of at most `max_error_px` pixels, or 0, the finest, if there is none.
 ///
 /// `errors` are the geometric errors of the levels in scene units, finest first. `pixel_scale` is a
 /// bound over the object, such as [`Intrinsics::pixel_scale_over_sphere`].

@@ -1,4 +1,4 @@
-//! What the paper uses the field for: level of detail, textures, splats, layered depth images and statistics of samples.
+//! The paper's applications of the field: level of detail, textures, splats, layered depth images and sample statistics.
 
 use super::{bounds, intrinsics, pose, scalar};
 

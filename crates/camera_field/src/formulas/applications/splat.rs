@@ -6,24 +6,25 @@
 //! u(P + d) − u(P) = J d / (1 + d_z/z)
 //! ```
 //!
-//! with `J` the derivative of the projection at `P`. With `e` in the unit disk and
-//! `d = r (a e₁ + b e₂)` this is `A e / (1 + g·e)`, where `A = r J (a b)` holds the axes of the
-//! kernel and `g = r (a_z, b_z)/z` its *keystone*.
+//! with `J` the derivative of the projection at `P`. For `e` in the unit disk, let
+//! `d = r (a e₁ + b e₂)`. Then the right side is `A e / (1 + g·e)`. The columns of `A = r J (a b)` are
+//! the axes of the kernel, and `g = r (a_z, b_z)/z` is its *keystone*.
 //!
 //! - The paper's kernel is `A e`: an ellipse around the projected centre. Its three steps
 //!   (foreshortening by the normal, radial stretch `1/cos φ`, area `c·n`) multiply to `A`;
 //!   [`SplatKernel::paper`] takes these steps.
 //! - Its authors leave the asymmetry of the true kernel as future work, and expect it from the
-//!   curl. It is the keystone. An affine shear cannot give it, as an affine image of a disk is
-//!   symmetric; it takes the second-order term, `A e (1 − g·e)`: [`SplatKernel::map_sheared`].
-//! - The curl gives one of its two parts:
+//!   curl. The asymmetry is the keystone. An affine shear cannot give it, because an affine image of
+//!   a disk is symmetric. The second-order term can: `A e (1 − g·e)`, [`SplatKernel::map_sheared`].
+//! - The keystone has two parts, and the curl gives the first:
 //!
 //! ```text
 //! d_z/z = (s × curl c)·d / (3|c|)  +  s·d / ρ,      s = P/ρ
 //! ```
 //!
-//! A disk across the sight ray has the first term only. The second comes from its tilt, is present
-//! even on the axis where the curl vanishes, and belongs to the fall of the strength with distance.
+//! A disk perpendicular to the sight ray has only the first term. The second term comes from the tilt
+//! of the disk and from the fall of the strength with distance. It is present even on the axis, where
+//! the curl is zero.
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec2, Vec3};
@@ -39,10 +40,10 @@ pub struct Surfel {
     pub radius: Real,
 }
 
-/// Area of a splat in square pixels of the destination image (eq. 15): pixels there for one
-/// sample of the source camera. Both factors are `c · n` (eq. 16) at the same point.
+/// Area of a splat in square pixels of the destination image (eq. 15), for one sample of the source
+/// camera. Both factors are `c · n` (eq. 16) at the same point.
 ///
-/// For points sampled otherwise, pass samples per unit area as `source_factor`.
+/// For points that no camera sampled, pass samples per unit area as `source_factor`.
 #[inline]
 pub fn splat_area_px2(destination_factor: Real, source_factor: Real) -> Real {
     destination_factor / source_factor
@@ -55,7 +56,7 @@ pub struct SplatKernel {
     pub center_px: Vec2,
     /// Images of the disk's two axes to first order: the columns of `A`.
     pub axes_px: [Vec2; 2],
-    /// `g`: relative change of depth along the two axes. Shorter than 1 for a disk in front
+    /// `g`: relative change of depth along the two axes. Its length is below 1 for a disk in front
     /// of the camera plane.
     pub keystone: Vec2,
 }
@@ -73,13 +74,13 @@ impl SplatKernel {
 
     /// The kernel by the steps of the paper (Fig. 13), without a keystone.
     ///
-    /// Its ellipse is that of [`SplatKernel::new`] to first order.
+    /// To first order, its ellipse equals that of [`SplatKernel::new`].
     pub fn paper(camera: &Intrinsics, surfel: &Surfel) -> Self {
         let p = surfel.center;
         let sight = p.normalize();
         let cos_phi = Intrinsics::aspect_ratio(p);
         let facing = -surfel.normal.dot(sight);
-        // Image directions: along the radius from the principal point, and across it.
+        // Directions in the image: along the radius from the principal point, and perpendicular to it.
         let radial = Vec2::new(p.x, p.y).try_normalize().unwrap_or(Vec2::X);
         let tangential = radial.perp();
         let across_sight = [
@@ -91,7 +92,7 @@ impl SplatKernel {
         let thin = tilt.try_normalize().unwrap_or(Vec2::X);
         let foreshorten =
             |e: Vec2| (e - thin * ((1.0 - facing.abs()) * thin.dot(e))) / facing.abs().sqrt();
-        // Second factor: radial stretch by 1/cos φ, at equal area; then oblong pixels likewise.
+        // Second factor: the radial stretch by 1/cos φ, at equal area. Oblong pixels stretch likewise.
         let stretch =
             |e: Vec2| radial * (e.x / cos_phi.sqrt()) + tangential * (e.y * cos_phi.sqrt());
         // Third factor: the size, from the area per unit of surface.
@@ -118,26 +119,26 @@ impl SplatKernel {
         self.affine_area_px2() / (rest * rest.sqrt())
     }
 
-    /// The paper's kernel: where it puts a point `e` of the unit disk.
+    /// Maps a point `e` of the unit disk by the paper's kernel: `A e`.
     #[inline]
     pub fn map_affine(&self, e: Vec2) -> Vec2 {
         self.center_px + self.axes_px[0] * e.x + self.axes_px[1] * e.y
     }
 
-    /// Our asymmetric kernel, of second order: `A e (1 − g·e)`.
+    /// Maps a point `e` of the unit disk by our asymmetric kernel, of second order: `A e (1 − g·e)`.
     #[inline]
     pub fn map_sheared(&self, e: Vec2) -> Vec2 {
         self.map_affine(e * (1.0 - self.keystone.dot(e)))
     }
 
-    /// The exact image of a point of the disk: `A e / (1 + g·e)`.
+    /// Projects a point `e` of the unit disk exactly: `A e / (1 + g·e)`.
     #[inline]
     pub fn map_exact(&self, e: Vec2) -> Vec2 {
         self.map_affine(e / (1.0 + self.keystone.dot(e)))
     }
 
-    /// The point of the disk's plane that is seen at a pixel, in units of the disk: the inverse of
-    /// [`SplatKernel::map_exact`]. A pixel is inside the splat where its length is at most 1.
+    /// The inverse of [`SplatKernel::map_exact`]: the point of the disk's plane at a pixel, in radii
+    /// of the disk. The pixel is inside the splat if the length of the point is at most 1.
     #[inline]
     pub fn unmap_exact(&self, pixel: Vec2) -> Vec2 {
         let e = self.unmap_affine(pixel);
@@ -152,8 +153,8 @@ impl SplatKernel {
         Vec2::new(offset.perp_dot(b), a.perp_dot(offset)) / a.perp_dot(b)
     }
 
-    /// The inverse of [`SplatKernel::map_sheared`], on its branch through the centre. `None` for
-    /// pixels beyond the fold of the second-order map, which is outside of the splat while the
+    /// The inverse of [`SplatKernel::map_sheared`], on the branch through the centre. `None` for
+    /// pixels beyond the fold of the second-order map. The fold is outside of the splat if the
     /// keystone is shorter than 1/2.
     #[inline]
     pub fn unmap_sheared(&self, pixel: Vec2) -> Option<Vec2> {
@@ -162,8 +163,8 @@ impl SplatKernel {
         (discriminant >= 0.0).then(|| e * (2.0 / (1.0 + discriminant.sqrt())))
     }
 
-    /// The exact image as an ellipse: its true centre, and two half axes that span it (conjugate,
-    /// not perpendicular). The centre is not the projection of the disk's centre.
+    /// The exact image as an ellipse: its centre, and two conjugate half axes, which need not be
+    /// perpendicular. The centre of the ellipse is not the projection of the disk's centre.
     pub fn ellipse(&self) -> (Vec2, [Vec2; 2]) {
         let rest = 1.0 - self.keystone.length_squared();
         let along = self.keystone.try_normalize().unwrap_or(Vec2::X);
@@ -185,7 +186,8 @@ impl Surfel {
 
     /// The part of the keystone that the curl gives, `r (s × curl c)·(a, b) / (3|c|)`.
     ///
-    /// All of it for a disk across the sight ray; [`SplatKernel::keystone`] has both parts.
+    /// It is the whole keystone of a disk perpendicular to the sight ray. [`SplatKernel::keystone`]
+    /// has both parts.
     pub fn keystone_from_curl(&self, camera: &Intrinsics) -> Vec2 {
         let strength = camera.strength(self.center);
         if strength == 0.0 {
@@ -199,7 +201,7 @@ impl Surfel {
 }
 
 impl Intrinsics {
-    /// How far the image of `p` moves for a small displacement of `p`, to first order.
+    /// Movement of the image of `p`, in pixels, for a small displacement of `p`, to first order.
     #[inline]
     pub fn displace_px(&self, p: Vec3, displacement: Vec3) -> Vec2 {
         let lateral = Vec2::new(displacement.x, displacement.y);

@@ -1,21 +1,21 @@
-//! How well a camera samples a surface (§4.2.1).
+//! Mean and deviation of the sampling density on a surface (§4.2.1).
 //!
 //! ```text
 //! μ = ∫ c · da / ∫ da                             (17)
 //! σ = √( ∫ (c · n − μ)² da / ∫ da )               (18)
 //! ```
 //!
-//! Both in closed form on triangles, where the paper integrates numerically: with
-//! `w = 1/z` at the corners and `h₃` the sum of all products of three of them,
+//! The paper integrates numerically. On triangles, both have a closed form, with `w = 1/z` at the
+//! corners and `h₃` the sum of all products of three of them:
 //!
 //! ```text
 //! ∫ (c · n)² da = C² (n · P)² ∫ z⁻⁶ da = C² (n · P)² · area/10 · w₀ w₁ w₂ h₃(w₀, w₁, w₂)
 //! ```
 //!
-//! which is the Hermite–Genocchi formula for the second divided difference of `z⁻⁴/20`.
+//! This is the Hermite–Genocchi formula for the second divided difference of `z⁻⁴/20`.
 //!
-//! The paper names these the mean and deviation of flux; they are those of flux *density*,
-//! in samples per unit area.
+//! The paper calls them mean and deviation of flux. They are those of flux *density*, in samples per
+//! unit area.
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec3};
@@ -33,7 +33,7 @@ pub struct SurfaceSamples {
 
 impl SurfaceSamples {
     /// Adds a visible triangle in camera space. Triangles that face away and parts outside
-    /// the field of view add nothing; occlusion is the caller's to decide.
+    /// the field of view add nothing. Callers must leave out hidden triangles.
     pub fn add_triangle(&mut self, camera: &Intrinsics, triangle: [Vec3; 3]) {
         for part in camera.clip_triangle(triangle).fan() {
             self.add_triangle_in_view(camera, part);
@@ -47,7 +47,7 @@ impl SurfaceSamples {
         if !(flux_px2 > 0.0 && area > 0.0) {
             return;
         }
-        // The mean of (c · n)² over the triangle is this times its flux density squared.
+        // The mean of (c · n)² over the triangle is `mean_square` times the square of its flux density.
         let inverse_depths = Vec3::new(1.0 / p0.z, 1.0 / p1.z, 1.0 / p2.z);
         let product = inverse_depths.x * inverse_depths.y * inverse_depths.z;
         // Φ = C (n · P) area w₀w₁w₂, so Φ² / (area w₀w₁w₂) replaces C² (n · P)² area w₀w₁w₂.
@@ -77,20 +77,21 @@ impl SurfaceSamples {
         }
     }
 
-    /// The same samples spread over the whole surface, unseen parts counted as density zero.
+    /// The same samples over the whole surface of the given area. Unseen parts have density zero.
     ///
-    /// Equations 17 and 18 divide by the *visible* area, so a camera that sees a small piece
-    /// well beats one that sees all of it fairly; this makes placements comparable.
+    /// Equations 17 and 18 divide by the *visible* area. A camera close to a small piece then beats a
+    /// camera that sees the whole surface. Statistics over the whole surface make placements
+    /// comparable.
     #[must_use]
     pub fn over_whole_surface(self, area: Real) -> Self {
         Self { area, ..self }
     }
 }
 
-/// The placement with the best sampling: the highest `μ − σ`, the first of equals.
+/// The index of the placement with the highest `μ − σ`; the first of equal ones.
 ///
-/// The paper prefers a high mean and a low deviation without weighing them; their
-/// difference, the density that most of the surface exceeds, is our choice.
+/// The paper prefers a high mean and a low deviation but gives no weights. Their difference is our
+/// choice: most of the surface exceeds this density.
 pub fn best_placement(placements: &[SurfaceSamples]) -> Option<usize> {
     let score = |samples: &SurfaceSamples| samples.mean() - samples.deviation();
     let mut best: Option<(usize, Real)> = None;
@@ -103,7 +104,7 @@ pub fn best_placement(placements: &[SurfaceSamples]) -> Option<usize> {
     best.map(|(index, _)| index)
 }
 
-/// `h₃`: the sum of all ten products of three factors taken from three numbers.
+/// `h₃`: the sum of all ten products of three factors from three numbers, with repetition.
 fn products_of_three(w: Vec3) -> Real {
     let of_one = w.x * w.x * w.x;
     let of_two = of_one + w.y * (w.x * w.x + w.y * (w.x + w.y));

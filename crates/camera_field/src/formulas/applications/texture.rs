@@ -1,21 +1,21 @@
 //! Texture filtering and mip levels (§4.1.2, §4.1.4): the inverse of splatting.
 //!
-//! A splat is the image of a sample's piece of surface; a texture filter is the piece of surface,
-//! in texels, under one pixel. Its area is `texels per unit area / (c·n)`, and the root of that is
-//! the filter's dimension for a mip level:
+//! A splat is the image of the piece of surface of one sample. A texture filter is the piece of
+//! surface under one pixel, in texels. Its area is `texels per unit area / (c·n)`, and the square
+//! root of the area is the filter's dimension for a mip level:
 //!
 //! ```text
 //! level = log₂ √(texels per unit area / (c·n)) + bias
 //! ```
 //!
-//! This is the geometric mean of the two half axes of the filter. Hardware takes the longer
-//! axis when it filters isotropically, so it chooses a higher level at grazing angles.
+//! The dimension is the geometric mean of the two half axes of the filter. Hardware that filters
+//! isotropically uses the longer axis, so it chooses a higher level at grazing angles.
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec2, Vec3};
 
 /// Side of the square of surface under one pixel, `√(1 / (c·n))`, in scene units (§4.1.4).
-/// Infinite where the surface is edge-on or faces away.
+/// Infinite if the surface is edge-on or faces away.
 #[inline]
 pub fn filter_dimension(projection_factor: Real) -> Real {
     if projection_factor > 0.0 {
@@ -28,8 +28,8 @@ pub fn filter_dimension(projection_factor: Real) -> Real {
 /// Mip level for a surface with the projection factor `c · n` (eq. 16) and
 /// `texels_per_area` texels per unit area at level 0, plus `bias` levels.
 ///
-/// Not clamped: negative where a texel covers more than a pixel, infinite where the surface is
-/// edge-on or faces away.
+/// The level is not clamped. It is negative if a texel covers more than a pixel, and infinite if the
+/// surface is edge-on or faces away.
 #[expect(
     clippy::disallowed_methods,
     reason = "mip levels are for drawing; geometry is not chosen by them"
@@ -40,8 +40,8 @@ pub fn mip_level(projection_factor: Real, texels_per_area: Real, bias: Real) -> 
     texels_across.log2() + bias
 }
 
-/// The piece of texture under one pixel, to first order: an ellipse with these conjugate half
-/// axes for a pixel of radius 1. Heckbert's elliptical filter.
+/// The piece of texture under one pixel, to first order: Heckbert's elliptical filter. The fields
+/// are conjugate half axes of the ellipse, for a pixel of radius 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterKernel {
     /// Texels that one pixel step along image x moves.
@@ -51,8 +51,8 @@ pub struct FilterKernel {
 }
 
 impl FilterKernel {
-    /// The kernel at `p` on a surface along which one texel step moves by `texel_u` and `texel_v`
-    /// scene units. `None` where the surface is edge-on.
+    /// The kernel at `p` on a surface. `texel_u` and `texel_v` are the steps from texel to texel, in
+    /// scene units. `None` if the surface is edge-on.
     pub fn new(camera: &Intrinsics, p: Vec3, texel_u: Vec3, texel_v: Vec3) -> Option<Self> {
         let u_px = camera.displace_px(p, texel_u);
         let v_px = camera.displace_px(p, texel_v);

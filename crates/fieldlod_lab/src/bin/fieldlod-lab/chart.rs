@@ -16,12 +16,11 @@ use indicatif::ProgressBar;
 
 use crate::models::Model;
 
-/// Draw models at many levels of detail, chosen by this and other systems' criteria, and chart their triangles
-/// against the error of their pictures. The baseline is clusterlod as a whole: its metric on the levels that it
-/// builds itself.
+/// Draw models at many levels of detail, chosen by the criteria of this and other systems, and chart triangles
+/// against image error. The baseline is clusterlod as a whole: its metric on the levels that it builds itself.
 ///
 /// Needs a graphics adapter; a software adapter is enough. Meshes are baked in small units, so that a small picture
-/// of a mesh represents a large picture of a finer mesh. Hierarchies of .fieldlod files are used as they are; only
+/// of a mesh represents a large picture of a finer mesh. Hierarchies of .fieldlod files are not baked again; only
 /// clusterlod's levels are built from them.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
@@ -37,7 +36,7 @@ pub(crate) struct Arguments {
     /// Seed of the poses.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Measure the generated models on which constants are chosen, in addition to the named files.
+    /// Measure the generated models on which constants were chosen, in addition to the named files.
     #[arg(long)]
     training: bool,
     /// Print all figures as a JSON object instead of a table.
@@ -46,7 +45,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // Fail before the long part.
+    // An unwritable folder must fail before the long measurement.
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| Failure::new(out, error))?;
     let renderer = Renderer::new()?;
@@ -124,7 +123,7 @@ fn row(model: &ModelRatios, method: Method) -> String {
     format!("{:22}{}\n", method.name(), cells.concat())
 }
 
-/// Our thresholds with the image errors at which methods are compared.
+/// Our thresholds that have the image errors at which methods are compared.
 fn thresholds_text(report: &Report) -> String {
     let curves = report.curves.iter();
     let of_quality = curves.filter(|point| point.method == Method::Quality);

@@ -1,4 +1,4 @@
-//! The models of commands, from files or generated.
+//! The models that commands measure, from files or generated.
 
 use std::path::{Path, PathBuf};
 
@@ -28,8 +28,8 @@ impl Model {
         }
     }
 
-    /// The primitive with the most triangles, baked by both systems. Hierarchies of .fieldlod files are used as they
-    /// are; `config` then applies only to clusterlod.
+    /// The primitive with the most triangles, baked by both systems. The hierarchy of a .fieldlod file is not baked
+    /// again; `config` then applies only to clusterlod.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
         let (mesh, baked) = self.load()?;
         Ok(BakedModel {

@@ -5,7 +5,7 @@ use fieldlod_cli::output::{Failure, print, progress_bar};
 use fieldlod_lab::render::Renderer;
 use fieldlod_lab::scenes::{WorldResult, generated_worlds, measure, table};
 
-/// Draw generated worlds, hills, a street and a wood, with and without visible flux, and count triangles at equal
+/// Draw three generated worlds (hills, a street, a wood) with and without visible flux, and count triangles at equal
 /// image error.
 ///
 /// Needs a graphics adapter; a software adapter is enough.

@@ -1,4 +1,4 @@
-//! `fieldlod-lab stability`: all methods in cases in which some fail.
+//! `fieldlod-lab stability`: all methods in difficult cases.
 
 use std::path::{Path, PathBuf};
 
@@ -12,14 +12,14 @@ use indicatif::ProgressBar;
 
 use crate::models::Model;
 
-/// Run all methods through cases in which users of some system reported failures.
+/// Run all methods in difficult cases. Users of other systems reported failures in some of them.
 ///
-/// Without models, each case runs on a generated object. The primitive of a model with the most triangles is used.
+/// Each case runs on a generated object, or on the primitive of each given model with the most triangles.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf, .glb or .fieldlod files to run on instead.
+    /// The .gltf, .glb or .fieldlod files [default: generated objects].
     models: Vec<PathBuf>,
-    /// Measure the guarantee of 1 px instead, from random cameras, each with its own placement; also clusterlod's
+    /// Measure the guarantee of 1 px instead, from random cameras under random placements. Also measures clusterlod's
     /// metric on the same hierarchy and on its own.
     #[arg(long)]
     promise: bool,
@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.promise {
         return run_promise(arguments, models, &bar);
     }
-    // All cases, on the models or on fixtures of their own.
+    // Without models, each case runs on its fixture.
     bar.set_message("cases");
     let ours = models.into_iter().map(|object| (object.name, object.ours));
     let report = stability::run(&ours.collect::<Vec<_>>(), &|done, total| {
@@ -121,7 +121,7 @@ fn text(report: &Report) -> String {
         text.push('\n');
     }
     text.push_str(
-        "px: greatest displacement at a threshold of 1 px (fails above 1.5);\n\
+        "px: largest displacement at a threshold of 1 px (fails above 1.5);\n\
          fl: groups per frame that change and change back within 5 frames; he: open edges;\n\
          x: triangles chosen, relative to fieldlod guaranteed; xc: relative to the coarsest cut, for objects\n\
          out of view (both fail above 1.25).",

@@ -200,15 +200,8 @@ fn hierarchy(
     groups: &[Group],
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     let (mesh, rig) = (&part.primitive.mesh, part.rig);
-    let mut source = mesh.source_hash();
-    if rig.skin.is_some() {
-        source = source.with_joints(&rig.joints, &rig.weights);
-    }
-    for target in &rig.targets {
-        source = source.with_morph_target(target);
-    }
     let mut hierarchy = Hierarchy {
-        source,
+        source: part.source_hash(),
         source_vertex_count: mesh.positions.len() as u32,
         vertices: mesh.finite_vertices(),
         carrier_joint: rig.skin.and(character.carrier_joint),

@@ -3,8 +3,8 @@
 //! [`bake_mesh`] is the recipe for one mesh. It groups and simplifies clusters level by level, down to a dozen
 //! triangles, and moves vertices to reduce the error. It measures the deviation of each simplified surface from the
 //! source, and bounds and orders the units. [`verify()`] checks a hierarchy against its source, independently of the
-//! bake. [`import_gltf`] reads the static triangle meshes of a glTF file as Bevy does. [`bake_file`] imports and bakes
-//! every primitive of a file.
+//! bake. [`import_gltf`] reads the triangle meshes of a glTF file as Bevy does. [`bake_file`] imports and bakes every
+//! primitive of a file. [`bake_rigged`] bakes skinned and morphed primitives, which have whole-mesh levels.
 //!
 //! ```
 //! use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -25,6 +25,7 @@
 //! | the source mesh, its surface, components, borders and nearest triangles | `mesh` |
 //! | clusters, groups and their simplification, level by level; ordered and bounded units | `levels` |
 //! | leaves, blades and gravel, which keep their area; primitives of one plant; pictures of levels | `plants` |
+//! | skinned and morphed meshes | `characters` |
 //! | deviation from the source, and tests for flipped triangles | `deviation` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //! | checks that are independent of the bake | `verify` |
@@ -44,7 +45,7 @@
 //! - Every cut of a closed mesh is closed.
 //!
 //! # Out of scope
-//! Skinned and morphed meshes, points and lines are reported as [`Skipped`]. Draco compression is an error.
+//! Points and lines are reported as [`Skipped`]. Draco compression is an error.
 //!
 //! # Fuzzing
 //! `fuzz/` is a separate workspace. Run it in this crate's folder with cargo-fuzz:
@@ -53,6 +54,7 @@
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod bake;
+mod characters;
 mod config;
 mod deviation;
 mod file;
@@ -72,12 +74,15 @@ mod verify;
 pub const REVISION: u32 = 2;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
+#[doc(hidden)]
+pub use characters::{Character, Distances, Part, Pose, clip_poses, distances, plain_levels};
+pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{
-    AccessorFault, BufferFault, ImageFault, Import, ImportError, ImportedPrimitive,
-    PackedViewFault, PrimitiveFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
-    import_gltf_bytes, unpack_gltf,
+    AccessorFault, BufferFault, Channel, Clip, ImageFault, Import, ImportError, ImportedPrimitive,
+    Interpolation, Node, PackedViewFault, PrimitiveFault, PrimitivePlace, Property, Rig, RigFault,
+    Skin, SkipReason, Skipped, UnreadImage, import_gltf, import_gltf_bytes, unpack_gltf,
 };
 #[cfg(any(test, feature = "test-support"))]
 pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};

@@ -59,6 +59,11 @@ pub enum MeshError {
     /// There are more vertices or triangles than 32-bit indices allow.
     #[error("the mesh is too large: at most {limit} vertices and {limit} triangles are supported", limit = MAX_COUNT)]
     TooLarge,
+    /// A skinned or morphed mesh has more vertices than 16-bit indices reach.
+    #[error(
+        "it has {vertices} vertices, but levels of a skinned or morphed mesh have at most 65,536"
+    )]
+    TooLargeForRig { vertices: usize },
     /// A field of the configuration is out of its documented range.
     #[error("the bake setting {field} is out of range")]
     Config { field: &'static str },

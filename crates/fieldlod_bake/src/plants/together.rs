@@ -96,7 +96,7 @@ fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
 
 /// How meshes are joined.
 #[derive(Clone, Copy, PartialEq)]
-enum Joint {
+pub(crate) enum Joint {
     /// Loose elements that are not joined where they touch.
     Plant,
     /// One surface of several materials that stays closed where they meet.
@@ -143,7 +143,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
 }
 
 /// Joins the meshes. Meshes without an attribute get neutral values if another mesh has it.
-fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
+pub(crate) fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     let mut all = SourceMesh {
         // The bake then records the origin of moved vertices.
         has_other_attributes: true,

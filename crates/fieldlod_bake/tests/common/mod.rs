@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub(crate) mod character;
 pub(crate) mod gltf_file;
 
 use std::collections::HashMap;

@@ -142,6 +142,11 @@ impl Boxes4 {
         }
     }
 
+    /// The number of boxes.
+    pub(crate) fn count(&self) -> usize {
+        (0..4).filter(|&k| self.min.x[k].is_finite()).count()
+    }
+
     /// Squared distances from a point; 0 inside.
     #[inline]
     pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {

@@ -73,6 +73,7 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
     }
     Ok(PreparedMesh {
         kind: LodKind::Clusters,
+        rig: None,
         origin: LodOrigin::File,
         table: GroupTable::new(hierarchy),
         pieces,

@@ -72,6 +72,7 @@ fn add_mesh(
     Arc::new(LodMesh {
         id: scene.scene.add_table(prepared.table),
         kind: prepared.kind,
+        rig: prepared.rig,
         pieces,
         triangles_full: prepared.triangles_full,
         uv_per_area: prepared.uv_per_area,

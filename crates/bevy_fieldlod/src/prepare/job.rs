@@ -10,12 +10,13 @@ use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::GroupTable;
 
 #[cfg(feature = "bake")]
-use super::bake::BakeJob;
+use super::bake::{BakeJob, RiggedBake};
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodOrigin};
 use crate::scene::lod_mesh::LodPiece;
+use crate::scene::rig::{Rig, is_rigged};
 use crate::scene::unit_mesh::unit_mesh;
 
 /// The input of a background task.
@@ -40,6 +41,9 @@ pub(super) enum LevelSource {
     /// The cache, or else a bake.
     #[cfg(feature = "bake")]
     Bake(BakeJob),
+    /// The cache, or else a bake of all skinned and morphed primitives of the glTF file.
+    #[cfg(feature = "bake")]
+    BakeRigged(RiggedBake),
 }
 
 /// A mesh with levels of detail that is not yet in the scene and the assets.
@@ -47,6 +51,8 @@ pub(crate) struct PreparedMesh {
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
     pub(crate) origin: LodOrigin,
+    /// `None` unless joints or morph targets move the vertices.
+    pub(crate) rig: Option<Rig>,
     pub(crate) table: GroupTable,
     /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
     pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
@@ -69,13 +75,19 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     } else {
         None
     };
+    let rig = is_rigged(&job.mesh).then_some(Rig {
+        carrier_joint: baked.carrier_joint,
+    });
     let (kind, hierarchy) = match whole_meshes {
         Some(levels) => (LodKind::WholeMesh, levels),
+        // Units have no bounds in other poses.
+        None if rig.is_some() => return Err(LodError::Rigged),
         None => (LodKind::Clusters, baked),
     };
     Ok(PreparedMesh {
         kind,
         origin,
+        rig,
         table: GroupTable::new(&hierarchy),
         pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
         triangles_full,
@@ -105,6 +117,8 @@ async fn find_hierarchy(
             }
             #[cfg(feature = "bake")]
             LevelSource::Bake(bake) => return bake.run(mesh),
+            #[cfg(feature = "bake")]
+            LevelSource::BakeRigged(bake) => return bake.run(&mesh),
         }
     }
     Err(LodError::BakeDisabled)

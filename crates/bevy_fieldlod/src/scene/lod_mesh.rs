@@ -14,6 +14,7 @@ use fieldlod_select::MeshId;
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::LodKind;
 use crate::assets::baked_lods::BakedLods;
+use crate::scene::rig::Rig;
 
 /// The levels of detail of one mesh asset.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub(crate) struct LodMesh {
     pub(crate) id: MeshId,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
+    /// `None` unless joints or morph targets move the vertices.
+    pub(crate) rig: Option<Rig>,
     /// One per unit of the hierarchy.
     pub(crate) pieces: Vec<LodPiece>,
     /// Triangles of the source mesh.

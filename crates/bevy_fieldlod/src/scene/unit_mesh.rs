@@ -2,7 +2,7 @@
 //!
 //! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
 //! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
-//! hierarchy; other attributes are copied from the source vertex. Units have the vertex layout of their source, so both
+//! hierarchy; other attributes, joints and morph targets are copied from the source vertex. Units have the vertex layout of their source, so both
 //! use the same pipelines, and nothing is compiled when units replace the source.
 
 use bevy::asset::RenderAssetUsages;
@@ -10,6 +10,8 @@ use bevy::mesh::{
     Indices, Mesh, MeshAccessError, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues,
 };
 use fieldlod_hierarchy::{Hierarchy, Unit};
+
+use crate::scene::rig::morph_targets_at;
 
 /// The mesh that a hierarchy was baked from, with another order of triangles.
 pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
@@ -52,6 +54,9 @@ pub(crate) fn unit_mesh(
         let mut values = gather(values, &origins);
         move_values(&mut values, attribute.id, hierarchy, vertices);
         mesh.insert_attribute(*attribute, values);
+    }
+    if let Some(targets) = morph_targets_at(source, &origins)? {
+        mesh.set_morph_targets(targets);
     }
     mesh.insert_indices(Indices::U16(hierarchy.indices_of(unit).to_vec()));
     Ok(mesh)

@@ -4,4 +4,5 @@
 //! units to spawn and the whole meshes to swap in [`LodScene`](crate::scene::lod_scene::LodScene).
 
 pub(crate) mod shadow_lights;
+mod skins;
 pub(crate) mod views;

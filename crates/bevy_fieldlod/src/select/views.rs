@@ -5,6 +5,7 @@ use std::time::Duration;
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibleEntities};
 use bevy::ecs::query::QueryItem;
+use bevy::mesh::skinning::SkinnedMesh;
 // `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -18,6 +19,7 @@ use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
 use crate::select::shadow_lights::ShadowLights;
+use crate::select::skins::SkinPoses;
 
 /// The steps of [`FieldLodSystems::Select`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,7 +85,8 @@ type Placement = (
 /// Updates the placements and layers of objects that are new or have changed.
 fn place_instances(
     mut scene: ResMut<LodScene>,
-    moved: ChangedOn<GlobalTransform, With<LodObject>>,
+    moved: ChangedOn<GlobalTransform, (With<LodObject>, Without<SkinnedMesh>)>,
+    skins: SkinPoses,
     objects: Query<Placement>,
     shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
@@ -98,9 +101,12 @@ fn place_instances(
     };
     let mut placed = moved.entities();
     placed.append(&mut scene.new_objects);
+    placed.extend(skins.moved());
     for (entity, transform, object, is_shown, layers) in objects.iter_many(placed) {
         let layers = drawn_layers(is_shown, layers);
-        scene.place(entity, transform, object, layers);
+        let world_from_local = skins.world_from_local(entity);
+        let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
+        scene.place(entity, world_from_local, object, layers);
     }
     // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();

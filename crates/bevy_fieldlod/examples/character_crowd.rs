@@ -46,10 +46,8 @@ fn start_dance(
         let (graph, dance) = AnimationGraph::from_clip(clip);
         let graph = AnimationGraphHandle(graphs.add(graph));
         commands.entity(entity).insert(graph);
-        player
-            .play(dance)
-            .repeat()
-            .seek_to(0.37 * entity.index_u32() as f32 % 2.0);
+        let dance = player.play(dance).repeat();
+        dance.seek_to(0.37 * entity.index_u32() as f32 % 2.0);
     }
 }
 
@@ -73,11 +71,9 @@ fn animate_distant_less_often(
         let period = 1 << level.min(3);
         let is_due = (frame.0 + entity.index_u32()).is_multiple_of(period);
         for (_, animation) in player.playing_animations_mut() {
-            animation.set_speed(period as f32);
+            animation.set_speed(period as f32).pause();
             if is_due {
                 animation.resume();
-            } else {
-                animation.pause();
             }
         }
     }

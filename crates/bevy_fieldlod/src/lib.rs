@@ -57,8 +57,9 @@
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes have no levels. Where the GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts
-//! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them.
+//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. Where the GPU culls
+//! ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all other entities with levels, and
+//! `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
 //! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and

@@ -201,7 +201,7 @@ fn posed_levels_look_like_posed_source() {
 
 #[test]
 fn level_change_draws_right_pose_at_once() {
-    for file in [tube, ball] {
+    for file in [tube as fn() -> GltfFile, ball] {
         for mut show in Show::with_each_culling(file) {
             show.pose(0.8, 1.0);
             let mut levels = Vec::new();

@@ -179,20 +179,20 @@ fn posed_levels_look_like_posed_source() {
         let source_at_rest = mask(&show.shoot(FieldLodCamera::at_level(SOURCE)));
         show.pose(1.1, 0.6);
         let source = show.shoot(FieldLodCamera::at_level(SOURCE));
-        let default = show.shoot(FieldLodCamera::default());
+        let promised = show.shoot(FieldLodCamera::guaranteed(1.0));
         assert!(show.level() > Some(SOURCE));
         let coarse = show.shoot(FieldLodCamera::at_level(COARSE));
         assert_eq!(show.level(), Some(COARSE));
         let width = source.width() as usize;
-        let [source, default_mask, coarse_mask] = [&source, &default, &coarse].map(mask);
+        let [source, promised_mask, coarse_mask] = [&source, &promised, &coarse].map(mask);
         assert!(count(&source) > 2_000);
         assert!(overlap(&source, &source_at_rest) < 0.7, "the pose shows");
-        let too_far = beyond_a_pixel(&default_mask, &source, width)
-            + beyond_a_pixel(&source, &default_mask, width);
+        let too_far = beyond_a_pixel(&promised_mask, &source, width)
+            + beyond_a_pixel(&source, &promised_mask, width);
         assert_eq!(too_far, 0);
         let coarse_overlap = overlap(&source, &coarse_mask);
         assert!((0.8..1.0).contains(&coarse_overlap), "{coarse_overlap}");
-        for picture in [default, coarse] {
+        for picture in [promised, coarse] {
             let background = *picture.get_pixel(0, 0);
             assert_eq!(enclosed(&picture, background), 0, "there is a hole");
         }

@@ -73,6 +73,8 @@ mod verify;
 pub const REVISION: u32 = 2;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
+#[doc(hidden)]
+pub use characters::{Character, Distances, Part, Pose, clip_poses, distances, plain_levels};
 pub use characters::{RiggedResult, bake_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};

@@ -3,34 +3,61 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use glam::Vec3;
+use rustc_hash::FxHashMap;
 
-use crate::import::{Import, ImportedPrimitive, Rig};
+use crate::import::{Import, ImportedPrimitive, Rig, Skin};
+use crate::mesh::SourceMesh;
+use crate::mesh::components::root;
+use crate::plants::together::{Joint, as_one_mesh};
 
 /// Primitives that change their levels together.
-pub(crate) struct Character<'a> {
-    pub(crate) parts: Vec<Part<'a>>,
-    /// Positions of the vertices of all parts, in the bind pose.
-    pub(crate) positions: Vec<Vec3>,
-    /// Triangles of all parts.
-    pub(crate) indices: Vec<u32>,
-    /// The joint with the most weight, as an index into the joints of the skin.
-    pub(crate) carrier_joint: Option<u16>,
+#[derive(Debug)]
+pub struct Character<'a> {
+    /// The primitives.
+    pub parts: Vec<Part<'a>>,
+    /// All parts as one mesh, in the bind pose.
+    pub mesh: SourceMesh,
+    /// For each vertex, its component. Triangles that share vertices are one, and so are those that share positions within
+    /// a part.
+    pub(super) component: Vec<u32>,
+    pub(super) skin: Option<&'a Skin>,
+    /// For each vertex, the joints that move it and their weights, which sum to 1. Empty without a skin.
+    pub(super) influences: Vec<[(u16, f32); 4]>,
+    /// The joints that move some vertex, as indices into the joints of the skin. Those that move the largest area come
+    /// first.
+    pub(super) joints_by_weight: Vec<u16>,
+    /// The first of these.
+    pub(super) carrier_joint: Option<u16>,
 }
 
 /// One primitive of a character.
-pub(crate) struct Part<'a> {
+#[derive(Debug)]
+pub struct Part<'a> {
     /// Its index in the import.
-    pub(crate) index: usize,
-    pub(crate) primitive: &'a ImportedPrimitive,
-    pub(crate) rig: &'a Rig,
+    pub index: usize,
+    /// The primitive.
+    pub primitive: &'a ImportedPrimitive,
+    pub(super) rig: &'a Rig,
     /// Its vertices among those of the character.
-    pub(crate) vertices: Range<u32>,
+    pub vertices: Range<u32>,
+}
+
+impl Part<'_> {
+    /// Whether each triangle has its own vertices, in order: its normals are then its own, too.
+    pub(super) fn has_flat_triangles(&self) -> bool {
+        let indices = self.primitive.mesh.indices.iter().copied();
+        indices.eq(0..self.vertices.len() as u32)
+    }
+
+    pub(super) fn range(&self) -> Range<usize> {
+        self.vertices.start as usize..self.vertices.end as usize
+    }
 }
 
 impl<'a> Character<'a> {
     /// The characters of a file: primitives with one skin, or of one mesh without a skin.
-    pub(crate) fn all_of(import: &'a Import) -> Vec<Self> {
+    #[must_use]
+    pub fn all_of(import: &'a Import) -> Vec<Self> {
         let mut by_key: BTreeMap<(bool, u32), Vec<Part<'a>>> = BTreeMap::new();
         for (index, primitive) in import.primitives.iter().enumerate() {
             let Some(rig) = &primitive.rig else {
@@ -45,45 +72,101 @@ impl<'a> Character<'a> {
                 vertices: 0..0,
             });
         }
-        by_key.into_values().map(Self::of).collect()
+        let parts = by_key.into_values();
+        parts.map(|parts| Self::of(parts, &import.skins)).collect()
     }
 
-    fn of(mut parts: Vec<Part<'a>>) -> Self {
-        let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    fn of(mut parts: Vec<Part<'a>>, skins: &'a [Skin]) -> Self {
+        let mut influences = Vec::new();
+        let mut first = 0;
         for part in &mut parts {
-            let mesh = &part.primitive.mesh;
-            let first = positions.len() as u32;
-            positions.extend(&mesh.positions);
-            indices.extend(mesh.indices.iter().map(|index| first + index));
-            part.vertices = first..positions.len() as u32;
+            part.vertices = first..first + part.primitive.mesh.positions.len() as u32;
+            first = part.vertices.end;
+            influences.extend(influences_of(part.rig));
         }
-        Self {
-            carrier_joint: heaviest_joint(&parts),
+        let meshes = parts.iter().map(|part| &part.primitive.mesh);
+        let mesh = as_one_mesh(&meshes.collect::<Vec<_>>(), Joint::Surface);
+        let skin = parts.first().and_then(|part| part.rig.skin);
+        let mut character = Self {
+            component: components(&parts, &mesh),
             parts,
-            positions,
-            indices,
+            mesh,
+            skin: skin.map(|skin| &skins[skin as usize]),
+            influences,
+            joints_by_weight: Vec::new(),
+            carrier_joint: None,
+        };
+        character.joints_by_weight = character.joints_by_weight();
+        character.carrier_joint = character.joints_by_weight.first().copied();
+        character
+    }
+
+    pub(super) fn component_count(&self) -> usize {
+        self.component
+            .iter()
+            .max()
+            .map_or(0, |last| *last as usize + 1)
+    }
+
+    /// The triangles of all parts.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        self.mesh.indices.as_chunks().0
+    }
+
+    fn joints_by_weight(&self) -> Vec<u16> {
+        let mut areas: BTreeMap<u16, f32> = BTreeMap::new();
+        for triangle in self.triangles() {
+            let [a, b, c] = triangle.map(|vertex| self.mesh.positions[vertex as usize]);
+            let area = (b - a).cross(c - a).length();
+            let influences = triangle
+                .iter()
+                .filter_map(|&v| self.influences.get(v as usize));
+            for &(joint, weight) in influences.flatten().filter(|(_, weight)| *weight > 0.0) {
+                *areas.entry(joint).or_default() += area * weight;
+            }
         }
+        let mut joints: Vec<(u16, f32)> = areas.into_iter().collect();
+        joints.sort_by(|a, b| b.1.total_cmp(&a.1));
+        joints.into_iter().map(|(joint, _)| joint).collect()
     }
 }
 
-/// The joint that moves the largest area.
-fn heaviest_joint(parts: &[Part<'_>]) -> Option<u16> {
-    let mut areas: BTreeMap<u16, f32> = BTreeMap::new();
+/// The component of each vertex.
+fn components(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
+    let mut leads_to: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     for part in parts {
-        let mesh = &part.primitive.mesh;
-        let (triangles, _) = mesh.indices.as_chunks::<3>();
-        for triangle in triangles {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            let area = (b - a).cross(c - a).length();
-            for vertex in triangle.map(|vertex| vertex as usize) {
-                let joints = part.rig.joints.get(vertex).into_iter().flatten();
-                let weights = part.rig.weights.get(vertex).into_iter().flatten();
-                for (&joint, weight) in joints.zip(weights).filter(|(_, weight)| **weight > 0.0) {
-                    *areas.entry(joint).or_default() += area * weight;
-                }
-            }
+        let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+        for vertex in part.vertices.clone() {
+            let position = mesh.positions[vertex as usize];
+            let place = position.to_array().map(|x| (x + 0.0).to_bits());
+            leads_to[vertex as usize] = *first_at.entry(place).or_insert(vertex);
         }
     }
-    let heaviest = areas.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-    heaviest.map(|(joint, _)| joint)
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c)] {
+            let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
+            leads_to[from.max(to) as usize] = from.min(to);
+        }
+    }
+    let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
+    let vertices = 0..leads_to.len() as u32;
+    let number = |vertex| {
+        let next = numbers.len() as u32;
+        *numbers.entry(root(&mut leads_to, vertex)).or_insert(next)
+    };
+    vertices.map(number).collect()
+}
+
+/// Joints and normalized weights of each vertex. Joints without weight may not exist, and become the first.
+fn influences_of(rig: &Rig) -> impl Iterator<Item = [(u16, f32); 4]> + '_ {
+    let pairs = rig.joints.iter().zip(&rig.weights);
+    pairs.map(|(joints, weights)| {
+        let sum: f32 = weights.iter().sum();
+        std::array::from_fn(|k| match weights[k] {
+            0.0 => (0, 0.0),
+            weight => (joints[k], weight / sum),
+        })
+    })
 }

@@ -2,92 +2,187 @@
 
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
 use glam::Vec3;
-use meshopt::SimplifyOptions;
+use rayon::prelude::*;
 
 use super::character::{Character, Part};
+use super::deviation::{Distances, distances};
+use super::poses::{Pose, farthest, training_poses};
+use super::simplify::{Simplifier, Way};
 use crate::config::BakeConfig;
-use crate::deviation::deviation_in_local;
-use crate::mesh::{MeshError, adapter};
+use crate::import::Import;
+use crate::mesh::MeshError;
 use crate::report::BakeReport;
 
+/// A guarantee states so many times the largest deviation in the training poses. Held-out clips deviated up to 1.47
+/// times as far.
+const POSE_MARGIN: f32 = 1.5;
 /// The coarsest level has at least this many triangles.
 const FEWEST_TRIANGLES: usize = 24;
+/// The error of a level is so many times the root of the mean squared distance. The errors of levels of static meshes, which
+/// the simplifier reports, are 4 to 5 times theirs.
+const ERROR_PER_RMS: f32 = 4.0;
+/// Levels are made and chosen by at most so many poses.
+const MOST_POSES: usize = 32;
+/// Ways to simplify. Each level is the one that deviates least. A strength of 1 is best for the largest deviation of many
+/// characters, 4 for the mean. Seams of textures are kept or not: hard-edged characters have too many to keep.
+const WAYS: [Way; 4] = [
+    Way {
+        strength: 0.0,
+        keeps_seams: true,
+    },
+    Way {
+        strength: 1.0,
+        keeps_seams: false,
+    },
+    Way {
+        strength: 4.0,
+        keeps_seams: false,
+    },
+    Way {
+        strength: 4.0,
+        keeps_seams: true,
+    },
+];
 
-/// Triangles of the whole character at a level, and its error.
+/// Triangles of the whole character at a level, and how far it lies from the source in the training poses.
 struct Level {
     triangles: Vec<[u32; 3]>,
-    error_in_local: f32,
+    deviation: f32,
+    rms: f32,
 }
 
 /// The hierarchies of all parts, in order.
 pub(super) fn bake(
     character: &Character<'_>,
+    import: &Import,
     config: &BakeConfig,
 ) -> Result<Vec<(Hierarchy, BakeReport)>, MeshError> {
-    let levels = levels_of(character, config);
-    let of_parts: Vec<Vec<Vec<[u32; 3]>>> = character
-        .parts
-        .iter()
-        .map(|part| levels_of_part(part, &levels))
-        .collect();
-    let deviations = deviations(character, &of_parts, config);
-    let bounds = Sphere::around(character.positions.iter().copied());
-    let groups: Vec<Group> = (0..levels.len())
-        .map(|level| Group {
+    let poses = training_poses(character, import);
+    let levels = levels_of(character, &poses, config);
+    let bounds = bounds(character, &poses);
+    let group = |level: usize| {
+        let next = levels.get(level + 1);
+        Group {
             bounds,
-            error_in_local: levels
-                .get(level + 1)
-                .map_or(f32::INFINITY, |next| next.error_in_local),
-            deviation_in_local: deviations.get(level + 1).copied().unwrap_or(f32::INFINITY),
+            error_in_local: next.map_or(f32::INFINITY, Level::error),
+            deviation_in_local: next
+                .filter(|_| config.measure_deviation)
+                .map_or(f32::INFINITY, Level::promise),
             ..Group::default()
-        })
-        .collect();
-    let parts = character.parts.iter().zip(of_parts);
-    let of_part = |(part, levels)| hierarchy(character, part, levels, &groups);
-    parts.map(of_part).collect()
+        }
+    };
+    let groups: Vec<Group> = (0..levels.len()).map(group).collect();
+    let parts = character.parts.iter();
+    parts
+        .map(|part| hierarchy(character, part, &levels, &groups))
+        .collect()
 }
 
-fn levels_of(character: &Character<'_>, config: &BakeConfig) -> Vec<Level> {
-    let triangles = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
-    let mut levels = vec![Level {
-        triangles: triangles(&character.indices),
-        error_in_local: 0.0,
-    }];
-    let positions: Vec<[f32; 3]> = character.positions.iter().map(Vec3::to_array).collect();
-    loop {
-        let last = &levels[levels.len() - 1];
-        let count = last.triangles.len();
+/// All levels, finest first. The first is the source.
+fn levels_of(character: &Character<'_>, poses: &[Pose], config: &BakeConfig) -> Vec<Level> {
+    let few = match poses.len() {
+        ..=MOST_POSES => poses,
+        _ => &farthest(character, Vec::new(), poses),
+    };
+    let simplifier = Simplifier::of(character, few);
+    let targets = std::iter::successors(Some(character.triangles().len()), |&count| {
         let target = (count as f32 * config.simplify_ratio) as usize;
-        if target < FEWEST_TRIANGLES {
-            return levels;
-        }
-        let mut error = 0.0;
-        let options = SimplifyOptions::ErrorAbsolute | SimplifyOptions::Permissive;
-        let indices = meshopt::simplify(
-            &character.indices,
-            &adapter(&positions),
-            target * 3,
-            f32::MAX,
-            options,
-            Some(&mut error),
-        );
-        let is_stuck = indices.len() as f32 > count as f32 * 3.0 * config.stuck_ratio;
-        if indices.is_empty() || is_stuck {
-            return levels;
-        }
-        let error_in_local = last.error_in_local.max(error).clamp(0.0, f32::MAX);
-        levels.push(Level {
-            triangles: triangles(&indices),
-            error_in_local,
-        });
+        (target >= FEWEST_TRIANGLES).then_some(target)
+    });
+    let jobs: Vec<(usize, Way)> = targets
+        .skip(1)
+        .flat_map(|target| WAYS.map(|way| (target, way)))
+        .collect();
+    let simplified = jobs.par_iter();
+    let simplified = simplified.map(|(target, way)| simplifier.simplify(*target, *way));
+    let candidates: Vec<Vec<[u32; 3]>> = simplified.collect();
+    let measured = distances(character, few, &candidates);
+    let candidates: Vec<_> = candidates.into_iter().zip(measured).collect();
+    let mut levels = vec![Level {
+        triangles: character.triangles().to_vec(),
+        deviation: 0.0,
+        rms: 0.0,
+    }];
+    for of_level in candidates.chunks(WAYS.len()) {
+        let last = &levels[levels.len() - 1];
+        let most = last.triangles.len() as f32 * config.stuck_ratio;
+        let with_floor = of_level
+            .iter()
+            .map(|(triangles, distances)| last.coarser(character, triangles, distances));
+        let usable = with_floor.filter(|level| level.triangles.len() as f32 <= most);
+        let best = usable.min_by(|a, b| a.deviation.total_cmp(&b.deviation));
+        levels.extend(best);
     }
+    if few.len() < poses.len() {
+        measure_again(character, poses, &mut levels);
+    }
+    levels
+}
+
+/// Measures levels in more poses than those that they were chosen by.
+fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]) {
+    let triangles: Vec<&[[u32; 3]]> = levels.iter().map(|level| &*level.triangles).collect();
+    let measured = distances(character, poses, &triangles);
+    let (mut deviation, mut rms) = (0.0f32, 0.0f32);
+    for (level, distances) in levels.iter_mut().zip(measured) {
+        deviation = deviation.max(distances.max());
+        rms = rms.max(distances.rms);
+        (level.deviation, level.rms) = (deviation, rms);
+    }
+}
+
+impl Level {
+    fn promise(&self) -> f32 {
+        (self.deviation * POSE_MARGIN).min(f32::MAX)
+    }
+
+    fn error(&self) -> f32 {
+        (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
+    }
+
+    /// The next level, with `triangles`. Components that vanish would be the farthest from all that is left, so they keep
+    /// their triangles of this level.
+    fn coarser(
+        &self,
+        character: &Character<'_>,
+        triangles: &[[u32; 3]],
+        distances: &Distances,
+    ) -> Self {
+        let component = |triangle: &[u32; 3]| character.component[triangle[0] as usize] as usize;
+        let mut is_left = vec![false; distances.of_components.len()];
+        triangles
+            .iter()
+            .for_each(|triangle| is_left[component(triangle)] = true);
+        let numbered = distances.of_components.iter().enumerate();
+        let of_left = numbered.filter(|(index, _)| is_left[*index]);
+        let deviation = of_left.fold(self.deviation, |most, (_, own)| most.max(*own));
+        let is_kept = |triangle: &&[u32; 3]| {
+            let own = component(triangle);
+            !is_left[own] && distances.of_components[own] > deviation
+        };
+        let kept = self.triangles.iter().filter(is_kept);
+        Self {
+            triangles: triangles.iter().chain(kept).copied().collect(),
+            deviation,
+            rms: distances.rms.max(self.rms),
+        }
+    }
+}
+
+/// A sphere around the character in all poses.
+fn bounds(character: &Character<'_>, poses: &[Pose]) -> Sphere {
+    let places: Vec<Vec3> = poses
+        .iter()
+        .flat_map(|pose| pose.positions(character))
+        .collect();
+    Sphere::around(places.iter().copied())
 }
 
 /// The levels of a part, with its own indices. A part that vanishes keeps its last level.
 fn levels_of_part(part: &Part<'_>, levels: &[Level]) -> Vec<Vec<[u32; 3]>> {
     let mut own: Vec<Vec<[u32; 3]>> = Vec::new();
     for level in levels {
-        let is_own = |triangle: &&[u32; 3]| triangle.iter().all(|v| part.vertices.contains(v));
+        let is_own = |triangle: &&[u32; 3]| part.vertices.contains(&triangle[0]);
         let to_own = |triangle: &[u32; 3]| triangle.map(|vertex| vertex - part.vertices.start);
         let triangles: Vec<_> = level.triangles.iter().filter(is_own).map(to_own).collect();
         own.push(match own.last() {
@@ -98,32 +193,10 @@ fn levels_of_part(part: &Part<'_>, levels: &[Level]) -> Vec<Vec<[u32; 3]>> {
     own
 }
 
-/// For each level, the largest deviation of all parts at it or at a finer one.
-fn deviations(
-    character: &Character<'_>,
-    of_parts: &[Vec<Vec<[u32; 3]>>],
-    config: &BakeConfig,
-) -> Vec<f32> {
-    let count = of_parts.first().map_or(0, Vec::len);
-    let mut deviations = vec![0.0f32; count];
-    if !config.measure_deviation {
-        return vec![f32::INFINITY; count];
-    }
-    for (part, levels) in character.parts.iter().zip(of_parts) {
-        let mesh = &part.primitive.mesh;
-        let levels: Vec<&[[u32; 3]]> = levels.iter().map(Vec::as_slice).collect();
-        let measured = deviation_in_local(mesh, &mesh.positions, &levels[1..]);
-        for (deviation, measured) in deviations[1..].iter_mut().zip(measured) {
-            *deviation = deviation.max(measured);
-        }
-    }
-    deviations
-}
-
 fn hierarchy(
     character: &Character<'_>,
     part: &Part<'_>,
-    levels: Vec<Vec<[u32; 3]>>,
+    levels: &[Level],
     groups: &[Group],
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     let (mesh, rig) = (&part.primitive.mesh, part.rig);
@@ -141,6 +214,7 @@ fn hierarchy(
         carrier_joint: rig.skin.and(character.carrier_joint),
         ..Hierarchy::default()
     };
+    let levels = levels_of_part(part, levels);
     for (triangles, group) in levels.iter().zip(groups) {
         let pushed = hierarchy.push_whole_mesh(triangles, *group);
         pushed.ok_or(MeshError::TooLargeForRig {

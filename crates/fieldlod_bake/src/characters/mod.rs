@@ -4,8 +4,12 @@
 //! skin are one character: they are simplified together and change their levels together. Levels use source vertices
 //! alone, so joints, weights and morph targets of a level are those of the source.
 
+mod channels;
 mod character;
+mod deviation;
 mod levels;
+mod poses;
+mod simplify;
 
 use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
@@ -14,7 +18,10 @@ use crate::config::BakeConfig;
 use crate::import::{Import, PrimitivePlace};
 use crate::mesh::MeshError;
 use crate::report::BakeReport;
-use character::Character;
+pub use character::{Character, Part};
+pub use deviation::{Distances, distances};
+pub use poses::{Pose, clip_poses};
+pub use simplify::plain_levels;
 
 /// The levels of a rigged primitive, or why it has none.
 pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
@@ -31,7 +38,7 @@ pub fn bake_rigged(import: &Import, config: &BakeConfig) -> Vec<(PrimitivePlace,
     let characters = Character::all_of(import);
     let bake = |character: &Character<'_>| {
         config.validate()?;
-        levels::bake(character, config)
+        levels::bake(character, import, config)
     };
     let baked: Vec<(Character<'_>, Result<Vec<_>, MeshError>)> = characters
         .into_par_iter()

@@ -89,7 +89,8 @@ pub(crate) fn components_of(
     components
 }
 
-fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
+/// The vertex that a vertex leads to in the end.
+pub(crate) fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
     while leads_to[vertex as usize] != vertex {
         let next = leads_to[vertex as usize];
         leads_to[vertex as usize] = leads_to[next as usize];

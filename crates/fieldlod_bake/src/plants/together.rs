@@ -93,7 +93,7 @@ fn affordable<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
 
 /// How meshes are one object.
 #[derive(Clone, Copy, PartialEq)]
-enum Joint {
+pub(crate) enum Joint {
     /// Loose pieces, which are not joined where they touch.
     Plant,
     /// One surface of several materials, which stays closed where they meet.
@@ -138,7 +138,7 @@ fn ranges_of(meshes: &[&SourceMesh]) -> Vec<Range<usize>> {
 }
 
 /// The meshes in one, with neutral values for attributes that some have and others have not.
-fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
+pub(crate) fn as_one_mesh(meshes: &[&SourceMesh], joint: Joint) -> SourceMesh {
     let mut all = SourceMesh {
         // The bake then records the origin of moved vertices.
         has_other_attributes: true,

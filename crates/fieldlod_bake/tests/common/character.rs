@@ -7,14 +7,13 @@ use serde_json::{Value, json};
 use super::gltf_file::GltfFile;
 
 pub(crate) const LENGTH: f32 = 4.0;
-const RINGS: u32 = 48;
-const SIDES: u32 = 24;
+const SIDES: u32 = 16;
 
 /// Half of the tube, from `from` to `to` of its length, with a bump so that its sides differ.
-fn tube(from: f32, to: f32) -> SourceMesh {
+fn tube(rings: u32, from: f32, to: f32) -> SourceMesh {
     let mut mesh = SourceMesh::default();
-    for ring in 0..=RINGS {
-        let y = (from + (to - from) * ring as f32 / RINGS as f32) * LENGTH;
+    for ring in 0..=rings {
+        let y = (from + (to - from) * ring as f32 / rings as f32) * LENGTH;
         for side in 0..SIDES {
             let angle = side as f32 / SIDES as f32 * std::f32::consts::TAU;
             let normal = Vec3::new(angle.cos(), 0.0, angle.sin());
@@ -23,7 +22,7 @@ fn tube(from: f32, to: f32) -> SourceMesh {
             mesh.normals.push(normal);
         }
     }
-    for ring in 0..RINGS {
+    for ring in 0..rings {
         for side in 0..SIDES {
             let next = (side + 1) % SIDES;
             let [a, b] = [side, next].map(|side| ring * SIDES + side);
@@ -46,9 +45,14 @@ pub(crate) fn influence(position: Vec3) -> ([u16; 4], [f32; 4]) {
 
 /// The character's file. Joint `k` is at `k / 2` of the length; its inverse bind matrix is scaled by `scale`.
 pub(crate) fn character(scale: f32) -> GltfFile {
+    character_of(32, scale)
+}
+
+/// The same with fewer or more triangles.
+pub(crate) fn character_of(rings: u32, scale: f32) -> GltfFile {
     let mut file = GltfFile::empty();
     for half in 0..2 {
-        let mesh = tube(half as f32 * 0.5, half as f32 * 0.5 + 0.5);
+        let mesh = tube(rings, half as f32 * 0.5, half as f32 * 0.5 + 0.5);
         file.add_mesh(&mesh);
         let influences = mesh.positions.iter().map(|p| influence(*p));
         let (joints, weights): (Vec<_>, Vec<_>) = influences.unzip();

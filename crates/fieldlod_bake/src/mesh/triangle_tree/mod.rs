@@ -92,6 +92,33 @@ impl TriangleTree {
         }
     }
 
+    /// Moves the triangles to new `corners`, by their place in the given order. The tree stays as it was built, so
+    /// searches are slower the more the triangles have moved against each other.
+    pub(crate) fn refit(&mut self, corners: impl Fn(u32) -> [Vec3; 3]) {
+        for leaf in &mut self.leaves {
+            leaf.triangles = Triangles4::of(leaf.ids.map(&corners));
+        }
+        // What is inside a node comes after it.
+        let mut boxes = vec![[Vec3::ZERO; 2]; self.nodes.len()];
+        for index in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[index];
+            let inside = &node.inside[..node.boxes.count()];
+            let of_inside = inside.iter().map(|&inside| match inside & IS_LEAF {
+                0 => boxes[inside as usize],
+                _ => {
+                    let ids = self.leaves[(inside & !IS_LEAF) as usize].ids;
+                    let aabb = aabb_of(ids.into_iter().flat_map(&corners));
+                    [aabb.min.to_array(), aabb.max.to_array()].map(Vec3::from_array)
+                }
+            });
+            let of_inside: Vec<[Vec3; 2]> = of_inside.collect();
+            let both = |a: [Vec3; 2], b: &[Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+            let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+            boxes[index] = of_inside.iter().fold(empty, both);
+            self.nodes[index].boxes = Boxes4::of(of_inside.into_iter());
+        }
+    }
+
     /// The triangle nearest to `point`; `None` without triangles.
     #[must_use]
     pub fn nearest(&self, point: Vec3) -> Option<NearestTriangle> {

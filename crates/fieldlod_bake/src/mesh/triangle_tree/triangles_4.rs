@@ -143,6 +143,11 @@ impl Boxes4 {
         }
     }
 
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        (0..4).filter(|&k| self.min.x[k].is_finite()).count()
+    }
+
     /// The squared distances from a point; 0 inside.
     #[inline]
     pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {

@@ -1,0 +1,202 @@
+//! How far levels lie from their source in poses: the two-sided Hausdorff distance, measured at samples.
+//!
+//! A sample is a place on a triangle, so it moves with its corners. The tree over a surface is built once and refitted to
+//! each pose. A search starts at the triangle that was nearest in the previous pose.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::character::Character;
+use super::poses::Pose;
+use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
+
+/// Samples are as dense as so many on the whole source.
+const SAMPLES: f32 = 4096.0;
+/// A triangle has at most so many rows of samples.
+const MOST_ROWS: u32 = 12;
+/// Distances of components below this share of the largest are not looked for.
+const IGNORED: f32 = 0.25;
+/// Every so many samples, the distance is found exactly, for the mean.
+const EXACT_STEP: usize = 8;
+
+/// The distances of a level from its source, in both directions, over all poses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// The largest of each component of the source. Those far below the largest of all may be larger than the truth.
+    pub(super) of_components: Vec<f32>,
+    /// The root of the mean square in the pose where it is largest.
+    pub rms: f32,
+}
+
+impl Distances {
+    /// The largest of all components.
+    #[must_use]
+    pub fn max(&self) -> f32 {
+        self.of_components.iter().copied().fold(0.0, f32::max)
+    }
+}
+
+/// A posed surface.
+struct Surface {
+    triangles: Vec<[u32; 3]>,
+    samples: Vec<Sample>,
+    tree: TriangleTree,
+}
+
+/// A place on a triangle.
+#[derive(Clone, Copy)]
+struct Sample {
+    corners: [u32; 3],
+    weights: Vec3,
+}
+
+impl Sample {
+    fn position(&self, positions: &[Vec3]) -> Vec3 {
+        let [a, b, c] = self.corners.map(|corner| positions[corner as usize]);
+        a * self.weights.x + b * self.weights.y + c * self.weights.z
+    }
+}
+
+impl Surface {
+    fn of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Self {
+        let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
+        Self {
+            samples: samples_of(triangles, positions, spacing),
+            tree: TriangleTree::new(corners),
+            triangles: triangles.to_vec(),
+        }
+    }
+
+    fn pose(&mut self, positions: &[Vec3]) {
+        let corners = |id: u32| self.triangles[id as usize].map(|v| positions[v as usize]);
+        self.tree.refit(corners);
+    }
+}
+
+/// Measures levels of a character, given by their triangles.
+#[must_use]
+pub fn distances(
+    character: &Character<'_>,
+    poses: &[Pose],
+    levels: &[impl AsRef<[[u32; 3]]> + Sync],
+) -> Vec<Distances> {
+    let source = character.triangles();
+    let positions = &character.mesh.positions;
+    let spacing = (area_of(source, positions) / SAMPLES).sqrt();
+    let mut source = Surface::of(source, positions, spacing);
+    let measured = |level: &_| {
+        let surface = Surface::of(AsRef::as_ref(level), positions, spacing);
+        Measured {
+            from_source: vec![None; source.samples.len()],
+            from_level: vec![None; surface.samples.len()],
+            surface,
+            distances: Distances {
+                of_components: vec![0.0; character.component_count()],
+                rms: 0.0,
+            },
+        }
+    };
+    let mut levels: Vec<Measured> = levels.par_iter().map(measured).collect();
+    for pose in poses {
+        let positions = pose.positions(character);
+        source.pose(&positions);
+        levels
+            .par_iter_mut()
+            .for_each(|level| level.measure(&source, &positions, &character.component));
+    }
+    levels.into_iter().map(|level| level.distances).collect()
+}
+
+struct Measured {
+    surface: Surface,
+    /// For each sample, the triangle that was nearest in the previous pose.
+    from_source: Vec<Option<NearestTriangle>>,
+    from_level: Vec<Option<NearestTriangle>>,
+    distances: Distances,
+}
+
+impl Measured {
+    fn measure(&mut self, source: &Surface, positions: &[Vec3], component: &[u32]) {
+        self.surface.pose(positions);
+        let posed = Posed {
+            positions,
+            component,
+        };
+        let (own, farthest) = (&self.surface, &mut self.distances.of_components);
+        let a = posed.search(&source.samples, &own.tree, &mut self.from_source, farthest);
+        let b = posed.search(&own.samples, &source.tree, &mut self.from_level, farthest);
+        self.distances.rms = self.distances.rms.max(a.max(b));
+    }
+}
+
+struct Posed<'a> {
+    positions: &'a [Vec3],
+    component: &'a [u32],
+}
+
+impl Posed<'_> {
+    /// Raises the `farthest` distance of samples of each component from a surface. Returns the root of their mean square.
+    fn search(
+        &self,
+        samples: &[Sample],
+        tree: &TriangleTree,
+        found: &mut [Option<NearestTriangle>],
+        farthest: &mut [f32],
+    ) -> f32 {
+        let (mut sum, mut count) = (0.0f64, 0);
+        let ignored = farthest.iter().copied().fold(0.0, f32::max) * IGNORED;
+        for (index, (sample, found)) in samples.iter().zip(found).enumerate() {
+            let component = self.component[sample.corners[0] as usize] as usize;
+            let is_exact = index % EXACT_STEP == 0;
+            let enough = if is_exact {
+                0.0
+            } else {
+                farthest[component].max(ignored)
+            };
+            *found = tree.near_enough(sample.position(self.positions), enough * enough, *found);
+            let Some(found) = found else {
+                continue;
+            };
+            farthest[component] = farthest[component].max(found.distance_squared.sqrt());
+            if is_exact {
+                sum += f64::from(found.distance_squared);
+                count += 1;
+            }
+        }
+        (sum / f64::from(count.max(1))).sqrt() as f32
+    }
+}
+
+fn area_of(triangles: &[[u32; 3]], positions: &[Vec3]) -> f32 {
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    triangles.iter().map(area).sum()
+}
+
+/// The corners of triangles, and places between them about `spacing` apart in the bind pose.
+fn samples_of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    let mut is_seen = vec![false; positions.len()];
+    for &corners in triangles {
+        let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        let rows = ((longest / spacing) as u32).clamp(1, MOST_ROWS);
+        for (vertex, weights) in corners.iter().zip(Vec3::AXES) {
+            if !std::mem::replace(&mut is_seen[*vertex as usize], true) {
+                samples.push(Sample { corners, weights });
+            }
+        }
+        // The middles of the upright ones of rows² small triangles.
+        for row in 0..rows {
+            for column in 0..rows - row {
+                let x = (row as f32 + 1.0 / 3.0) / rows as f32;
+                let y = (column as f32 + 1.0 / 3.0) / rows as f32;
+                let weights = Vec3::new(x, y, 1.0 - x - y);
+                samples.push(Sample { corners, weights });
+            }
+        }
+    }
+    samples
+}

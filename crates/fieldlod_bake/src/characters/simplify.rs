@@ -1,0 +1,260 @@
+//! Simplification of a whole character, which knows what the poses do.
+//!
+//! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared change
+//! of an attribute, so their weight is
+//! ```text
+//! k / (extent √P) · √(N / 6A)
+//! ```
+//! with P poses, N triangles to keep, and the area A in squares of the extent. A triangle's worth of area then counts as
+//! much as a displacement of a vertex.
+
+use bytemuck::NoUninit;
+use glam::Vec3;
+use meshopt::{SimplifyOptions, SimplifyVertex};
+use rustc_hash::FxHashMap;
+
+use super::channels::{CHANNELS, channels};
+use super::character::Character;
+use super::poses::Pose;
+use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
+use crate::mesh::surfaces::Surfaces;
+use crate::mesh::topology::Topology;
+use crate::mesh::{SourceMesh, adapter};
+
+/// How to simplify.
+#[derive(Clone, Copy)]
+pub(super) struct Way {
+    /// How strongly poses count against shape.
+    pub(super) strength: f32,
+    /// Whether seams of textures stay.
+    pub(super) keeps_seams: bool,
+}
+
+/// A character, ready to be simplified.
+pub(super) struct Simplifier<'a> {
+    character: &'a Character<'a>,
+    vertices: LevelVertices,
+    /// The vertices of flat triangles, by the one that stands for them.
+    flat_vertices: FxHashMap<u32, Vec<u32>>,
+    /// The vertices where parts meet. Without protection, triangles would span two parts.
+    between_parts: Vec<SimplifyVertex>,
+    /// Triangles of vertices that stand for others.
+    indices: Vec<u32>,
+    channels: Vec<[f32; CHANNELS]>,
+    /// The weight of channels for one triangle to keep and a strength of 1.
+    channel_weight: f32,
+}
+
+impl<'a> Simplifier<'a> {
+    pub(super) fn of(character: &'a Character<'a>, poses: &[Pose]) -> Self {
+        let surfaces = Surfaces::of(character.parts.iter().map(|part| &part.primitive.mesh));
+        let mut mesh = character.mesh.clone();
+        let first = welded(character);
+        smooth_normals(character, &mut mesh, &first);
+        let topology = Topology::of(&mesh, &surfaces);
+        let vertices = LevelVertices::of(&mesh, topology, surfaces, NORMAL_WEIGHT);
+        let posed: Vec<Vec<Vec3>> = poses.iter().map(|pose| pose.positions(character)).collect();
+        let extent = extent_of(&character.mesh.positions);
+        let area = area_of(&mesh);
+        let weight =
+            (extent * extent / (6.0 * area)).sqrt() / (extent * (poses.len() as f32).sqrt());
+        Self {
+            indices: mesh.indices.iter().map(|&v| first[v as usize]).collect(),
+            between_parts: between_parts(&vertices),
+            flat_vertices: flat_vertices(character, &first),
+            channels: channels(&posed),
+            channel_weight: if weight.is_finite() { weight } else { 0.0 },
+            character,
+            vertices,
+        }
+    }
+
+    /// The character with about `target` triangles.
+    pub(super) fn simplify(&self, target: usize, way: Way) -> Vec<[u32; 3]> {
+        let layout = &self.vertices.layout;
+        let mut weights = layout.weights.clone();
+        let mut rows = Vec::new();
+        if way.strength > 0.0 {
+            let weight = self.channel_weight * way.strength * (target as f32).sqrt();
+            weights.extend([weight; CHANNELS]);
+            for (vertex, channels) in (0..).zip(&self.channels) {
+                rows.extend(self.vertices.row(vertex));
+                rows.extend(channels);
+            }
+        } else {
+            rows.extend(self.vertices.rows());
+        }
+        let locks = if way.keeps_seams {
+            &self.vertices.protection
+        } else {
+            &self.between_parts
+        };
+        let corners = meshopt::simplify_with_attributes_and_locks(
+            &self.indices,
+            &adapter(&self.vertices.positions),
+            &rows,
+            &weights,
+            weights.len() * size_of::<f32>(),
+            locks,
+            target * 3,
+            f32::MAX,
+            SimplifyOptions::ErrorAbsolute | SimplifyOptions::Permissive,
+            None,
+        );
+        let (triangles, _) = corners.as_chunks::<3>();
+        triangles
+            .iter()
+            .map(|triangle| self.facing(*triangle))
+            .collect()
+    }
+
+    /// The triangle with those of the vertices that are one whose normals are nearest to its own.
+    fn facing(&self, triangle: [u32; 3]) -> [u32; 3] {
+        let corners = triangle.map(|v| self.character.mesh.positions[v as usize]);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        triangle.map(|vertex| {
+            let alike = self.flat_vertices.get(&vertex).into_iter().flatten();
+            let towards =
+                |vertex: &&u32| self.character.mesh.normals[**vertex as usize].dot(normal);
+            let best = alike.max_by(|a, b| towards(a).total_cmp(&towards(b)));
+            best.copied().unwrap_or(vertex)
+        })
+    }
+}
+
+fn between_parts(vertices: &LevelVertices) -> Vec<SimplifyVertex> {
+    let part = |vertex: u32| vertices.surfaces.part_of(vertex);
+    let numbered = (0..).zip(&vertices.same_position);
+    let is_between = numbered.map(|(vertex, &first)| part(vertex) != part(first));
+    let lock = |is_between| match is_between {
+        true => SimplifyVertex::Protect,
+        false => SimplifyVertex::empty(),
+    };
+    is_between.map(lock).collect()
+}
+
+/// The vertices of flat triangles, by the one that stands for them.
+fn flat_vertices(character: &Character<'_>, first: &[u32]) -> FxHashMap<u32, Vec<u32>> {
+    let mut alike: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    if character.mesh.normals.is_empty() {
+        return alike;
+    }
+    let flat = character
+        .parts
+        .iter()
+        .filter(|part| part.has_flat_triangles());
+    for vertex in flat.flat_map(|part| part.vertices.clone()) {
+        alike
+            .entry(first[vertex as usize])
+            .or_default()
+            .push(vertex);
+    }
+    alike
+}
+
+/// Gives vertices of flat triangles the mean normals of the triangles there.
+fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32]) {
+    let flat = character
+        .parts
+        .iter()
+        .filter(|part| part.has_flat_triangles());
+    if mesh.normals.is_empty() {
+        return;
+    }
+    for part in flat {
+        let mut sums: FxHashMap<u32, Vec3> = FxHashMap::default();
+        for corners in part.range().step_by(3) {
+            let [a, b, c] = [0, 1, 2].map(|k| mesh.positions[corners + k]);
+            for corner in corners..corners + 3 {
+                *sums.entry(first[corner]).or_default() += (b - a).cross(c - a);
+            }
+        }
+        for (vertex, sum) in sums {
+            mesh.normals[vertex as usize] = sum.normalize_or_zero();
+        }
+    }
+}
+
+/// The levels of a character as other tools make them: each primitive by itself, in the bind pose, with normals and regular
+/// triangles. Level `k` is simplified to `ratio` to the power of `k`.
+#[must_use]
+pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {
+    let positions: Vec<[f32; 3]> = character
+        .mesh
+        .positions
+        .iter()
+        .map(Vec3::to_array)
+        .collect();
+    let mesh = &character.mesh;
+    let first = welded(character);
+    let indices: Vec<u32> = mesh.indices.iter().map(|&v| first[v as usize]).collect();
+    let normals: Vec<f32> = mesh.normals.iter().flat_map(Vec3::to_array).collect();
+    let level = |share: f32| {
+        let of_part = |part: &super::Part<'_>| {
+            let own = indices.iter().filter(|v| part.vertices.contains(v));
+            let own: Vec<u32> = own.copied().collect();
+            let target = (own.len() as f32 / 3.0 * share) as usize * 3;
+            meshopt::simplify_with_attributes_and_locks(
+                &own,
+                &adapter(&positions),
+                &normals,
+                &[NORMAL_WEIGHT; 3],
+                3 * size_of::<f32>(),
+                &vec![false; positions.len()],
+                target,
+                f32::MAX,
+                SimplifyOptions::Regularize,
+                None,
+            )
+        };
+        let corners: Vec<u32> = character.parts.iter().flat_map(of_part).collect();
+        corners.as_chunks::<3>().0.to_vec()
+    };
+    (1..=count).map(|k| level(ratio.powi(k as i32))).collect()
+}
+
+/// The indices of a character in which vertices that look and move alike are one. So are those that differ by their normals,
+/// if no triangles share any: such normals are those of the triangles.
+fn welded(character: &Character<'_>) -> Vec<u32> {
+    let mesh = &character.mesh;
+    let mut firsts: FxHashMap<Vec<u8>, u32> = FxHashMap::default();
+    let mut first = vec![0; mesh.positions.len()];
+    for (number, part) in (0..).zip(&character.parts) {
+        let is_flat = part.has_flat_triangles();
+        for (own, vertex) in part.range().enumerate() {
+            let mut key: Vec<u8> = bytemuck::bytes_of::<u32>(&number).to_vec();
+            let normal = mesh.normals.get(vertex).filter(|_| !is_flat);
+            add(&mut key, mesh.positions.get(vertex));
+            add(&mut key, normal);
+            add(&mut key, mesh.uvs.get(vertex));
+            add(&mut key, mesh.uvs_1.get(vertex));
+            add(&mut key, mesh.colors.get(vertex));
+            let targets = part.rig.targets.iter();
+            targets.for_each(|target| add(&mut key, target.get(own)));
+            for (joint, weight) in character.influences.get(vertex).into_iter().flatten() {
+                add(&mut key, Some(joint));
+                add(&mut key, Some(weight));
+            }
+            first[vertex] = *firsts.entry(key).or_insert(vertex as u32);
+        }
+    }
+    first
+}
+
+fn add<T: NoUninit>(key: &mut Vec<u8>, value: Option<&T>) {
+    key.extend(value.into_iter().flat_map(bytemuck::bytes_of));
+}
+
+fn extent_of(positions: &[Vec3]) -> f32 {
+    let aabb = fieldlod_hierarchy::Aabb::around(positions.iter().copied()).unwrap_or_default();
+    (aabb.max - aabb.min).max_element()
+}
+
+fn area_of(mesh: &SourceMesh) -> f32 {
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    triangles.iter().map(area).sum()
+}

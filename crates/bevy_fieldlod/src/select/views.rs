@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use bevy::camera::primitives::Frustum;
-use bevy::camera::visibility::{RenderLayers, VisibleEntities};
+use bevy::camera::ShadowLodOrigin;
+use bevy::camera::primitives::{Aabb, Frustum};
+use bevy::camera::visibility::{RenderLayers, VisibilityRange, VisibleEntities};
 use bevy::ecs::query::QueryItem;
+use bevy::ecs::system::SystemParam;
 // `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -78,7 +80,39 @@ type Placement = (
     &'static LodObject,
     &'static InheritedVisibility,
     Option<&'static RenderLayers>,
+    Option<(&'static VisibilityRange, Option<&'static Aabb>)>,
 );
+
+/// Finds the layers that objects are drawn on.
+#[derive(SystemParam)]
+struct DrawnLayers<'w, 's> {
+    cameras: Query<'w, 's, (&'static GlobalTransform, Option<&'static Camera>), Viewpoint>,
+}
+
+/// Viewpoints that Bevy measures visibility ranges from.
+type Viewpoint = Or<(With<ViewCut>, With<ShadowLodOrigin>)>;
+
+impl DrawnLayers<'_, '_> {
+    /// The layers of an object; 0 if it is hidden or out of its visibility range for all cameras.
+    fn of(&self, object: &QueryItem<Placement>) -> u64 {
+        let (_, transform, _, is_shown, layers, range) = object;
+        let is_near = range.is_none_or(|(range, aabb)| {
+            let center = match aabb.filter(|_| range.use_aabb) {
+                Some(aabb) => transform.transform_point(aabb.center.into()),
+                None => transform.translation(),
+            };
+            self.cameras.iter().any(|(pose, camera)| {
+                let is_active = camera.is_none_or(|camera| camera.is_active);
+                is_active && range.is_visible_at_all(pose.translation().distance(center))
+            })
+        });
+        if is_shown.get() && is_near {
+            layer_bits(*layers)
+        } else {
+            0
+        }
+    }
+}
 
 /// Updates the placements and layers of objects that are new or have changed.
 fn place_instances(
@@ -87,26 +121,24 @@ fn place_instances(
     objects: Query<Placement>,
     shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
+    in_ranges: Query<Entity, (With<LodObject>, With<VisibilityRange>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
+    mut removed_ranges: RemovedComponents<VisibilityRange>,
+    drawn_layers: DrawnLayers,
 ) {
-    let drawn_layers = |is_shown: &InheritedVisibility, layers: Option<&RenderLayers>| {
-        if is_shown.get() {
-            layer_bits(layers)
-        } else {
-            0
-        }
-    };
     let mut placed = moved.entities();
     placed.append(&mut scene.new_objects);
-    for (entity, transform, object, is_shown, layers) in objects.iter_many(placed) {
-        let layers = drawn_layers(is_shown, layers);
-        scene.place(entity, transform, object, layers);
+    for object in objects.iter_many(placed) {
+        let layers = drawn_layers.of(&object);
+        scene.place(object.0, object.1, object.2, layers);
     }
     // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();
     changed.extend(on_layers.iter().chain(removed_layers.read()));
-    for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
-        scene.set_layers(entity, drawn_layers(is_shown, layers));
+    // Any camera may have moved.
+    changed.extend(in_ranges.iter().chain(removed_ranges.read()));
+    for object in objects.iter_many(changed) {
+        scene.set_layers(object.0, drawn_layers.of(&object));
     }
 }
 

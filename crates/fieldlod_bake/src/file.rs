@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use rayon::prelude::*;
 
+use crate::characters::bake_rigged;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, ReadBeside, Skipped, UnreadImage, import_gltf,
-    import_gltf_bytes,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Skipped, UnreadImage,
+    import_gltf, import_gltf_bytes,
 };
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::SourceMesh;
@@ -65,7 +66,7 @@ pub fn bake_file_bytes(
 /// # Errors
 /// A configuration that [`bake_mesh`](crate::bake_mesh) refuses, and a file without anything to bake.
 pub fn bake_import(
-    import: Import,
+    mut import: Import,
     config: &BakeConfig,
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
@@ -74,6 +75,10 @@ pub fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
+    let rigged = bake_rigged_primitives(&import, config, &tracker)?;
+    import
+        .primitives
+        .retain(|primitive| primitive.rig.is_none());
     // The primitives of one glTF mesh may be one plant.
     let meshes: Vec<&[ImportedPrimitive]> = import
         .primitives
@@ -89,14 +94,39 @@ pub fn bake_import(
         .zip(&kept)
         .map(|(mesh, kept)| bake_primitives(mesh, kept, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
-    let baked = baked.into_iter().flatten();
-    let (primitives, reports) = baked.unzip();
+    let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
+    baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
+    let (primitives, reports) = baked.into_iter().unzip();
     Ok(BakeOutcome {
         file: BakedFile { primitives },
         reports,
         skipped: import.skipped,
         unread_images: import.unread_images,
     })
+}
+
+/// The primitives with a skin or morph targets.
+fn bake_rigged_primitives(
+    import: &Import,
+    config: &BakeConfig,
+    tracker: &Tracker<'_>,
+) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
+    let baked = bake_rigged(import, config).into_iter();
+    let finished = baked.map(|(place, baked)| {
+        let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
+            place: place.clone(),
+            fault,
+        })?;
+        let triangles = hierarchy.source_triangle_count() as usize;
+        tracker.share_of(triangles).finish();
+        Ok((baked_primitive(&place, hierarchy), report))
+    });
+    finished.collect()
+}
+
+fn baked_primitive(place: &PrimitivePlace, hierarchy: Hierarchy) -> BakedPrimitive {
+    let (mesh, index) = (place.mesh_index, place.primitive_index);
+    BakedPrimitive::new(mesh, index, &*place.name, hierarchy)
 }
 
 /// For each primitive, the vertices where it meets others: of the same mesh, or of meshes that nodes place alike.
@@ -151,9 +181,7 @@ fn bake_primitives(
             place: place.clone(),
             fault,
         })?;
-        let (mesh, index) = (place.mesh_index, place.primitive_index);
-        let baked = BakedPrimitive::new(mesh, index, &*place.name, hierarchy);
-        Ok((baked, report))
+        Ok((baked_primitive(place, hierarchy), report))
     });
     finished.collect()
 }

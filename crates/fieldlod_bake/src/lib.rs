@@ -3,8 +3,8 @@
 //! [`bake_mesh`] is the recipe for one mesh. It groups and simplifies clusters level by level, down to a dozen triangles,
 //! with vertices that move to where the error is least. It measures the deviation of each simplified surface from the
 //! source, and bounds and orders the units. [`verify()`] checks a hierarchy against its source without trusting the bake.
-//! [`import_gltf`] reads the static triangle meshes of a glTF file as Bevy does, and [`bake_file`] does both for every
-//! primitive of a file.
+//! [`import_gltf`] reads the triangle meshes of a glTF file as Bevy does, and [`bake_file`] does both for every primitive
+//! of a file. [`bake_rigged`] bakes skinned and morphed primitives, which have whole-mesh levels.
 //!
 //! ```
 //! use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -25,6 +25,7 @@
 //! | the source mesh, its surface, components, borders and nearest triangles | `mesh` |
 //! | clusters, groups and their simplification, level by level; units, ordered and bounded | `levels` |
 //! | leaves, blades and gravel, which keep their area; primitives that are one plant; pictures of levels | `plants` |
+//! | skinned and morphed meshes | `characters` |
 //! | deviation from the source, and whether triangles face as the source does | `deviation` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
 //! | a check that does not trust the bake | `verify` |
@@ -43,7 +44,7 @@
 //! surface. Every cut of a closed mesh is closed.
 //!
 //! # Out of scope
-//! Skinned and morphed meshes, points and lines are reported as [`Skipped`]. Draco compression is an error.
+//! Points and lines are reported as [`Skipped`]. Draco compression is an error.
 //!
 //! # Fuzzing
 //! `fuzz/` is a workspace of its own: with cargo-fuzz, in this crate's folder,
@@ -52,6 +53,7 @@
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
 
 mod bake;
+mod characters;
 mod config;
 mod deviation;
 mod file;
@@ -71,12 +73,13 @@ mod verify;
 pub const REVISION: u32 = 2;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
+pub use characters::{RiggedResult, bake_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{
-    AccessorFault, BufferFault, ImageFault, Import, ImportError, ImportedPrimitive,
-    PackedViewFault, PrimitiveFault, PrimitivePlace, SkipReason, Skipped, UnreadImage, import_gltf,
-    import_gltf_bytes, unpack_gltf,
+    AccessorFault, BufferFault, Channel, Clip, ImageFault, Import, ImportError, ImportedPrimitive,
+    Interpolation, Node, PackedViewFault, PrimitiveFault, PrimitivePlace, Property, Rig, RigFault,
+    Skin, SkipReason, Skipped, UnreadImage, import_gltf, import_gltf_bytes, unpack_gltf,
 };
 #[cfg(any(test, feature = "test-support"))]
 pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};

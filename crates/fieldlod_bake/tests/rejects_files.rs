@@ -4,8 +4,8 @@ mod common;
 
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    AccessorFault, BakeConfig, BakeOutcome, BufferFault, ImportError, MeshError, SkipReason,
-    bake_file, fixtures, import_gltf,
+    AccessorFault, BakeConfig, BakeOutcome, BufferFault, ImportError, MeshError, PrimitiveFault,
+    RigFault, SkipReason, bake_file, fixtures, import_gltf,
 };
 use proptest::prelude::*;
 use serde_json::json;
@@ -324,18 +324,13 @@ fn skips_points_and_lines() {
 }
 
 #[test]
-fn skips_skinned_meshes() {
+fn skips_skinned_meshes_without_joints() {
     let mut file = square();
     file.json["nodes"] = json!([{ "mesh": 0, "skin": 0 }]);
     file.json["skins"] = json!([{ "joints": [0] }]);
-    assert_eq!(skip_reason_of(&file.glb()), SkipReason::Skinned);
-}
-
-#[test]
-fn skips_morphed_meshes() {
-    let mut file = square();
-    file.primitive()["targets"] = json!([{ "POSITION": 0 }]);
-    assert_eq!(skip_reason_of(&file.glb()), SkipReason::Morphed);
+    let fault = RigFault::Format("joints or weights");
+    let fault = SkipReason::Faulty(PrimitiveFault::Rig(fault));
+    assert_eq!(import_gltf(&file.glb()).unwrap().skipped[0].reason, fault);
 }
 
 #[test]

@@ -36,6 +36,12 @@ pub struct Hierarchy {
     /// For each moved vertex, the source vertex that it came from. Vertex attributes that [`Vertices`]
     /// does not hold are read from there. Empty if the source has no other attributes.
     pub moved_from: Vec<u32>,
+    /// The joint whose pose places the mesh for selection, as an index into the joint list of its skin. `None` for
+    /// a mesh without a skin.
+    ///
+    /// Bounds and lengths of a skinned mesh are in its local space as carried by this joint. With
+    /// `world_from_local = joint_global * inverse_bind`, the spheres contain the mesh in all sampled poses.
+    pub carrier_joint: Option<u16>,
     /// Groups. Each finer group of a group has a smaller index.
     pub groups: Vec<Group>,
     /// Group indices. The `finer` ranges of [`Group`] refer to this list.

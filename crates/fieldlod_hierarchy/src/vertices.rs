@@ -86,6 +86,18 @@ fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
 pub struct SourceHash(pub u64);
 
 impl SourceHash {
+    /// Adds the joints and weights of a skinned mesh, as `Mesh` holds them.
+    #[must_use]
+    pub fn with_joints(self, joints: &[[u16; 4]], weights: &[[f32; 4]]) -> Self {
+        self.and(joints).and(weights)
+    }
+
+    /// Adds the position deltas of the next morph target, one per vertex.
+    #[must_use]
+    pub fn with_morph_target(self, position_deltas: &[Vec3]) -> Self {
+        self.and(position_deltas)
+    }
+
     /// Adds a list and its length to the hash.
     fn and<V: NoUninit>(self, values: &[V]) -> Self {
         let mut hasher = Xxh3::with_seed(self.0);

@@ -62,6 +62,7 @@ impl Hierarchy {
             vertices: self.vertices.clone(),
             source_vertex_count: self.source_vertex_count,
             moved_from: self.moved_from.clone(),
+            carrier_joint: self.carrier_joint,
             ..Self::default()
         };
         let bounds = Sphere::around(self.vertices.positions.iter().copied());

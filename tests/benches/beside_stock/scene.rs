@@ -45,7 +45,13 @@ pub(crate) struct Measured {
 pub(crate) fn measure(case: &Case) -> Vec<Measured> {
     let mut stage = new_stage(case);
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye_of_size(SIZE_PX, pose, Color::BLACK, FieldLodCamera::default());
+    let eye = stage.add_eye_of_size(
+        SIZE_PX,
+        pose,
+        Color::srgb(0.3, 0.35, 0.4),
+        FieldLodCamera::default(),
+    );
+    stage.insert(eye.entity, Msaa::Sample4);
     // Software adapters are slow.
     stage
         .app
@@ -53,6 +59,7 @@ pub(crate) fn measure(case: &Case) -> Vec<Measured> {
     let sun = Transform::default().looking_to(Vec3::new(-0.5, -0.8, -0.6), Vec3::Y);
     let light = DirectionalLight {
         shadow_maps_enabled: true,
+        illuminance: 4_000.0,
         ..default()
     };
     let cascades = CascadeShadowConfigBuilder {

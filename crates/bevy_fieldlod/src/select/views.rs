@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use bevy::camera::ShadowLodOrigin;
-use bevy::camera::primitives::{Aabb, Frustum};
+use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibilityRange, VisibleEntities};
 use bevy::ecs::query::QueryItem;
-use bevy::ecs::system::SystemParam;
+use bevy::mesh::skinning::SkinnedMesh;
 // `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -19,7 +18,9 @@ use crate::scene::changed::ChangedOn;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
+use crate::select::drawn_layers::{DrawnLayers, Placement};
 use crate::select::shadow_lights::ShadowLights;
+use crate::select::skins::SkinPoses;
 
 /// The steps of [`FieldLodSystems::Select`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,51 +74,11 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     }
 }
 
-/// Where and on which layers an object is drawn.
-type Placement = (
-    Entity,
-    &'static GlobalTransform,
-    &'static LodObject,
-    &'static InheritedVisibility,
-    Option<&'static RenderLayers>,
-    Option<(&'static VisibilityRange, Option<&'static Aabb>)>,
-);
-
-/// Finds the layers that objects are drawn on.
-#[derive(SystemParam)]
-struct DrawnLayers<'w, 's> {
-    cameras: Query<'w, 's, (&'static GlobalTransform, Option<&'static Camera>), Viewpoint>,
-}
-
-/// Viewpoints that Bevy measures visibility ranges from.
-type Viewpoint = Or<(With<ViewCut>, With<ShadowLodOrigin>)>;
-
-impl DrawnLayers<'_, '_> {
-    /// The layers of an object; 0 if it is hidden or out of its visibility range for all cameras.
-    fn of(&self, object: &QueryItem<Placement>) -> u64 {
-        let (_, transform, _, is_shown, layers, range) = object;
-        let is_near = range.is_none_or(|(range, aabb)| {
-            let center = match aabb.filter(|_| range.use_aabb) {
-                Some(aabb) => transform.transform_point(aabb.center.into()),
-                None => transform.translation(),
-            };
-            self.cameras.iter().any(|(pose, camera)| {
-                let is_active = camera.is_none_or(|camera| camera.is_active);
-                is_active && range.is_visible_at_all(pose.translation().distance(center))
-            })
-        });
-        if is_shown.get() && is_near {
-            layer_bits(*layers)
-        } else {
-            0
-        }
-    }
-}
-
 /// Updates the placements and layers of objects that are new or have changed.
 fn place_instances(
     mut scene: ResMut<LodScene>,
-    moved: ChangedOn<GlobalTransform, With<LodObject>>,
+    moved: ChangedOn<GlobalTransform, (With<LodObject>, Without<SkinnedMesh>)>,
+    skins: SkinPoses,
     objects: Query<Placement>,
     shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
@@ -128,9 +89,12 @@ fn place_instances(
 ) {
     let mut placed = moved.entities();
     placed.append(&mut scene.new_objects);
+    placed.extend(skins.moved());
     for object in objects.iter_many(placed) {
-        let layers = drawn_layers.of(&object);
-        scene.place(object.0, object.1, object.2, layers);
+        let (entity, transform, lod, ..) = object;
+        let world_from_local = skins.world_from_local(entity);
+        let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
+        scene.place(entity, world_from_local, lod, drawn_layers.of(&object));
     }
     // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();

@@ -40,6 +40,25 @@ pub(super) fn read_vectors<const N: usize>(
     read_elements(accessor, buffers, zero, only, &decode)
 }
 
+/// Reads numbers of any format and shape, in the order of the elements.
+pub(super) fn read_numbers(
+    accessor: &Accessor<'_>,
+    buffers: &Buffers,
+) -> Result<Vec<f32>, AccessorFault> {
+    let (component, bytes) = (Component::of(accessor), accessor.data_type().size());
+    let components = accessor.dimensions().multiplicity();
+    let decode = |element: &[u8]| {
+        let mut numbers = [0.0; 16];
+        for (number, bytes) in numbers.iter_mut().zip(element.chunks_exact(bytes)) {
+            *number = component.number(bytes);
+        }
+        numbers
+    };
+    let elements = read_elements(accessor, buffers, [0.0; 16], None, &decode)?;
+    let of_element = |element: [f32; 16]| element.into_iter().take(components);
+    Ok(elements.into_iter().flat_map(of_element).collect())
+}
+
 /// Reads indices of 8, 16 or 32 bits.
 pub(super) fn read_indices(
     accessor: &Accessor<'_>,

@@ -1,6 +1,6 @@
 //! From a file's bytes to a glTF document that is safe to walk.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use glam::Mat4;
 use gltf::json::validation::Checked;
@@ -15,10 +15,22 @@ const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// Reads a file's bytes: its document, and the binary chunk if it is a GLB.
-pub(super) fn read(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), ImportError> {
-    let (json, blob) = json_of(bytes)?;
-    Ok((parse(json)?, blob))
+/// A file's document, its animations, which the document does not hold, and the binary chunk if it is a GLB.
+pub(super) struct Read<'a> {
+    pub(super) document: Document,
+    pub(super) animations: Value,
+    pub(super) blob: Option<&'a [u8]>,
+}
+
+/// Reads a file's bytes.
+pub(super) fn read(bytes: &[u8]) -> Result<Read<'_>, ImportError> {
+    let (mut json, blob) = json_of(bytes)?;
+    let animations = json.get_mut("animations").map(Value::take);
+    Ok(Read {
+        document: parse(json)?,
+        animations: animations.unwrap_or_default(),
+        blob,
+    })
 }
 
 /// The JSON of a file, and the binary chunk if it is a GLB.
@@ -238,26 +250,6 @@ fn one_line(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() { ' ' } else { c })
         .collect()
-}
-
-/// A set of meshes.
-pub(super) struct MeshIndices(HashSet<usize>);
-
-impl MeshIndices {
-    /// The meshes that some node draws with a skin.
-    pub(super) fn on_skinned_nodes(document: &Document) -> Self {
-        let skinned = document.nodes().filter(|node| node.skin().is_some());
-        Self(
-            skinned
-                .filter_map(|node| node.mesh())
-                .map(|mesh| mesh.index())
-                .collect(),
-        )
-    }
-
-    pub(super) fn contains(&self, mesh_index: usize) -> bool {
-        self.0.contains(&mesh_index)
-    }
 }
 
 /// Nodes below more than these are placed unlike any other.

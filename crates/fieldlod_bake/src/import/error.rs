@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::meshopt_views::PackedViewFault;
+use super::rig::RigFault;
 use crate::mesh::MeshError;
 
 /// Which primitive of a file it is.
@@ -32,12 +33,6 @@ impl fmt::Display for PrimitivePlace {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SkipReason {
-    /// A skin moves its vertices.
-    #[error("it is skinned")]
-    Skinned,
-    /// Morph targets move its vertices.
-    #[error("it has morph targets")]
-    Morphed,
     /// It is made of points or lines.
     #[error("it is made of points or lines")]
     NotTriangles,
@@ -69,6 +64,9 @@ pub enum PrimitiveFault {
     /// The triangles themselves are faulty.
     #[error("{0}")]
     Mesh(#[from] MeshError),
+    /// Its skin or its morph targets are faulty.
+    #[error("{0}")]
+    Rig(#[from] RigFault),
 }
 
 impl PrimitiveFault {
@@ -81,6 +79,7 @@ impl PrimitiveFault {
                 fault,
             },
             Self::Mesh(fault) => ImportError::Mesh { place, fault },
+            Self::Rig(fault) => ImportError::Rig { place, fault },
         }
     }
 }
@@ -136,6 +135,12 @@ pub enum ImportError {
     Mesh {
         place: PrimitivePlace,
         fault: MeshError,
+    },
+    /// A skin or morph targets are faulty.
+    #[error("{place}: {fault}")]
+    Rig {
+        place: PrimitivePlace,
+        fault: RigFault,
     },
     /// The file has no mesh at all.
     #[error("it has no meshes")]

@@ -1,4 +1,4 @@
-//! Reads the static triangle meshes of a glTF 2.0 file.
+//! Reads the triangle meshes of a glTF 2.0 file, and the skins, morph targets and animations that move them.
 //!
 //! Positions and triangles come out as Bevy's own loader makes them, bit for bit and in the same
 //! order, so that a hierarchy baked from a file fits the mesh that Bevy draws:
@@ -28,6 +28,7 @@ mod images;
 mod material;
 mod meshopt_views;
 mod primitive;
+pub(crate) mod rig;
 mod unpack;
 
 use std::collections::BTreeSet;
@@ -38,11 +39,11 @@ pub use error::{
 };
 pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
+pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, RigFault, Skin};
 pub use unpack::unpack_gltf;
 
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
-use document::MeshIndices;
 use material::Materials;
 
 /// Reads a file beside a glTF file, by its name there. Names may lead anywhere.
@@ -51,12 +52,18 @@ pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync
 /// The contents of a file that matter to a bake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
-    /// The primitives that can have levels of detail, in the order of the file.
+    /// The primitives that can have levels of detail, in the order of the file. Skinned and morphed ones have a rig.
     pub primitives: Vec<ImportedPrimitive>,
     /// The primitives that cannot, and why.
     pub skipped: Vec<Skipped>,
     /// The images that cannot be read: what has them has no surface.
     pub unread_images: Vec<UnreadImage>,
+    /// The skins. One that cannot be used has no joints.
+    pub skins: Vec<Skin>,
+    /// All nodes.
+    pub nodes: Vec<Node>,
+    /// The animations that can be read.
+    pub clips: Vec<Clip>,
     /// For each mesh of the file, a number that meshes share which are drawn once each and placed alike.
     pub(crate) space_of_mesh: Vec<u32>,
 }
@@ -81,6 +88,8 @@ pub struct ImportedPrimitive {
     pub place: PrimitivePlace,
     /// Its triangles, and the vertices that they use, in the order of the file. It is valid.
     pub mesh: SourceMesh,
+    /// What moves its vertices, if anything does. Its lists have one value per vertex of `mesh`.
+    pub rig: Option<Rig>,
 }
 
 /// A primitive that is drawn, but without levels of detail.
@@ -109,12 +118,19 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
 /// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
 pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import, ImportError> {
     // The document, and the bytes that it refers to.
-    let (document, blob) = document::read(bytes)?;
+    let document::Read {
+        document,
+        animations,
+        blob,
+    } = document::read(bytes)?;
     let buffers = Buffers::load(&document, blob, beside)?;
-    let skinned = MeshIndices::on_skinned_nodes(&document);
+    let skin_of_mesh = rig::skins_of_meshes(&document);
+    let skins = rig::read_skins(&document, &buffers);
     // Every primitive of every mesh, unless there is a reason against it.
     let mut import = Import {
         space_of_mesh: document::spaces_of_meshes(&document),
+        nodes: rig::nodes_of(&document),
+        clips: rig::clips::read_clips(&animations, &document, &buffers),
         ..Import::default()
     };
     let mut materials = Vec::new();
@@ -125,15 +141,17 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
                 primitive_index: primitive.index() as u32,
                 name: mesh.name().unwrap_or_default().to_owned(),
             };
-            if let Some(reason) = primitive::skip_reason(&primitive, skinned.contains(mesh.index()))
-            {
+            if let Some(reason) = primitive::skip_reason(&primitive) {
                 import.skipped.push(Skipped { place, reason });
                 continue;
             }
-            let reason = match primitive::read(&primitive, &buffers) {
-                Ok(mesh) if mesh.indices.is_empty() => SkipReason::NoTriangles,
-                Ok(mesh) => {
-                    import.primitives.push(ImportedPrimitive { place, mesh });
+            let skin = skin_of(&skin_of_mesh[mesh.index()], &skins);
+            let read = skin.and_then(|skin| primitive::read(&primitive, &buffers, skin));
+            let reason = match read {
+                Ok((mesh, _)) if mesh.indices.is_empty() => SkipReason::NoTriangles,
+                Ok((mesh, rig)) => {
+                    let imported = ImportedPrimitive { place, mesh, rig };
+                    import.primitives.push(imported);
                     materials.push(primitive.material().index());
                     continue;
                 }
@@ -154,5 +172,20 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
         primitive.mesh.surface = material.and_then(|material| surfaces.get(&material).cloned());
     }
     import.unread_images = unread_images;
+    import.skins = skins.into_iter().map(Result::unwrap_or_default).collect();
     Ok(import)
+}
+
+/// The skin of a mesh with its index, if the mesh has one.
+fn skin_of<'a>(
+    of_mesh: &Result<Option<u32>, RigFault>,
+    skins: &'a [Result<Skin, PrimitiveFault>],
+) -> Result<Option<(u32, &'a Skin)>, PrimitiveFault> {
+    let Some(index) = of_mesh.clone()? else {
+        return Ok(None);
+    };
+    match &skins[index as usize] {
+        Ok(skin) => Ok(Some((index, skin))),
+        Err(fault) => Err(fault.clone()),
+    }
 }

@@ -9,18 +9,15 @@ use super::accessor::{read_indices, read_vectors};
 use super::buffers::Buffers;
 use super::error::{PrimitiveFault, SkipReason};
 use super::format::{Attribute, Formats};
+use super::rig::{Rig, Skin, read_rig};
 use crate::mesh::used_vertices::{renumber, used_of};
 use crate::mesh::{MeshError, SourceMesh};
 
 /// Why `primitive` gets no levels of detail, if so.
-pub(super) fn skip_reason(primitive: &Primitive<'_>, skinned: bool) -> Option<SkipReason> {
+pub(super) fn skip_reason(primitive: &Primitive<'_>) -> Option<SkipReason> {
     let triangles = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
     if !triangles.contains(&primitive.mode()) {
         Some(SkipReason::NotTriangles)
-    } else if skinned {
-        Some(SkipReason::Skinned)
-    } else if primitive.morph_targets().len() > 0 {
-        Some(SkipReason::Morphed)
     } else if formats_of(primitive).is_none() {
         Some(SkipReason::PositionFormat)
     } else {
@@ -33,11 +30,12 @@ fn formats_of(primitive: &Primitive<'_>) -> Option<Formats> {
     Formats::of_positions(&positions)
 }
 
-/// Reads a primitive that is not to be skipped. Vertices that no triangle uses are left out.
+/// Reads a primitive that is not to be skipped, with a skin or without. Vertices that no triangle uses are left out.
 pub(super) fn read(
     primitive: &Primitive<'_>,
     buffers: &Buffers,
-) -> Result<SourceMesh, PrimitiveFault> {
+    skin: Option<(u32, &Skin)>,
+) -> Result<(SourceMesh, Option<Rig>), PrimitiveFault> {
     let reader = Reader {
         primitive,
         buffers,
@@ -46,11 +44,29 @@ pub(super) fn read(
             .get(&Semantic::Positions)
             .map_or(0, |positions| positions.count()),
     };
-    let mesh = with_normals(reader.mesh()?, primitive.mode())?;
-    if !mesh.indices.is_empty() {
-        mesh.validate()?;
+    let corners = reader.corners()?;
+    let used = corners
+        .as_deref()
+        .and_then(|corners| used_of(corners, reader.vertex_count));
+    let rig = read_rig(
+        primitive,
+        buffers,
+        skin,
+        reader.vertex_count,
+        used.as_deref(),
+    )?;
+    let mesh = reader.mesh(corners, used.as_deref())?;
+    let needs_normals = needs_normals(&mesh, primitive.mode());
+    if !needs_normals {
+        if !mesh.indices.is_empty() {
+            mesh.validate()?;
+        }
+        return Ok((mesh, rig));
     }
-    Ok(mesh)
+    // Indices that are out of range would be read.
+    mesh.validate()?;
+    let rig = rig.map(|rig| rig.at(&mesh.indices));
+    Ok((mesh.without_shared_vertices(), rig))
 }
 
 struct Reader<'a> {
@@ -61,13 +77,13 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn mesh(&self) -> Result<SourceMesh, PrimitiveFault> {
+    /// The mesh with the vertices `only`, or with all.
+    fn mesh(
+        &self,
+        corners: Option<Vec<u32>>,
+        only: Option<&[u32]>,
+    ) -> Result<SourceMesh, PrimitiveFault> {
         use Attribute::{Color, Normal, Position, Tangent, Uv};
-        let corners = self.corners()?;
-        let used = corners
-            .as_deref()
-            .and_then(|corners| used_of(corners, self.vertex_count));
-        let only = used.as_deref();
         let positions = self.vectors(&Semantic::Positions, Position, "positions", only)?;
         let normals = self.vectors(&Semantic::Normals, Normal, "normals", only)?;
         let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates", only)?;
@@ -193,12 +209,7 @@ fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
     }
 }
 
-/// Does what Bevy does to triangle lists without normals. Strips and fans stay without.
-fn with_normals(mesh: SourceMesh, mode: Mode) -> Result<SourceMesh, MeshError> {
-    if mesh.indices.is_empty() || !mesh.normals.is_empty() || mode != Mode::Triangles {
-        return Ok(mesh);
-    }
-    // Indices that are out of range would be read.
-    mesh.validate()?;
-    Ok(mesh.without_shared_vertices())
+/// Whether Bevy gives each triangle its own vertices and a flat normal. Strips and fans stay without.
+fn needs_normals(mesh: &SourceMesh, mode: Mode) -> bool {
+    !mesh.indices.is_empty() && mesh.normals.is_empty() && mode == Mode::Triangles
 }

@@ -63,6 +63,11 @@ pub enum MeshError {
     /// More vertices or triangles than 32-bit counts allow.
     #[error("it is too large: at most {limit} vertices and {limit} triangles can be baked", limit = MAX_COUNT)]
     TooLarge,
+    /// A skinned or morphed mesh has more vertices than 16-bit indices reach.
+    #[error(
+        "it has {vertices} vertices, but levels of a skinned or morphed mesh have at most 65,536"
+    )]
+    TooLargeForRig { vertices: usize },
     /// A field of the configuration is out of its documented range.
     #[error("the bake setting {field} is out of range")]
     Config { field: &'static str },

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each suite uses its part")]
 
+pub(crate) mod character;
 pub(crate) mod gltf_file;
 
 use std::collections::HashMap;

@@ -113,6 +113,7 @@ impl Decoder {
                 vertices,
                 source_vertex_count: entry.source_vertex_count,
                 moved_from: coded.moved_from.clone(),
+                carrier_joint: entry.carrier_joint,
                 ..Hierarchy::default()
             },
         };

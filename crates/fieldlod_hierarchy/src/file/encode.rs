@@ -86,6 +86,7 @@ impl Prepared<'_> {
             source: hierarchy.source,
             attributes: self.attributes,
             options: self.options,
+            carrier_joint: hierarchy.carrier_joint,
             grids: self.grids,
             position_error_in_local: primitive.position_error_in_local + moved_by,
             group_count: hierarchy.groups.len() as u32,

@@ -11,6 +11,10 @@ use crate::vertices::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";
+/// The file omits source vertices.
+const BESIDE_SOURCE: u8 = 1;
+/// The index of a joint follows.
+const HAS_CARRIER_JOINT: u8 = 2;
 
 /// The directory entry of a primitive.
 #[derive(Clone, Debug)]
@@ -21,6 +25,7 @@ pub(super) struct Entry {
     pub(super) source: SourceHash,
     pub(super) attributes: Attributes,
     pub(super) options: FileOptions,
+    pub(super) carrier_joint: Option<u16>,
     pub(super) grids: Grids,
     pub(super) position_error_in_local: f32,
     pub(super) group_count: u32,
@@ -71,6 +76,11 @@ impl Entry {
         (self.options.precision == Precision::Quantized16).then_some(&self.grids)
     }
 
+    fn flags(&self) -> u8 {
+        let beside_source = u8::from(self.options.beside_source) * BESIDE_SOURCE;
+        beside_source | u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT
+    }
+
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
         // Identity.
         bytes.extend_from_slice(&self.mesh_index.to_le_bytes());
@@ -81,7 +91,10 @@ impl Entry {
         // Attributes and precision.
         bytes.push(self.attributes.bits);
         bytes.push(u8::from(self.options.precision == Precision::Quantized16));
-        bytes.push(u8::from(self.options.beside_source));
+        bytes.push(self.flags());
+        if let Some(joint) = self.carrier_joint {
+            bytes.extend_from_slice(&joint.to_le_bytes());
+        }
         if let Some(grids) = self.grids() {
             bytes.extend_from_slice(bytemuck::bytes_of(grids));
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
@@ -112,7 +125,14 @@ impl Entry {
         // Attributes and precision.
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
         let is_quantized = read_flag(reader)?;
-        let beside_source = read_flag(reader)?;
+        let flags: u8 = reader.value(WHAT)?;
+        if flags & !(BESIDE_SOURCE | HAS_CARRIER_JOINT) != 0 {
+            return Err(FileError::Corrupt { what: WHAT });
+        }
+        let carrier_joint = match flags & HAS_CARRIER_JOINT {
+            0 => None,
+            _ => Some(reader.value(WHAT)?),
+        };
         let (mut precision, mut grids) = (Precision::Lossless, Grids::default());
         let mut position_error_in_local = 0.0;
         if is_quantized {
@@ -129,8 +149,9 @@ impl Entry {
             attributes: attributes.ok_or(FileError::Corrupt { what: WHAT })?,
             options: FileOptions {
                 precision,
-                beside_source,
+                beside_source: flags & BESIDE_SOURCE != 0,
             },
+            carrier_joint,
             grids,
             position_error_in_local,
             group_count: reader.value(WHAT)?,

@@ -203,6 +203,7 @@ fn without_geometry(hierarchy: &Hierarchy) -> Hierarchy {
     };
     Hierarchy {
         source: hierarchy.source,
+        carrier_joint: hierarchy.carrier_joint,
         groups: hierarchy.groups.clone(),
         finer: hierarchy.finer.clone(),
         units: hierarchy.units.iter().map(unit).collect(),

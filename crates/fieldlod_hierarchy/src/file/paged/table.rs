@@ -133,6 +133,7 @@ fn read_graph(
     }
     let mut graph = Hierarchy {
         source: entry.source,
+        carrier_joint: entry.carrier_joint,
         units: coded.units,
         finer: coded.finer,
         groups: coded.groups,

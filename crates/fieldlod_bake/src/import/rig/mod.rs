@@ -1,0 +1,311 @@
+//! Skins, morph targets and animations: what moves the vertices of a primitive.
+
+pub(super) mod clips;
+mod fault;
+
+pub use clips::{Channel, Clip, Interpolation, Property};
+pub use fault::RigFault;
+
+use glam::{Mat4, Quat, Vec3};
+use gltf::accessor::{DataType, Dimensions};
+use gltf::{Accessor, Document, Primitive, Semantic};
+
+use super::accessor::{read_numbers, read_vectors};
+use super::buffers::Buffers;
+use super::error::PrimitiveFault;
+
+/// Most joints of a skin that Bevy draws.
+const MOST_JOINTS: usize = 256;
+/// Most morph targets that Bevy draws.
+const MOST_TARGETS: usize = 256;
+
+/// What moves the vertices of a primitive: a skin, morph targets or both. The values are those of Bevy's loader.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rig {
+    /// The skin, as an index into [`Import::skins`](super::Import::skins).
+    pub skin: Option<u32>,
+    /// Four joints per vertex, as indices into [`Skin::joints`]. Empty without a skin.
+    pub joints: Vec<[u16; 4]>,
+    /// The weights of these joints. They are not negative, and a vertex has at least one. Their sum may differ from 1.
+    pub weights: Vec<[f32; 4]>,
+    /// For each morph target, the position delta of each vertex.
+    pub targets: Vec<Vec<Vec3>>,
+}
+
+impl Rig {
+    /// The rig of the vertices with these indices.
+    pub(crate) fn at(&self, indices: &[u32]) -> Self {
+        fn gather<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+            let used = indices.iter().filter(|_| !values.is_empty());
+            used.map(|&index| values[index as usize]).collect()
+        }
+        Self {
+            skin: self.skin,
+            joints: gather(&self.joints, indices),
+            weights: gather(&self.weights, indices),
+            targets: self.targets.iter().map(|t| gather(t, indices)).collect(),
+        }
+    }
+}
+
+/// The joints of a character.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skin {
+    /// The nodes that are its joints, as indices into [`Import::nodes`](super::Import::nodes).
+    pub joints: Vec<u32>,
+    /// For each joint, the matrix from the mesh to the joint in the bind pose.
+    pub inverse_binds: Vec<Mat4>,
+}
+
+/// A node of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Its name, or an empty string.
+    pub name: String,
+    /// The node that it is attached to. Parents are no cycle.
+    pub parent: Option<u32>,
+    /// The mesh that it draws.
+    pub mesh: Option<u32>,
+    /// Translation without animation.
+    pub translation: Vec3,
+    /// Rotation without animation.
+    pub rotation: Quat,
+    /// Scale without animation.
+    pub scale: Vec3,
+    /// Weights of the morph targets of its mesh without animation.
+    pub weights: Vec<f32>,
+}
+
+/// All nodes of a file. A node below itself is a root.
+pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
+    let node = |node: gltf::Node<'_>| {
+        let (translation, rotation, scale) = node.transform().decomposed();
+        let mesh = node.mesh();
+        Node {
+            name: node.name().unwrap_or_default().to_owned(),
+            parent: None,
+            mesh: mesh.as_ref().map(|mesh| mesh.index() as u32),
+            translation: translation.into(),
+            rotation: Quat::from_array(rotation),
+            scale: scale.into(),
+            weights: mesh
+                .and_then(|mesh| mesh.weights().map(<[f32]>::to_vec))
+                .unwrap_or_default(),
+        }
+    };
+    let mut nodes: Vec<Node> = document.nodes().map(node).collect();
+    for parent in document.nodes() {
+        for child in parent.children() {
+            let (parent, child) = (parent.index() as u32, child.index() as u32);
+            if !ancestors(&nodes, parent).any(|node| node == child) {
+                nodes[child as usize].parent = Some(parent);
+            }
+        }
+    }
+    nodes
+}
+
+/// A node and the nodes that it is attached to, from the nearest on.
+pub(crate) fn ancestors(nodes: &[Node], node: u32) -> impl Iterator<Item = u32> + '_ {
+    std::iter::successors(Some(node), |&node| nodes[node as usize].parent)
+}
+
+/// The skin that nodes draw each mesh with.
+pub(super) fn skins_of_meshes(document: &Document) -> Vec<Result<Option<u32>, RigFault>> {
+    let mut skins: Vec<Option<Result<Option<u32>, RigFault>>> = vec![None; document.meshes().len()];
+    for node in document.nodes() {
+        let Some(mesh) = node.mesh() else {
+            continue;
+        };
+        let own = node.skin().map(|skin| skin.index() as u32);
+        let known = &mut skins[mesh.index()];
+        *known = Some(match (known.take(), own) {
+            (None, own) => Ok(own),
+            (Some(Ok(other)), own) if other == own => Ok(own),
+            (Some(Ok(Some(_))), Some(_)) => Err(RigFault::SeveralSkins),
+            (Some(Ok(_)), _) => Err(RigFault::PartlySkinned),
+            (Some(fault), _) => fault,
+        });
+    }
+    let or_static = |skin: Option<_>| skin.unwrap_or(Ok(None));
+    skins.into_iter().map(or_static).collect()
+}
+
+/// Reads all skins of a file.
+pub(super) fn read_skins(
+    document: &Document,
+    buffers: &Buffers,
+) -> Vec<Result<Skin, PrimitiveFault>> {
+    let skins = document.skins();
+    skins.map(|skin| read_skin(&skin, buffers)).collect()
+}
+
+fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, PrimitiveFault> {
+    let joints: Vec<u32> = skin.joints().map(|joint| joint.index() as u32).collect();
+    if joints.len() > MOST_JOINTS {
+        let joints = joints.len();
+        return Err(RigFault::TooManyJoints { joints }.into());
+    }
+    let inverse_binds = match skin.inverse_bind_matrices() {
+        None => vec![Mat4::IDENTITY; joints.len()],
+        Some(accessor) => read_matrices(&accessor, buffers)?,
+    };
+    if inverse_binds.len() < joints.len() {
+        return Err(RigFault::InverseBinds {
+            count: inverse_binds.len(),
+            joints: joints.len(),
+        }
+        .into());
+    }
+    let is_usable = |m: &Mat4| m.is_finite() && m.determinant().is_normal();
+    match inverse_binds.iter().position(|matrix| !is_usable(matrix)) {
+        Some(joint) => Err(RigFault::BadInverseBind { joint }.into()),
+        None => Ok(Skin {
+            joints,
+            inverse_binds,
+        }),
+    }
+}
+
+fn read_matrices(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<Mat4>, PrimitiveFault> {
+    let is_matrix = accessor.dimensions() == Dimensions::Mat4;
+    if !is_matrix || accessor.data_type() != DataType::F32 {
+        return Err(RigFault::Format("inverse bind matrices").into());
+    }
+    let numbers = read_numbers(accessor, buffers).map_err(|fault| PrimitiveFault::Accessor {
+        attribute: "inverse bind matrices",
+        fault,
+    })?;
+    let (matrices, _) = numbers.as_chunks::<16>();
+    Ok(matrices.iter().map(Mat4::from_cols_array).collect())
+}
+
+/// Reads the rig of a primitive with `vertex_count` vertices: of the vertices `only`, or of all.
+///
+/// `skin` is the index of its skin, and the skin.
+pub(super) fn read_rig(
+    primitive: &Primitive<'_>,
+    buffers: &Buffers,
+    skin: Option<(u32, &Skin)>,
+    vertex_count: usize,
+    only: Option<&[u32]>,
+) -> Result<Option<Rig>, PrimitiveFault> {
+    let reader = Reader {
+        buffers,
+        vertex_count,
+        only,
+    };
+    let mut rig = Rig::default();
+    if let Some((index, skin)) = skin {
+        rig.skin = Some(index);
+        (rig.joints, rig.weights) = reader.joints(primitive, skin)?;
+    }
+    rig.targets = reader.targets(primitive)?;
+    Ok((skin.is_some() || !rig.targets.is_empty()).then_some(rig))
+}
+
+struct Reader<'a> {
+    buffers: &'a Buffers,
+    vertex_count: usize,
+    only: Option<&'a [u32]>,
+}
+
+impl Reader<'_> {
+    fn joints(
+        &self,
+        primitive: &Primitive<'_>,
+        skin: &Skin,
+    ) -> Result<(Vec<[u16; 4]>, Vec<[f32; 4]>), PrimitiveFault> {
+        use DataType::{F32, U8, U16};
+        // Bevy reads the first four joints of a vertex.
+        let joints = primitive.get(&Semantic::Joints(0));
+        let joints = joints.filter(|a| matches!(a.data_type(), U8 | U16) && !a.normalized());
+        let weights = primitive.get(&Semantic::Weights(0));
+        let weights = weights.filter(|a| match a.data_type() {
+            F32 => !a.normalized(),
+            kind => matches!(kind, U8 | U16) && a.normalized(),
+        });
+        let (Some(joints), Some(weights)) = (joints, weights) else {
+            return Err(RigFault::Format("joints or weights").into());
+        };
+        let joints: Vec<[f32; 4]> = self.vectors(&joints, Dimensions::Vec4, "joints")?;
+        let joints: Vec<[u16; 4]> = joints.iter().map(|j| j.map(|j| j as u16)).collect();
+        let weights = self.vectors(&weights, Dimensions::Vec4, "weights")?;
+        check_joints(&joints, &weights, skin.joints.len())?;
+        Ok((joints, weights))
+    }
+
+    fn targets(&self, primitive: &Primitive<'_>) -> Result<Vec<Vec<Vec3>>, PrimitiveFault> {
+        let targets = primitive.morph_targets();
+        let count = targets.len();
+        if count > MOST_TARGETS {
+            return Err(RigFault::TooManyTargets { count }.into());
+        }
+        // Bevy gives each triangle its own vertices then, but not its own deltas.
+        let lacks_normals = primitive.get(&Semantic::Normals).is_none();
+        if count > 0 && lacks_normals && primitive.indices().is_some() {
+            return Err(RigFault::MorphedWithoutNormals.into());
+        }
+        let target = |target: gltf::mesh::MorphTarget<'_>| {
+            let Some(positions) = target.positions() else {
+                let count = self.only.map_or(self.vertex_count, <[u32]>::len);
+                return Ok(vec![Vec3::ZERO; count]);
+            };
+            if positions.data_type() != DataType::F32 {
+                return Err(RigFault::Format("morph targets").into());
+            }
+            let deltas = self.vectors(&positions, Dimensions::Vec3, "morph targets")?;
+            let deltas: Vec<Vec3> = deltas.into_iter().map(Vec3::from_array).collect();
+            match deltas.iter().position(|delta| !delta.is_finite()) {
+                Some(vertex) => Err(RigFault::BadDelta { vertex }.into()),
+                None => Ok(deltas),
+            }
+        };
+        targets.map(target).collect()
+    }
+
+    fn vectors<const N: usize>(
+        &self,
+        accessor: &Accessor<'_>,
+        shape: Dimensions,
+        attribute: &'static str,
+    ) -> Result<Vec<[f32; N]>, PrimitiveFault> {
+        if accessor.dimensions() != shape {
+            return Err(RigFault::Format(attribute).into());
+        }
+        let (count, vertices) = (accessor.count(), self.vertex_count);
+        if count != vertices {
+            return Err(PrimitiveFault::Mesh(crate::MeshError::AttributeCount {
+                attribute,
+                count,
+                vertices,
+            }));
+        }
+        let vectors = read_vectors(accessor, self.buffers, [0.0; N], self.only);
+        vectors.map_err(|fault| PrimitiveFault::Accessor { attribute, fault })
+    }
+}
+
+fn check_joints(
+    joints: &[[u16; 4]],
+    weights: &[[f32; 4]],
+    joint_count: usize,
+) -> Result<(), RigFault> {
+    for (vertex, (of_vertex, weights)) in joints.iter().zip(weights).enumerate() {
+        let is_weight = |weight: &f32| weight.is_finite() && *weight >= 0.0;
+        let sum: f32 = weights.iter().sum();
+        if !weights.iter().all(is_weight) || !sum.is_normal() {
+            return Err(RigFault::BadWeights { vertex });
+        }
+        let pairs = of_vertex.iter().zip(weights);
+        let mut used = pairs.filter(|(_, weight)| **weight > 0.0);
+        if let Some((&joint, _)) = used.find(|(joint, _)| usize::from(**joint) >= joint_count) {
+            return Err(RigFault::JointOutOfRange {
+                vertex,
+                joint,
+                joints: joint_count,
+            });
+        }
+    }
+    Ok(())
+}

@@ -82,7 +82,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use api::auto_lod::{AutoLod, NoLod};
-pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory};
+pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory, LodPriority};
 pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
 pub use api::settings::FieldLodCamera;
@@ -111,7 +111,8 @@ pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt, FieldLodCamera, FieldLodEvent,
         FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodViewStats, FieldLodVisibleFlux,
-        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState, NoLod,
+        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodPriority, LodReady, LodState,
+        NoLod,
     };
 }
 
@@ -165,6 +166,7 @@ pub struct FieldLodCorePlugin;
 impl Plugin for FieldLodCorePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldLodAppConfig>()
+            .init_resource::<LodPriority>()
             .init_resource::<scene::lod_scene::LodScene>()
             .add_plugins((
                 api::systems::plugin,

@@ -17,7 +17,7 @@ use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodOrigin};
 use crate::scene::lod_mesh::LodPiece;
 use crate::scene::rig::{Rig, is_rigged};
-use crate::scene::unit_mesh::unit_mesh;
+use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
 
 /// The input of a background task.
 pub(super) struct PrepareJob {
@@ -56,6 +56,8 @@ pub(crate) struct PreparedMesh {
     pub(crate) table: GroupTable,
     /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
     pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    /// What makes the meshes of units when they are first drawn.
+    pub(crate) units: Option<UnitMeshes>,
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.
     pub(crate) is_measured: bool,
@@ -90,6 +92,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         rig,
         table: GroupTable::new(&hierarchy),
         pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        units: (kind == LodKind::Clusters).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
         uv_per_area,
@@ -141,7 +144,7 @@ fn find_beside_asset(
     Ok(found)
 }
 
-/// The piece of each unit, with its mesh.
+/// The piece of each unit, with its mesh if it is the level of a whole mesh.
 fn pieces_of(
     source: &Mesh,
     hierarchy: &Hierarchy,
@@ -149,8 +152,9 @@ fn pieces_of(
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
-        let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
-        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit));
+        let is_source = index == 0 && is_drawable;
+        let has_mesh = kind == LodKind::WholeMesh && !is_source;
+        let mesh = has_mesh.then(|| unit_mesh(source, hierarchy, 0, unit));
         let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
         let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
         Ok((piece, mesh.transpose()?))

@@ -16,9 +16,9 @@ use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
 use super::source_arrays::{place_in_gltf, triangle_count};
-use super::threads::PrepareThreads;
+use super::threads::{PrepareThreads, Threads};
 use crate::api::auto_lod::AutoLod;
-use crate::api::config::{FieldLodAppConfig, LodKind};
+use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
 use crate::scene::lod_mesh::{LodMesh, LodRequest};
@@ -53,7 +53,7 @@ pub(crate) struct LodMeshes {
     surfaces: Surfaces,
     #[cfg(feature = "bake")]
     rigged_files: RiggedFiles,
-    threads: Option<PrepareThreads>,
+    threads: PrepareThreads,
 }
 
 /// The work of all running tasks.
@@ -150,6 +150,17 @@ impl LodMeshes {
             .collect()
     }
 
+    /// The meshes whose levels no entity has and a cache or a file has.
+    pub(super) fn unused(&self) -> HashSet<AssetId<Mesh>> {
+        let is_unused = |mesh: &AssetId<Mesh>| {
+            let mut levels = self.ready(*mesh).peekable();
+            levels.peek().is_some()
+                && levels.all(|lod| lod.is_stored && Arc::strong_count(lod) == 1)
+                && !self.providers.contains_key(mesh)
+        };
+        self.entries.keys().copied().filter(is_unused).collect()
+    }
+
     /// The meshes with levels, which are on the GPU only.
     pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
         let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
@@ -193,6 +204,7 @@ impl LodMeshes {
     pub(super) fn end_of_collection(&mut self) {
         self.count_in_preparation();
         if self.in_preparation.meshes == 0 {
+            self.threads.end_loading_screen();
             // Files and materials may change before the next task.
             self.sidecars.clear();
             #[cfg(feature = "bake")]
@@ -236,6 +248,7 @@ pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<Standar
 pub(super) struct LodMeshLookup<'w> {
     known: ResMut<'w, LodMeshes>,
     config: Res<'w, FieldLodAppConfig>,
+    priority: Res<'w, LodPriority>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
@@ -357,9 +370,8 @@ impl LodMeshLookup<'_> {
         })
     }
 
-    fn threads(&mut self) -> &PrepareThreads {
-        let new_threads = || PrepareThreads::new(&self.config);
-        self.known.threads.get_or_insert_with(new_threads)
+    fn threads(&mut self) -> &Threads {
+        self.known.threads.of(*self.priority, &self.config)
     }
 
     /// The sources of the levels of a mesh, in the order in which they are tried.

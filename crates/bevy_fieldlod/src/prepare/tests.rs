@@ -13,7 +13,7 @@ use fieldlod_hierarchy::{
 
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
-use crate::scene::unit_mesh::unit_mesh;
+use crate::scene::unit_mesh::{UnitMeshes, source_mesh, unit_mesh};
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);
@@ -102,7 +102,12 @@ fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
 }
 
 fn cut(mesh: &Mesh, hierarchy: &Hierarchy, unit: &Unit) -> Mesh {
-    unit_mesh(mesh, hierarchy, unit).unwrap()
+    let made = unit_mesh(mesh, hierarchy, 0, unit).unwrap();
+    let index = hierarchy.units.iter().position(|other| other == unit);
+    let units = UnitMeshes::new(hierarchy.clone());
+    let later = units.make(mesh, index.unwrap() as u32).unwrap();
+    assert!(later.attributes().eq(made.attributes()) && later.indices() == made.indices());
+    made
 }
 
 /// The value at each vertex of `unit`.

@@ -166,8 +166,9 @@ impl LodScene {
         let Some(&id) = self.instance_of.get(&entity) else {
             return;
         };
-        self.scene.set_layers(id, layers);
-        if let Some(instance) = &mut self.instances[id.index()] {
+        let instance = self.instances[id.index()].as_mut();
+        if let Some(instance) = instance.filter(|instance| instance.layers != layers) {
+            self.scene.set_layers(id, layers);
             let before = std::mem::replace(&mut instance.layers, layers);
             let triangles = u64::from(instance.mesh.triangles_full);
             *self.triangles_on(before) -= triangles;

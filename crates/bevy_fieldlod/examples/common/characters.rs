@@ -95,6 +95,10 @@ pub(crate) fn write_dancer(path: &Path) -> io::Result<()> {
     (parts.accessors[times]["min"], parts.accessors[times]["max"]) =
         (json!([0.0]), json!([SECONDS]));
     let node = |name: &str, y: f32, child: Value| json!({ "name": name, "translation": [0.0, y, 0.0], "children": child });
+    // The joints after the first turn.
+    let channels = [0, 1].map(
+        |index| json!({ "sampler": index, "target": { "node": index + 2, "path": "rotation" } }),
+    );
     let document = json!({
         "asset": { "version": "2.0" },
         "scene": 0,
@@ -108,7 +112,7 @@ pub(crate) fn write_dancer(path: &Path) -> io::Result<()> {
         "skins": [{ "joints": [1, 2, 3], "inverseBindMatrices": inverse_binds }],
         "animations": [{
             "samplers": turns.map(|turns| json!({ "input": times, "output": turns })),
-            "channels": [0, 1].map(|joint| json!({ "sampler": joint, "target": { "node": joint + 2, "path": "rotation" } })),
+            "channels": channels,
         }],
         "materials": [{
             "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.5, 0.3, 1.0], "metallicFactor": 0.0 }

@@ -2,6 +2,9 @@
 
 mod background;
 mod cache;
+#[path = "../../crates/fieldlod_bake/tests/common/character.rs"]
+mod character;
+mod characters;
 mod copies;
 mod despawns;
 mod game_code;

@@ -1,7 +1,8 @@
 //! Cameras of every kind, each with its own cut.
 
 use bevy::camera::visibility::{
-    CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibleMeshEntities,
+    CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibilityRange,
+    VisibleMeshEntities,
 };
 
 use bevy::camera::{
@@ -555,4 +556,34 @@ fn windows_use_physical_pixels() {
     assert!(drawn(&app, plain) > 0);
     assert_eq!(visible(&app, plain), visible(&app, scaled));
     assert!(drawn(&app, large) > 2 * drawn(&app, plain));
+}
+
+#[test]
+fn objects_out_of_visibility_range_are_not_selected() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, object) = before_a_camera(subdivisions, 5.0);
+        let all = stats(&app, camera).triangles_full;
+        assert!(all > 0 && drawn(&app, camera) > 0);
+        insert(&mut app, object, VisibilityRange::abrupt(0.0, 10.0));
+        for (distance, is_near) in [(5.0, true), (20.0, false), (5.0, true)] {
+            move_camera(&mut app, camera, distance);
+            app.update();
+            let expected = if is_near { all } else { 0 };
+            assert_eq!(stats(&app, camera).triangles_full, expected);
+            assert_eq!(drawn(&app, camera) > 0, is_near);
+            assert_eq!(levels(&mut app, object, camera).is_some(), is_near);
+        }
+        // Another camera is near.
+        let near = spawn_camera(&mut app, 5.0);
+        move_camera(&mut app, camera, 20.0);
+        app.update();
+        assert!(drawn(&app, near) > 0);
+        app.world_mut().despawn(near);
+        app.update();
+        assert_eq!(drawn(&app, camera), 0);
+        let world = app.world_mut();
+        world.entity_mut(object).remove::<VisibilityRange>();
+        app.update();
+        assert!(drawn(&app, camera) > 0);
+    }
 }

@@ -4,9 +4,18 @@
 //! is set (as in continuous integration), which makes that a failure.
 
 mod cameras;
+#[path = "../../crates/fieldlod_bake/tests/common/character.rs"]
+mod character;
+mod characters;
 mod debug;
 mod device;
 mod drawn_meshes;
+#[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
+#[expect(
+    dead_code,
+    reason = "shared with the suites of the baker, which use more of it"
+)]
+mod gltf_file;
 mod gpu_culling;
 mod holes;
 mod motion;

@@ -13,7 +13,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::Stage;
 
 /// What the GPU is told of a mesh.
-fn uniform(stage: &Stage, entity: Entity) -> Option<MeshInputUniform> {
+pub(crate) fn uniform(stage: &Stage, entity: Entity) -> Option<MeshInputUniform> {
     let world = stage.app.sub_app(RenderApp).world();
     let instances = world.resource::<RenderMeshInstances>();
     let RenderMeshInstances::GpuBuilding(instances) = instances else {

@@ -57,8 +57,9 @@
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes have no levels. Where the GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts
-//! `NoCpuCulling` on entities with levels, and `VisibleEntities` of cameras and lights do not contain them.
+//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. Where the GPU culls
+//! ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all other entities with levels, and
+//! `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
 //! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and
@@ -81,7 +82,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use api::auto_lod::{AutoLod, NoLod};
-pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory};
+pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory, LodPriority};
 pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
 pub use api::settings::FieldLodCamera;
@@ -110,7 +111,8 @@ pub mod prelude {
     pub use crate::{
         AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt, FieldLodCamera, FieldLodEvent,
         FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodViewStats, FieldLodVisibleFlux,
-        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodReady, LodState, NoLod,
+        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodPriority, LodReady, LodState,
+        NoLod,
     };
 }
 
@@ -164,6 +166,7 @@ pub struct FieldLodCorePlugin;
 impl Plugin for FieldLodCorePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldLodAppConfig>()
+            .init_resource::<LodPriority>()
             .init_resource::<scene::lod_scene::LodScene>()
             .add_plugins((
                 api::systems::plugin,

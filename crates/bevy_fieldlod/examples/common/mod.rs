@@ -5,6 +5,7 @@
 
 #![allow(dead_code, reason = "an example uses a part of it")]
 
+pub(crate) mod characters;
 pub(crate) mod meshes;
 
 use std::path::{Path, PathBuf};

@@ -10,7 +10,8 @@ use crate::assets::baked_lods::BakedLods;
 /// Adds levels of detail to the meshes of this entity and of all its descendants.
 ///
 /// Insert it on an entity with a [`Mesh3d`], or on the root of a glTF scene. The source meshes are drawn until
-/// their levels are ready. Skinned and morphed meshes are ignored. Removing the component restores the source meshes.
+/// their levels are ready. Skinned and morphed meshes have levels if they come from a glTF file. Removing the
+/// component restores the source meshes.
 ///
 /// ```
 /// # use bevy::prelude::*;

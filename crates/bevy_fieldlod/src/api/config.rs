@@ -84,6 +84,32 @@ impl Default for AdvancedAppConfig {
     }
 }
 
+/// How fast meshes are loaded and baked. Change the resource at any time; it affects meshes that are not started yet.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn show_loading_screen(mut commands: Commands) {
+///     commands.insert_resource(LodPriority::LoadingScreen);
+/// }
+/// fn start_playing(mut commands: Commands, progress: Res<FieldLodProgress>) {
+///     if progress.share_done() == 1.0 {
+///         commands.insert_resource(LodPriority::Background);
+///     }
+/// }
+/// # bevy::ecs::system::assert_is_system(show_loading_screen);
+/// # bevy::ecs::system::assert_is_system(start_playing);
+/// ```
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Resource, Clone, Default, PartialEq)]
+pub enum LodPriority {
+    /// [`AdvancedAppConfig::bake_threads`] with a low priority, so that the frame rate stays high.
+    #[default]
+    Background,
+    /// All cores with normal priority, for a loading screen.
+    LoadingScreen,
+}
+
 /// Memory budgets of the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)). If views need more, the
 /// error thresholds of all views grow by small steps until the budgets suffice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]

@@ -106,9 +106,9 @@ pub enum LodError {
     /// The mesh consists of points, lines or strips.
     #[error("its topology is {0:?}, not a triangle list")]
     Topology(PrimitiveTopology),
-    /// Morph targets move its vertices at run time.
-    #[error("it has morph targets")]
-    Morphed,
+    /// The mesh is skinned or has morph targets, and only its glTF file tells how it moves.
+    #[error("it is skinned or has morph targets, and differs from its glTF file or has none")]
+    Rigged,
     /// There are no positions, or they are not three floats each.
     #[error("it has no positions of three 32-bit floats")]
     NoPositions,
@@ -135,6 +135,14 @@ pub enum LodError {
     FileNotLoaded {
         /// The `.fieldlod` file.
         file: String,
+    },
+    /// The glTF file, which the bake of a character reads, is invalid.
+    #[error("could not read {file}: {fault}")]
+    InvalidGltf {
+        /// The glTF file.
+        file: String,
+        /// The cause.
+        fault: String,
     },
     /// The file does not contain the primitive.
     #[error("{file} has no primitive {primitive} of a mesh {mesh}")]
@@ -188,7 +196,7 @@ impl LodError {
     pub(crate) fn is_unsupported(&self) -> bool {
         matches!(
             self,
-            Self::NotInMainWorld | Self::Topology(_) | Self::Morphed
+            Self::NotInMainWorld | Self::Topology(_) | Self::Rigged
         )
     }
 }

@@ -4,24 +4,28 @@
 //! id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
 //! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
 //! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities.
+//!
+//! Skins and morph weights belong to the entity and stay. Morph targets belong to the mesh.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bevy::asset::AssetId;
 use bevy::pbr::{
-    MeshExtractionSystems, MeshesToReextractNextFrame, RenderMeshInstanceGpuQueue,
-    RenderMeshInstanceGpuQueues, RenderMeshInstanceSharedFlat, RenderMeshInstanceSharedFlatBlob,
-    RenderMeshInstances,
+    MeshExtractionSystems, MeshesToReextractNextFrame, MorphIndices, MorphUniforms,
+    RenderMeshInstanceGpuQueue, RenderMeshInstanceGpuQueues, RenderMeshInstanceSharedFlat,
+    RenderMeshInstanceSharedFlatBlob, RenderMeshInstances, collect_meshes_for_gpu_building,
+    prepare_morph_descriptors,
 };
 use bevy::prelude::*;
 use bevy::render::camera::{
     DirtySpecializationSystems, DirtySpecializations, DirtyWireframeSpecializations,
 };
 use bevy::render::mesh::RenderMesh;
+use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::AtomicPod;
 use bevy::render::sync_world::{MainEntity, MainEntityHashMap};
-use bevy::render::{Extract, ExtractSchedule, RenderApp};
+use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
 /// The queue of changes for the render world.
 ///
@@ -64,7 +68,11 @@ impl DrawnMeshes {
 
 /// The mesh of each entity that is drawn with another mesh than its [`Mesh3d`].
 #[derive(Resource, Default)]
-struct OtherMeshes(MainEntityHashMap<AssetId<Mesh>>);
+struct OtherMeshes {
+    meshes: MainEntityHashMap<AssetId<Mesh>>,
+    /// Whether the mesh of some entity changed in this frame.
+    any_changed: bool,
+}
 
 /// Draws other meshes, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
@@ -80,6 +88,14 @@ pub(crate) fn plugin(app: &mut App) {
                 draw_other_meshes.after(MeshExtractionSystems),
             ),
         );
+        let any_changed = |others: Res<OtherMeshes>| others.any_changed;
+        render_app.add_systems(
+            Render,
+            update_morph_descriptors
+                .run_if(any_changed)
+                .after(collect_meshes_for_gpu_building)
+                .in_set(RenderSystems::PrepareMeshes),
+        );
     }
     app.insert_resource(drawn);
 }
@@ -93,20 +109,22 @@ fn extract_changes(
     mut to_bin: ResMut<DirtySpecializations>,
     mut wireframes_to_bin: ResMut<DirtyWireframeSpecializations>,
 ) {
+    others.any_changed = false;
     for (entity, change) in changes
         .lock()
         .iter_mut()
         .flat_map(|changes| changes.drain(..))
     {
+        others.any_changed = true;
         let is_there = entities.contains(entity);
         let entity = MainEntity::from(entity);
         match change {
             Change::Draw(Some(mesh)) if is_there => {
-                others.0.insert(entity, mesh);
+                others.meshes.insert(entity, mesh);
             }
             Change::ExtractAgain if is_there => {}
             _ => {
-                others.0.remove(&entity);
+                others.meshes.remove(&entity);
             }
         }
         // Bevy would never remove the instance of a despawned entity that is in the first list.
@@ -129,12 +147,12 @@ fn draw_other_meshes(
     instances: Res<RenderMeshInstances>,
     queues: Option<ResMut<RenderMeshInstanceGpuQueues>>,
 ) {
-    if others.0.is_empty() {
+    if others.meshes.is_empty() {
         return;
     }
     let is_on_gpu = |mesh: &AssetId<Mesh>| meshes.get(*mesh).is_some();
     if let RenderMeshInstances::CpuBuilding(instances) = &*instances {
-        for (entity, mesh) in &others.0 {
+        for (entity, mesh) in &others.meshes {
             if is_on_gpu(mesh)
                 && let Some(instance) = instances.get(entity)
             {
@@ -143,7 +161,7 @@ fn draw_other_meshes(
         }
     }
     let draw_other = |entity: &MainEntity, shared: &mut RenderMeshInstanceSharedFlat| {
-        if let Some(mesh) = others.0.get(entity).filter(|mesh| is_on_gpu(mesh)) {
+        if let Some(mesh) = others.meshes.get(entity).filter(|mesh| is_on_gpu(mesh)) {
             // Only the blob has a setter.
             let blob = RenderMeshInstanceSharedFlatBlob::from(&*shared);
             blob.set_mesh_asset_id(*mesh);
@@ -174,4 +192,16 @@ fn draw_other_meshes(
             }
         }
     }
+}
+
+/// Updates the places of morph targets again, after changed meshes were collected. Bevy does so before, and would draw
+/// a mesh with the morph targets of the last one for a frame.
+fn update_morph_descriptors(
+    indices: ResMut<MorphIndices>,
+    uniforms: ResMut<MorphUniforms>,
+    instances: Res<RenderMeshInstances>,
+    meshes: Res<RenderAssets<RenderMesh>>,
+    allocator: Res<MeshAllocator>,
+) {
+    prepare_morph_descriptors(indices, uniforms, instances, meshes, allocator);
 }

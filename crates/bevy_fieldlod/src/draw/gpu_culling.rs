@@ -3,6 +3,8 @@
 //!
 //! Bevy excludes entities with [`NoCpuCulling`] from all lists in the main world. The render world keeps a list per view,
 //! which changes only with its entities. `gpu_lists` removes the entities that a view does not draw.
+//!
+//! The CPU culls skinned and morphed meshes: Bevy moves their boxes with their joints, and animates visible ones only.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,7 +55,7 @@ fn switch_gpu_culling(
     mut culling: ResMut<GpuCulling>,
     config: Res<FieldLodAppConfig>,
     cameras: Query<Has<NoIndirectDrawing>, With<ViewCut>>,
-    drawn: Query<Entity, Or<(With<LodObject>, With<LodUnit>)>>,
+    drawn: Query<(Entity, Option<&LodObject>), Or<(With<LodObject>, With<LodUnit>)>>,
     mut commands: Commands,
 ) {
     // Bevy prepares GPU culling only while a camera uses it.
@@ -64,7 +66,10 @@ fn switch_gpu_culling(
         return;
     }
     culling.is_on = is_on;
-    for entity in &drawn {
+    for (entity, object) in &drawn {
+        if object.is_some_and(|object| object.mesh.rig.is_some()) {
+            continue;
+        }
         let mut commands = commands.entity(entity);
         if is_on {
             commands.try_insert(NoCpuCulling);

@@ -1,13 +1,21 @@
 //! Spawns the entity of a unit when a view first draws it, and despawns it when no view has drawn it for a while.
 
+use std::sync::Arc;
+
+use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoAutoAabb, NoCpuCulling};
 use bevy::pbr::PreviousGlobalTransform;
+use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
+use bevy::tasks::{ComputeTaskPool, ParallelSlice, TaskPool};
+use fieldlod_select::MeshId;
 
 use crate::api::systems::FieldLodSystems;
 use crate::draw::inherit::InheritedComponents;
+use crate::scene::lod_mesh::{LodMesh, LodObject};
 use crate::scene::lod_scene::LodScene;
+use crate::scene::unit_mesh::UnitMeshes;
 
 /// An entity that draws one unit of a large mesh. It is a child of the mesh entity.
 #[derive(Component, Clone, Copy, Debug, Reflect)]
@@ -40,14 +48,18 @@ pub(crate) fn plugin(app: &mut App) {
 /// A unit to spawn.
 struct UnitSpawn {
     record: u32,
-    mesh: Handle<Mesh>,
+    lod: Arc<LodMesh>,
+    index: u32,
+    /// `None` if it is to be made.
+    mesh: Option<Handle<Mesh>>,
     aabb: Aabb,
     unit: LodUnit,
 }
 
 /// Spawns the units that views draw and that have no entity yet.
 pub(crate) fn spawn_units(world: &mut World) {
-    let spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
+    let mut spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
+    make_meshes(world, &mut spawns);
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for spawn in spawns {
@@ -79,7 +91,9 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
         let piece = &instance.mesh.pieces[unit as usize];
         Some(UnitSpawn {
             record,
-            mesh: instance.mesh.mesh_of_unit(unit)?,
+            lod: instance.mesh.clone(),
+            index: unit,
+            mesh: instance.mesh.mesh_of_unit(unit),
             aabb: piece.aabb(),
             unit: LodUnit {
                 level: piece.level,
@@ -90,8 +104,53 @@ fn take_unit_spawns(scene: &mut LodScene) -> Vec<UnitSpawn> {
     records.filter_map(unit_spawn).collect()
 }
 
+/// Makes the meshes of units that no entity draws. The renderer extracts and uploads them in this frame.
+fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
+    let mut wanted = HashMap::new();
+    for spawn in spawns.iter().filter(|spawn| spawn.mesh.is_none()) {
+        if let (Some(units), Some(object)) =
+            (&spawn.lod.units, world.get::<LodObject>(spawn.unit.object))
+        {
+            wanted.insert((spawn.lod.id, spawn.index), (units, object.source));
+        }
+    }
+    if wanted.is_empty() {
+        return;
+    }
+    let mut meshes = world.resource_mut::<Assets<Mesh>>();
+    let mut handles = HashMap::new();
+    wanted.retain(|&(lod, unit), (units, _)| {
+        let made = units.made().get(&unit).copied();
+        let handle = made.and_then(|mesh| meshes.get_strong_handle(mesh));
+        let is_missing = handle.is_none();
+        handles.extend(handle.map(|handle| ((lod, unit), handle)));
+        is_missing
+    });
+    let wanted: Vec<_> = wanted.into_iter().collect();
+    let pool = ComputeTaskPool::get_or_init(TaskPool::default);
+    // A camera that jumps wants thousands.
+    let new = wanted.par_splat_map(pool, None, |_, wanted| {
+        let make =
+            |((_, unit), (units, source)): &((MeshId, u32), (&UnitMeshes, AssetId<Mesh>))| {
+                units.make(meshes.get(*source)?, *unit)
+            };
+        wanted.iter().map(make).collect::<Vec<_>>()
+    });
+    for ((key, (units, _)), mesh) in wanted.iter().zip(new.into_iter().flatten()) {
+        if let Some(mesh) = mesh {
+            let handle = meshes.add(mesh);
+            units.made().insert(key.1, handle.id());
+            handles.insert(*key, handle);
+        }
+    }
+    for spawn in spawns.iter_mut().filter(|spawn| spawn.mesh.is_none()) {
+        spawn.mesh = handles.get(&(spawn.lod.id, spawn.index)).cloned();
+    }
+}
+
 /// Spawns a unit with the global transform of its object, because Bevy has already propagated transforms.
 fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
+    let mesh = spawn.mesh?;
     let object = world.get_entity(spawn.unit.object).ok()?;
     let transform = object.get::<GlobalTransform>().copied();
     let visibility = object.get::<InheritedVisibility>().copied();
@@ -99,7 +158,7 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     let is_culled_on_gpu = object.contains::<NoCpuCulling>();
     let unit = world.spawn((
         spawn.unit,
-        Mesh3d(spawn.mesh),
+        Mesh3d(mesh),
         spawn.aabb,
         transform.unwrap_or_default(),
         visibility.unwrap_or_default(),

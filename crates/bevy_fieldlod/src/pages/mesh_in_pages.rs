@@ -96,7 +96,7 @@ impl MeshInPages {
         let unit = |(index, unit): (u32, &fieldlod_hierarchy::Unit)| {
             Ok(UnitOfPage {
                 index,
-                mesh: unit_mesh(&all, read, unit)?,
+                mesh: unit_mesh(&all, read, 0, unit)?,
                 aabb: Aabb::from_min_max(unit.aabb.min, unit.aabb.max),
             })
         };

@@ -73,9 +73,11 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
     }
     Ok(PreparedMesh {
         kind: LodKind::Clusters,
+        rig: None,
         origin: LodOrigin::File,
         table: GroupTable::new(hierarchy),
         pieces,
+        units: None,
         triangles_full: hierarchy.source_triangle_count() as u32,
         is_measured: hierarchy.is_measured(),
         uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),

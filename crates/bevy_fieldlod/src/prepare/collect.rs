@@ -7,7 +7,8 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshes};
-use crate::api::events::{FieldLodEvent, asset_name, asset_path};
+use crate::api::config::FieldLodAppConfig;
+use crate::api::events::{FieldLodEvent, LodOrigin, asset_name, asset_path};
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::{LodMesh, LodPiece};
 use crate::scene::lod_scene::LodScene;
@@ -19,6 +20,7 @@ pub(super) fn collect_prepared_meshes(
     mut meshes: ResMut<Assets<Mesh>>,
     uploads: Res<UploadQueue>,
     assets: Res<AssetServer>,
+    config: Res<FieldLodAppConfig>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
     let known = known.into_inner();
@@ -31,6 +33,8 @@ pub(super) fn collect_prepared_meshes(
         };
         *entry = match result {
             Ok(prepared) => {
+                let is_stored =
+                    prepared.origin != LodOrigin::Baked || config.cache_folder.is_some();
                 events.write(FieldLodEvent::Ready {
                     mesh,
                     path: asset_path(&assets, mesh),
@@ -40,7 +44,8 @@ pub(super) fn collect_prepared_meshes(
                 if !prepared.is_measured {
                     scene.unmeasured.push(asset_name(&assets, mesh));
                 }
-                LodMeshEntry::Ready(add_mesh(prepared, &mut scene, &mut meshes, &uploads))
+                let added = add_mesh(prepared, is_stored, &mut scene, &mut meshes, &uploads);
+                LodMeshEntry::Ready(added)
             }
             Err(error) => {
                 events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
@@ -54,6 +59,7 @@ pub(super) fn collect_prepared_meshes(
 /// Adds a mesh to the scene, and sends its pieces to the GPU.
 fn add_mesh(
     prepared: PreparedMesh,
+    is_stored: bool,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
     uploads: &UploadQueue,
@@ -72,7 +78,10 @@ fn add_mesh(
     Arc::new(LodMesh {
         id: scene.scene.add_table(prepared.table),
         kind: prepared.kind,
+        rig: prepared.rig,
         pieces,
+        units: prepared.units,
+        is_stored,
         triangles_full: prepared.triangles_full,
         uv_per_area: prepared.uv_per_area,
         uploaded: uploads.send(sent, meshes),

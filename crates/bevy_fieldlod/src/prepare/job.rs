@@ -10,13 +10,14 @@ use fieldlod_hierarchy::{BakedFile, Hierarchy, Unit};
 use fieldlod_select::GroupTable;
 
 #[cfg(feature = "bake")]
-use super::bake::BakeJob;
+use super::bake::{BakeJob, RiggedBake};
 use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodOrigin};
 use crate::scene::lod_mesh::LodPiece;
-use crate::scene::unit_mesh::unit_mesh;
+use crate::scene::rig::{Rig, is_rigged};
+use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
 
 /// The input of a background task.
 pub(super) struct PrepareJob {
@@ -40,6 +41,9 @@ pub(super) enum LevelSource {
     /// The cache, or else a bake.
     #[cfg(feature = "bake")]
     Bake(BakeJob),
+    /// The cache, or else a bake of all skinned and morphed primitives of the glTF file.
+    #[cfg(feature = "bake")]
+    BakeRigged(RiggedBake),
 }
 
 /// A mesh with levels of detail that is not yet in the scene and the assets.
@@ -47,9 +51,13 @@ pub(crate) struct PreparedMesh {
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
     pub(crate) origin: LodOrigin,
+    /// `None` unless joints or morph targets move the vertices.
+    pub(crate) rig: Option<Rig>,
     pub(crate) table: GroupTable,
     /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
     pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    /// What makes the meshes of units when they are first drawn.
+    pub(crate) units: Option<UnitMeshes>,
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.
     pub(crate) is_measured: bool,
@@ -69,15 +77,22 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     } else {
         None
     };
+    let rig = is_rigged(&job.mesh).then_some(Rig {
+        carrier_joint: baked.carrier_joint,
+    });
     let (kind, hierarchy) = match whole_meshes {
         Some(levels) => (LodKind::WholeMesh, levels),
+        // Units have no bounds in other poses.
+        None if rig.is_some() => return Err(LodError::Rigged),
         None => (LodKind::Clusters, baked),
     };
     Ok(PreparedMesh {
         kind,
         origin,
+        rig,
         table: GroupTable::new(&hierarchy),
         pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        units: (kind == LodKind::Clusters).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
         uv_per_area,
@@ -105,6 +120,8 @@ async fn find_hierarchy(
             }
             #[cfg(feature = "bake")]
             LevelSource::Bake(bake) => return bake.run(mesh),
+            #[cfg(feature = "bake")]
+            LevelSource::BakeRigged(bake) => return bake.run(&mesh),
         }
     }
     Err(LodError::BakeDisabled)
@@ -127,7 +144,7 @@ fn find_beside_asset(
     Ok(found)
 }
 
-/// The piece of each unit, with its mesh.
+/// The piece of each unit, with its mesh if it is the level of a whole mesh.
 fn pieces_of(
     source: &Mesh,
     hierarchy: &Hierarchy,
@@ -135,8 +152,9 @@ fn pieces_of(
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
-        let is_source = kind == LodKind::WholeMesh && index == 0 && is_drawable;
-        let mesh = (!is_source).then(|| unit_mesh(source, hierarchy, unit));
+        let is_source = index == 0 && is_drawable;
+        let has_mesh = kind == LodKind::WholeMesh && !is_source;
+        let mesh = has_mesh.then(|| unit_mesh(source, hierarchy, 0, unit));
         let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
         let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
         Ok((piece, mesh.transpose()?))

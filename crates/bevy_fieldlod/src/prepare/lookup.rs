@@ -2,26 +2,27 @@
 
 use std::sync::Arc;
 
-use bevy::asset::AssetId;
+use bevy::asset::{AssetId, AssetPath};
 use bevy::ecs::system::SystemParam;
-use bevy::platform::collections::HashMap;
+use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 use bevy::tasks::{BoxedFuture, Task};
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
 
 #[cfg(feature = "bake")]
-use super::bake::{AllTogether, BakeJob, Candidates, Materials, Surfaces};
+use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedFiles, Surfaces};
 use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
 use super::source_arrays::{place_in_gltf, triangle_count};
-use super::threads::PrepareThreads;
+use super::threads::{PrepareThreads, Threads};
 use crate::api::auto_lod::AutoLod;
-use crate::api::config::{FieldLodAppConfig, LodKind};
+use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
 use crate::scene::lod_mesh::{LodMesh, LodRequest};
+use crate::scene::rig::is_rigged;
 
 /// Prepares the levels of a mesh in another way than by a bake or a `.fieldlod` file.
 pub(crate) type LevelProvider =
@@ -36,6 +37,11 @@ pub(crate) struct LodMeshes {
     file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
     /// The provider of each mesh that has one.
     providers: HashMap<AssetId<Mesh>, LevelProvider>,
+    /// The glTF file of each skinned or morphed mesh.
+    rigged: HashMap<AssetId<Mesh>, AssetPath<'static>>,
+    /// Files of [`rigged`](Self::rigged) meshes of which some are not ready in this frame. The primitives of a
+    /// character get their levels in the same frame, so that they change levels together from then on.
+    unready_files: HashSet<AssetPath<'static>>,
     sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
     changing: ChangingMeshes,
@@ -45,7 +51,9 @@ pub(crate) struct LodMeshes {
     together: AllTogether,
     #[cfg(feature = "bake")]
     surfaces: Surfaces,
-    threads: Option<PrepareThreads>,
+    #[cfg(feature = "bake")]
+    rigged_files: RiggedFiles,
+    threads: PrepareThreads,
 }
 
 /// The work of all running tasks.
@@ -119,6 +127,7 @@ impl LodMeshes {
     pub(super) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
         self.file_of.remove(&mesh);
         self.providers.remove(&mesh);
+        self.rigged.remove(&mesh);
         self.changing.forget(mesh);
         #[cfg(feature = "bake")]
         self.together.forget_source(mesh);
@@ -141,6 +150,17 @@ impl LodMeshes {
             .collect()
     }
 
+    /// The meshes whose levels no entity has and a cache or a file has.
+    pub(super) fn unused(&self) -> HashSet<AssetId<Mesh>> {
+        let is_unused = |mesh: &AssetId<Mesh>| {
+            let mut levels = self.ready(*mesh).peekable();
+            levels.peek().is_some()
+                && levels.all(|lod| lod.is_stored && Arc::strong_count(lod) == 1)
+                && !self.providers.contains_key(mesh)
+        };
+        self.entries.keys().copied().filter(is_unused).collect()
+    }
+
     /// The meshes with levels, which are on the GPU only.
     pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
         let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
@@ -150,7 +170,11 @@ impl LodMeshes {
     /// Records that a program has changed a mesh, and returns whether the mesh had entries.
     pub(super) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
         #[cfg(feature = "bake")]
-        self.together.forget(mesh);
+        {
+            self.together.forget(mesh);
+            // Its file may have changed.
+            self.rigged_files.clear();
+        }
         let is_known = self.entries.contains_key(&mesh);
         self.changing.note(mesh, is_known, assets);
         is_known
@@ -180,13 +204,30 @@ impl LodMeshes {
     pub(super) fn end_of_collection(&mut self) {
         self.count_in_preparation();
         if self.in_preparation.meshes == 0 {
+            self.threads.end_loading_screen();
             // Files and materials may change before the next task.
             self.sidecars.clear();
             #[cfg(feature = "bake")]
             self.together.clear();
             #[cfg(feature = "bake")]
             self.surfaces.clear();
+            #[cfg(feature = "bake")]
+            self.rigged_files.clear();
         }
+    }
+
+    /// The files of rigged meshes of which some are being prepared or uploaded, or could not be started.
+    fn find_unready_files(&self) -> HashSet<AssetPath<'static>> {
+        let is_unready = |(_, entry): &(LodRequest, LodMeshEntry)| match entry {
+            LodMeshEntry::Preparing(..) => true,
+            LodMeshEntry::Ready(lod) => !lod.is_uploaded(),
+            LodMeshEntry::Plain(_) => false,
+        };
+        let unready = self.rigged.iter().filter(|(mesh, _)| {
+            let mut entries = self.entries.get(*mesh).into_iter().flatten();
+            self.not_started.contains_key(*mesh) || entries.any(is_unready)
+        });
+        unready.map(|(_, path)| path.clone()).collect()
     }
 
     fn count_in_preparation(&mut self) {
@@ -207,6 +248,7 @@ pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<Standar
 pub(super) struct LodMeshLookup<'w> {
     known: ResMut<'w, LodMeshes>,
     config: Res<'w, FieldLodAppConfig>,
+    priority: Res<'w, LodPriority>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
@@ -218,9 +260,9 @@ pub(super) struct LodMeshLookup<'w> {
 impl LodMeshLookup<'_> {
     /// Retries requests that could not be started in the last frame.
     pub(super) fn begin_frame(&mut self) {
-        if !self.known.not_started.is_empty() {
-            self.known.not_started.clear();
-        }
+        let known = &mut *self.known;
+        known.unready_files = known.find_unready_files();
+        known.not_started.clear();
     }
 
     /// The entry of `mesh`; `None` if its preparation cannot start yet. The first request starts a task once all assets
@@ -242,7 +284,10 @@ impl LodMeshLookup<'_> {
             LodRequest::of(auto_lod)
         };
         let index = self.find_or_start(mesh, &request, material_of)?;
-        Some(&self.known.entries[&mesh][index].1)
+        let known = &*self.known;
+        let file = known.rigged.get(&mesh);
+        let is_ready = file.is_none_or(|file| !known.unready_files.contains(file));
+        is_ready.then(|| &known.entries[&mesh][index].1)
     }
 
     /// The index of the entry of a request. Entities with equal requests share the entry.
@@ -281,7 +326,11 @@ impl LodMeshLookup<'_> {
         let source = self.meshes.get(mesh).ok_or(NotYet)?;
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
-        let kind = self.config.kind_for(request.kind, triangles);
+        let kind = if is_rigged(source) {
+            kind_of_rigged(request.kind)
+        } else {
+            self.config.kind_for(request.kind, triangles)
+        };
         if provider.is_none() && kind == LodKind::Plain {
             return Ok(LodMeshEntry::Plain(None));
         }
@@ -321,9 +370,8 @@ impl LodMeshLookup<'_> {
         })
     }
 
-    fn threads(&mut self) -> &PrepareThreads {
-        let new_threads = || PrepareThreads::new(&self.config);
-        self.known.threads.get_or_insert_with(new_threads)
+    fn threads(&mut self) -> &Threads {
+        self.known.threads.of(*self.priority, &self.config)
     }
 
     /// The sources of the levels of a mesh, in the order in which they are tried.
@@ -334,14 +382,19 @@ impl LodMeshLookup<'_> {
         kind: LodKind,
         material_of: &MaterialOf<'_>,
     ) -> Result<Result<Vec<LevelSource>, LodError>, NotYet> {
+        let path = self.assets.get_path(mesh).map(AssetPath::into_owned);
+        let is_rigged = self.meshes.get(mesh).is_some_and(is_rigged);
+        let file = path.clone().filter(|_| is_rigged);
+        if let Some(file) = file.map(|path| path.without_label().into_owned()) {
+            self.known.rigged.insert(mesh, file);
+        }
         if let Some(file) = &request.baked {
             let file = self.file(mesh, file)?;
             return Ok(file.map(|file| vec![file]));
         }
         let mut sources = Vec::new();
-        if let Some(path) = self.assets.get_path(mesh) {
+        if let Some(path) = path.clone() {
             let sidecars = self.known.sidecars.clone();
-            let path = path.into_owned();
             sources.push(LevelSource::BesideAsset(
                 self.assets.clone(),
                 path,
@@ -349,15 +402,37 @@ impl LodMeshLookup<'_> {
             ));
         }
         #[cfg(feature = "bake")]
-        sources.push(LevelSource::Bake(self.bake_job(
-            mesh,
-            request,
-            kind,
-            material_of,
-        )?));
+        if is_rigged {
+            sources.extend(path.and_then(|path| self.rigged_bake(path, request)));
+        } else {
+            let bake = self.bake_job(mesh, request, kind, material_of)?;
+            sources.push(LevelSource::Bake(bake));
+        }
         #[cfg(not(feature = "bake"))]
         let _ = (kind, material_of);
+        if is_rigged && sources.is_empty() {
+            return Ok(Err(LodError::Rigged));
+        }
         Ok(Ok(sources))
+    }
+
+    /// The bake of a skinned or morphed primitive of a glTF file; `None` for other files.
+    #[cfg(feature = "bake")]
+    fn rigged_bake(
+        &mut self,
+        path: AssetPath<'static>,
+        request: &LodRequest,
+    ) -> Option<LevelSource> {
+        let place = place_in_gltf(path.label()?)?;
+        let threads = self.threads().bakes.clone();
+        Some(LevelSource::BakeRigged(self.known.rigged_files.job(
+            self.assets.clone(),
+            path.without_label().into_owned(),
+            place,
+            request.bake.as_ref().unwrap_or(&self.config.bake),
+            self.config.cache_folder.clone(),
+            self.config.bake_at_run_time.then_some(threads),
+        )))
     }
 
     /// The file that an [`AutoLod`] names.
@@ -420,5 +495,13 @@ impl LodMeshLookup<'_> {
             job.member = together.member(mesh, &job.config, &candidates, surface_of)?;
         }
         Ok(job)
+    }
+}
+
+/// The kind of a skinned or morphed mesh. Small primitives of a character change levels with the others.
+fn kind_of_rigged(kind: LodKind) -> LodKind {
+    match kind {
+        LodKind::Plain => LodKind::Plain,
+        _ => LodKind::WholeMesh,
     }
 }

@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use bevy::camera::visibility::NoCpuCulling;
 use bevy::ecs::system::SystemParam;
-use bevy::mesh::morph::MeshMorphWeights;
-use bevy::mesh::skinning::SkinnedMesh;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 
@@ -50,8 +48,6 @@ type Waiting = (
     &'static Mesh3d,
     &'static LodWaiting,
     Option<&'static Material>,
-    Has<SkinnedMesh>,
-    Has<MeshMorphWeights>,
 );
 
 /// Looks up the levels of waiting entities, and inserts those that are ready.
@@ -68,17 +64,7 @@ pub(super) fn give_levels_to_objects(
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, material, is_skinned, is_morphed) in &waiting {
-        if is_skinned || is_morphed {
-            let reason = if is_skinned {
-                "it is skinned"
-            } else {
-                "it has morph targets"
-            };
-            log.add(entity, mesh.id(), reason.into());
-            leave_plain(&mut commands.entity(entity), None);
-            continue;
-        }
+    for (entity, mesh, wanted, material) in &waiting {
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -96,7 +82,7 @@ pub(super) fn give_levels_to_objects(
                 leave_plain(&mut commands, error.clone());
             }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
-                if culling.is_on {
+                if culling.is_on && lod.rig.is_none() {
                     commands.try_insert(NoCpuCulling);
                 }
                 let finest = lod.mesh_at(0).filter(|_| lod.kind == LodKind::WholeMesh);
@@ -117,8 +103,7 @@ fn first_materials(
     ready: &Query<(&Mesh3d, &Material), With<LodObject>>,
 ) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
     let waiting = waiting.iter();
-    let waiting =
-        waiting.filter_map(|(_, mesh, _, material, ..)| Some((mesh.id(), material?.id())));
+    let waiting = waiting.filter_map(|(_, mesh, _, material)| Some((mesh.id(), material?.id())));
     let ready = ready.iter();
     let ready = ready.map(|(mesh, material)| (mesh.id(), material.id()));
     let mut first = HashMap::new();

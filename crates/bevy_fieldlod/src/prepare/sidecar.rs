@@ -69,7 +69,11 @@ fn parse(name: String, bytes: &[u8]) -> Found {
 }
 
 /// Reads without the asset server, which would log an error for a missing file.
-async fn read(assets: &AssetServer, asset: &AssetPath<'static>, file: &Path) -> Option<Vec<u8>> {
+pub(super) async fn read(
+    assets: &AssetServer,
+    asset: &AssetPath<'static>,
+    file: &Path,
+) -> Option<Vec<u8>> {
     let source = assets.get_source(asset.source()).ok()?;
     let reader = match assets.mode() {
         AssetServerMode::Processed if source.should_process() => source.processed_reader().ok()?,

@@ -12,6 +12,7 @@ use fieldlod_bake::{SourceMesh, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::api::events::LodError;
+use crate::scene::rig::RigArrays;
 
 /// Vertex attributes and indices in the types of the baker.
 pub(crate) struct SourceArrays {
@@ -19,6 +20,7 @@ pub(crate) struct SourceArrays {
     /// Whether vertices have other attributes, or attributes in other formats.
     pub(super) has_other_attributes: bool,
     pub(super) indices: Vec<u32>,
+    pub(super) rig: RigArrays,
     /// The surface of the material, if it is known.
     #[cfg(feature = "bake")]
     pub(super) surface: Option<Arc<Surface>>,
@@ -34,9 +36,6 @@ impl SourceArrays {
         }
         if mesh.primitive_topology() != PrimitiveTopology::TriangleList {
             return Err(LodError::Topology(mesh.primitive_topology()));
-        }
-        if mesh.try_has_morph_targets()? {
-            return Err(LodError::Morphed);
         }
         let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
         for (attribute, values) in mesh.try_attributes()? {
@@ -60,6 +59,7 @@ impl SourceArrays {
             vertices,
             has_other_attributes,
             indices,
+            rig: RigArrays::of(mesh)?,
             #[cfg(feature = "bake")]
             surface: None,
         })
@@ -81,6 +81,12 @@ impl SourceArrays {
         self.vertices == other.vertices
             && self.indices == other.indices
             && self.has_other_attributes == other.has_other_attributes
+    }
+
+    /// The hash of the mesh with all its attributes, joints and morph targets.
+    #[cfg(test)]
+    pub(super) fn source_hash(&self) -> SourceHash {
+        self.rig.add_to(self.vertices.source_hash(&self.indices))
     }
 
     /// Area in texture coordinates per area in local space; 0 without either.
@@ -137,6 +143,7 @@ impl SourceArrays {
             vertices: self.vertices.at(used),
             has_other_attributes: self.has_other_attributes,
             indices: self.indices.iter().map(place).collect(),
+            rig: self.rig.at(used),
             #[cfg(feature = "bake")]
             surface: self.surface.clone(),
         }
@@ -159,7 +166,7 @@ impl SourceArrays {
             let held = attributes(&hierarchy.vertices);
             let (vertices, hash) = known.entry(held).or_insert_with(|| {
                 let vertices = self.vertices_with(held);
-                let hash = vertices.source_hash(&self.indices);
+                let hash = self.rig.add_to(vertices.source_hash(&self.indices));
                 (vertices, hash)
             });
             if hierarchy.source == *hash {

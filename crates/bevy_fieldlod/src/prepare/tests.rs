@@ -3,6 +3,7 @@
 use bevy::asset::RenderAssetUsages;
 use bevy::gltf::GltfAssetLabel;
 use bevy::math::{Vec2, Vec3, Vec4};
+use bevy::mesh::morph::MorphAttributes;
 use bevy::mesh::{
     Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
 };
@@ -12,7 +13,7 @@ use fieldlod_hierarchy::{
 
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
-use crate::scene::unit_mesh::unit_mesh;
+use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);
@@ -55,9 +56,26 @@ fn with_wind(mesh: Mesh) -> Mesh {
     mesh.with_inserted_attribute(WIND, wind)
 }
 
+/// The mesh with joints, weights and two morph targets that tell the index of each vertex.
+fn with_rig(mesh: Mesh) -> Mesh {
+    let count = mesh.count_vertices();
+    let joints: Vec<[u16; 4]> = (0..count as u16).map(|v| [v, 1, 2, 3]).collect();
+    let weights: Vec<[f32; 4]> = (0..count).map(|v| [v as f32, 0.0, 0.0, 1.0]).collect();
+    let targets = (0..2 * count).map(|at| MorphAttributes {
+        position: Vec3::splat(at as f32),
+        normal: Vec3::X * at as f32,
+        ..MorphAttributes::default()
+    });
+    mesh.with_inserted_attribute(
+        Mesh::ATTRIBUTE_JOINT_INDEX,
+        VertexAttributeValues::Uint16x4(joints),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, weights)
+    .with_morph_targets(targets.collect())
+}
+
 fn source_hash(mesh: &Mesh) -> SourceHash {
-    let source = SourceArrays::of(mesh).unwrap();
-    source.vertices.source_hash(&source.indices)
+    SourceArrays::of(mesh).unwrap().source_hash()
 }
 
 /// Makes it the hierarchy of a mesh without tangents.
@@ -84,7 +102,12 @@ fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
 }
 
 fn cut(mesh: &Mesh, hierarchy: &Hierarchy, unit: &Unit) -> Mesh {
-    unit_mesh(mesh, hierarchy, unit).unwrap()
+    let made = unit_mesh(mesh, hierarchy, 0, unit).unwrap();
+    let index = hierarchy.units.iter().position(|other| other == unit);
+    let units = UnitMeshes::new(hierarchy.clone());
+    let later = units.make(mesh, index.unwrap() as u32).unwrap();
+    assert!(later.attributes().eq(made.attributes()) && later.indices() == made.indices());
+    made
 }
 
 /// The value at each vertex of `unit`.
@@ -140,6 +163,54 @@ fn moved_vertices_use_baked_attributes() {
     let mesh = with_wind(source_of(&hierarchy));
     assert_cut(&mesh, &hierarchy);
     assert_cut(&mesh, &hierarchy.whole_mesh_levels().unwrap());
+}
+
+#[test]
+fn levels_of_rigged_mesh_have_rig_of_source_vertices() {
+    let hierarchy = pyramid().whole_mesh_levels().unwrap();
+    let mesh = with_rig(source_of(&hierarchy));
+    let count = mesh.count_vertices();
+    for unit in &hierarchy.units {
+        let level = cut(&mesh, &hierarchy, unit);
+        let origins = origins(&hierarchy, unit);
+        let joints = origins.iter().map(|&v| [v as u16, 1, 2, 3]).collect();
+        let joints = VertexAttributeValues::Uint16x4(joints);
+        assert_eq!(level.attribute(Mesh::ATTRIBUTE_JOINT_INDEX), Some(&joints));
+        let weights = origins.iter().map(|&v| [v as f32, 0.0, 0.0, 1.0]).collect();
+        let weights = VertexAttributeValues::Float32x4(weights);
+        assert_eq!(
+            level.attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT),
+            Some(&weights)
+        );
+        let all = mesh.morph_targets().unwrap();
+        let targets = [0, count].map(|first| origins.iter().map(move |&v| all[first + v]));
+        let targets: Vec<MorphAttributes> = targets.into_iter().flatten().collect();
+        assert_eq!(level.morph_targets(), Some(&targets));
+    }
+}
+
+#[test]
+fn joints_and_morph_targets_are_part_of_the_hash() {
+    let plain = source_of(&pyramid());
+    let rigged = with_rig(plain.clone());
+    let mut hierarchy = pyramid();
+    assert!(find(&rigged, &file_of(&hierarchy, true)).is_err());
+    hierarchy.source = source_hash(&rigged);
+    let file = file_of(&hierarchy, true);
+    assert!(find(&plain, &file).is_err());
+    assert!(find(&rigged, &file).is_ok());
+    let mut other_weight = rigged.clone();
+    let weights = other_weight.attribute_mut(Mesh::ATTRIBUTE_JOINT_WEIGHT);
+    let Some(VertexAttributeValues::Float32x4(weights)) = weights else {
+        panic!("weights are four floats");
+    };
+    weights[5][0] += 0.1;
+    let mut targets = rigged.morph_targets().unwrap().clone();
+    targets[7].position.y += 0.1;
+    let other_target = rigged.clone().with_morph_targets(targets);
+    for other in [other_weight, other_target] {
+        assert!(matches!(find(&other, &file), Err(LodError::Stale { .. })));
+    }
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! The threads that prepare meshes.
 //!
 //! A bake takes seconds on all cores of its pool. Bevy compiles pipelines on its pool for long tasks, and games use
-//! rayon's global pool, so bakes have their own threads. They have a low priority if the system permits it.
+//! rayon's global pool, so bakes have their own threads.
 
 #[cfg(feature = "bake")]
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::thread::available_parallelism;
 
 #[cfg(feature = "bake")]
@@ -13,63 +13,102 @@ use bevy::tasks::{TaskPool, TaskPoolBuilder};
 #[cfg(feature = "bake")]
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
-use crate::api::config::FieldLodAppConfig;
+use crate::api::config::{FieldLodAppConfig, LodPriority};
 
-/// The threads that prepare meshes. A task waits for its bake, so about as many threads work as were configured.
+/// The threads of each priority, started with their first task.
+#[derive(Default)]
 pub(super) struct PrepareThreads {
+    background: Option<Threads>,
+    loading_screen: Option<Threads>,
+}
+
+/// Threads of one priority. A task waits for its bake, so about as many threads work as were configured.
+pub(super) struct Threads {
     pub(super) tasks: TaskPool,
     #[cfg(feature = "bake")]
     pub(super) bakes: BakeThreads,
 }
 
-/// The pool of bakes. Without it, a bake runs on the thread of its task.
-#[cfg(feature = "bake")]
-#[derive(Clone)]
-pub(super) struct BakeThreads(Option<Arc<rayon::ThreadPool>>);
-
 impl PrepareThreads {
-    pub(super) fn new(config: &FieldLodAppConfig) -> Self {
-        let half = || available_parallelism().map_or(1, |cores| cores.get() / 2);
-        let count = config.advanced.bake_threads.unwrap_or_else(half).max(1);
+    /// The threads of a priority.
+    pub(super) fn of(&mut self, priority: LodPriority, config: &FieldLodAppConfig) -> &Threads {
+        let threads = match priority {
+            LodPriority::Background => &mut self.background,
+            LodPriority::LoadingScreen => &mut self.loading_screen,
+        };
+        threads.get_or_insert_with(|| Threads::new(priority, config))
+    }
+
+    /// Ends the threads of loading screens. No task may be running.
+    pub(super) fn end_loading_screen(&mut self) {
+        self.loading_screen = None;
+    }
+}
+
+impl Threads {
+    fn new(priority: LodPriority, config: &FieldLodAppConfig) -> Self {
+        let cores = available_parallelism().map_or(1, |cores| cores.get());
+        let count = match priority {
+            LodPriority::Background => config.advanced.bake_threads.unwrap_or(cores / 2).max(1),
+            LodPriority::LoadingScreen => cores,
+        };
         Self {
             tasks: TaskPoolBuilder::new()
                 .num_threads(count)
                 .thread_name("FieldLod task".into())
-                .on_thread_spawn(lower_priority)
+                .on_thread_spawn(move || set_priority(priority))
                 .build(),
             #[cfg(feature = "bake")]
-            bakes: BakeThreads::new(count),
+            bakes: BakeThreads {
+                pool: Arc::default(),
+                priority,
+                count,
+            },
         }
     }
 }
 
-/// Lowers the priority of a thread, so that a busy game gets nine tenths of a shared core. With the lowest priority,
-/// bakes would starve beside a game that uses all cores.
-fn lower_priority() {
+/// Sets the priority of a thread. In the background, a busy game gets nine tenths of a shared core. With the lowest
+/// priority, bakes would starve beside a game that uses all cores.
+fn set_priority(priority: LodPriority) {
     // If the system refuses, bakes compete with the game.
     #[cfg(feature = "bake")]
-    if let Ok(below_normal) = ThreadPriorityValue::try_from(22) {
+    if priority == LodPriority::Background
+        && let Ok(below_normal) = ThreadPriorityValue::try_from(22)
+    {
         let _ = set_current_thread_priority(ThreadPriority::Crossplatform(below_normal));
     }
+    #[cfg(not(feature = "bake"))]
+    let _ = priority;
+}
+
+/// The pool of bakes, started with the first bake. Without it, a bake runs on the thread of its task.
+#[cfg(feature = "bake")]
+#[derive(Clone)]
+pub(super) struct BakeThreads {
+    pool: Arc<OnceLock<Option<rayon::ThreadPool>>>,
+    priority: LodPriority,
+    count: usize,
 }
 
 #[cfg(feature = "bake")]
 impl BakeThreads {
-    fn new(count: usize) -> Self {
+    fn new_pool(&self) -> Option<rayon::ThreadPool> {
+        let priority = self.priority;
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
+            .num_threads(self.count)
             .thread_name(|index| format!("FieldLod bake {index}"))
-            .start_handler(|_| lower_priority())
+            .start_handler(move |_| set_priority(priority))
             .build();
         let pool = pool.inspect_err(|error| {
             error!("could not create the bake thread pool: {error}; baking on the task threads");
         });
-        Self(pool.ok().map(Arc::new))
+        pool.ok()
     }
 
     /// Runs `bake` on these threads and waits for it.
     pub(super) fn run<T: Send>(&self, bake: impl FnOnce() -> T + Send) -> T {
-        match &self.0 {
+        match self.pool.get_or_init(|| self.new_pool()) {
             Some(pool) => pool.install(bake),
             None => bake(),
         }

@@ -14,6 +14,8 @@ use fieldlod_select::MeshId;
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::LodKind;
 use crate::assets::baked_lods::BakedLods;
+use crate::scene::rig::Rig;
+use crate::scene::unit_mesh::UnitMeshes;
 
 /// The levels of detail of one mesh asset.
 #[derive(Debug)]
@@ -22,8 +24,14 @@ pub(crate) struct LodMesh {
     pub(crate) id: MeshId,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
+    /// `None` unless joints or morph targets move the vertices.
+    pub(crate) rig: Option<Rig>,
     /// One per unit of the hierarchy.
     pub(crate) pieces: Vec<LodPiece>,
+    /// Makes the meshes of units; `None` for whole meshes and for `.fieldpages` files.
+    pub(crate) units: Option<UnitMeshes>,
+    /// Whether a cache or a file has the levels, so that they can be loaded again.
+    pub(crate) is_stored: bool,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
     /// Area in texture coordinates per area in local space; 0 without texture coordinates.
@@ -37,8 +45,7 @@ pub(crate) struct LodMesh {
 /// The mesh that draws one unit.
 #[derive(Debug)]
 pub(crate) struct LodPiece {
-    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units in
-    /// [`LodMesh::transient`].
+    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units.
     pub(crate) mesh: Option<Handle<Mesh>>,
     /// The box around it in local space, once it is known.
     pub(crate) aabb: OnceLock<Aabb>,

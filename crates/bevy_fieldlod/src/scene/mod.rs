@@ -5,5 +5,6 @@ pub(crate) mod changed;
 pub(crate) mod draw_records;
 pub(crate) mod lod_mesh;
 pub(crate) mod lod_scene;
+pub(crate) mod rig;
 pub(crate) mod unit_mesh;
 pub(crate) mod view_cut;

@@ -2,14 +2,19 @@
 //!
 //! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
 //! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
-//! hierarchy; other attributes are copied from the source vertex. Units have the vertex layout of their source, so both
+//! hierarchy; other attributes, joints and morph targets are copied from the source vertex. Units have the vertex layout of their source, so both
 //! use the same pipelines, and nothing is compiled when units replace the source.
 
-use bevy::asset::RenderAssetUsages;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bevy::asset::{AssetId, RenderAssetUsages};
 use bevy::mesh::{
     Indices, Mesh, MeshAccessError, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues,
 };
+use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::{Hierarchy, Unit};
+
+use crate::scene::rig::morph_targets_at;
 
 /// The mesh that a hierarchy was baked from, with another order of triangles.
 pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
@@ -35,10 +40,58 @@ pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     mesh.with_inserted_indices(Indices::U32(indices))
 }
 
+/// Makes the meshes of units when views first draw them: most units of a large mesh are never drawn.
+#[derive(Debug)]
+pub(crate) struct UnitMeshes {
+    /// Without groups and source vertices, which the source mesh has.
+    hierarchy: Hierarchy,
+    made: Mutex<HashMap<u32, AssetId<Mesh>>>,
+}
+
+impl UnitMeshes {
+    pub(crate) fn new(mut hierarchy: Hierarchy) -> Self {
+        let count = hierarchy.source_vertex_count as usize;
+        let held = &mut hierarchy.vertices;
+        drop_first(&mut held.positions, count);
+        drop_first(&mut held.normals, count);
+        drop_first(&mut held.uvs, count);
+        drop_first(&mut held.tangents, count);
+        drop_first(&mut held.uvs_1, count);
+        drop_first(&mut held.colors, count);
+        hierarchy.groups = Vec::new();
+        Self {
+            hierarchy,
+            made: Mutex::default(),
+        }
+    }
+
+    /// The mesh of each unit that was made. It is freed with the last entity that draws the unit.
+    pub(crate) fn made(&self) -> MutexGuard<'_, HashMap<u32, AssetId<Mesh>>> {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The mesh of a unit; `None` if `source` has changed since the levels were prepared.
+    pub(crate) fn make(&self, source: &Mesh, unit: u32) -> Option<Mesh> {
+        let first_held = self.hierarchy.source_vertex_count;
+        if source.try_attribute(Mesh::ATTRIBUTE_POSITION).ok()?.len() != first_held as usize {
+            return None;
+        }
+        let unit = &self.hierarchy.units[unit as usize];
+        unit_mesh(source, &self.hierarchy, first_held, unit).ok()
+    }
+}
+
+fn drop_first<V>(values: &mut Vec<V>, count: usize) {
+    values.drain(..count.min(values.len()));
+    values.shrink_to_fit();
+}
+
 /// The mesh of `unit` for the GPU, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.
+/// `first_held` is the index of the first vertex in [`Hierarchy::vertices`].
 pub(crate) fn unit_mesh(
     source: &Mesh,
     hierarchy: &Hierarchy,
+    first_held: u32,
     unit: &Unit,
 ) -> Result<Mesh, MeshAccessError> {
     // Rays and physics use the source.
@@ -50,8 +103,11 @@ pub(crate) fn unit_mesh(
     let origins: Vec<u32> = vertices.iter().map(origin).collect();
     for (attribute, values) in source.try_attributes()? {
         let mut values = gather(values, &origins);
-        move_values(&mut values, attribute.id, hierarchy, vertices);
+        move_values(&mut values, attribute.id, hierarchy, first_held, vertices);
         mesh.insert_attribute(*attribute, values);
+    }
+    if let Some(targets) = morph_targets_at(source, &origins)? {
+        mesh.set_morph_targets(targets);
     }
     mesh.insert_indices(Indices::U16(hierarchy.indices_of(unit).to_vec()));
     Ok(mesh)
@@ -62,12 +118,14 @@ fn move_values(
     values: &mut VertexAttributeValues,
     id: MeshVertexAttributeId,
     hierarchy: &Hierarchy,
+    first_held: u32,
     vertices: &[u32],
 ) {
     use VertexAttributeValues::{Float32x2, Float32x3, Float32x4};
     let held = &hierarchy.vertices;
     let moved = Moved {
         first: hierarchy.source_vertex_count,
+        first_held,
         vertices,
     };
     // The hierarchy has no other formats.
@@ -85,6 +143,7 @@ fn move_values(
 /// The vertices of a unit. Indices from `first` on are moved vertices.
 struct Moved<'a> {
     first: u32,
+    first_held: u32,
     vertices: &'a [u32],
 }
 
@@ -93,7 +152,7 @@ impl Moved<'_> {
     fn set<A: From<V>, V: Copy>(&self, values: &mut [A], held: &[V]) {
         for (value, &vertex) in values.iter_mut().zip(self.vertices) {
             if vertex >= self.first
-                && let Some(&moved) = held.get(vertex as usize)
+                && let Some(&moved) = held.get((vertex - self.first_held) as usize)
             {
                 *value = moved.into();
             }

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use bevy::camera::primitives::Frustum;
-use bevy::camera::visibility::{RenderLayers, VisibleEntities};
+use bevy::camera::visibility::{RenderLayers, VisibilityRange, VisibleEntities};
 use bevy::ecs::query::QueryItem;
+use bevy::mesh::skinning::SkinnedMesh;
 // `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
 use bevy::prelude::*;
@@ -17,7 +18,9 @@ use crate::scene::changed::ChangedOn;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
+use crate::select::drawn_layers::{DrawnLayers, Placement};
 use crate::select::shadow_lights::ShadowLights;
+use crate::select::skins::SkinPoses;
 
 /// The steps of [`FieldLodSystems::Select`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -71,42 +74,35 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     }
 }
 
-/// Where and on which layers an object is drawn.
-type Placement = (
-    Entity,
-    &'static GlobalTransform,
-    &'static LodObject,
-    &'static InheritedVisibility,
-    Option<&'static RenderLayers>,
-);
-
 /// Updates the placements and layers of objects that are new or have changed.
 fn place_instances(
     mut scene: ResMut<LodScene>,
-    moved: ChangedOn<GlobalTransform, With<LodObject>>,
+    moved: ChangedOn<GlobalTransform, (With<LodObject>, Without<SkinnedMesh>)>,
+    skins: SkinPoses,
     objects: Query<Placement>,
     shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
+    in_ranges: Query<Entity, (With<LodObject>, With<VisibilityRange>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
+    mut removed_ranges: RemovedComponents<VisibilityRange>,
+    drawn_layers: DrawnLayers,
 ) {
-    let drawn_layers = |is_shown: &InheritedVisibility, layers: Option<&RenderLayers>| {
-        if is_shown.get() {
-            layer_bits(layers)
-        } else {
-            0
-        }
-    };
     let mut placed = moved.entities();
     placed.append(&mut scene.new_objects);
-    for (entity, transform, object, is_shown, layers) in objects.iter_many(placed) {
-        let layers = drawn_layers(is_shown, layers);
-        scene.place(entity, transform, object, layers);
+    placed.extend(skins.moved());
+    for object in objects.iter_many(placed) {
+        let (entity, transform, lod, ..) = object;
+        let world_from_local = skins.world_from_local(entity);
+        let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
+        scene.place(entity, world_from_local, lod, drawn_layers.of(&object));
     }
     // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();
     changed.extend(on_layers.iter().chain(removed_layers.read()));
-    for (entity, _, _, is_shown, layers) in objects.iter_many(changed) {
-        scene.set_layers(entity, drawn_layers(is_shown, layers));
+    // Any camera may have moved.
+    changed.extend(in_ranges.iter().chain(removed_ranges.read()));
+    for object in objects.iter_many(changed) {
+        scene.set_layers(object.0, drawn_layers.of(&object));
     }
 }
 

@@ -10,7 +10,7 @@ use camera_field::CAMERA_FROM_VIEW;
 
 use crate::api::systems::FieldLodSystems;
 use crate::scene::lod_mesh::LodObject;
-use crate::scene::lod_scene::largest_scale;
+use crate::scene::lod_scene::{LodScene, largest_scale};
 use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail and texture
@@ -77,6 +77,7 @@ impl Plugin for FieldLodTexturePlugin {
 fn measure_objects(
     mut commands: Commands,
     views: Query<(&ViewCut, &GlobalTransform)>,
+    scene: Res<LodScene>,
     mut objects: Query<(
         Entity,
         &LodObject,
@@ -87,10 +88,13 @@ fn measure_objects(
     former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
 ) {
     for (entity, object, aabb, transform, detail) in &mut objects {
+        let instance = scene.instance_of(entity);
+        let placement = instance.map(|instance| scene.scene.placement(instance.id));
+        let scale = placement.map_or(1.0, |placement| largest_scale(&placement));
         let pixels_per_uv = views
             .iter()
             .filter_map(|(cut, pose)| {
-                pixels_per_uv(cut, pose, object.mesh.uv_per_area, aabb, transform)
+                pixels_per_uv(cut, pose, object.mesh.uv_per_area, scale, aabb, transform)
             })
             .reduce(f32::max);
         let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
@@ -117,6 +121,7 @@ fn pixels_per_uv(
     cut: &ViewCut,
     pose: &GlobalTransform,
     uv_per_area: f32,
+    scale: f32,
     aabb: &Aabb,
     transform: &GlobalTransform,
 ) -> Option<f32> {
@@ -126,8 +131,7 @@ fn pixels_per_uv(
         return None;
     }
     let world_from_local = transform.affine();
-    let scale = largest_scale(&world_from_local);
-    let radius = aabb.half_extents.length() * scale;
+    let radius = aabb.half_extents.length() * largest_scale(&world_from_local);
     let center_in_world = world_from_local.transform_point3a(aabb.center);
     let center_in_view = pose.affine().inverse().transform_point3a(center_in_world);
     let center = CAMERA_FROM_VIEW * Vec3::from(center_in_view);

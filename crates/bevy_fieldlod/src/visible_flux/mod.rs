@@ -45,18 +45,24 @@ fn mark_occluders(
     mut scene: ResMut<LodScene>,
     new: ChangedOn<LodObject>,
     changed: ChangedOn<MeshMaterial3d<StandardMaterial>, With<LodObject>>,
-    objects: Query<(Entity, Option<&MeshMaterial3d<StandardMaterial>>), With<LodObject>>,
+    objects: Query<(
+        Entity,
+        &LodObject,
+        Option<&MeshMaterial3d<StandardMaterial>>,
+    )>,
     materials: Option<Res<Assets<StandardMaterial>>>,
 ) {
     let mut entities = new.entities();
     changed.add_to(&mut entities);
-    for (entity, material) in objects.iter_many(entities) {
+    for (entity, object, material) in objects.iter_many(entities) {
         let material = material.and_then(|material| materials.as_ref()?.get(material));
         let is_opaque = material.is_some_and(|material| {
             material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
         });
         if let Some(id) = scene.instance_of(entity).map(|instance| instance.id) {
-            scene.scene.set_occluder(id, is_opaque);
+            // Occluders have the surface of the mesh at rest.
+            let is_occluder = is_opaque && object.mesh.rig.is_none();
+            scene.scene.set_occluder(id, is_occluder);
         }
     }
     scene.scene.update();

@@ -16,6 +16,7 @@ use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::prepare::lookup::NotYet;
 use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
 use crate::prepare::threads::BakeThreads;
+use crate::scene::rig::is_rigged;
 
 /// A group: all primitives of a glTF mesh that are drawn as whole meshes, and their common bake.
 pub(in crate::prepare) struct Together {
@@ -150,6 +151,9 @@ impl Candidates<'_> {
             let Some(mesh) = self.meshes.get(&handle) else {
                 continue;
             };
+            if is_rigged(mesh) {
+                continue;
+            }
             let triangles = triangle_count(mesh);
             if self.lods.kind_for(self.kind, triangles) == LodKind::WholeMesh {
                 left = left.checked_sub(triangles)?;

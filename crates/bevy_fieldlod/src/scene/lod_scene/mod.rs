@@ -43,6 +43,8 @@ pub(crate) struct LodScene {
     pub(crate) has_incomplete_sources: bool,
     /// How many instances are drawn as units.
     clustered_count: usize,
+    /// How many instances are skinned or morphed.
+    rigged_count: usize,
     /// Meshes that no entity requests. They are freed one frame after their last instance, because the changes
     /// of that frame still refer to them.
     retired: Vec<Arc<LodMesh>>,
@@ -100,23 +102,17 @@ impl LodScene {
     pub(crate) fn place(
         &mut self,
         entity: Entity,
-        transform: &GlobalTransform,
+        world_from_local: Affine3A,
         object: &LodObject,
         layers: u64,
     ) {
         match self.instance_of.get(&entity) {
-            Some(&id) => self.scene.set_placement(id, transform.affine()),
-            None => self.add(entity, transform, object, layers),
+            Some(&id) => self.scene.set_placement(id, world_from_local),
+            None => self.add(entity, world_from_local, object, layers),
         }
     }
 
-    fn add(
-        &mut self,
-        entity: Entity,
-        transform: &GlobalTransform,
-        object: &LodObject,
-        layers: u64,
-    ) {
+    fn add(&mut self, entity: Entity, world_from_local: Affine3A, object: &LodObject, layers: u64) {
         let LodObject { mesh, auto_lod, .. } = object;
         // A new entity starts at its finest level, or without any unit.
         let (kind, level) = if mesh.kind == LodKind::WholeMesh {
@@ -128,7 +124,7 @@ impl LodScene {
         let record = self.records.add_entity(entity, kind);
         let id = self
             .scene
-            .add_instance(mesh.id, transform.affine(), auto_lod.bias);
+            .add_instance(mesh.id, world_from_local, auto_lod.bias);
         self.scene.set_layers(id, layers);
         if self.instances.len() <= id.index() {
             self.instances.resize_with(id.index() + 1, || None);
@@ -143,6 +139,7 @@ impl LodScene {
             units: Vec::new(),
         });
         self.instance_of.insert(entity, id);
+        self.rigged_count += usize::from(mesh.rig.is_some());
         *self.triangles_on(layers) += u64::from(mesh.triangles_full);
     }
 
@@ -169,8 +166,9 @@ impl LodScene {
         let Some(&id) = self.instance_of.get(&entity) else {
             return;
         };
-        self.scene.set_layers(id, layers);
-        if let Some(instance) = &mut self.instances[id.index()] {
+        let instance = self.instances[id.index()].as_mut();
+        if let Some(instance) = instance.filter(|instance| instance.layers != layers) {
+            self.scene.set_layers(id, layers);
             let before = std::mem::replace(&mut instance.layers, layers);
             let triangles = u64::from(instance.mesh.triangles_full);
             *self.triangles_on(before) -= triangles;
@@ -192,6 +190,7 @@ impl LodScene {
         };
         *self.triangles_on(instance.layers) -= u64::from(instance.mesh.triangles_full);
         self.clustered_count -= usize::from(instance.level.is_none());
+        self.rigged_count -= usize::from(instance.mesh.rig.is_some());
         let records = instance.units.iter().map(|&(_, record)| record);
         records
             .filter_map(|record| self.records.free(record))
@@ -206,6 +205,11 @@ impl LodScene {
     /// Whether views draw less than Bevy's culling leaves: there are units, or small objects are culled.
     pub(crate) fn is_filtered(&self) -> bool {
         self.has_units() || self.culls
+    }
+
+    /// Whether views cull some of the objects that the CPU culls even where the GPU culls: those with a rig.
+    pub(crate) fn culls_rigged(&self) -> bool {
+        self.culls && self.rigged_count > 0
     }
 
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {

@@ -77,14 +77,8 @@ impl Stage {
         Self::stock_with(plugins)
     }
 
-    /// As [`Stage::unfinished`], of other plugins of Bevy.
-    pub fn unfinished_with(plugins: PluginGroupBuilder) -> Option<Self> {
-        let mut stage = Self::stock_with(plugins)?;
-        stage.app.add_plugins(FieldLodPlugin);
-        Some(stage)
-    }
-
-    fn stock_with(plugins: PluginGroupBuilder) -> Option<Self> {
+    /// As [`Stage::stock`], of other plugins of Bevy.
+    pub fn stock_with(plugins: PluginGroupBuilder) -> Option<Self> {
         if !has_adapter() {
             assert!(
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),

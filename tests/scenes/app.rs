@@ -13,8 +13,10 @@ use bevy::render::RenderApp;
 use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::render_asset::RenderAssets;
-use bevy::render::render_resource::PollType;
-use bevy::render::renderer::RenderDevice;
+use bevy::render::render_resource::{PipelineCache, PollType};
+use bevy::render::renderer::{
+    PendingCommandBuffers, RenderDevice, RenderGraph, RenderGraphSystems,
+};
 use bevy::render::sync_world::RenderEntity;
 use bevy::render::view::RenderVisibleEntities;
 use bevy_fieldlod::prelude::*;
@@ -136,6 +138,26 @@ impl SceneApp {
     pub fn has_levels(&self) -> bool {
         let progress = self.stage.app.world().get_resource::<FieldLodProgress>();
         progress.is_none_or(|progress| progress.waiting == 0)
+    }
+
+    /// Drops the commands of all further frames when they are recorded. The GPU draws nothing.
+    pub fn drop_commands(&mut self) {
+        fn take(mut pending: ResMut<PendingCommandBuffers>) {
+            pending.take();
+        }
+        let after_recording = take
+            .after(RenderGraphSystems::Render)
+            .before(RenderGraphSystems::Submit);
+        let render = self.stage.app.sub_app_mut(RenderApp);
+        render.add_systems(RenderGraph, after_recording);
+    }
+
+    /// Whether all pipelines are compiled.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let render = self.stage.app.sub_app(RenderApp).world();
+        let pipelines = render.resource::<PipelineCache>();
+        pipelines.waiting_pipelines().next().is_none()
     }
 
     /// Starts to draw before levels are there.

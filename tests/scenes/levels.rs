@@ -86,10 +86,7 @@ fn simplified(source: &SourceMesh) -> [Mesh; 2] {
         let vertices = whole.vertices_of(unit).iter().map(|&v| v as usize);
         let all = &whole.vertices;
         let of = |values: &[Vec3]| vertices.clone().map(|v| values[v]).collect();
-        let uvs = match &all.uvs[..] {
-            [] => Vec::new(),
-            uvs => vertices.clone().map(|v| uvs[v]).collect(),
-        };
+        let uvs = vertices.clone().map(|v| all.uvs[v]).collect();
         to_mesh(
             of(&all.positions),
             of(&all.normals),
@@ -122,10 +119,9 @@ pub(super) fn source_mesh(source: &SourceMesh) -> Mesh {
 fn to_mesh<I: Copy + Into<u32>>(
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
-    mut uvs: Vec<Vec2>,
+    uvs: Vec<Vec2>,
     indices: &[I],
 ) -> Mesh {
-    uvs.resize(positions.len(), Vec2::ZERO);
     // One index width in all meshes, so that Bevy draws them together.
     let indices = indices.iter().map(|&index| index.into()).collect();
     Mesh::new(

@@ -10,7 +10,8 @@ mod town;
 use std::sync::OnceLock;
 
 use bevy::prelude::*;
-use fieldlod_bake::SourceMesh;
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 
 pub use app::{Method, SceneApp};
 
@@ -75,10 +76,21 @@ struct Place {
     way: Option<Vec3>,
 }
 
+impl Part {
+    /// With positions, normals and texture coordinates alone.
+    fn new(mut source: SourceMesh, paint: usize) -> Self {
+        source.colors.clear();
+        source.tangents.clear();
+        let vertices = source.positions.len();
+        source.uvs.resize(vertices, Vec2::ZERO);
+        Self { source, paint }
+    }
+}
+
 impl Prop {
     fn new(source: SourceMesh, paint: usize, radius: f32) -> Self {
         Self {
-            parts: vec![Part { source, paint }],
+            parts: vec![Part::new(source, paint)],
             radius,
             has_node: false,
         }
@@ -89,7 +101,7 @@ impl Prop {
         let parts = parts.into_iter().zip(paints);
         Self {
             parts: parts
-                .map(|(source, paint)| Part { source, paint })
+                .map(|(source, paint)| Part::new(source, paint))
                 .collect(),
             radius,
             has_node: true,
@@ -139,6 +151,22 @@ impl Scene {
         let places = self.blocks.iter().flat_map(|block| &block.places);
         let all = places.map(|place| of_prop(&self.props[place.prop])).sum();
         [all, self.props.iter().map(of_prop).sum()]
+    }
+
+    /// The levels of all meshes, as a file to ship.
+    ///
+    /// # Panics
+    /// If a mesh cannot be baked.
+    #[must_use]
+    pub fn bake(&self) -> BakedFile {
+        let parts = self.props.iter().flat_map(|prop| &prop.parts);
+        let primitives = (0..).zip(parts).map(|(index, part)| {
+            let baked = bake_mesh(&part.source, &BakeConfig::default());
+            BakedPrimitive::new(index, 0, "", baked.expect("a generated mesh can be baked"))
+        });
+        BakedFile {
+            primitives: primitives.collect(),
+        }
     }
 
     /// Hand-made levels of all props, made by the first call.

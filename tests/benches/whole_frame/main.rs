@@ -6,11 +6,15 @@
 //!
 //! Hand-made levels get the image error of the plugin at 1 px: one factor for all their distances is searched.
 //!
+//! `FIELDLOD_PICTURES=folder` writes a picture of each.
+//!
 //! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under the
 //! same C symbols. `-- meshlets` runs it too.
 
+#[path = "../walkthrough.rs"]
 mod walkthrough;
 
+use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -22,23 +26,23 @@ use image::RgbaImage;
 
 const SIZE_PX: UVec2 = UVec2::new(960, 540);
 /// Metres along the path of compared pictures, and of timed frames.
-const COMPARED: [f32; 3] = [0.0, 1.2, 2.4];
+const COMPARED: [f32; 2] = [0.0, 2.4];
 const STEPS: u8 = 7;
 const STEP: f32 = 0.4;
 /// Rounds over those steps, unless [`LAST_ROUND`] has passed.
 const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
 /// Halvings of the interval of the factor of distances.
-const SEARCH_STEPS: usize = 12;
+const SEARCH_STEPS: usize = 9;
 /// Relative difference of equal image errors. Each thing that changes its level is a step of the error, so that not
 /// every error can be reached.
-const SAME: f64 = 0.02;
+const SAME: f64 = 0.03;
 
 fn main() -> Result<(), String> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let has = |name: &str| args.iter().any(|arg| arg == name);
     if has("walkthrough") {
-        return walkthrough::compare();
+        return compare_walkthrough();
     }
     let size = args.iter().find_map(|arg| arg.parse().ok());
     let scene = args.iter().find_map(|name| Scene::named(name, size));
@@ -101,8 +105,14 @@ struct Row {
 
 impl Row {
     fn new(name: &'static str, mut app: SceneApp, full: &[RgbaImage]) -> Self {
-        let error = rmse(&app.pictures(&COMPARED), full);
+        let pictures = app.pictures(&COMPARED);
+        if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
+            let file = Path::new(&folder).join(format!("{name}.png"));
+            pictures[0].save(file).expect("the folder exists");
+        }
+        let error = rmse(&pictures, full);
         let triangles = app.triangles();
+        eprintln!("{name}: image error {error:.3}, {triangles} triangles");
         let times = Vec::new();
         Self {
             name,
@@ -200,6 +210,35 @@ fn print(rows: &[Row]) {
             row.median_ms(|(_, parts)| parts.extract + parts.render),
         );
     }
+}
+
+/// Prints medians over the frames of the walkthrough's path.
+fn compare_walkthrough() -> Result<(), String> {
+    const COLUMNS: [&str; 6] = [
+        "triangles_drawn",
+        "frame_ms",
+        "main_ms",
+        "render_ms",
+        "wait_ms",
+        "selection_ms",
+    ];
+    println!(
+        "{:<28}{}",
+        "",
+        COLUMNS.map(|name| format!("{name:>16}")).concat()
+    );
+    let methods: [(&str, &[&str]); 3] = [
+        ("full detail", &["--plain"]),
+        ("plugin, 1 px", &[]),
+        ("plugin, 1 px, visible flux", &["--visible-flux"]),
+    ];
+    for (name, options) in methods {
+        let summary = walkthrough::summary_of(&[&["--full"], options].concat())?;
+        let column = |name| summary[name]["median"].as_f64().unwrap_or(f64::NAN);
+        let columns = COLUMNS.map(|name| format!("{:>16.2}", column(name)));
+        println!("{name:<28}{}", columns.concat());
+    }
+    Ok(())
 }
 
 /// Runs the program of the meshlets, which fails if the adapter cannot run them.

@@ -3,6 +3,7 @@
 
 pub mod apps;
 pub mod frame_times;
+pub mod scenes;
 pub mod soak;
 pub mod stage;
 

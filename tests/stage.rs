@@ -61,17 +61,24 @@ impl Stage {
 
     /// As [`Stage::new`], but more plugins may be added before [`Stage::finish`].
     pub fn unfinished() -> Option<Self> {
+        let mut stage = Self::stock()?;
+        stage.app.add_plugins(FieldLodPlugin);
+        Some(stage)
+    }
+
+    /// As [`Stage::unfinished`], without the plugin.
+    pub fn stock() -> Option<Self> {
         let plugins = windowless()
             .disable::<PipelinedRenderingPlugin>()
             .set(RenderPlugin {
                 synchronous_pipeline_compilation: true,
                 ..default()
             });
-        Self::unfinished_with(plugins)
+        Self::stock_with(plugins)
     }
 
-    /// As [`Stage::unfinished`], of other plugins of Bevy.
-    pub fn unfinished_with(plugins: PluginGroupBuilder) -> Option<Self> {
+    /// As [`Stage::stock`], of other plugins of Bevy.
+    pub fn stock_with(plugins: PluginGroupBuilder) -> Option<Self> {
         if !has_adapter() {
             assert!(
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
@@ -84,7 +91,7 @@ impl Stage {
             return None;
         }
         let mut app = App::new();
-        app.add_plugins((plugins, FieldLodPlugin));
+        app.add_plugins(plugins);
         Some(Self { app })
     }
 

@@ -46,7 +46,8 @@ fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Sta
             file_path: folder.display().to_string(),
             ..default()
         });
-    let mut stage = Stage::unfinished_with(plugins)?;
+    let mut stage = Stage::stock_with(plugins)?;
+    stage.app.add_plugins(FieldLodPlugin);
     stage.app.insert_resource(FieldLodAppConfig {
         memory,
         ..default()

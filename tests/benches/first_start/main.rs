@@ -1,147 +1,136 @@
-//! The first start: time until each material is on the screen while meshes are baked.
+//! The first start: time until the first picture and until all levels are drawn, and memory.
 //!
-//! `cargo bench -p fieldlod_tests --bench first_start`. Eight materials, each with its own pipeline, are drawn while thirty
-//! rocks of 81,920 triangles are baked: by the plugin, by tasks of the pool on which Bevy compiles pipelines, and not at
-//! all. Each case is a process of its own, without the shader cache of drivers.
+//! `cargo bench -p fieldlod_tests --bench first_start -- town` draws the town by Bevy alone, by the plugin for the first and
+//! for the second time with a cache, and with a file that was baked ahead. Each is a process of its own, without the shader
+//! cache of drivers. Other scenes and sizes are those of the bench `whole_frame`. `-- walkthrough` starts the walkthrough.
+//!
+//! The first picture is complete: all pipelines are compiled. The plugin draws sources until their levels are ready, so
+//! that all its pictures are sharp.
 
+#[path = "../process.rs"]
+mod process;
+#[path = "../walkthrough.rs"]
+mod walkthrough;
+
+use std::path::Path;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use bevy::prelude::*;
+use bevy::asset::AssetPlugin;
+use bevy::math::UVec2;
+use bevy::prelude::{AssetServer, PluginGroup, default};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::tasks::AsyncComputeTaskPool;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{BakeConfig, bake_mesh};
-use fieldlod_tests::apps::{bevy_mesh, windowless};
-use fieldlod_tests::stage::{Pending, Stage};
-use image::RgbaImage;
+use fieldlod_tests::apps::windowless;
+use fieldlod_tests::frame_times::median;
+use fieldlod_tests::scenes::{Method, Scene, SceneApp};
+use fieldlod_tests::stage::Stage;
 
-/// The ways to bake the rocks.
-const WAYS: [&str; 3] = ["plugin", "bevy's pool", "no bakes"];
-const ROCKS: u32 = 30;
-const SUBDIVISIONS: u32 = 6;
-/// Quads in a row, and rows.
-const COLUMNS: usize = 4;
-const MATERIALS: usize = 2 * COLUMNS;
-const DEADLINE: Duration = Duration::from_secs(100);
+const WAYS: [&str; 4] = ["Bevy alone", "first start", "second start", "baked ahead"];
+/// Environment variables of a measuring process: its way, and the folder of the cache and of the baked file.
+const WAY: &str = "FIELDLOD_WAY";
+const FOLDER: &str = "FIELDLOD_FOLDER";
+const BAKED: &str = "scene.fieldlod";
+const SIZE_PX: UVec2 = UVec2::new(960, 540);
+const TIMED: usize = 5;
 
-fn main() {
-    let way = std::env::args().find(|arg| WAYS.contains(&arg.as_str()));
-    if let Some(way) = way {
-        return measure(&way);
+fn main() -> Result<(), String> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    if args.iter().any(|arg| arg == "walkthrough") {
+        return start_walkthrough();
     }
-    println!("seconds until each of {MATERIALS} materials is on the screen");
+    let size = args.iter().find_map(|arg| arg.parse().ok());
+    let scene = || args.iter().find_map(|name| Scene::named(name, size));
+    if let (Ok(way), Ok(folder)) = (std::env::var(WAY), std::env::var(FOLDER)) {
+        let start = Instant::now();
+        let scene = scene().or_else(|| Scene::named("town", size));
+        measure(&way, Path::new(&folder), &scene.expect("a name"), start);
+        return Ok(());
+    }
+    let error = |error: std::io::Error| error.to_string();
+    let folder = tempfile::tempdir().map_err(error)?;
+    let scene = scene().or_else(|| Scene::named("town", size));
+    let baked = scene.expect("a name").bake().to_bytes();
+    std::fs::write(folder.path().join(BAKED), baked).map_err(error)?;
+    println!(
+        "seconds: generated, first picture, all levels | ms per frame then | MB: meshes on the GPU, process, its peak"
+    );
     for way in WAYS {
-        let program = std::env::current_exe().expect("a program knows its path");
-        let mut child = Command::new(program);
+        let mut child = Command::new(std::env::current_exe().map_err(error)?);
+        child.args(&args).env(WAY, way).env(FOLDER, folder.path());
         child
-            .arg(way)
             .env("MESA_SHADER_CACHE_DISABLE", "true")
             .env("__GL_SHADER_DISK_CACHE", "0");
-        assert!(child.status().is_ok_and(|status| status.success()), "{way}");
-    }
-}
-
-/// Runs an app and prints the time of each material.
-fn measure(way: &str) {
-    let plugins = windowless().disable::<PipelinedRenderingPlugin>();
-    let Some(mut stage) = Stage::unfinished_with(plugins) else {
-        return;
-    };
-    stage.finish();
-    spawn_quads(&mut stage);
-    let pose = Transform::from_xyz(0.0, 0.0, 4.0);
-    let eye = stage.add_eye(pose, Color::BLACK, FieldLodCamera::default());
-    let start = Instant::now();
-    let bakes = start_bakes(&mut stage, way);
-    // Pictures of all frames. Each arrives some frames later.
-    let mut pending: Vec<Pending> = Vec::new();
-    let mut shown = [None; MATERIALS];
-    let mut baked_after = None;
-    while shown.contains(&None) || baked_after.is_none() {
-        assert!(start.elapsed() < DEADLINE, "{shown:?} {baked_after:?}");
-        pending.extend(stage.request(&[&eye]));
-        stage.app.update();
-        pending.retain(|one| match one.take() {
-            Some(picture) => {
-                record_shown(&picture, start.elapsed(), &mut shown);
-                false
-            }
-            None => true,
-        });
-        if baked_after.is_none() && are_done(&stage, &bakes) {
-            baked_after = Some(start.elapsed());
+        let status = child.status().map_err(error)?;
+        if !status.success() {
+            return Err(format!("{way}: {status}"));
         }
     }
-    let mut seconds: Vec<f64> = shown.iter().flatten().map(Duration::as_secs_f64).collect();
-    seconds.sort_by(f64::total_cmp);
-    let seconds: Vec<String> = seconds.iter().map(|s| format!("{s:.2}")).collect();
-    let baked = baked_after.unwrap_or_default().as_secs_f64();
-    println!("{way:<12} {}; baked after {baked:.1}", seconds.join(" "));
+    Ok(())
 }
 
-/// Spawns quads with different alpha modes, lit and unlit.
-fn spawn_quads(stage: &mut Stage) {
-    let quad = stage.add(Mesh::from(Rectangle::new(0.5, 0.5)));
-    let modes = [
-        AlphaMode::Opaque,
-        AlphaMode::Mask(0.5),
-        AlphaMode::Blend,
-        AlphaMode::Add,
-    ];
-    for index in 0..MATERIALS {
-        let material = stage.add(StandardMaterial {
-            alpha_mode: modes[index % COLUMNS],
-            unlit: index >= COLUMNS,
-            emissive: LinearRgba::WHITE * 4.0,
+/// Runs an app and prints its times and its memory.
+fn measure(way: &str, folder: &Path, scene: &Scene, start: Instant) {
+    let generated = start.elapsed().as_secs_f64();
+    let plugins = windowless()
+        .disable::<PipelinedRenderingPlugin>()
+        .set(AssetPlugin {
+            file_path: folder.display().to_string(),
             ..default()
         });
-        let place = Transform::from_translation(place_of(index));
-        stage.spawn((Mesh3d(quad.clone()), MeshMaterial3d(material), place));
+    let Some(stage) = Stage::stock_with(plugins) else {
+        return;
+    };
+    let method = if way == WAYS[0] {
+        Method::Full { gpu: false }
+    } else {
+        Method::auto_lod(1.0)
+    };
+    let mut app = SceneApp::new(stage, scene, method, SIZE_PX, true);
+    let world = app.world_mut();
+    if way == WAYS[3] {
+        let baked = world.resource::<AssetServer>().load(BAKED);
+        let mut marks = world.query::<&mut AutoLod>();
+        for mut mark in marks.iter_mut(world) {
+            mark.baked = Some(baked.clone());
+        }
+    } else if way != WAYS[0] {
+        world.resource_mut::<FieldLodAppConfig>().cache_folder = Some(folder.into());
     }
-}
-
-fn place_of(index: usize) -> Vec3 {
-    let cell = [index % COLUMNS, index / COLUMNS].map(|cell| cell as f32);
-    Vec3::new(cell[0] * 0.7 - 1.05, cell[1] * 0.7 - 0.35, 0.0)
-}
-
-/// Records the time of materials that were not visible before.
-fn record_shown(picture: &RgbaImage, now: Duration, shown: &mut [Option<Duration>]) {
-    let size = picture.width() as f32;
-    // The default field of view is 45° high. The camera is 4 away.
-    let px_per_unit = size * 0.5 / (4.0 * 0.414_213_57);
-    for (index, shown) in shown.iter_mut().enumerate() {
-        let at = place_of(index) * px_per_unit;
-        let (x, y) = (size * 0.5 + at.x, size * 0.5 - at.y);
-        let pixel = picture.get_pixel(x as u32, y as u32);
-        if pixel.0[..3].iter().any(|&channel| channel > 40) {
-            shown.get_or_insert(now);
+    app.draw_now();
+    let mut first_picture = None;
+    while first_picture.is_none() || !app.has_levels() {
+        app.draw();
+        if app.is_complete() {
+            first_picture.get_or_insert(start.elapsed().as_secs_f64());
         }
     }
+    app.draw();
+    let all_levels = start.elapsed().as_secs_f64();
+    let frame = median((0..TIMED).map(|_| app.draw().0)).as_secs_f64() * 1e3;
+    let mib = |name| process::number("status", name) as f64 * 1.024e-3;
+    println!(
+        "{way:<14}{generated:>6.2}{:>8.2}{all_levels:>8.2} |{frame:>9.1} |{:>8.1}{:>9.1}{:>9.1}",
+        first_picture.unwrap_or_default(),
+        app.mesh_bytes() as f64 * 1e-6,
+        mib("VmRSS:"),
+        mib("VmHWM:"),
+    );
 }
 
-/// Starts to bake rocks behind the camera.
-fn start_bakes(stage: &mut Stage, way: &str) -> Vec<bevy::tasks::Task<()>> {
-    let mut tasks = Vec::new();
-    for seed in 0..ROCKS {
-        let rock = fieldlod_tests::rock(SUBDIVISIONS, seed);
-        match way {
-            "plugin" => {
-                let mesh = stage.add(bevy_mesh(&rock));
-                let behind = Transform::from_xyz(0.0, 0.0, 50.0);
-                stage.spawn((Mesh3d(mesh), AutoLod::default(), behind));
-            }
-            "bevy's pool" => tasks.push(AsyncComputeTaskPool::get().spawn(async move {
-                bake_mesh(&rock, &BakeConfig::default()).expect("a rock can be baked");
-            })),
-            _ => {}
-        }
+/// Starts the walkthrough without a cache, with the cache of that run, and by Bevy alone.
+fn start_walkthrough() -> Result<(), String> {
+    println!("seconds: generated, first picture of the walkthrough");
+    walkthrough::remove_cache()?;
+    for (way, options) in [(WAYS[0], &["--plain"][..]), (WAYS[1], &[]), (WAYS[2], &[])] {
+        let options = [&["--still", "0"], options].concat();
+        let summary = walkthrough::summary_of(&options)?;
+        let seconds = |name: &str| summary[name].as_f64().unwrap_or(f64::NAN);
+        println!(
+            "{way:<14}{:>6.2}{:>8.2}",
+            seconds("generate_s"),
+            seconds("first_picture_s")
+        );
     }
-    tasks
-}
-
-fn are_done(stage: &Stage, tasks: &[bevy::tasks::Task<()>]) -> bool {
-    let progress = stage.app.world().resource::<FieldLodProgress>();
-    progress.waiting == 0 && tasks.iter().all(bevy::tasks::Task::is_finished)
+    Ok(())
 }

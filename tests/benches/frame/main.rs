@@ -1,131 +1,133 @@
-//! Frame times with many props: full detail, full detail culled on the GPU alone, three hand-made levels, and the
-//! plugin.
+//! What a frame costs the CPU: full detail, hand-made levels with `VisibilityRange`, and the plugin.
 //!
-//! `cargo bench -p fieldlod_tests --features no_device --bench frame -- 100000` prints medians of the main world, the
-//! extraction and the render world for 100,000 props, on a device that does nothing. `-- trees 100000` has trees in
-//! place of rocks. `-- kinds` compares the kinds of levels at several sizes of mesh.
-
-mod field;
-mod no_device;
+//! `cargo bench -p fieldlod_tests --bench frame -- rocks 100000` prints medians and minima of the main world, the extraction
+//! and the render world. `-- town` has a town with the counts of Bevy's `bevy_city`, `-- forest` a forest of 100,000 trees;
+//! a number sets another size. `-- kinds` compares the kinds of levels at several sizes of mesh.
+//!
+//! Bevy's methods have two forms: culled on the CPU, and by the GPU alone with `NoCpuCulling`. Commands for the GPU are
+//! recorded and dropped, so that any adapter will do and the GPU is idle.
 
 use std::time::Duration;
 
+use bevy::math::UVec2;
 use bevy_fieldlod::LodKind;
-use field::{Field, Method};
-use fieldlod_bake::SourceMesh;
 use fieldlod_tests::frame_times::{FrameTimes, median};
-use fieldlod_tests::{crown, rock};
+use fieldlod_tests::scenes::{Method, Scene, SceneApp};
+use fieldlod_tests::stage::Stage;
 
-/// Numbers of props, if the command line has none.
-const SIZES: [u32; 3] = [1_000, 10_000, 100_000];
-/// Fields of this size do not fit side by side into 24 GB of memory.
-const ALONE_FROM: u32 = 1_000_000;
-const METHODS: [(&str, Method); 5] = [
-    ("full detail", Method::Full),
-    ("NoCpuCulling", Method::FullNoCpuCulling),
-    ("VisibilityRange", Method::Ranges),
-    ("AutoLod", Method::AutoLod(LodKind::Auto)),
-    ("AutoLod, CPU culling", Method::AutoLodCpuCulling),
+const KINDS: [(&str, LodKind); 3] = [
+    ("Plain", LodKind::Plain),
+    ("WholeMesh", LodKind::WholeMesh),
+    ("Clusters", LodKind::Clusters),
 ];
-const KINDS: [(&str, Method); 3] = [
-    ("Plain", Method::AutoLod(LodKind::Plain)),
-    ("WholeMesh", Method::AutoLod(LodKind::WholeMesh)),
-    ("Clusters", Method::AutoLod(LodKind::Clusters)),
-];
-/// Rounds in which each field runs some timed frames, in turn.
+/// Names and metres per frame of a sixtieth of a second.
+const PACES: [(&str, f32); 3] = [("standing", 0.0), ("walking", 0.03), ("driving", 0.25)];
+/// Rounds in which each app runs some timed frames, in turn.
 const ROUNDS: usize = 8;
 const FRAMES: usize = 6;
-/// Frames of a walk on which some level must change.
-const WALK: u32 = 60;
+
+fn methods() -> [(&'static str, Method); 5] {
+    [
+        ("full detail", Method::Full { gpu: false }),
+        ("full, NoCpuCulling", Method::Full { gpu: true }),
+        ("ranges", Method::Ranges { gpu: false }),
+        ("ranges, NoCpuCulling", Method::Ranges { gpu: true }),
+        ("AutoLod", Method::auto_lod(1.0)),
+    ]
+}
 
 fn main() {
-    let args: Vec<String> = std::env::args().collect();
-    let has = |name: &str| args.iter().any(|arg| arg == name);
-    if has("kinds") {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    if args.iter().any(|arg| arg == "kinds") {
         return compare_kinds();
     }
-    let mut sizes: Vec<u32> = args.iter().filter_map(|arg| arg.parse().ok()).collect();
-    if sizes.is_empty() {
-        sizes.extend(SIZES);
-    }
-    // A mesh and two hand-made levels.
-    let shapes = if has("trees") {
-        [crown(2_500, 1), rock(3, 1), rock(2, 1)]
-    } else {
-        [4, 3, 2].map(|subdivisions| rock(subdivisions, 1))
-    };
-    for size in sizes {
-        for has_sun in [false, true] {
-            let light = if has_sun { "a sun" } else { "no sun" };
-            println!("{size} props, {light}");
-            let field = |(name, method)| (name, checked_field(method, &shapes, size, has_sun));
-            if size >= ALONE_FROM {
-                for method in METHODS {
-                    print_times(&mut [field(method)]);
-                }
-            } else {
-                print_times(&mut METHODS.map(field));
-            }
-        }
+    let size = args.iter().find_map(|arg| arg.parse().ok());
+    let named = |name: &String| Scene::named(name, size);
+    let scene = args.iter().find_map(named);
+    let scene = scene.unwrap_or_else(|| Scene::rocks(10_000, 4));
+    let [triangles, of_props] = scene.triangles();
+    println!(
+        "{}: {triangles} triangles, {of_props} in its meshes",
+        scene.name
+    );
+    for has_sun in [false, true] {
+        println!("{}", if has_sun { "a sun" } else { "no sun" });
+        let app = |(name, method)| (name, app(&scene, method, has_sun));
+        print_times(&mut methods().map(app));
     }
 }
 
 /// The measurement behind the thresholds of `FieldLodAppConfig` between the kinds of levels.
 fn compare_kinds() {
     for (count, subdivisions) in [(10_000, 2), (10_000, 3), (10_000, 5), (1_000, 6)] {
-        let shape = [rock(subdivisions, 1)];
-        let triangles = shape[0].triangle_count();
-        println!("{count} props of {triangles} triangles, a sun");
-        let field = |(name, method)| (name, Field::new(method, &shape, count, true));
-        print_times(&mut KINDS.map(field));
+        let scene = Scene::rocks(count, subdivisions);
+        println!("{count} rocks of {} triangles, a sun", scene.triangles()[1]);
+        let method = |kind| Method::AutoLod {
+            kind,
+            error_px: 1.0,
+        };
+        print_times(&mut KINDS.map(|(name, kind)| (name, app(&scene, method(kind), true))));
     }
 }
 
-/// A field that draws fewer triangles and changes levels on a walk, if the plugin draws it.
-fn checked_field(method: Method, shapes: &[SourceMesh], count: u32, has_sun: bool) -> Field {
-    let mut field = Field::new(method, shapes, count, has_sun);
-    if let Method::AutoLod(_) = method {
-        let before = field.levels();
-        for _ in 0..WALK {
-            field.walk();
-        }
-        let stats = field.stats();
-        let (drawn, full) = (stats.triangles_drawn, stats.triangles_full);
-        assert!(drawn * 2 < full, "{stats:?}");
-        assert_ne!(field.levels(), before, "a walk changes no level");
-        field.rewind();
-    }
-    field
+fn app(scene: &Scene, method: Method, has_sun: bool) -> SceneApp {
+    let stage = Stage::stock().expect("there is an adapter");
+    let mut app = SceneApp::new(stage, scene, method, UVec2::new(1920, 1080), has_sun);
+    app.drop_commands();
+    app.wait_for_levels();
+    app
 }
 
-/// Prints the times of each field. The fields run in turn.
-fn print_times(fields: &mut [(&str, Field)]) {
-    let mut times = vec![[const { Vec::new() }; 2]; fields.len()];
+/// Prints the times of each app. The apps run in turn.
+fn print_times(apps: &mut [(&str, SceneApp)]) {
+    let mut times = vec![[const { Vec::new() }; PACES.len()]; apps.len()];
+    let mut metres = [0.0; PACES.len()];
     for _ in 0..ROUNDS {
-        for ((_, field), [still, walking]) in fields.iter_mut().zip(&mut times) {
-            // The first frame of a field runs with cold caches.
-            field.still();
-            still.extend((0..FRAMES).map(|_| field.still()));
-            field.walk();
-            walking.extend((0..FRAMES).map(|_| field.walk()));
+        for (pace, (_, step)) in PACES.iter().enumerate() {
+            let from = metres[pace];
+            for ((_, app), times) in apps.iter_mut().zip(&mut times) {
+                // The first frame of an app runs with cold caches.
+                for frame in 0..=FRAMES {
+                    app.go_to(from + frame as f32 * step);
+                    let frame_times = app.frame();
+                    if frame > 0 {
+                        times[pace].push(frame_times);
+                    }
+                }
+            }
+            metres[pace] += FRAMES as f32 * step;
         }
     }
-    println!("medians in ms       | standing: main extract render | walking: main extract render");
-    for ((name, field), times) in fields.iter_mut().zip(&times) {
-        let [still, walking] = times.each_ref().map(|times| parts_in_ms(times));
-        println!("{name:<20}{still}{walking}");
-        let stats = field.stats();
-        if stats.triangles_drawn > 0 {
-            let (drawn, full) = (stats.triangles_drawn, stats.triangles_full);
-            let entities = field.levels().len();
-            println!("{:<20}{drawn} of {full} triangles, {entities} entities", "");
+    println!(
+        "{:<22}{:>11}{:>9}{:>9}  medians in ms (minima): main, extract, render",
+        "", "triangles", "entities", "mesh MB"
+    );
+    for ((name, app), times) in apps.iter_mut().zip(&times) {
+        app.go_to(0.0);
+        app.frame();
+        let (triangles, megabytes) = (app.triangles(), app.mesh_bytes() as f64 * 1e-6);
+        print!(
+            "{name:<22}{triangles:>11}{:>9}{megabytes:>9.1}",
+            app.entities()
+        );
+        for ((pace, _), times) in PACES.iter().zip(times) {
+            print!("  {pace}{}", parts_in_ms(times));
         }
+        println!();
     }
 }
 
-/// Medians of the parts of frames, as columns.
+/// Medians and minima of the parts of frames.
 fn parts_in_ms(times: &[FrameTimes]) -> String {
     let parts: [fn(&FrameTimes) -> Duration; 3] = [|t| t.main, |t| t.extract, |t| t.render];
-    let column = |part| median(times.iter().map(part)).as_secs_f64() * 1e3;
-    parts.map(|part| format!("{:>9.3}", column(part))).concat()
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    let column = |part| {
+        let least = times.iter().map(part).min().unwrap_or_default();
+        format!(
+            " {:.2} ({:.2})",
+            ms(median(times.iter().map(part))),
+            ms(least)
+        )
+    };
+    parts.map(column).concat()
 }

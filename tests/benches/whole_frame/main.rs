@@ -1,73 +1,101 @@
-//! Whole frames on the adapter at hand: full detail, the plugin at one pixel, and three hand-made levels with
-//! `VisibilityRange` at distances that give the same image error.
+//! Whole frames on the adapter at hand, each method at its image error, with shadows and without.
 //!
-//! `cargo bench -p fieldlod_tests --bench whole_frame` draws a field of rocks. The methods draw in turn. "ms" is a whole
-//! update with the wait for the GPU; "main" and "render" are its parts on the CPU. `-- --walkthrough` also draws the
-//! walkthrough by each method.
+//! `cargo bench -p fieldlod_tests --bench whole_frame -- town 4000` draws a town of 4,000 entities; `town` alone has 46,717.
+//! Other scenes are `forest`, `rocks` and `boulders`, the default. The methods draw in turn. "frame" is a whole update with
+//! the wait for the GPU; "main" and "render" are its parts on the CPU. `-- walkthrough` draws the walkthrough by each method.
+//!
+//! Hand-made levels get the image error of the plugin at 1 px: one factor for all their distances is searched.
+//!
+//! `FIELDLOD_PICTURES=folder` writes a picture of each.
 //!
 //! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under the
-//! same C symbols.
+//! same C symbols. `-- meshlets` runs it too.
 
-mod field_of_rocks;
-mod levels;
+#[path = "../walkthrough.rs"]
 mod walkthrough;
 
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use bevy::prelude::Mesh;
-use bevy_fieldlod::LodKind;
-use field_of_rocks::{Method, RockScene};
+use bevy::math::UVec2;
 use fieldlod_tests::frame_times::{FrameTimes, median};
+use fieldlod_tests::scenes::{Method, Scene, SceneApp};
+use fieldlod_tests::stage::Stage;
 use image::RgbaImage;
 
-/// Steps of the camera for timed frames.
-const STEPS: usize = 7;
+const SIZE_PX: UVec2 = UVec2::new(960, 540);
+/// Metres along the path of compared pictures, and of timed frames.
+const COMPARED: [f32; 2] = [0.0, 2.4];
+const STEPS: u8 = 7;
+const STEP: f32 = 0.4;
 /// Rounds over those steps, unless [`LAST_ROUND`] has passed.
 const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
-/// Steps of the camera for compared pictures.
-const COMPARED: [usize; 3] = [0, 3, 6];
-/// Halvings of the interval of the scale of distances.
-const SEARCH_STEPS: usize = 16;
-/// Relative difference of equal image errors. Each rock that changes its level is a step of the error, so that not
+/// Halvings of the interval of the factor of distances.
+const SEARCH_STEPS: usize = 9;
+/// Relative difference of equal image errors. Each thing that changes its level is a step of the error, so that not
 /// every error can be reached.
-const SAME: f64 = 0.02;
+const SAME: f64 = 0.03;
 
 fn main() -> Result<(), String> {
-    compare_methods();
-    if std::env::args().any(|arg| arg == "--walkthrough") {
-        walkthrough::compare()?;
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let has = |name: &str| args.iter().any(|arg| arg == name);
+    if has("walkthrough") {
+        return compare_walkthrough();
+    }
+    let size = args.iter().find_map(|arg| arg.parse().ok());
+    let scene = args.iter().find_map(|name| Scene::named(name, size));
+    compare_methods(&scene.unwrap_or_else(|| Scene::named("boulders", size).expect("a name")));
+    if has("meshlets") {
+        return run_meshlets();
     }
     Ok(())
 }
 
-fn compare_methods() {
-    let levels = levels::by_rock();
-    let Some(mut full) = RockScene::new(&levels, Method::Full) else {
+fn compare_methods(scene: &Scene) {
+    let Some(stage) = Stage::stock() else {
         return;
     };
-    println!("{}", full.adapter());
+    let mut full = SceneApp::new(stage, scene, Method::Full { gpu: false }, SIZE_PX, true);
+    full.wait_for_levels();
+    println!("{}, {}", scene.name, full.adapter());
     let pictures = full.pictures(&COMPARED);
-    let lod = |kind| RockScene::new(&levels, Method::AutoLod(kind)).expect("there is an adapter");
+    let app = |method| {
+        let stage = Stage::stock().expect("there was an adapter");
+        let mut app = SceneApp::new(stage, scene, method, SIZE_PX, true);
+        app.wait_for_levels();
+        app
+    };
+    let row = |name, app| Row::new(name, app, &pictures);
     let mut rows = vec![
-        Row::new("full detail", full, &pictures),
-        Row::new("plugin, 1 px", lod(LodKind::Auto), &pictures),
-        Row::new(
-            "plugin, 1 px, whole meshes",
-            lod(LodKind::WholeMesh),
-            &pictures,
-        ),
+        row("full detail", full),
+        row("full, NoCpuCulling", app(Method::Full { gpu: true })),
+        row("plugin, low", app(Method::auto_lod(4.0))),
+        row("plugin, medium", app(Method::auto_lod(2.0))),
+        row("plugin, high", app(Method::auto_lod(1.0))),
     ];
-    let ranges = ranges_of_error(&levels, rows[1].error, &pictures);
-    rows.push(Row::new("VisibilityRange, 3 levels", ranges, &pictures));
-    time(&mut rows);
-    print(&rows);
+    let error = rows[4].error;
+    let mut ranges = app(Method::Ranges { gpu: false });
+    let factor = match_error(&mut ranges, error, &pictures);
+    let mut on_gpu = app(Method::Ranges { gpu: true });
+    on_gpu.scale_ranges(factor);
+    rows.push(row("ranges", ranges));
+    rows.push(row("ranges, NoCpuCulling", on_gpu));
+    for has_shadows in [true, false] {
+        println!(
+            "{}; distances of the ranges times {factor:.3}",
+            if has_shadows { "shadows" } else { "no shadows" }
+        );
+        time(&mut rows, has_shadows);
+        print(&rows);
+    }
 }
 
 /// The scene drawn by one method, and its measurements.
 struct Row {
     name: &'static str,
-    scene: RockScene,
+    app: SceneApp,
     /// Root mean square of the difference from full detail, of 255.
     error: f64,
     triangles: u64,
@@ -76,14 +104,22 @@ struct Row {
 }
 
 impl Row {
-    fn new(name: &'static str, mut scene: RockScene, full: &[RgbaImage]) -> Self {
-        let error = rmse(&scene.pictures(&COMPARED), full);
+    fn new(name: &'static str, mut app: SceneApp, full: &[RgbaImage]) -> Self {
+        let pictures = app.pictures(&COMPARED);
+        if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
+            let file = Path::new(&folder).join(format!("{name}.png"));
+            pictures[0].save(file).expect("the folder exists");
+        }
+        let error = rmse(&pictures, full);
+        let triangles = app.triangles();
+        eprintln!("{name}: image error {error:.3}, {triangles} triangles");
+        let times = Vec::new();
         Self {
             name,
+            app,
             error,
-            triangles: scene.triangles_drawn(),
-            scene,
-            times: Vec::new(),
+            triangles,
+            times,
         }
     }
 
@@ -93,34 +129,47 @@ impl Row {
     }
 }
 
-/// The hand-made levels at a scale of their distances with the image error `error`, up to [`SAME`].
-fn ranges_of_error(levels: &[Vec<Mesh>], error: f64, full: &[RgbaImage]) -> RockScene {
-    let (mut near, mut far) = (0.02f32, 8.0f32);
+/// Scales the distances of hand-made levels until the image error is `error`, up to [`SAME`] or the nearest that is
+/// found. Returns the factor.
+fn match_error(app: &mut SceneApp, error: f64, full: &[RgbaImage]) -> f32 {
+    let (mut near, mut far) = (0.05f32, 20.0f32);
+    let (mut best, mut distance) = (1.0, f64::INFINITY);
     for _ in 0..SEARCH_STEPS {
-        let scale = (near * far).sqrt();
-        let scene = RockScene::new(levels, Method::Ranges { scale });
-        let mut scene = scene.expect("there is an adapter");
-        let found = rmse(&scene.pictures(&COMPARED), full);
-        eprintln!("distances times {scale:.3}: image error {found:.3} for {error:.3}");
-        if (found - error).abs() <= SAME * error {
-            return scene;
+        let factor = (near * far).sqrt();
+        app.scale_ranges(factor);
+        let found = rmse(&app.pictures(&COMPARED), full);
+        eprintln!("distances times {factor:.3}: image error {found:.3} for {error:.3}");
+        if (found - error).abs() < distance {
+            (best, distance) = (factor, (found - error).abs());
+        }
+        if distance <= SAME * error {
+            break;
         }
         if found > error {
-            near = scale;
+            near = factor;
         } else {
-            far = scale;
+            far = factor;
         }
     }
-    panic!("no scale of the distances gives the same image error");
+    app.scale_ranges(best);
+    best
 }
 
-fn time(rows: &mut [Row]) {
+fn time(rows: &mut [Row], has_shadows: bool) {
+    for row in &mut *rows {
+        row.times.clear();
+        row.app.set_shadows(has_shadows);
+        // Pipelines and shadow maps change.
+        for _ in 0..2 {
+            row.app.draw();
+        }
+    }
     let start = Instant::now();
     for _ in 0..ROUNDS {
         for step in 0..STEPS {
             for row in &mut *rows {
-                row.scene.go_to(step);
-                row.times.push(row.scene.draw());
+                row.app.go_to(f32::from(step) * STEP);
+                row.times.push(row.app.draw());
             }
         }
         if start.elapsed() > LAST_ROUND {
@@ -130,36 +179,77 @@ fn time(rows: &mut [Row]) {
 }
 
 fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (picture, full) in pictures.iter().zip(full) {
-        for (a, b) in picture.pixels().zip(full.pixels()) {
-            for channel in 0..3 {
-                sum += (f64::from(a.0[channel]) - f64::from(b.0[channel])).powi(2);
-                count += 1.0;
-            }
-        }
-    }
+    let pairs = pictures.iter().zip(full);
+    let channels = pairs.flat_map(|(picture, full)| {
+        let pixels = picture.pixels().zip(full.pixels());
+        pixels.flat_map(|(a, b)| {
+            (0..3).map(|channel| f64::from(a.0[channel]) - f64::from(b.0[channel]))
+        })
+    });
+    let (sum, count) = channels.fold((0.0, 0.0), |(sum, count), by| (sum + by * by, count + 1.0));
     f64::sqrt(sum / count)
 }
 
 fn print(rows: &[Row]) {
     println!(
-        "{:<28} {:>9} {:>10} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8}",
-        "", "RMSE /255", "triangles", "entities", "mesh MB", "ms", "of full", "main", "render"
+        "{:<22} {:>9} {:>10} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8}",
+        "", "RMSE /255", "triangles", "entities", "mesh MB", "frame", "of full", "main", "render"
     );
     let of_full = rows[0].median_ms(|(whole, _)| *whole);
     for row in rows {
         let ms = row.median_ms(|(whole, _)| *whole);
         println!(
-            "{:<28} {:>9.3} {:>10} {:>8} {:>8.1} {ms:>8.2} {:>7.3} {:>8.2} {:>8.2}",
+            "{:<22} {:>9.3} {:>10} {:>8} {:>8.1} {ms:>8.2} {:>7.3} {:>8.2} {:>8.2}",
             row.name,
             row.error,
             row.triangles,
-            row.scene.mesh_entities(),
-            row.scene.mesh_bytes() as f64 / 1e6,
+            row.app.entities(),
+            row.app.mesh_bytes() as f64 / 1e6,
             ms / of_full,
             row.median_ms(|(_, parts)| parts.main),
             row.median_ms(|(_, parts)| parts.extract + parts.render),
         );
+    }
+}
+
+/// Prints medians over the frames of the walkthrough's path.
+fn compare_walkthrough() -> Result<(), String> {
+    const COLUMNS: [&str; 6] = [
+        "triangles_drawn",
+        "frame_ms",
+        "main_ms",
+        "render_ms",
+        "wait_ms",
+        "selection_ms",
+    ];
+    println!(
+        "{:<28}{}",
+        "",
+        COLUMNS.map(|name| format!("{name:>16}")).concat()
+    );
+    let methods: [(&str, &[&str]); 3] = [
+        ("full detail", &["--plain"]),
+        ("plugin, 1 px", &[]),
+        ("plugin, 1 px, visible flux", &["--visible-flux"]),
+    ];
+    for (name, options) in methods {
+        let summary = walkthrough::summary_of(&[&["--full"], options].concat())?;
+        let column = |name| summary[name]["median"].as_f64().unwrap_or(f64::NAN);
+        let columns = COLUMNS.map(|name| format!("{:>16.2}", column(name)));
+        println!("{name:<28}{}", columns.concat());
+    }
+    Ok(())
+}
+
+/// Runs the program of the meshlets, which fails if the adapter cannot run them.
+fn run_meshlets() -> Result<(), String> {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/meshlets/Cargo.toml");
+    let program = Command::new(env!("CARGO"))
+        .args(["run", "--release", "--manifest-path", manifest])
+        .status();
+    match program.map(|status| status.code()) {
+        Ok(Some(0)) => Ok(()),
+        Ok(Some(2)) => Ok(println!("meshlets: this adapter cannot run them")),
+        other => Err(format!("meshlets: {other:?}")),
     }
 }

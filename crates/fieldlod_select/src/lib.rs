@@ -43,7 +43,7 @@
 //! # Speed
 //! A [`Selector`] decides everything anew in each frame, and eight at a time:
 //! 1. One pass over the spheres of all instances finds those that certainly stay as they are: outside of the view,
-//!    too small, or within the limits of their level. 64 instances that follow each other are passed at once where
+//!    or within the limits of their level. 64 instances that follow each other are passed at once where
 //!    one sphere around them tells that. `benches/props` walks through a million.
 //! 2. What is left is near. Of a mesh that is drawn as a whole
 //!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) the criterion decides the
@@ -58,8 +58,7 @@
 //! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
 //!
 //! # Out of scope
-//! Morphing between levels; skinned meshes; culling, but of what is smaller than
-//! [`LodSettings::cull_below_px`].
+//! Morphing between levels; skinned meshes; culling.
 
 mod criterion;
 mod cut;

@@ -7,7 +7,7 @@ pub(crate) mod table;
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use glam::{Affine3A, Mat3};
 
-use crate::criterion::error_bounds::{or_infinity, placed_sphere};
+use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
 use columns::{Columns, NOTHING};
 use journal::Journal;
@@ -265,10 +265,9 @@ impl Scene {
         self.journal.push(index);
         let instance = &self.instances[index as usize];
         let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
-        let (mut size, mut occluder_radius) = (0.0, 0.0);
+        let mut occluder_radius = 0.0;
         if let Some(mesh) = self.entries[index as usize].mesh {
             let table = &self.meshes[mesh.0 as usize].table;
-            size = or_infinity(table.radius * error_scale[1]);
             if !table.occluders.is_empty() {
                 occluder_radius = instance.sphere.radius;
             }
@@ -277,7 +276,6 @@ impl Scene {
             index as usize,
             &instance.sphere,
             error_scale,
-            size,
             occluder_radius,
         );
     }

@@ -41,11 +41,6 @@ impl Limits {
         lowest: f32::INFINITY,
         highest: -2.0,
     };
-    /// Of instances that are too small to be drawn.
-    pub(crate) const CULLED: Self = Self {
-        lowest: -1.0,
-        highest: 0.0,
-    };
 
     /// The same in the world, where errors grow by `[least, most]`.
     pub(crate) fn scaled(self, [least, most]: [f32; 2]) -> Self {

@@ -57,8 +57,6 @@ pub(crate) const NOTHING: Sphere = Sphere {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Columns {
     pub(crate) spheres: Vec<EightSpheres>,
-    /// Radii on screen: those of the vertices, times the bias.
-    pub(crate) sizes: Vec<[f32; LANES]>,
     /// Radii of what can hide other instances; 0 of what cannot.
     pub(crate) occluder_radii: Vec<[f32; LANES]>,
     /// By how much errors grow in the world, at least and at most, biases included.
@@ -76,13 +74,11 @@ impl Columns {
         index: usize,
         sphere: &Sphere,
         error_scale: [f32; 2],
-        size: f32,
         occluder_radius: f32,
     ) {
         let (element, lane) = (index / LANES, index % LANES);
         if self.spheres.len() <= element {
             self.spheres.resize(element + 1, EightSpheres::NOTHING);
-            self.sizes.resize(element + 1, [0.0; LANES]);
             self.occluder_radii.resize(element + 1, [0.0; LANES]);
         }
         if self.error_scales.len() <= index {
@@ -90,7 +86,6 @@ impl Columns {
         }
         self.error_scales[index] = error_scale;
         self.spheres[element].set(lane, sphere);
-        self.sizes[element][lane] = size;
         self.occluder_radii[element][lane] = occluder_radius;
         let chunk = (index / CHUNK) as u32;
         if self.dirty.last() != Some(&chunk) {
@@ -118,11 +113,6 @@ impl Columns {
     /// Whether all spheres around chunks are up to date.
     pub(crate) fn is_up_to_date(&self) -> bool {
         self.dirty.is_empty()
-    }
-
-    /// The size of one instance.
-    pub(crate) fn size(&self, index: usize) -> f32 {
-        self.sizes[index / LANES][index % LANES]
     }
 }
 

@@ -20,8 +20,8 @@ pub struct Statistics {
     pub instances_decided: usize,
     /// Groups of those.
     pub groups_decided: usize,
-    /// Searches for the threshold that meets the triangle budget; each visits all groups.
-    pub budget_searches: usize,
+    /// Thresholds tried to keep to the triangle budget, after the first one; each is a selection.
+    pub budget_tries: usize,
 }
 
 #[derive(Debug, Default)]
@@ -86,15 +86,8 @@ impl SceneCuts {
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for element in 0..self.limits.chunks.len() {
-            // Chunks have no sizes.
-            let kept = match test.tests_sizes() {
-                true => 0,
-                false => {
-                    let limits = &self.limits.chunks[element];
-                    let looked = test.look(&columns.chunks[element], limits, None);
-                    looked.map_or(0xff, |looked| looked.kept)
-                }
-            };
+            let looked = test.look(&columns.chunks[element], &self.limits.chunks[element]);
+            let kept = looked.map_or(0xff, |looked| looked.kept);
             for lane in set_bits_of(!kept & 0xff) {
                 let chunk = element * LANES + lane;
                 if chunk < chunk_count {
@@ -111,10 +104,8 @@ impl SceneCuts {
         self.limits.refit(chunk);
         self.statistics.instances_tested += (end - first) * LANES;
         for element in first..end {
-            // In a first frame nothing was drawn.
-            let sizes = (&columns.sizes[element], !frame.is_first);
             let (spheres, limits) = (&columns.spheres[element], &self.limits.instances[element]);
-            let Some(looked) = test.look(spheres, limits, Some(sizes)) else {
+            let Some(looked) = test.look(spheres, limits) else {
                 continue;
             };
             let near = set_bits_of(!looked.kept & 0xff);
@@ -210,11 +201,6 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
             other => other.drawn_whole(scene).0,
         }
-    }
-
-    /// How an instance is drawn.
-    pub(crate) fn memory(&self, index: usize) -> InstanceMemory {
-        self.memories.get(index).copied().unwrap_or_default()
     }
 
     /// The cut of an instance, if it has one of its own.

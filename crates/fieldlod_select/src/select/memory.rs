@@ -21,8 +21,6 @@ pub(crate) enum InstanceState {
     /// Not selected yet, removed, or on other layers: draws nothing.
     #[default]
     Empty,
-    /// Too small to be drawn.
-    Culled,
     /// Only terminal groups are refined. The scene may have removed the instance since.
     Coarsest(MeshId),
     /// The mesh as a whole at one level, finer than the coarsest.
@@ -60,7 +58,6 @@ impl InstanceState {
     ) -> Limits {
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
-            Self::Culled => return Limits::CULLED,
             Self::Mixed(_) => return Limits::UNKNOWN,
             Self::AtLevel(..) if hides => return Limits::UNKNOWN,
             Self::Coarsest(mesh) => (mesh, None),

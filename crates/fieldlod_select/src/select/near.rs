@@ -1,4 +1,4 @@
-//! The decision on one near instance: not drawn, at a level, or group by group.
+//! The decision on one near instance: at a level, or group by group.
 
 use super::cuts::SceneCuts;
 use super::decision::Decision;
@@ -6,7 +6,6 @@ use super::frame::Frame;
 use super::limits::keep_test::Near;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
-use crate::lanes::{Lane, V3};
 use crate::scene::MeshId;
 use crate::scene::table::GroupTable;
 use crate::view::InstanceView;
@@ -24,18 +23,10 @@ impl SceneCuts {
         }
         let memory = &mut self.memories[index as usize];
         (memory.generation, memory.version) = (entry.generation, entry.version);
-        let was_drawn = memory.state.is_drawn();
-        // Not on the view's layers, or too small.
+        // Not on the view's layers.
         let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
             return self.draw_whole(frame, index, InstanceState::Empty);
         };
-        if frame.test.tests_sizes() {
-            let center = V3::splat(frame.scene.instances[index as usize].sphere.center);
-            let size = frame.scene.columns.size(index as usize);
-            if !frame.test.is_large(center, size, was_drawn) {
-                return self.draw_whole(frame, index, InstanceState::Culled);
-            }
-        }
         // Without a shadow in the view, or forced to a level.
         let forced_level = frame.settings.forced_level.or(entry.forced_level);
         if forced_level.is_none() && near.is_dark {
@@ -157,7 +148,7 @@ impl SceneCuts {
         let index = near.index;
         let is_coarsest = match self.memories[index as usize].state {
             InstanceState::AtLevel(..) | InstanceState::Mixed(_) => false,
-            InstanceState::Empty | InstanceState::Culled | InstanceState::Coarsest(_) => true,
+            InstanceState::Empty | InstanceState::Coarsest(_) => true,
         };
         let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
         else {
@@ -283,7 +274,7 @@ impl SceneCuts {
         let limits = table.errors_at(None).limits(&frame.units, 1.0);
         let limits = limits.scaled(scene.columns.error_scales[index as usize]);
         let has_limits =
-            settings.visible_flux.is_some() || !near.allowed.coarse[0].is_below(limits.highest);
+            settings.visible_flux.is_some() || limits.highest <= near.allowed.coarse[0];
         let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
         self.memories[index as usize].state = InstanceState::Mixed(key);
         if is_coarsest {

@@ -37,8 +37,6 @@ pub(crate) struct LodScene {
     instance_of: EntityHashMap<InstanceId>,
     /// Triangles of the source meshes of all instances, by the layers of the instances.
     triangles_on_layers: HashMap<u64, u64>,
-    /// Whether a view culls small objects.
-    pub(crate) culls: bool,
     /// Whether some source mesh is incomplete, so that views draw cuts even at full detail.
     pub(crate) has_incomplete_sources: bool,
     /// How many instances are drawn as units.
@@ -201,11 +199,6 @@ impl LodScene {
     /// Whether any entity has units, or will have some.
     pub(crate) fn has_units(&self) -> bool {
         self.clustered_count > 0 || self.records.has_units()
-    }
-
-    /// Whether views draw less than Bevy's culling leaves: there are units, or small objects are culled.
-    pub(crate) fn is_filtered(&self) -> bool {
-        self.has_units() || self.culls
     }
 
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {

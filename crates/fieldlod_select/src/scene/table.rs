@@ -38,9 +38,7 @@ pub struct GroupTable {
     pub(crate) terminal: Vec<u64>,
     /// The bounds of all groups.
     pub(crate) bounds: ErrorBounds,
-    /// The errors of the mesh as a whole at each level that it can be drawn at as a whole: of a mesh that is not,
-    /// at its coarsest alone.
-    level_errors: Vec<LevelErrors>,
+    pub(crate) level_errors: LevelErrors,
     /// The level of each group.
     levels: Vec<u32>,
     /// Sample points of visibility.
@@ -94,12 +92,7 @@ impl GroupTable {
             bounds: around(groups),
             samples: SurfaceSamples::new(hierarchy),
             occluders: occluder_levels(hierarchy),
-            level_errors: if is_chain {
-                let at_level = |level| LevelErrors::at_level(&groups[level], &groups[..level]);
-                (0..groups.len()).map(at_level).collect()
-            } else {
-                vec![LevelErrors::coarsest(groups)]
-            },
+            level_errors: LevelErrors::new(groups, is_chain),
             levels: groups.iter().map(|group| group.level).collect(),
             error: lanes_of(groups, words * LANES, |g| {
                 or_infinity(simplified(g, g.error_in_local))
@@ -140,12 +133,6 @@ impl GroupTable {
         for (group, &of_group) in self.levels.iter().enumerate() {
             refined[group / CHUNK] |= u64::from(of_group >= level) << (group % CHUNK);
         }
-    }
-
-    /// The errors of the mesh as a whole at one level of a chain; at its coarsest without one.
-    pub(crate) fn errors_at(&self, level: Option<usize>) -> &LevelErrors {
-        let coarsest = self.level_errors.len() - 1;
-        &self.level_errors[level.unwrap_or(coarsest)]
     }
 
     /// Frees all but what tells the coarsest cut.

@@ -112,7 +112,7 @@ impl SceneCuts {
             let near = near.filter(|lane| element * LANES + lane < self.memories.len());
             let allowed = looked.allowed();
             self.near.extend(near.map(|lane| Near {
-                index: (element * LANES + lane) as u32,
+                slot: (element * LANES + lane) as u32,
                 is_dark: looked.dark >> lane & 1 == 1,
                 allowed: allowed[lane],
             }));
@@ -134,8 +134,11 @@ impl SceneCuts {
         let (scene, layers) = (frame.scene, frame.view.layers);
         let mut run: Option<Run> = None;
         for (index, entry) in (0..).zip(&scene.entries) {
+            let Some(slot) = entry.slot else {
+                continue;
+            };
             let generation = entry.generation;
-            let memory = &mut self.memories[index as usize];
+            let memory = &mut self.memories[slot as usize];
             let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.seen_mesh(layers)) else {
                 continue;
             };
@@ -163,9 +166,9 @@ impl SceneCuts {
     }
 
     /// Changes an instance to a state without a cut of its own.
-    pub(super) fn change_state(&mut self, frame: &Frame, index: u32, state: InstanceState) {
+    pub(super) fn change_state(&mut self, frame: &Frame, slot: usize, state: InstanceState) {
         let scene = frame.scene;
-        let memory = &mut self.memories[index as usize];
+        let memory = &mut self.memories[slot];
         let was = std::mem::replace(&mut memory.state, state);
         // A first frame lists instances at their coarsest levels at its end.
         let is_listed_later = frame.is_first && matches!(state, InstanceState::Coarsest(_));
@@ -173,19 +176,20 @@ impl SceneCuts {
             memory.state = was;
             return;
         }
-        if was == state {
+        let (Some(instance), true) = (memory.instance, was != state) else {
             return;
-        }
+        };
         let (now, triangles) = state.drawn_whole(scene);
         let (before, triangles_before) = match was {
             InstanceState::Mixed(key) => self.pool.at(key).drawn(),
             other => other.drawn_whole(scene),
         };
-        let instance = InstanceId {
-            index,
-            generation: memory.generation,
-        };
-        self.changes.record(instance, before, now);
+        match (before, now) {
+            (&[before], &[now]) if before != now && before.max(now) < CHUNK as u32 => {
+                self.changes.change_level(instance, before, now);
+            }
+            _ => self.changes.record(instance, before, now),
+        }
         self.triangle_count = self.triangle_count + triangles - triangles_before;
         if let InstanceState::Mixed(key) = was {
             self.pool.free(key);
@@ -193,19 +197,20 @@ impl SceneCuts {
     }
 
     pub(crate) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
-        let Some(memory) = self.memories.get(instance.index()) else {
+        let slot = scene.slot_of(instance);
+        let Some(memory) = slot.and_then(|slot| self.memories.get(slot)) else {
             return &[];
         };
         match memory.state {
-            _ if memory.generation != instance.generation => &[],
+            _ if memory.instance != Some(instance) => &[],
             InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
             other => other.drawn_whole(scene).0,
         }
     }
 
     /// The cut of an instance, if it has one of its own.
-    pub(crate) fn cut(&self, index: usize) -> Option<&InstanceCut> {
-        match self.memories.get(index)?.state {
+    pub(crate) fn cut(&self, slot: usize) -> Option<&InstanceCut> {
+        match self.memories.get(slot)?.state {
             InstanceState::Mixed(key) => Some(self.pool.at(key)),
             _ => None,
         }

@@ -88,7 +88,7 @@ pub(crate) struct Allowed<L> {
 /// An instance whose cut may change in this frame.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::select) struct Near {
-    pub(in crate::select) index: u32,
+    pub(in crate::select) slot: u32,
     /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
     pub(in crate::select) is_dark: bool,
     /// Certain bounds of its allowed errors.

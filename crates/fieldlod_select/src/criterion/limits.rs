@@ -122,11 +122,12 @@ impl LevelErrors {
     /// The errors of the levels of a chain of groups; without a chain, of a cut that refines none of `groups`.
     pub(crate) fn new(groups: &[Group], is_chain: bool) -> Self {
         let mut levels = Self::default();
-        match is_chain {
-            true => {
-                (0..groups.len()).for_each(|level| levels.push(&groups[level], &groups[..level]))
+        if is_chain {
+            for level in 0..groups.len() {
+                levels.push(&groups[level], &groups[..level]);
             }
-            false => levels.push(&Group::default(), groups),
+        } else {
+            levels.push(&Group::default(), groups);
         }
         levels
     }

@@ -3,6 +3,8 @@
 use std::time::{Duration, Instant};
 
 use bevy::prelude::*;
+use bevy::render::RenderApp;
+use bevy::render::renderer::{PendingCommandBuffers, RenderGraph, RenderGraphSystems};
 
 /// The parts of one frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,6 +36,21 @@ impl FrameTimes {
         apps.main.world_mut().clear_trackers();
         times
     }
+}
+
+/// Drops the commands of all further frames when they are recorded. The GPU draws nothing.
+///
+/// # Panics
+/// Without a renderer.
+pub fn drop_commands(app: &mut App) {
+    fn take(mut pending: ResMut<PendingCommandBuffers>) {
+        pending.take();
+    }
+    let after_recording = take
+        .after(RenderGraphSystems::Render)
+        .before(RenderGraphSystems::Submit);
+    let render = app.sub_app_mut(RenderApp);
+    render.add_systems(RenderGraph, after_recording);
 }
 
 /// The element in the middle.

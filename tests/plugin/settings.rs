@@ -1,7 +1,6 @@
 //! Settings of cameras, of `AutoLod` and of bakes.
 
 use bevy::asset::RenderAssetUsages;
-use bevy::camera::visibility::CascadesVisibleEntities;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, LodUnit};
@@ -16,14 +15,6 @@ fn settings(app: &mut App, camera: Entity, settings: FieldLodCamera) {
     app.update();
 }
 
-/// What a sun draws into the shadow maps of a camera.
-fn cast(app: &mut App, camera: Entity) -> usize {
-    let mut suns = app.world_mut().query::<&CascadesVisibleEntities>();
-    let sun = suns.single(app.world()).unwrap();
-    let cascades = sun.entities.get(&camera).into_iter().flatten();
-    cascades.map(|list| list.entities.len()).sum()
-}
-
 fn spawn_sun(app: &mut App) {
     let sun = DirectionalLight {
         shadow_maps_enabled: true,
@@ -31,65 +22,6 @@ fn spawn_sun(app: &mut App) {
     };
     let low = Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y);
     app.world_mut().spawn((sun, low));
-}
-
-/// The radius of a sphere around an entity's source, about the centre of its box.
-fn radius_of(app: &App, entity: Entity) -> f32 {
-    let source = app.world().get::<Mesh3d>(entity).unwrap();
-    let mesh = app.world().resource::<Assets<Mesh>>().get(source).unwrap();
-    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).unwrap();
-    let points = positions
-        .as_float3()
-        .unwrap()
-        .iter()
-        .copied()
-        .map(Vec3::from);
-    let (min, max) = points
-        .clone()
-        .fold((Vec3::MAX, Vec3::MIN), |(min, max), p| {
-            (min.min(p), max.max(p))
-        });
-    let radii = points.map(|p| p.distance((min + max) * 0.5));
-    radii.fold(0.0, f32::max)
-}
-
-#[test]
-fn small_objects_and_their_shadows_are_culled() {
-    // A prop, and an object of units.
-    for subdivisions in [4, 5] {
-        let (mut app, camera, rock) = before_a_camera(subdivisions, 20.0);
-        spawn_sun(&mut app);
-        let mut culling = FieldLodCamera::high();
-        culling.cull_below_px = Some(40.0 * radius_of(&app, rock));
-        settings(&mut app, camera, culling);
-        let mut is_drawn_at = |distance: f32| {
-            move_camera(&mut app, camera, distance);
-            let is_drawn = !visible(&app, camera).is_empty();
-            assert_eq!(stats(&app, camera).triangles_drawn > 0, is_drawn);
-            assert_eq!(cast(&mut app, camera) > 0, is_drawn);
-            assert_eq!(levels(&mut app, rock, camera).is_some(), is_drawn);
-            is_drawn
-        };
-        // The focal length is 869 px, so that a radius of 1 has 87, 35, 29, 35 and 58 px: what is drawn stays
-        // until 32 px, what is not comes at 40.
-        let drawn = [20.0, 50.0, 60.0, 50.0, 30.0].map(&mut is_drawn_at);
-        assert_eq!(drawn, [true, true, false, false, true]);
-        // By another camera it is drawn all the while.
-        let other = spawn_camera(&mut app, 100.0);
-        insert(&mut app, other, FieldLodCamera::default());
-        app.update();
-        move_camera(&mut app, camera, 100.0);
-        assert!(visible(&app, camera).is_empty() && !visible(&app, other).is_empty());
-        // Turning changes nothing.
-        move_camera(&mut app, camera, 20.0);
-        let turned = Transform::from_xyz(0.0, 0.0, 20.0).looking_at(Vec3::X * 10.0, Vec3::Y);
-        insert(&mut app, camera, turned);
-        app.update();
-        assert!(!visible(&app, camera).is_empty());
-        settings(&mut app, camera, FieldLodCamera::default());
-        move_camera(&mut app, camera, 500.0);
-        assert!(!visible(&app, camera).is_empty());
-    }
 }
 
 #[test]

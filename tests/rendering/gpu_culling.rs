@@ -173,11 +173,6 @@ const STEPS: [Step; 15] = [
         story.stage.app.update();
         story.set_active(0, true);
     }),
-    ("a camera leaves out what is small", |story| {
-        let mut settings = FieldLodCamera::high();
-        settings.cull_below_px = Some(1000.0);
-        story.stage.insert(story.eyes[2].entity, settings);
-    }),
     ("a light goes", |story| {
         story.stage.insert(story.sun, Visibility::Hidden);
     }),

@@ -14,9 +14,7 @@ use bevy::render::mesh::allocator::MeshAllocator;
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo};
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{PipelineCache, PollType};
-use bevy::render::renderer::{
-    PendingCommandBuffers, RenderDevice, RenderGraph, RenderGraphSystems,
-};
+use bevy::render::renderer::RenderDevice;
 use bevy::render::sync_world::RenderEntity;
 use bevy::render::view::RenderVisibleEntities;
 use bevy_fieldlod::prelude::*;
@@ -25,7 +23,7 @@ use image::RgbaImage;
 use super::forest::{WindMaterial, wind_material, wind_plugin};
 use super::levels::source_mesh;
 use super::{Paint, Place, Scene};
-use crate::frame_times::FrameTimes;
+use crate::frame_times::{FrameTimes, drop_commands};
 use crate::stage::{Eye, Stage};
 
 /// How a scene is drawn.
@@ -140,16 +138,9 @@ impl SceneApp {
         progress.is_none_or(|progress| progress.waiting == 0)
     }
 
-    /// Drops the commands of all further frames when they are recorded. The GPU draws nothing.
+    /// Drops the commands of all further frames, see [`drop_commands`].
     pub fn drop_commands(&mut self) {
-        fn take(mut pending: ResMut<PendingCommandBuffers>) {
-            pending.take();
-        }
-        let after_recording = take
-            .after(RenderGraphSystems::Render)
-            .before(RenderGraphSystems::Submit);
-        let render = self.stage.app.sub_app_mut(RenderApp);
-        render.add_systems(RenderGraph, after_recording);
+        drop_commands(&mut self.stage.app);
     }
 
     /// Whether all pipelines are compiled.

@@ -41,14 +41,14 @@
 //! coarsened some frames later. Displacements count in full, since the share is an estimate.
 //!
 //! # Speed
-//! A [`Selector`] decides everything anew in each frame, and eight at a time:
-//! 1. One pass over the spheres of all instances finds those that certainly stay as they are: outside of the view,
-//!    too small, or within the limits of their level. 64 instances that follow each other are passed at once where
-//!    one sphere around them tells that. `benches/props` walks through a million.
-//! 2. What is left is near. Of a mesh that is drawn as a whole
-//!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) the criterion decides the
-//!    levels, of another one its groups, but for those in bounds of 64 and of eight groups that are certainly below
-//!    the threshold.
+//! A [`Selector`] decides everything anew in each frame, eight at a time:
+//! 1. One pass over the spheres of all instances finds those that certainly keep their cuts: outside the view, or
+//!    within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one sphere around 64
+//!    neighbours often tells it for all. `benches/props` walks through a million.
+//! 2. The others are near. A mesh that is drawn as a whole
+//!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) gets its level from bounds
+//!    over its sphere, eight levels at once; the criterion decides if they do not tell. Of other meshes the criterion
+//!    decides the groups, except those in bounds of 64 and of eight groups that are certainly below the threshold.
 //!
 //! A first frame lists every instance, since whoever draws them has to know of each. `benches/selection` compares
 //! this with the sphere test of clusterlod, in one run.
@@ -58,8 +58,7 @@
 //! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
 //!
 //! # Out of scope
-//! Morphing between levels; skinned meshes; culling, but of what is smaller than
-//! [`LodSettings::cull_below_px`].
+//! Morphing between levels; skinned meshes; culling.
 
 mod criterion;
 mod cut;

@@ -1,12 +1,9 @@
 //! The specification of [`select`](crate::select): the cut rule, straight from its words. Slow,
 //! readable, and what the fast path is tested against.
 
-use camera_field::Camera;
 use fieldlod_hierarchy::Hierarchy;
 
-use crate::scene::{InstanceId, Scene};
 use crate::settings::LodSettings;
-use crate::view::View;
 
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.
@@ -45,23 +42,4 @@ pub fn select(
         refined(unit.consumed_by) && unit.producer().is_none_or(|group| !refined(group))
     };
     (0..hierarchy.units.len() as u32).filter(drawn).collect()
-}
-
-/// The size of an instance on screen, in rendered pixels: what a [`Selector`](crate::Selector) compares with
-/// [`LodSettings::cull_below_px`]. Infinite for an instance without a place; of no meaning once removed.
-#[must_use]
-pub fn size_px(scene: &Scene, instance: InstanceId, view: &View, settings: &LodSettings) -> f32 {
-    let placed = &scene.instances[instance.index()];
-    let radius = scene.columns.size(instance.index());
-    let diameter = 2.0 * radius * settings.resolution_scale;
-    match view.camera {
-        Camera::Perspective(camera) => {
-            let distance = placed.sphere.center.distance(view.eye_in_world);
-            diameter * camera.focal_px.max_element() / distance
-        }
-        Camera::Orthographic(camera) => {
-            let camera_per_world = view.camera_from_world.x_axis.length();
-            diameter * camera.pixels_per_unit.max_element() * camera_per_world
-        }
-    }
 }

@@ -2,15 +2,17 @@
 
 pub(crate) mod columns;
 mod journal;
+mod order;
 pub(crate) mod table;
 
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use glam::{Affine3A, Mat3};
 
-use crate::criterion::error_bounds::{or_infinity, placed_sphere};
+use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
-use columns::{Columns, NOTHING};
+use columns::{Columns, Row};
 use journal::Journal;
+use order::sort_along_curve;
 use table::GroupTable;
 
 /// A mesh of a [`Scene`].
@@ -56,6 +58,8 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
+    /// Its place in the columns; `None` until the next [`Scene::update`], and once removed.
+    pub(crate) slot: Option<u32>,
     /// Counts changes of anything but its place and bias, from 1 on.
     pub(crate) version: u32,
     /// The layers that it is on.
@@ -89,8 +93,8 @@ struct Mesh {
 /// threads, select from it, each with settings of its own.
 ///
 /// Instances come, move and go at any time: call [`Scene::update`] after changes and before
-/// selection. A change costs the same in a scene of any size. Instances that are added one after the other and
-/// stand close together are selected fastest: views skip 64 of them at once.
+/// selection. A change costs the same in a scene of any size. Instances that are added between two updates are ordered
+/// by their places, because views skip 64 neighbours at once; later moves do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -100,6 +104,8 @@ pub struct Scene {
     /// Apart from the instances: all that is read of one at its coarsest.
     pub(crate) entries: Vec<InstanceEntry>,
     free: Vec<u32>,
+    /// Instances to which the next update gives slots.
+    unplaced: Vec<u32>,
     pub(crate) columns: Columns,
     pub(crate) journal: Journal,
     /// Counts changes of what is drawn or hides others.
@@ -168,6 +174,7 @@ impl Scene {
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
+            slot: None,
             version: 1,
             layers: u64::MAX,
             forced_level: None,
@@ -185,7 +192,8 @@ impl Scene {
             self.entries.push(entry);
             self.instances.len() as u32 - 1
         };
-        self.note_changed(index);
+        self.unplaced.push(index);
+        self.revision += 1;
         InstanceId {
             index,
             generation: entry.generation,
@@ -252,34 +260,39 @@ impl Scene {
             return;
         };
         self.meshes[mesh.0 as usize].instance_count -= 1;
-        self.entries[instance.index()].mesh = None;
-        self.entries[instance.index()].version += 1;
-        self.instances[instance.index()].sphere = NOTHING;
         self.free.push(instance.index);
-        self.note_changed(instance.index);
+        self.revision += 1;
+        let entry = &mut self.entries[instance.index()];
+        (entry.mesh, entry.version) = (None, entry.version + 1);
+        if let Some(slot) = entry.slot.take() {
+            self.columns.free(slot);
+            self.journal.push(slot);
+        }
     }
 
-    /// Puts what an instance is now into the columns, and tells selectors of it.
+    /// Updates the columns of an instance, and notes the change for selectors.
     fn note_changed(&mut self, index: u32) {
         self.revision += 1;
-        self.journal.push(index);
+        let Some(slot) = self.entries[index as usize].slot else {
+            return;
+        };
+        self.journal.push(slot);
         let instance = &self.instances[index as usize];
         let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
-        let (mut size, mut occluder_radius) = (0.0, 0.0);
+        let mut occluder_radius = 0.0;
         if let Some(mesh) = self.entries[index as usize].mesh {
             let table = &self.meshes[mesh.0 as usize].table;
-            size = or_infinity(table.radius * error_scale[1]);
             if !table.occluders.is_empty() {
                 occluder_radius = instance.sphere.radius;
             }
         }
-        self.columns.set(
-            index as usize,
-            &instance.sphere,
+        let row = Row {
+            occupant: index,
+            sphere: instance.sphere,
             error_scale,
-            size,
             occluder_radius,
-        );
+        };
+        self.columns.set(slot as usize, &row);
     }
 
     /// The mesh of an instance; `None` if that was removed.
@@ -299,13 +312,24 @@ impl Scene {
 
     /// Brings the bounds of the scene up to date.
     pub fn update(&mut self) {
+        let mut unplaced = std::mem::take(&mut self.unplaced);
+        unplaced.retain(|&index| self.entries[index as usize].mesh.is_some());
+        sort_along_curve(&mut unplaced, |index| {
+            self.instances[index as usize].sphere.center
+        });
+        // An index may have passed to another instance in the meantime.
+        unplaced.dedup();
+        for &index in &unplaced {
+            self.entries[index as usize].slot = Some(self.columns.free_slot());
+            self.note_changed(index);
+        }
         self.columns.refit();
         self.journal.trim(self.instances.len());
     }
 
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
-        self.columns.is_up_to_date()
+        self.unplaced.is_empty() && self.columns.is_up_to_date()
     }
 
     /// How many instances there are.
@@ -314,12 +338,21 @@ impl Scene {
         self.instances.len() - self.free.len()
     }
 
-    /// The instance that has an index now or had it last.
-    pub(crate) fn instance_at(&self, index: u32) -> InstanceId {
-        InstanceId {
-            index,
-            generation: self.entries[index as usize].generation,
-        }
+    /// The instance in a slot.
+    pub(crate) fn occupant(&self, slot: usize) -> Option<InstanceId> {
+        let index = self.columns.occupants[slot];
+        let entry = self.entries.get(index as usize)?;
+        let generation = entry.generation;
+        Some(InstanceId { index, generation })
+    }
+
+    /// The slot of an instance; `None` before the next update, and once removed.
+    pub(crate) fn slot_of(&self, instance: InstanceId) -> Option<usize> {
+        let entry = self.entries.get(instance.index())?;
+        let slot = entry
+            .slot
+            .filter(|_| entry.generation == instance.generation);
+        slot.map(|slot| slot as usize)
     }
 
     pub(crate) fn table(&self, mesh: MeshId) -> &GroupTable {

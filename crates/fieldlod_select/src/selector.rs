@@ -57,11 +57,11 @@ impl Selector {
         self.cuts.begin();
         self.has_seen = false;
         let view = view.with_margins(settings);
-        // With a budget, the first try is the threshold that met it in the last frame.
         self.select_frame(scene, &view, &self.budget.settings(settings));
-        if let Some(settings) = self.budget.search(&mut self.cuts, scene, &view, settings) {
+        // With a budget, more thresholds are tried until one keeps to it.
+        while let Some(settings) = self.budget.next(settings, self.cuts.triangle_count) {
+            self.cuts.statistics.budget_tries += 1;
             self.select_frame(scene, &view, &settings);
-            self.budget.note_found(self.cuts.triangle_count);
         }
     }
 

@@ -67,11 +67,6 @@ pub struct LodSettings {
     /// [`Selector`](crate::Selector) scales them up; the coarsest levels may still exceed it.
     /// [`select`](crate::select) ignores it.
     pub triangle_budget: Option<u64>,
-    /// Culls instances whose bounding sphere is smaller on screen than this diameter, in rendered pixels; `None`
-    /// culls nothing. The size counts as in the middle of the image, times the instance's bias, so turning the camera
-    /// culls nothing. A drawn instance stays until it is smaller than
-    /// [`hysteresis`](AdvancedSettings::hysteresis) times the threshold. [`select`](crate::select) ignores it.
-    pub cull_below_px: Option<f32>,
     /// Draws every instance at this level of its mesh, or at the coarsest level if it has fewer; 0 is the finest. It
     /// overrides the levels of single instances
     /// ([`Scene::set_forced_level`](crate::Scene::set_forced_level)). [`select`](crate::select) ignores it.
@@ -140,7 +135,6 @@ impl Default for LodSettings {
             error_px: Some(1.0),
             displacement_px: None,
             triangle_budget: None,
-            cull_below_px: None,
             forced_level: None,
             resolution_scale: 1.0,
             visible_flux: None,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 
 use camera_field::Camera;
 use common::{
@@ -12,7 +12,7 @@ use common::{
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
     AdvancedSettings, Cut, GroupTable, InstanceId, InstanceView, LodSettings, MeshId, Offscreen,
-    Scene, Selector, ShadowLight, View, group_error_px, naive, select_with,
+    Scene, Selector, ShadowLight, View, group_error_px, select_with,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -156,8 +156,6 @@ struct Watcher {
     settings: LodSettings,
     selector: Selector,
     cuts: HashMap<InstanceId, Cut>,
-    /// Which instances were large enough to be drawn.
-    drawn: HashSet<InstanceId>,
     /// The cuts as `changes` tell them.
     followed: BTreeMap<InstanceId, Vec<u32>>,
 }
@@ -170,7 +168,6 @@ impl Watcher {
             settings,
             selector: Selector::default(),
             cuts: HashMap::new(),
-            drawn: HashSet::new(),
             followed: BTreeMap::new(),
         }
     }
@@ -197,41 +194,18 @@ impl Watcher {
         self.cuts.retain(|id, _| is_seen(&&world.placed[id]));
         for (id, placed) in &world.placed {
             let units = self.selector.units(&world.scene, *id);
-            if !is_seen(&placed) || !self.is_large(world, *id) {
+            if !is_seen(&placed) {
                 assert!(units.is_empty());
-                self.drawn.remove(id);
-                self.cuts.remove(id);
                 continue;
             }
-            self.drawn.insert(*id);
             let cut = self.cuts.entry(*id).or_default();
             select_one(placed, &self.view, &self.settings, cut);
             assert_eq!(self.selector.units(&world.scene, *id), cut.units());
             assert_eq!(self.followed.get(id).unwrap(), cut.units());
             triangle_count += cut.triangle_count();
         }
-        self.drawn.retain(|id| self.cuts.contains_key(id));
-        assert_eq!(self.followed.len(), self.drawn.len());
+        assert_eq!(self.followed.len(), self.cuts.len());
         assert_eq!(self.selector.triangle_count(), triangle_count);
-    }
-}
-
-impl Watcher {
-    /// Whether an instance is large enough to be drawn; where rounding decides, as the selector says.
-    fn is_large(&self, world: &World, id: InstanceId) -> bool {
-        let Some(cull_below_px) = self.settings.cull_below_px else {
-            return true;
-        };
-        let memory = match self.drawn.contains(&id) {
-            true => self.settings.advanced.hysteresis.min(1.0),
-            false => 1.0,
-        };
-        let size_px = naive::size_px(&world.scene, id, &self.view, &self.settings);
-        let size = size_px / (cull_below_px * memory);
-        if (size - 1.0).abs() < 1e-3 {
-            return !self.selector.units(&world.scene, id).is_empty();
-        }
-        size.is_nan() || size > 1.0
     }
 }
 
@@ -265,7 +239,6 @@ proptest! {
     #[test]
     fn views_of_a_scene_that_changes_equal_one_instance_at_a_time(
         cameras in prop::array::uniform3((any_camera(), vector(), any_settings())),
-        sizes_px in prop::array::uniform3(prop::option::of(5.0f32..500.0)),
         forced_level in prop::option::weighted(0.1, 0u32..4),
         events in prop::collection::vec(any_event(), 6..14),
         walk in vector(),
@@ -274,9 +247,6 @@ proptest! {
         let mut watchers = cameras.map(|(camera, eye, settings)| {
             Watcher::new(look(camera, eye * 30.0, Vec3::new(0.1, 0.0, 0.2)), settings)
         });
-        for (watcher, cull_below_px) in watchers.iter_mut().zip(sizes_px) {
-            watcher.settings.cull_below_px = cull_below_px;
-        }
         watchers[0].settings.forced_level = forced_level;
         for (step, event) in (0u8..).zip(&events) {
             world.apply(event);
@@ -379,30 +349,6 @@ fn of_whole_mesh_levels_one_is_drawn() {
         .collect();
     assert!(drawn.is_sorted(), "{drawn:?}");
     assert_eq!((drawn[0], drawn[5]), (0, 5));
-}
-
-#[test]
-fn what_is_small_leaves_at_a_lower_size_than_it_comes_at() {
-    let mut scene = Scene::default();
-    let mesh = scene.add_mesh(&hierarchies()[0]);
-    let rock = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
-    scene.update();
-    let settings = LodSettings {
-        cull_below_px: Some(40.0),
-        ..LodSettings::default()
-    };
-    let mut selector = Selector::default();
-    let mut is_drawn_at = |size_px: f32| {
-        let near = look(perspective(1.0), Vec3::X * 10.0, Vec3::ZERO);
-        let near_px = naive::size_px(&scene, rock, &near, &settings);
-        let distance = 10.0 * near_px / size_px;
-        let view = look(perspective(1.0), Vec3::X * distance, Vec3::ZERO);
-        selector.select(&scene, &view, &settings);
-        !selector.units(&scene, rock).is_empty()
-    };
-    let sizes = [35.0, 45.0, 35.0, 30.0, 35.0, 45.0, 500.0, 10.0];
-    let expected = [false, true, true, false, false, true, true, false];
-    assert_eq!(sizes.map(&mut is_drawn_at), expected);
 }
 
 /// Whether a sphere swept along a direction meets the image of a view.

@@ -28,9 +28,9 @@ pub struct LodLevels<'w, 's> {
 }
 
 impl LodLevels<'_, '_> {
-    /// The finest and the coarsest level of `entity` in the last cut of `camera`, whether it is in the image or not.
-    /// Both are equal for a prop. `None` if the entity has no levels of detail, or is hidden, on another layer or culled
-    /// as small. Also `None` if the camera is inactive.
+    /// The finest and the coarsest level of `entity` in the last cut of `camera`, inside the image or outside. Both are
+    /// equal for a prop. `None` if the entity has no levels of detail, or if the camera does not draw it: it is hidden,
+    /// on another layer, or the camera draws nothing.
     #[must_use]
     pub fn in_view(&self, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
         let instance = self.scene.instance_of(entity)?;

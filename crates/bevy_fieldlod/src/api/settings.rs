@@ -16,9 +16,8 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 ///     let mut mirror = FieldLodCamera::with_error_px(4.0);
 ///     mirror.triangle_budget = Some(200_000);
 ///     commands.spawn((Camera3d::default(), mirror));
-///     // A view from high above. It culls objects below 4 px, and objects outside the image cast finer shadows.
+///     // A view from high above casts finer shadows from outside the image.
 ///     let mut above = FieldLodCamera::high();
-///     above.cull_below_px = Some(4.0);
 ///     above.shadow_bias = 0.5;
 ///     commands.spawn((Camera3d::default(), above));
 ///     // Every object at its second finest level, for inspection.

@@ -21,9 +21,8 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 
 /// Filters after Bevy's culling.
 pub(crate) fn plugin(app: &mut App) {
-    let filters = |scene: Res<LodScene>, culling: Res<GpuCulling>| {
-        scene.culls_rigged() || scene.is_filtered() && !culling.is_on
-    };
+    let filters =
+        |scene: Res<LodScene>, culling: Res<GpuCulling>| scene.has_units() && !culling.is_on;
     let systems = (filter_visible_entities, filter_shadow_views).distributive_run_if(filters);
     app.add_systems(PostUpdate, systems.in_set(FieldLodSystems::Filter));
 }

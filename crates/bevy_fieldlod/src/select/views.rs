@@ -124,7 +124,6 @@ fn prepare_views(
 ) {
     let cuts = cameras.iter_mut().map(|(.., cut)| cut.into_inner());
     scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
-    scene.culls = false;
     for view in &mut cameras {
         prepare_view(view, &mut scene, &lights);
     }
@@ -154,7 +153,6 @@ fn prepare_view(
         (view, settings.to_lod_settings(lit.layers != 0))
     });
     if let Some((_, settings)) = &cut.wanted {
-        scene.culls |= settings.cull_below_px.is_some();
         if settings.displacement_px.is_some() {
             warn_of_unmeasured_meshes(scene);
         }

@@ -8,12 +8,17 @@
 //! The weights of the criterion depend on the direction; `E` has their least and their greatest value. An instance
 //! between the two is decided by the criterion itself.
 
+use camera_field::Camera;
 use fieldlod_hierarchy::Group;
+use wide::f32x8;
 
 use super::error_bounds::{ErrorBounds, or_infinity};
-use super::{normal_variance, silhouette_weight, silhouette_width, visible_weight};
+use super::{
+    normal_variance, silhouette_weight, silhouette_width, usable_deviation, visible_weight,
+};
+use crate::lanes::bits::LANES;
+use crate::lanes::{Lane, bits_of};
 use crate::settings::LodSettings;
-use camera_field::Camera;
 
 /// Limits of allowed errors within which an instance keeps its level, in local or world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +46,6 @@ impl Limits {
         lowest: f32::INFINITY,
         highest: -2.0,
     };
-    /// Of instances that are too small to be drawn.
-    pub(crate) const CULLED: Self = Self {
-        lowest: -1.0,
-        highest: 0.0,
-    };
 
     /// The same in the world, where errors grow by `[least, most]`.
     pub(crate) fn scaled(self, [least, most]: [f32; 2]) -> Self {
@@ -56,14 +56,28 @@ impl Limits {
     }
 }
 
-/// The two kinds of errors of one level, before it is known how much each counts.
-#[derive(Clone, Copy, Debug)]
+/// The errors of all levels of a mesh that is drawn as a whole; of another mesh, those of its coarsest level alone.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct LevelErrors {
-    /// Of the level's group, from the directions that it shows least and most in.
-    own_errors: [f32; 2],
-    own_deviation: f32,
-    finer_error: f32,
-    finer_deviation: f32,
+    /// Errors of each level's group from the directions that it shows least and most in, and its deviation, eight levels
+    /// to an element. Finite, so that times zero they are zero. The last level is terminal: they mean nothing there.
+    least: Vec<[f32; LANES]>,
+    most: Vec<[f32; LANES]>,
+    deviation: Vec<[f32; LANES]>,
+    /// The largest error and deviation of the finer levels.
+    finer: Vec<[f32; 2]>,
+}
+
+/// What is certain of the levels of one instance in one view.
+pub(crate) struct Certainty {
+    /// Up to these errors a group is certainly not refined, and above the other ones it certainly is; of groups that were
+    /// not refined, and of those that were.
+    pub(crate) coarse: [f32; 2],
+    pub(crate) fine: [f32; 2],
+    /// By how much errors grow in the world, at least and at most.
+    pub(crate) scale: [f32; 2],
+    /// How often errors count, of groups that were not refined and of those that were.
+    pub(crate) weight: [f32; 2],
 }
 
 /// How much errors and deviations count against each other, in one unit.
@@ -105,53 +119,97 @@ impl ErrorUnits {
 }
 
 impl LevelErrors {
-    /// The errors of a cut that refines no groups but always refined ones, out of `groups`.
-    pub(crate) fn coarsest(groups: &[Group]) -> Self {
-        let bounds = groups.iter().map(ErrorBounds::of_group);
-        let finer = ErrorBounds::around(bounds).unwrap_or_default();
-        Self {
-            own_errors: [f32::INFINITY; 2],
-            own_deviation: f32::INFINITY,
-            finer_error: finer.error_weighed,
-            finer_deviation: finer.deviation,
+    /// The errors of the levels of a chain of groups; without a chain, of a cut that refines none of `groups`.
+    pub(crate) fn new(groups: &[Group], is_chain: bool) -> Self {
+        let mut levels = Self::default();
+        if is_chain {
+            for level in 0..groups.len() {
+                levels.push(&groups[level], &groups[..level]);
+            }
+        } else {
+            levels.push(&Group::default(), groups);
         }
+        levels
     }
 
-    /// The errors of one level of a mesh that is drawn as a whole: `finer` groups are not refined and `own` is.
-    pub(crate) fn at_level(own: &Group, finer: &[Group]) -> Self {
-        let coarsest = Self::coarsest(finer);
-        if own.is_terminal() {
-            return coarsest;
-        }
+    fn push(&mut self, own: &Group, finer: &[Group]) {
         // The weight is least for a camera behind the surface, or for one that sees no silhouette.
         let facing = own.mean_normal.length();
         let variance = normal_variance(own.mean_normal);
         let flatness = facing * facing / silhouette_width(variance);
         let least_weight = visible_weight(-facing, variance).max(0.0) + silhouette_weight(flatness);
-        Self {
-            own_errors: [
-                own.error_in_local * least_weight.sqrt(),
-                ErrorBounds::of_group(own).error_weighed,
-            ],
-            own_deviation: super::usable_deviation(own),
-            ..coarsest
+        let least = own.error_in_local * least_weight.sqrt();
+        let most = ErrorBounds::of_group(own).error_weighed;
+        let (level, deviation) = (self.finer.len(), usable_deviation(own));
+        for (column, error) in [
+            (&mut self.least, least),
+            (&mut self.most, most),
+            (&mut self.deviation, deviation),
+        ] {
+            column.resize(level / LANES + 1, [0.0; LANES]);
+            column[level / LANES][level % LANES] = or_infinity(error).min(f32::MAX);
         }
+        let bounds = finer.iter().map(ErrorBounds::of_group);
+        let bounds = ErrorBounds::around(bounds).unwrap_or_default();
+        self.finer.push([bounds.error_weighed, bounds.deviation]);
     }
 
-    /// The limits in local units; errors count √`share` times.
-    pub(crate) fn limits(&self, units: &ErrorUnits, share: f32) -> Limits {
+    /// The coarsest level, which no group has to show an error for.
+    pub(crate) fn coarsest(&self) -> usize {
+        self.finer.len() - 1
+    }
+
+    /// The limits of a level in local units; errors count √`share` times.
+    pub(crate) fn limits(&self, level: usize, units: &ErrorUnits, share: f32) -> Limits {
+        let own = |column: &[[f32; LANES]]| column.as_flattened()[level];
+        let [finer_error, finer_deviation] = self.finer[level];
         Limits {
-            lowest: self.own(units, 1.0)[0],
-            highest: units.of(self.finer_error * share.sqrt(), self.finer_deviation),
+            lowest: match level == self.coarsest() {
+                true => f32::INFINITY,
+                false => units.of(own(&self.least), own(&self.deviation)),
+            },
+            highest: units.of(finer_error * share.sqrt(), finer_deviation),
         }
     }
 
-    /// Least and largest error of the level's group, in local units; errors count `weight` times.
-    /// Infinite if it is always refined.
-    pub(crate) fn own(&self, units: &ErrorUnits, weight: f32) -> [f32; 2] {
-        if self.own_deviation == f32::INFINITY {
-            return [f32::INFINITY; 2];
+    /// The first level whose group is certainly refined, after a frame at level `was`; `None` if what is certain does not
+    /// tell.
+    #[inline]
+    pub(crate) fn certain_level(
+        &self,
+        units: &ErrorUnits,
+        was: usize,
+        certain: &Certainty,
+    ) -> Option<usize> {
+        let splat = |[not, refined]: [f32; 2]| [f32x8::splat(not), f32x8::splat(refined)];
+        let (coarse, fine) = (splat(certain.coarse), splat(certain.fine));
+        let [least_scale, most_scale] = splat(certain.scale);
+        let weight = splat(certain.weight.map(|weight| weight * units.error));
+        let deviation_weight = f32x8::splat(units.deviation);
+        for block in 0..self.least.len() {
+            let level = f32x8::splat((block * LANES) as f32) + FIRST_LEVELS;
+            let was_refined = f32x8::splat(was as f32).is_at_most(level);
+            let of_was = |[not, refined]: [f32x8; 2]| f32x8::choose(was_refined, refined, not);
+            let deviation = f32x8::new(self.deviation[block]) * deviation_weight;
+            let shown =
+                |errors: [f32; LANES]| (f32x8::new(errors) * of_was(weight)).larger(deviation);
+            let most = shown(self.most[block]) * most_scale;
+            let least = shown(self.least[block]) * least_scale;
+            let fits = bits_of(most.is_at_most(of_was(coarse)));
+            let exceeds = bits_of(of_was(fine).is_below(least));
+            // NaN is not certain.
+            let lane = (!fits).trailing_zeros() as usize;
+            let level = block * LANES + lane;
+            if level >= self.coarsest() {
+                return Some(self.coarsest());
+            }
+            if lane < LANES {
+                return (exceeds >> lane & 1 == 1).then_some(level);
+            }
         }
-        (self.own_errors).map(|error| units.of(error * weight, self.own_deviation))
+        None
     }
 }
+
+/// The first eight levels.
+const FIRST_LEVELS: f32x8 = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);

@@ -159,7 +159,7 @@ impl OccluderChoice {
             let areas = search.areas(spheres.center(), spheres.radius(), radii);
             let areas = areas.to_array();
             for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
-                let instance = (element * LANES + lane) as u32;
+                let instance = columns.occupants[element * LANES + lane];
                 self.candidates.push(Candidate { instance, area });
             }
         }

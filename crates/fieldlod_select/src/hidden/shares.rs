@@ -14,8 +14,6 @@ pub(crate) struct Shares<'a> {
     steps: &'a [[u8; LANES]],
     /// Least share of hidden groups.
     least: f32,
-    /// Share of groups without steps.
-    rest: f32,
 }
 
 impl<'a> Shares<'a> {
@@ -23,23 +21,10 @@ impl<'a> Shares<'a> {
     pub(crate) const FULL: Self = Self {
         steps: &[],
         least: 1.0,
-        rest: 1.0,
     };
 
     pub(crate) fn new(steps: &'a [[u8; LANES]], least: f32) -> Self {
-        Self {
-            steps,
-            least,
-            rest: 1.0,
-        }
-    }
-
-    /// Every group counts what one step does.
-    pub(crate) fn of_all(step: u8, least: f32) -> Self {
-        Self {
-            rest: share_of_step(step, least),
-            ..Self::new(&[], least)
-        }
+        Self { steps, least }
     }
 
     /// The shares of one block.
@@ -47,7 +32,7 @@ impl<'a> Shares<'a> {
     pub(crate) fn of_block(&self, block: usize) -> f32x8 {
         match self.steps.get(block) {
             Some(steps) => f32x8::from(steps.map(|step| share_of_step(step, self.least))),
-            None => f32x8::new([self.rest; LANES]),
+            None => f32x8::new([1.0; LANES]),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The depth image of a view, and the visible shares of instances.
 
 use crate::hidden::OcclusionBuffer;
-use crate::hidden::shares::{FULL_SHARE, Shares};
+use crate::hidden::shares::FULL_SHARE;
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, Scene};
 use crate::settings::VisibleFlux;
@@ -49,19 +49,6 @@ impl VisibleShares {
         }
         buffer.group_shares(table, index, instance, &mut self.groups);
         SeenShares::OfGroups(&self.groups)
-    }
-
-    /// What counts of an instance as a whole; all of what is so large in the image that its groups would be looked at.
-    pub(crate) fn shares_of_whole(
-        &self,
-        table: &GroupTable,
-        index: u32,
-        instance: &Instance,
-        flux: &VisibleFlux,
-    ) -> Shares<'static> {
-        let buffer = self.buffer.as_ref();
-        let share = buffer.and_then(|buffer| buffer.share_of_all(table, index, instance));
-        Shares::of_all(share.unwrap_or(FULL_SHARE), flux.least_share)
     }
 
     /// Removes the image.

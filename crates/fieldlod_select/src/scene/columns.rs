@@ -1,4 +1,7 @@
-//! Spheres of instances in columns, eight to an element, and spheres around 64 of them that follow each other.
+//! Spheres of instances in columns, eight to an element, and spheres around 64 of them that follow each other. The place
+//! of an instance in the columns is its slot.
+
+use std::collections::BTreeSet;
 
 use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
@@ -47,18 +50,21 @@ impl EightSpheres {
     }
 }
 
-/// The sphere of a removed instance.
-pub(crate) const NOTHING: Sphere = Sphere {
+/// The sphere of a free slot.
+const NOTHING: Sphere = Sphere {
     center: Vec3::ZERO,
     radius: f32::NEG_INFINITY,
 };
 
-/// The columns of a scene, by the index of the instance.
+/// Occupant of a slot that no instance has.
+const NOBODY: u32 = u32::MAX;
+
+/// The columns of a scene, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Columns {
+    /// Indices of the instances.
+    pub(crate) occupants: Vec<u32>,
     pub(crate) spheres: Vec<EightSpheres>,
-    /// Radii on screen: those of the vertices, times the bias.
-    pub(crate) sizes: Vec<[f32; LANES]>,
     /// Radii of what can hide other instances; 0 of what cannot.
     pub(crate) occluder_radii: Vec<[f32; LANES]>,
     /// By how much errors grow in the world, at least and at most, biases included.
@@ -67,32 +73,52 @@ pub(crate) struct Columns {
     pub(crate) chunks: Vec<EightSpheres>,
     /// Chunks whose spheres are not up to date.
     dirty: Vec<u32>,
+    free: BTreeSet<u32>,
+}
+
+/// One row of the columns.
+pub(crate) struct Row {
+    pub(crate) occupant: u32,
+    pub(crate) sphere: Sphere,
+    pub(crate) error_scale: [f32; 2],
+    pub(crate) occluder_radius: f32,
 }
 
 impl Columns {
-    /// Puts an instance at an index; its chunk is not up to date until the next [`Columns::refit`].
-    pub(crate) fn set(
-        &mut self,
-        index: usize,
-        sphere: &Sphere,
-        error_scale: [f32; 2],
-        size: f32,
-        occluder_radius: f32,
-    ) {
-        let (element, lane) = (index / LANES, index % LANES);
-        if self.spheres.len() <= element {
-            self.spheres.resize(element + 1, EightSpheres::NOTHING);
-            self.sizes.resize(element + 1, [0.0; LANES]);
-            self.occluder_radii.resize(element + 1, [0.0; LANES]);
-        }
-        if self.error_scales.len() <= index {
-            self.error_scales.resize(index + 1, [0.0; 2]);
-        }
-        self.error_scales[index] = error_scale;
-        self.spheres[element].set(lane, sphere);
-        self.sizes[element][lane] = size;
-        self.occluder_radii[element][lane] = occluder_radius;
-        let chunk = (index / CHUNK) as u32;
+    /// A free slot. The lowest is taken first, so that instances that are added together take the slots of those that
+    /// were removed together.
+    pub(crate) fn free_slot(&mut self) -> u32 {
+        self.free.pop_first().unwrap_or_else(|| {
+            let slot = self.occupants.len();
+            self.occupants.push(NOBODY);
+            self.error_scales.push([0.0; 2]);
+            let elements = slot / LANES + 1;
+            self.spheres.resize(elements, EightSpheres::NOTHING);
+            self.occluder_radii.resize(elements, [0.0; LANES]);
+            slot as u32
+        })
+    }
+
+    /// Frees a slot.
+    pub(crate) fn free(&mut self, slot: u32) {
+        self.free.insert(slot);
+        let nothing = Row {
+            occupant: NOBODY,
+            sphere: NOTHING,
+            error_scale: [0.0; 2],
+            occluder_radius: 0.0,
+        };
+        self.set(slot as usize, &nothing);
+    }
+
+    /// Sets a slot; its chunk is not up to date until the next [`Columns::refit`].
+    pub(crate) fn set(&mut self, slot: usize, row: &Row) {
+        let (element, lane) = (slot / LANES, slot % LANES);
+        self.occupants[slot] = row.occupant;
+        self.error_scales[slot] = row.error_scale;
+        self.spheres[element].set(lane, &row.sphere);
+        self.occluder_radii[element][lane] = row.occluder_radius;
+        let chunk = (slot / CHUNK) as u32;
         if self.dirty.last() != Some(&chunk) {
             self.dirty.push(chunk);
         }
@@ -118,11 +144,6 @@ impl Columns {
     /// Whether all spheres around chunks are up to date.
     pub(crate) fn is_up_to_date(&self) -> bool {
         self.dirty.is_empty()
-    }
-
-    /// The size of one instance.
-    pub(crate) fn size(&self, index: usize) -> f32 {
-        self.sizes[index / LANES][index % LANES]
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which instances have changed, in order: each selector reads on from where it stopped.
+//! Slots whose instances have changed, in order: each selector reads on from where it stopped.
 
 /// Changes that are kept at least.
 const FEW: usize = 1024;
@@ -11,8 +11,8 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    pub(crate) fn push(&mut self, instance: u32) {
-        self.changed.push(instance);
+    pub(crate) fn push(&mut self, slot: u32) {
+        self.changed.push(slot);
     }
 
     /// Drops the older half of more changes than `instance_count`: looking at every instance is faster then.

@@ -4,7 +4,7 @@ mod lanes;
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, NO_GROUP, Sphere, Unit};
+use fieldlod_hierarchy::{Group, Hierarchy, Unit};
 use wide::f32x8;
 
 use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
@@ -38,11 +38,7 @@ pub struct GroupTable {
     pub(crate) terminal: Vec<u64>,
     /// The bounds of all groups.
     pub(crate) bounds: ErrorBounds,
-    /// The radius of a sphere around all vertices of the source.
-    pub(crate) radius: f32,
-    /// The errors of the mesh as a whole at each level that it can be drawn at as a whole: of a mesh that is not,
-    /// at its coarsest alone.
-    level_errors: Vec<LevelErrors>,
+    pub(crate) level_errors: LevelErrors,
     /// The level of each group.
     levels: Vec<u32>,
     /// Sample points of visibility.
@@ -75,13 +71,6 @@ pub(crate) struct TableUnit {
     pub(crate) triangle_count: u32,
 }
 
-impl TableUnit {
-    /// The group whose simplification the unit is; `None` for source geometry.
-    pub(crate) fn producer(self) -> Option<usize> {
-        (self.produced_by != NO_GROUP).then_some(self.produced_by as usize)
-    }
-}
-
 impl GroupTable {
     /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
     #[must_use]
@@ -103,13 +92,7 @@ impl GroupTable {
             bounds: around(groups),
             samples: SurfaceSamples::new(hierarchy),
             occluders: occluder_levels(hierarchy),
-            radius: radius_of(hierarchy),
-            level_errors: if is_chain {
-                let at_level = |level| LevelErrors::at_level(&groups[level], &groups[..level]);
-                (0..groups.len()).map(at_level).collect()
-            } else {
-                vec![LevelErrors::coarsest(groups)]
-            },
+            level_errors: LevelErrors::new(groups, is_chain),
             levels: groups.iter().map(|group| group.level).collect(),
             error: lanes_of(groups, words * LANES, |g| {
                 or_infinity(simplified(g, g.error_in_local))
@@ -150,12 +133,6 @@ impl GroupTable {
         for (group, &of_group) in self.levels.iter().enumerate() {
             refined[group / CHUNK] |= u64::from(of_group >= level) << (group % CHUNK);
         }
-    }
-
-    /// The errors of the mesh as a whole at one level of a chain; at its coarsest without one.
-    pub(crate) fn errors_at(&self, level: Option<usize>) -> &LevelErrors {
-        let coarsest = self.level_errors.len() - 1;
-        &self.level_errors[level.unwrap_or(coarsest)]
     }
 
     /// Frees all but what tells the coarsest cut.
@@ -223,13 +200,6 @@ impl GroupTable {
         }
     }
 
-    /// Whether a group may be refined.
-    pub(crate) fn is_available(&self, group: usize) -> bool {
-        self.available
-            .as_ref()
-            .is_none_or(|available| is_set(available, group))
-    }
-
     /// How many groups the bits of a word stand for.
     pub(crate) fn groups_in_word(&self, word: usize) -> usize {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
@@ -294,11 +264,6 @@ impl GroupTable {
         triangle_count
     }
 
-    /// The units that `group` consumes.
-    pub(crate) fn consumed_by(&self, group: usize) -> &[TableUnit] {
-        &self.units[self.units_of(group)]
-    }
-
     fn units_of(&self, group: usize) -> Range<usize> {
         let end = self
             .first_unit
@@ -343,17 +308,6 @@ fn is_chain(hierarchy: &Hierarchy) -> bool {
             && group.is_terminal() == (index as usize + 1 == groups.len())
     };
     has_size && (0..).zip(groups).all(follows)
-}
-
-/// The radius of a sphere around all vertices of the source; that around all groups if there are none.
-fn radius_of(hierarchy: &Hierarchy) -> f32 {
-    let positions = hierarchy.vertices.positions.iter();
-    let positions = positions.take(hierarchy.source_vertex_count as usize);
-    if positions.len() == 0 {
-        let bounds = hierarchy.groups.iter().map(ErrorBounds::of_group);
-        return ErrorBounds::around(bounds).map_or(0.0, |bounds| bounds.sphere.radius);
-    }
-    Sphere::around(positions.copied()).radius
 }
 
 fn terminal_bits(groups: &[Group]) -> u64 {

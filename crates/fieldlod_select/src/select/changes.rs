@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::lanes::bits::CHUNK;
 use crate::scene::table::GroupTable;
 use crate::scene::{InstanceId, MeshId};
 
@@ -29,9 +30,9 @@ struct RawChange {
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
     all: Vec<RawChange>,
-    entered: Vec<u32>,
-    left: Vec<u32>,
-    /// By mesh, where in `entered` its coarsest units stand, if an instance has entered with them:
+    /// The units of all changes. The first are 0, 1, 2 …: those of whole meshes by their levels.
+    units: Vec<u32>,
+    /// By mesh, where in `units` its coarsest units stand, if an instance has entered with them:
     /// one copy is enough for all.
     coarsest: Vec<Range<u32>>,
 }
@@ -39,20 +40,21 @@ pub(crate) struct Changes {
 impl Changes {
     pub(crate) fn clear(&mut self) {
         self.all.clear();
-        self.entered.clear();
-        self.left.clear();
+        self.units.truncate(CHUNK);
+        if self.units.is_empty() {
+            self.units.extend(0..CHUNK as u32);
+        }
         self.coarsest.clear();
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Change<'_>> {
         self.all.iter().flat_map(move |change| {
             let InstanceId { index, generation } = change.instance;
-            let part = |range: &Range<u32>| range.start as usize..range.end as usize;
-            let (entered, left) = (part(&change.entered), part(&change.left));
+            let part = |range: &Range<u32>| &self.units[range.start as usize..range.end as usize];
             (index..index + change.count).map(move |index| Change {
                 instance: InstanceId { index, generation },
-                entered: &self.entered[entered.clone()],
-                left: &self.left[left.clone()],
+                entered: part(&change.entered),
+                left: part(&change.left),
             })
         })
     }
@@ -81,51 +83,48 @@ impl Changes {
     }
 
     fn copy_coarsest(&mut self, mesh: MeshId, coarsest: &[u32]) -> Range<u32> {
-        let first = self.entered.len() as u32;
-        self.entered.extend_from_slice(coarsest);
-        let range = first..self.entered.len() as u32;
+        let first = self.units.len() as u32;
+        self.units.extend_from_slice(coarsest);
+        let range = first..self.units.len() as u32;
         let count = self.coarsest.len().max(mesh.index() + 1);
         self.coarsest.resize(count, 0..0);
         self.coarsest[mesh.index()] = range.clone();
         range
     }
 
+    /// A whole mesh went from one level to another.
+    pub(crate) fn change_level(&mut self, instance: InstanceId, before: u32, now: u32) {
+        self.all.push(RawChange {
+            instance,
+            count: 1,
+            entered: now..now + 1,
+            left: before..before + 1,
+        });
+    }
+
     /// The cut of an instance went from `before` to `now`, both ascending.
     pub(crate) fn record(&mut self, instance: InstanceId, before: &[u32], now: &[u32]) {
-        let Self {
-            all, entered, left, ..
-        } = self;
-        // The two lists of units, and where in them this change begins.
-        let (first_entered, first_left) = (entered.len(), left.len());
-        if before.is_empty() {
-            entered.extend_from_slice(now);
-        } else {
-            entered_and_left(before, now, entered, left);
-        }
-        if entered.len() > first_entered || left.len() > first_left {
-            all.push(RawChange {
+        let entered = self.append_difference(now, before);
+        let left = self.append_difference(before, now);
+        if !(entered.is_empty() && left.is_empty()) {
+            self.all.push(RawChange {
                 instance,
                 count: 1,
-                entered: first_entered as u32..entered.len() as u32,
-                left: first_left as u32..left.len() as u32,
+                entered,
+                left,
             });
         }
     }
-}
 
-/// The two differences of two ascending lists, appended.
-fn entered_and_left(before: &[u32], now: &[u32], entered: &mut Vec<u32>, left: &mut Vec<u32>) {
-    let (mut before, mut now) = (before.iter().peekable(), now.iter().peekable());
-    loop {
-        match (before.peek(), now.peek()) {
-            (Some(&&b), Some(&&n)) if b == n => {
-                before.next();
-                now.next();
-            }
-            (Some(&&b), Some(&&n)) if b < n => left.extend(before.next_if_eq(&&b)),
-            (Some(_), None) => left.extend(before.next()),
-            (_, Some(_)) => entered.extend(now.next()),
-            (None, None) => return,
-        }
+    /// Appends the numbers of one ascending list that are not in another one.
+    fn append_difference(&mut self, list: &[u32], other: &[u32]) -> Range<u32> {
+        let first = self.units.len() as u32;
+        let mut other = other.iter().peekable();
+        let is_missing = |unit: &u32| {
+            while other.next_if(|other| *other < unit).is_some() {}
+            other.peek() != Some(&unit)
+        };
+        self.units.extend(list.iter().copied().filter(is_missing));
+        first..self.units.len() as u32
     }
 }

@@ -20,8 +20,8 @@ pub struct Statistics {
     pub instances_decided: usize,
     /// Groups of those.
     pub groups_decided: usize,
-    /// Searches for the threshold that meets the triangle budget; each visits all groups.
-    pub budget_searches: usize,
+    /// Thresholds tried to keep to the triangle budget, after the first one; each is a selection.
+    pub budget_tries: usize,
 }
 
 #[derive(Debug, Default)]
@@ -86,15 +86,8 @@ impl SceneCuts {
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for element in 0..self.limits.chunks.len() {
-            // Chunks have no sizes.
-            let kept = match test.tests_sizes() {
-                true => 0,
-                false => {
-                    let limits = &self.limits.chunks[element];
-                    let looked = test.look(&columns.chunks[element], limits, None);
-                    looked.map_or(0xff, |looked| looked.kept)
-                }
-            };
+            let looked = test.look(&columns.chunks[element], &self.limits.chunks[element]);
+            let kept = looked.map_or(0xff, |looked| looked.kept);
             for lane in set_bits_of(!kept & 0xff) {
                 let chunk = element * LANES + lane;
                 if chunk < chunk_count {
@@ -111,17 +104,15 @@ impl SceneCuts {
         self.limits.refit(chunk);
         self.statistics.instances_tested += (end - first) * LANES;
         for element in first..end {
-            // In a first frame nothing was drawn.
-            let sizes = (&columns.sizes[element], !frame.is_first);
             let (spheres, limits) = (&columns.spheres[element], &self.limits.instances[element]);
-            let Some(looked) = test.look(spheres, limits, Some(sizes)) else {
+            let Some(looked) = test.look(spheres, limits) else {
                 continue;
             };
             let near = set_bits_of(!looked.kept & 0xff);
             let near = near.filter(|lane| element * LANES + lane < self.memories.len());
             let allowed = looked.allowed();
             self.near.extend(near.map(|lane| Near {
-                index: (element * LANES + lane) as u32,
+                slot: (element * LANES + lane) as u32,
                 is_dark: looked.dark >> lane & 1 == 1,
                 allowed: allowed[lane],
             }));
@@ -143,8 +134,11 @@ impl SceneCuts {
         let (scene, layers) = (frame.scene, frame.view.layers);
         let mut run: Option<Run> = None;
         for (index, entry) in (0..).zip(&scene.entries) {
+            let Some(slot) = entry.slot else {
+                continue;
+            };
             let generation = entry.generation;
-            let memory = &mut self.memories[index as usize];
+            let memory = &mut self.memories[slot as usize];
             let (InstanceState::Empty, Some(mesh)) = (memory.state, entry.seen_mesh(layers)) else {
                 continue;
             };
@@ -172,9 +166,9 @@ impl SceneCuts {
     }
 
     /// Changes an instance to a state without a cut of its own.
-    pub(super) fn change_state(&mut self, frame: &Frame, index: u32, state: InstanceState) {
+    pub(super) fn change_state(&mut self, frame: &Frame, slot: usize, state: InstanceState) {
         let scene = frame.scene;
-        let memory = &mut self.memories[index as usize];
+        let memory = &mut self.memories[slot];
         let was = std::mem::replace(&mut memory.state, state);
         // A first frame lists instances at their coarsest levels at its end.
         let is_listed_later = frame.is_first && matches!(state, InstanceState::Coarsest(_));
@@ -182,19 +176,20 @@ impl SceneCuts {
             memory.state = was;
             return;
         }
-        if was == state {
+        let (Some(instance), true) = (memory.instance, was != state) else {
             return;
-        }
+        };
         let (now, triangles) = state.drawn_whole(scene);
         let (before, triangles_before) = match was {
             InstanceState::Mixed(key) => self.pool.at(key).drawn(),
             other => other.drawn_whole(scene),
         };
-        let instance = InstanceId {
-            index,
-            generation: memory.generation,
-        };
-        self.changes.record(instance, before, now);
+        match (before, now) {
+            (&[before], &[now]) if before != now && before.max(now) < CHUNK as u32 => {
+                self.changes.change_level(instance, before, now);
+            }
+            _ => self.changes.record(instance, before, now),
+        }
         self.triangle_count = self.triangle_count + triangles - triangles_before;
         if let InstanceState::Mixed(key) = was {
             self.pool.free(key);
@@ -202,24 +197,20 @@ impl SceneCuts {
     }
 
     pub(crate) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {
-        let Some(memory) = self.memories.get(instance.index()) else {
+        let slot = scene.slot_of(instance);
+        let Some(memory) = slot.and_then(|slot| self.memories.get(slot)) else {
             return &[];
         };
         match memory.state {
-            _ if memory.generation != instance.generation => &[],
+            _ if memory.instance != Some(instance) => &[],
             InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
             other => other.drawn_whole(scene).0,
         }
     }
 
-    /// How an instance is drawn.
-    pub(crate) fn memory(&self, index: usize) -> InstanceMemory {
-        self.memories.get(index).copied().unwrap_or_default()
-    }
-
     /// The cut of an instance, if it has one of its own.
-    pub(crate) fn cut(&self, index: usize) -> Option<&InstanceCut> {
-        match self.memories.get(index)?.state {
+    pub(crate) fn cut(&self, slot: usize) -> Option<&InstanceCut> {
+        match self.memories.get(slot)?.state {
             InstanceState::Mixed(key) => Some(self.pool.at(key)),
             _ => None,
         }

@@ -33,14 +33,15 @@ impl Selector {
         let Some((cuts, view, settings)) = self.last_cuts() else {
             return;
         };
-        for index in 0..scene.entries.len() {
-            let Some(mesh) = scene.entries[index].mesh else {
+        for (index, entry) in (0..).zip(&scene.entries) {
+            let (Some(mesh), Some(slot)) = (entry.mesh, entry.slot) else {
                 continue;
             };
             if scene.table(mesh).available.is_some()
-                && let Some(cut) = cuts.cut(index)
+                && let Some(cut) = cuts.cut(slot as usize)
             {
-                let instance = scene.instance_at(index as u32);
+                let generation = entry.generation;
+                let instance = InstanceId { index, generation };
                 Demand {
                     scene,
                     view,

@@ -2,14 +2,14 @@
 
 use crate::criterion::limits::{ErrorUnits, Limits};
 use crate::hidden::held_shares::LevelShare;
-use crate::scene::{MeshId, Scene};
+use crate::scene::{InstanceId, MeshId, Scene};
 
 /// How an instance is drawn.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct InstanceMemory {
     pub(crate) state: InstanceState,
-    /// Generation of the instance that has the index.
-    pub(crate) generation: u32,
+    /// The instance in the slot.
+    pub(crate) instance: Option<InstanceId>,
     /// Version of the instance at the last decision.
     pub(crate) version: u32,
     /// Visible share of a mesh that is drawn as a whole.
@@ -21,8 +21,6 @@ pub(crate) enum InstanceState {
     /// Not selected yet, removed, or on other layers: draws nothing.
     #[default]
     Empty,
-    /// Too small to be drawn.
-    Culled,
     /// Only terminal groups are refined. The scene may have removed the instance since.
     Coarsest(MeshId),
     /// The mesh as a whole at one level, finer than the coarsest.
@@ -44,30 +42,26 @@ impl InstanceState {
         }
     }
 
-    /// Whether the view draws the instance.
-    pub(crate) fn is_drawn(self) -> bool {
-        matches!(self, Self::Coarsest(_) | Self::AtLevel(..) | Self::Mixed(_))
-    }
-
     /// The limits of an instance that is not forced to a level. With visible flux, finer levels are decided in each
     /// frame.
     pub(crate) fn limits(
         self,
         scene: &Scene,
-        index: usize,
+        slot: usize,
         units: &ErrorUnits,
         hides: bool,
     ) -> Limits {
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
-            Self::Culled => return Limits::CULLED,
             Self::Mixed(_) => return Limits::UNKNOWN,
             Self::AtLevel(..) if hides => return Limits::UNKNOWN,
             Self::Coarsest(mesh) => (mesh, None),
             Self::AtLevel(mesh, level) => (mesh, Some(usize::from(level))),
         };
-        let errors = scene.table(mesh).errors_at(level);
-        let scale = scene.columns.error_scales[index];
-        errors.limits(units, 1.0).scaled(scale)
+        let errors = &scene.table(mesh).level_errors;
+        let level = level.unwrap_or(errors.coarsest());
+        errors
+            .limits(level, units, 1.0)
+            .scaled(scene.columns.error_scales[slot])
     }
 }

@@ -1,208 +1,196 @@
-//! The decision on one near instance: not drawn, at a level, or group by group.
+//! The decision on one near instance: at a level, or group by group.
 
 use super::cuts::SceneCuts;
 use super::decision::Decision;
 use super::frame::Frame;
 use super::limits::keep_test::Near;
 use super::memory::InstanceState;
+use crate::criterion::limits::Certainty;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
-use crate::lanes::{Lane, V3};
-use crate::scene::MeshId;
 use crate::scene::table::GroupTable;
+use crate::scene::{Instance, MeshId};
 use crate::view::InstanceView;
+
+/// A near instance that the criterion decides.
+struct Candidate<'a> {
+    near: &'a Near,
+    slot: usize,
+    /// Index of the instance.
+    index: u32,
+    placed: &'a Instance,
+    mesh: MeshId,
+    table: &'a GroupTable,
+    forced_level: Option<u32>,
+    was: InstanceState,
+}
 
 impl SceneCuts {
     /// Decides one instance, and records its changes.
     pub(super) fn decide(&mut self, frame: &Frame, near: &Near) {
-        let (index, entry) = (near.index, &frame.scene.entries[near.index as usize]);
-        if self.holds(index) {
+        let (scene, slot) = (frame.scene, near.slot as usize);
+        let memory = &mut self.memories[slot];
+        let Some(instance) = memory.instance else {
             return;
-        }
-        // If the index has passed to another instance, the units of the last one leave.
-        if self.memories[index as usize].generation != entry.generation {
-            self.change_state(frame, index, InstanceState::Empty);
-        }
-        let memory = &mut self.memories[index as usize];
-        (memory.generation, memory.version) = (entry.generation, entry.version);
-        let was_drawn = memory.state.is_drawn();
-        // Not on the view's layers, or too small.
-        let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
-            return self.draw_whole(frame, index, InstanceState::Empty);
         };
-        if frame.test.tests_sizes() {
-            let center = V3::splat(frame.scene.instances[index as usize].sphere.center);
-            let size = frame.scene.columns.size(index as usize);
-            if !frame.test.is_large(center, size, was_drawn) {
-                return self.draw_whole(frame, index, InstanceState::Culled);
-            }
-        }
-        // Without a shadow in the view, or forced to a level.
+        let entry = &scene.entries[instance.index()];
+        memory.version = entry.version;
+        // Not on the view's layers.
+        let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
+            return self.draw_whole(frame, slot, InstanceState::Empty, false);
+        };
+        // Without a shadow in the view.
         let forced_level = frame.settings.forced_level.or(entry.forced_level);
         if forced_level.is_none() && near.is_dark {
-            return self.draw_whole(frame, index, InstanceState::Coarsest(mesh));
+            return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh), false);
         }
+        let was = memory.state;
+        if self.holds(was) {
+            return;
+        }
+        let candidate = Candidate {
+            near,
+            slot,
+            index: instance.index,
+            placed: &scene.instances[instance.index()],
+            mesh,
+            table: scene.table(mesh),
+            forced_level,
+            was,
+        };
         self.statistics.instances_decided += 1;
-        self.statistics.groups_decided += frame.scene.table(mesh).group_count();
-        if frame.scene.table(mesh).is_chain() {
-            self.decide_level(frame, near, mesh, forced_level);
-        } else if !self.stays_hidden(frame, near, mesh, forced_level) {
-            self.decide_groups(frame, near, mesh, forced_level);
+        self.statistics.groups_decided += candidate.table.group_count();
+        if candidate.table.is_chain() {
+            self.decide_level(frame, &candidate);
+        } else if !self.stays_hidden(frame, &candidate) {
+            self.decide_groups(frame, &candidate);
         }
     }
 
-    fn draw_whole(&mut self, frame: &Frame, index: u32, state: InstanceState) {
-        self.change_state(frame, index, state);
-        self.set_limits(frame, index, false);
+    fn draw_whole(&mut self, frame: &Frame, slot: usize, state: InstanceState, is_forced: bool) {
+        self.change_state(frame, slot, state);
+        self.set_limits(frame, slot, state, is_forced);
     }
 
     /// Decides the level of a mesh that is drawn as a whole.
-    fn decide_level(
-        &mut self,
-        frame: &Frame,
-        near: &Near,
-        mesh: MeshId,
-        forced_level: Option<u32>,
-    ) {
-        let (table, index) = (frame.scene.table(mesh), near.index as usize);
+    fn decide_level(&mut self, frame: &Frame, candidate: &Candidate) {
+        let table = candidate.table;
         let coarsest = table.group_count() - 1;
-        let was = match self.memories[index].state {
+        let was = match candidate.was {
             InstanceState::AtLevel(_, level) => usize::from(level),
             InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
             _ => coarsest,
         };
-        let level = match forced_level {
+        let level = match candidate.forced_level {
             Some(level) => table.chain_level(level),
             None => {
-                self.see_level(frame, near.index, mesh, was < coarsest);
-                let certain = self.certain_level(frame, near, table, was);
-                certain.unwrap_or_else(|| self.exact_level(frame, index, table, was))
+                self.see_level(frame, candidate, was < coarsest);
+                let certain = self.certain_level(frame, candidate, was);
+                certain.unwrap_or_else(|| self.exact_level(frame, candidate, was))
             }
         };
         let state = match level == coarsest {
-            true => InstanceState::Coarsest(mesh),
-            false => InstanceState::AtLevel(mesh, level as u8),
+            true => InstanceState::Coarsest(candidate.mesh),
+            false => InstanceState::AtLevel(candidate.mesh, level as u8),
         };
-        self.change_state(frame, near.index, state);
-        self.set_limits(frame, near.index, forced_level.is_some());
+        self.draw_whole(
+            frame,
+            candidate.slot,
+            state,
+            candidate.forced_level.is_some(),
+        );
     }
 
-    /// The first level whose group is certainly refined; `None` if the certain bounds do not tell.
-    fn certain_level(
-        &self,
-        frame: &Frame,
-        near: &Near,
-        table: &GroupTable,
-        was: usize,
-    ) -> Option<usize> {
-        let weights = match &frame.settings.visible_flux {
+    /// The level by bounds over the whole instance, if they tell.
+    fn certain_level(&self, frame: &Frame, candidate: &Candidate, was: usize) -> Option<usize> {
+        let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
             Some(flux) => {
-                let steps = self.memories[near.index as usize].share.now_and_held();
+                let steps = self.memories[candidate.slot].share.now_and_held();
                 steps.map(|step| share_of_step(step, flux.least_share).sqrt())
             }
         };
-        let [least_scale, most_scale] = frame.scene.columns.error_scales[near.index as usize];
-        for level in 0..table.group_count() {
-            let was_refined = usize::from(level >= was);
-            let [least, most] =
-                (table.errors_at(Some(level))).own(&frame.units, weights[was_refined]);
-            if least == f32::INFINITY || near.allowed.fine[was_refined] < least * least_scale {
-                return Some(level);
-            }
-            // NaN is not certain.
-            let is_coarse = most * most_scale <= near.allowed.coarse[was_refined];
-            if !is_coarse {
-                return None;
-            }
-        }
-        None
+        let allowed = &candidate.near.allowed;
+        let certain = Certainty {
+            coarse: allowed.coarse,
+            fine: allowed.fine,
+            scale: frame.scene.columns.error_scales[candidate.slot],
+            weight,
+        };
+        let errors = &candidate.table.level_errors;
+        errors.certain_level(&frame.units, was, &certain)
     }
 
     /// The level by the criterion.
-    fn exact_level(&self, frame: &Frame, index: usize, table: &GroupTable, was: usize) -> usize {
-        let steps = self.memories[index].share.steps(was);
+    fn exact_level(&self, frame: &Frame, candidate: &Candidate, was: usize) -> usize {
+        let steps = self.memories[candidate.slot].share.steps(was);
         let shares = match &frame.settings.visible_flux {
             Some(flux) => Shares::new(&steps, flux.least_share),
             None => Shares::FULL,
         };
-        let placed = &frame.scene.instances[index];
+        let placed = candidate.placed;
         let view = InstanceView::new(frame.view, &placed.world_from_local);
-        Decision::new(&view, &frame.bounds, frame.settings, placed.bias, shares).level(table, was)
+        let decision = Decision::new(&view, &frame.bounds, frame.settings, placed.bias, shares);
+        decision.level(candidate.table, was)
     }
 
     /// Updates the visible share of a mesh that is drawn as a whole.
-    fn see_level(&mut self, frame: &Frame, index: u32, mesh: MeshId, is_refined: bool) {
+    fn see_level(&mut self, frame: &Frame, candidate: &Candidate, is_refined: bool) {
         let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
         else {
             return;
         };
-        let share = &mut self.memories[index as usize].share;
+        let share = &mut self.memories[candidate.slot].share;
         if !(frame.are_shares_known && is_refined) {
-            let table = frame.scene.table(mesh);
-            let placed = &frame.scene.instances[index as usize];
-            let now = buffer.share_of_all(table, index, placed);
+            let now = buffer.share_of_all(candidate.table, candidate.index, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
         }
         self.has_unsettled_shares |= !share.is_settled();
     }
 
     /// Whether an instance at its coarsest level stays there because of its visible share.
-    fn stays_hidden(
-        &mut self,
-        frame: &Frame,
-        near: &Near,
-        mesh: MeshId,
-        forced_level: Option<u32>,
-    ) -> bool {
-        let index = near.index;
-        let is_coarsest = match self.memories[index as usize].state {
-            InstanceState::AtLevel(..) | InstanceState::Mixed(_) => false,
-            InstanceState::Empty | InstanceState::Culled | InstanceState::Coarsest(_) => true,
-        };
+    fn stays_hidden(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
+        let &Candidate { slot, table, .. } = candidate;
         let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
         else {
             return false;
         };
-        let (table, placed) = (
-            frame.scene.table(mesh),
-            &frame.scene.instances[index as usize],
+        let is_coarsest = matches!(
+            candidate.was,
+            InstanceState::Empty | InstanceState::Coarsest(_)
         );
-        if !is_coarsest || forced_level.is_some() {
+        if !is_coarsest || candidate.forced_level.is_some() {
             return false;
         }
-        let Some(step) = buffer.share_of_all(table, index, placed) else {
+        let Some(step) = buffer.share_of_all(table, candidate.index, candidate.placed) else {
             return false;
         };
         let share = share_of_step(step, flux.least_share);
-        let limits = table.errors_at(None).limits(&frame.units, share);
-        let limits = limits.scaled(frame.scene.columns.error_scales[index as usize]);
-        let stays = limits.highest <= near.allowed.coarse[0];
+        let stays = candidate.fits_coarsest(frame, share);
         if stays {
-            self.draw_whole(frame, index, InstanceState::Coarsest(mesh));
+            let state = InstanceState::Coarsest(candidate.mesh);
+            self.draw_whole(frame, slot, state, false);
         }
         stays
     }
 
     /// Whether the cut of an instance holds for the camera's motion so far.
-    fn holds(&self, index: u32) -> bool {
-        let hold = match self.memories[index as usize].state {
-            InstanceState::Mixed(key) => &self.pool.at(key).hold,
-            _ => &None,
+    fn holds(&self, state: InstanceState) -> bool {
+        let InstanceState::Mixed(key) = state else {
+            return false;
         };
+        let hold = &self.pool.at(key).hold;
         hold.as_ref()
             .is_some_and(|hold| self.odometer.is_within(hold))
     }
 
     /// Tests whether the cut of an instance holds for the next frames too.
-    fn extend_hold(&mut self, frame: &Frame, index: u32, mesh: MeshId) -> bool {
-        let InstanceState::Mixed(key) = self.memories[index as usize].state else {
+    fn extend_hold(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
+        let &Candidate { table, placed, .. } = candidate;
+        let InstanceState::Mixed(key) = candidate.was else {
             return false;
         };
-        let (table, placed) = (
-            frame.scene.table(mesh),
-            &frame.scene.instances[index as usize],
-        );
-        let ahead = (self.odometer.ahead()).filter(|_| frame.settings.visible_flux.is_none());
+        let may_hold = frame.settings.visible_flux.is_none() && candidate.forced_level.is_none();
+        let ahead = self.odometer.ahead().filter(|_| may_hold);
         let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
         let (Some(ahead), Some(drift)) = (ahead, drift) else {
             return false;
@@ -223,37 +211,23 @@ impl SceneCuts {
     }
 
     /// Decides the groups of an instance.
-    fn decide_groups(
-        &mut self,
-        frame: &Frame,
-        near: &Near,
-        mesh: MeshId,
-        forced_level: Option<u32>,
-    ) {
-        let (index, scene, settings) = (near.index, frame.scene, frame.settings);
-        let (table, placed) = (scene.table(mesh), &scene.instances[index as usize]);
-        // A new cut starts from the units drawn so far.
-        let was = self.memories[index as usize].state;
-        let is_mixed = matches!(was, InstanceState::Mixed(_));
-        if forced_level.is_none() && self.extend_hold(frame, index, mesh) {
+    fn decide_groups(&mut self, frame: &Frame, candidate: &Candidate) {
+        let &Candidate {
+            slot,
+            index,
+            placed,
+            table,
+            forced_level,
+            ..
+        } = candidate;
+        let settings = frame.settings;
+        if self.extend_hold(frame, candidate) {
             return;
         }
-        let key = match was {
-            InstanceState::Mixed(key) => key,
-            _ => {
-                let key = self.pool.make();
-                let level = match was {
-                    InstanceState::AtLevel(_, level) => Some(usize::from(level)),
-                    _ => None,
-                };
-                self.pool
-                    .at_mut(key)
-                    .begin(table, level, was.drawn_whole(scene));
-                key
-            }
-        };
+        let key = self.key_of_cut(frame, candidate);
         let cut = self.pool.at_mut(key);
         let (_, triangles_before) = cut.drawn();
+        let is_mixed = matches!(candidate.was, InstanceState::Mixed(_));
         if !(frame.are_shares_known && is_mixed) {
             let flux = settings.visible_flux.filter(|_| forced_level.is_none());
             let seen = flux.map(|_| self.visible.seen(table, index, placed));
@@ -273,22 +247,46 @@ impl SceneCuts {
                 );
             }
         });
-        if has_changed {
+        if let (true, Some(id)) = (has_changed, self.memories[slot].instance) {
             let (now, triangles) = cut.drawn();
-            let id = scene.instance_at(index);
             self.changes.record(id, cut.drawn_before(), now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
         // A cut of its own may hold where the limits of the coarsest level do not.
-        let limits = table.errors_at(None).limits(&frame.units, 1.0);
-        let limits = limits.scaled(scene.columns.error_scales[index as usize]);
-        let has_limits =
-            settings.visible_flux.is_some() || !near.allowed.coarse[0].is_below(limits.highest);
+        let has_limits = settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0);
         let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
-        self.memories[index as usize].state = InstanceState::Mixed(key);
-        if is_coarsest {
-            self.change_state(frame, index, InstanceState::Coarsest(mesh));
+        self.memories[slot].state = InstanceState::Mixed(key);
+        match is_coarsest {
+            true => self.draw_whole(frame, slot, InstanceState::Coarsest(candidate.mesh), false),
+            false => self.set_limits(
+                frame,
+                slot,
+                InstanceState::Mixed(key),
+                forced_level.is_some(),
+            ),
         }
-        self.set_limits(frame, index, forced_level.is_some());
+    }
+
+    /// The key of the cut of an instance. A new cut starts from the units drawn so far.
+    fn key_of_cut(&mut self, frame: &Frame, candidate: &Candidate) -> u32 {
+        let level = match candidate.was {
+            InstanceState::Mixed(key) => return key,
+            InstanceState::AtLevel(_, level) => Some(usize::from(level)),
+            _ => None,
+        };
+        let key = self.pool.make();
+        let drawn = candidate.was.drawn_whole(frame.scene);
+        self.pool.at_mut(key).begin(candidate.table, level, drawn);
+        key
+    }
+}
+
+impl Candidate<'_> {
+    /// Whether the coarsest level surely shows no error above the threshold, if errors count √`share` times.
+    fn fits_coarsest(&self, frame: &Frame, share: f32) -> bool {
+        let errors = &self.table.level_errors;
+        let limits = errors.limits(errors.coarsest(), &frame.units, share);
+        let limits = limits.scaled(frame.scene.columns.error_scales[self.slot]);
+        limits.highest <= self.near.allowed.coarse[0]
     }
 }

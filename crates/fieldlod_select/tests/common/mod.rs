@@ -172,7 +172,6 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
                     error_px,
                     displacement_px,
                     resolution_scale,
-                    cull_below_px: None,
                     forced_level: None,
                     visible_flux: None,
                     triangle_budget: None,

@@ -37,14 +37,10 @@ pub(crate) struct LodScene {
     instance_of: EntityHashMap<InstanceId>,
     /// Triangles of the source meshes of all instances, by the layers of the instances.
     triangles_on_layers: HashMap<u64, u64>,
-    /// Whether a view culls small objects.
-    pub(crate) culls: bool,
     /// Whether some source mesh is incomplete, so that views draw cuts even at full detail.
     pub(crate) has_incomplete_sources: bool,
     /// How many instances are drawn as units.
     clustered_count: usize,
-    /// How many instances are skinned or morphed.
-    rigged_count: usize,
     /// Meshes that no entity requests. They are freed one frame after their last instance, because the changes
     /// of that frame still refer to them.
     retired: Vec<Arc<LodMesh>>,
@@ -139,7 +135,6 @@ impl LodScene {
             units: Vec::new(),
         });
         self.instance_of.insert(entity, id);
-        self.rigged_count += usize::from(mesh.rig.is_some());
         *self.triangles_on(layers) += u64::from(mesh.triangles_full);
     }
 
@@ -190,7 +185,6 @@ impl LodScene {
         };
         *self.triangles_on(instance.layers) -= u64::from(instance.mesh.triangles_full);
         self.clustered_count -= usize::from(instance.level.is_none());
-        self.rigged_count -= usize::from(instance.mesh.rig.is_some());
         let records = instance.units.iter().map(|&(_, record)| record);
         records
             .filter_map(|record| self.records.free(record))
@@ -200,16 +194,6 @@ impl LodScene {
     /// Whether any entity has units, or will have some.
     pub(crate) fn has_units(&self) -> bool {
         self.clustered_count > 0 || self.records.has_units()
-    }
-
-    /// Whether views draw less than Bevy's culling leaves: there are units, or small objects are culled.
-    pub(crate) fn is_filtered(&self) -> bool {
-        self.has_units() || self.culls
-    }
-
-    /// Whether views cull some of the objects that the CPU culls even where the GPU culls: those with a rig.
-    pub(crate) fn culls_rigged(&self) -> bool {
-        self.culls && self.rigged_count > 0
     }
 
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {

@@ -51,9 +51,9 @@ impl LimitColumns {
         self.chunks.resize(chunks, EightLimits::EMPTY);
     }
 
-    pub(crate) fn set(&mut self, index: usize, limits: Limits) {
-        self.instances[index / LANES].set(index % LANES, limits);
-        self.end_chunk(index / CHUNK);
+    pub(crate) fn set(&mut self, slot: usize, limits: Limits) {
+        self.instances[slot / LANES].set(slot % LANES, limits);
+        self.end_chunk(slot / CHUNK);
     }
 
     /// Makes the next pass test a chunk instance by instance.

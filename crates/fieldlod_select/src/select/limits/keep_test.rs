@@ -14,7 +14,7 @@ use fieldlod_hierarchy::Sphere;
 use wide::f32x8;
 
 use super::columns::EightLimits;
-use crate::criterion::limits::{ErrorUnits, Limits};
+use crate::criterion::limits::ErrorUnits;
 use crate::criterion::{Drift, Motion};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
@@ -49,7 +49,6 @@ pub(crate) struct KeepTest {
     /// The least factor of [`LodSettings::min_aspect_ratio`], 0 if nothing is known of the lower limit.
     least_relaxation: f32,
     shadows: Option<ShadowTest>,
-    size: Option<SizeReach>,
 }
 
 /// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: a hair less, and
@@ -58,14 +57,6 @@ pub(crate) struct KeepTest {
 struct Scale {
     coarse: [f32; 2],
     fine: [f32; 2],
-}
-
-/// How far from the eye a radius of 1 is large enough to be drawn, or how many times over in an orthographic view:
-/// of what is drawn already, and of what is not.
-#[derive(Clone, Copy)]
-struct SizeReach {
-    drawn: f32,
-    culled: f32,
 }
 
 /// Spheres as a view sees them.
@@ -97,7 +88,7 @@ pub(crate) struct Allowed<L> {
 /// An instance whose cut may change in this frame.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::select) struct Near {
-    pub(in crate::select) index: u32,
+    pub(in crate::select) slot: u32,
     /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
     pub(in crate::select) is_dark: bool,
     /// Certain bounds of its allowed errors.
@@ -171,27 +162,14 @@ impl KeepTest {
             counts_secant: [units.deviation > 0.0, !counts_error],
             least_relaxation: least_relaxation(settings, is_orthographic, corner),
             shadows: on_axis.and_then(|_| ShadowTest::new(view)),
-            size: SizeReach::new(view, settings),
         }
     }
 
-    /// Whether it tests sizes, which chunks of instances do not have.
-    pub(crate) fn tests_sizes(&self) -> bool {
-        self.size.is_some()
-    }
-
-    /// Looks at eight instances, or chunks of them; `None` if all of them stay as they are. With their sizes comes
-    /// whether those of them were drawn that are not culled.
+    /// Looks at eight instances, or chunks of them; `None` if all of them stay as they are.
     #[inline]
-    pub(crate) fn look(
-        &self,
-        spheres: &EightSpheres,
-        limits: &EightLimits,
-        sizes: Option<(&[f32; LANES], bool)>,
-    ) -> Option<Looked> {
+    pub(crate) fn look(&self, spheres: &EightSpheres, limits: &EightLimits) -> Option<Looked> {
         let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
         let is_still = highest.is_below(f32x8::zero());
-        let sizes = sizes.filter(|_| self.size.is_some());
         if !self.is_usable {
             let nothing = [f32x8::splat(f32::NAN); 2];
             return Some(Looked {
@@ -209,7 +187,7 @@ impl KeepTest {
         let dark = self.is_dark(&sighted);
         let outside = self.is_outside(0, &sighted);
         let unseen = outside & is_coarsest & dark;
-        if sizes.is_none() && bits_of(unseen | is_still) == 0xff {
+        if bits_of(unseen | is_still) == 0xff {
             return None;
         }
         // Most of the others are within their limits.
@@ -218,15 +196,7 @@ impl KeepTest {
         let leaving = self.fine(1, &sighted, &bounds, dark);
         let fits = highest.is_at_most(entering);
         let shows = is_coarsest | leaving.is_below(lowest);
-        let mut kept = unseen | is_still | (fits & shows);
-        if let Some((sizes, were_drawn)) = sizes {
-            let (size, was_culled) = (f32x8::new(*sizes), lowest.is_below(f32x8::zero()));
-            let is_gone = highest.is_at_most(f32x8::splat(Limits::EMPTY.highest));
-            let stays_drawn = kept & self.is_large(sighted.world, size, were_drawn);
-            let stays_culled = !self.is_large(sighted.world, size, false);
-            kept = is_gone | f32x8::choose(was_culled, stays_culled, stays_drawn);
-        }
-        let kept = bits_of(kept);
+        let kept = bits_of(unseen | is_still | (fits & shows));
         let counts_outside = self.on_axis.is_some();
         (kept != 0xff).then(|| Looked {
             kept,
@@ -248,7 +218,7 @@ impl KeepTest {
     /// edge meanwhile.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
         // Nothing is known of errors that have other limits than those of the field's bounds.
-        if !self.is_usable || self.tests_sizes() || self.least_relaxation != 1.0 {
+        if !self.is_usable || self.least_relaxation != 1.0 {
             return None;
         }
         let sighted = self.sight(V3::splat(sphere.center), sphere.radius);
@@ -403,22 +373,6 @@ impl KeepTest {
             on_axis: [gap, (distance * L::splat(ROUNDING) + slack) / relaxation],
         }
     }
-
-    /// Which of them are large enough to be drawn; what is not a number is.
-    #[inline(always)]
-    pub(crate) fn is_large<L: Lane>(&self, world: V3<L>, size: L, is_drawn: bool) -> L::Mask {
-        let Some(reach) = &self.size else {
-            return L::zero().is_at_most(L::zero());
-        };
-        let reach = size * L::splat(if is_drawn { reach.drawn } else { reach.culled });
-        let least = if self.is_orthographic {
-            L::one()
-        } else {
-            let from_eye = world.minus(self.eye.in_lanes());
-            from_eye.dot(from_eye).sqrt()
-        };
-        !reach.is_below(least)
-    }
 }
 
 impl Scale {
@@ -429,25 +383,6 @@ impl Scale {
             coarse: scales.map(|scale| scale / ROUNDING),
             fine: scales.map(|scale| scale * (ROUNDING * ROUNDING)),
         }
-    }
-}
-
-impl SizeReach {
-    /// `None` if a view draws all sizes.
-    fn new(view: &View, settings: &LodSettings) -> Option<Self> {
-        let cull_below_px = settings.cull_below_px.filter(|px| *px > 0.0)?;
-        let scale = match view.camera {
-            Camera::Perspective(camera) => camera.focal_px.max_element(),
-            Camera::Orthographic(camera) => {
-                let camera_per_world = view.camera_from_world.x_axis.length();
-                camera.pixels_per_unit.max_element() * camera_per_world
-            }
-        };
-        let culled = 2.0 * scale * settings.resolution_scale / cull_below_px;
-        Some(Self {
-            drawn: culled / settings.advanced.hysteresis.clamp(0.0, 1.0),
-            culled,
-        })
     }
 }
 

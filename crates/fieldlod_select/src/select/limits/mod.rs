@@ -21,7 +21,7 @@ impl SceneCuts {
             hides: settings.visible_flux.is_some(),
             available_revision: scene.available_revision,
         };
-        let count = scene.instances.len();
+        let count = scene.columns.occupants.len();
         self.memories.resize(count, InstanceMemory::default());
         self.limits.resize(count);
         let last_key = self.limits_of.replace(key);
@@ -29,8 +29,8 @@ impl SceneCuts {
         self.journal_revision = scene.journal.revision();
         match changed.filter(|_| last_key == Some(key)) {
             Some(changed) => {
-                for &index in changed {
-                    self.update_limits_of(frame, index as usize, &key);
+                for &slot in changed {
+                    self.update_limits_of(frame, slot as usize, &key, true);
                 }
             }
             None => {
@@ -42,58 +42,62 @@ impl SceneCuts {
                     } == key
                 };
                 let keeps_states = frame.is_first || last_key.is_some_and(is_same);
-                for index in 0..count {
-                    match keeps_states {
-                        true => self.update_limits_of(frame, index, &key),
-                        false => self.limits.set(index, Limits::UNKNOWN),
-                    }
+                for slot in 0..count {
+                    self.update_limits_of(frame, slot, &key, keeps_states);
                 }
             }
         }
     }
 
-    fn update_limits_of(&mut self, frame: &Frame, index: usize, key: &LimitsKey) {
-        let (memory, entry) = (&mut self.memories[index], &frame.scene.entries[index]);
-        let forced_level = entry.forced_level;
+    fn update_limits_of(&mut self, frame: &Frame, slot: usize, key: &LimitsKey, keeps_state: bool) {
+        let occupant = frame.scene.occupant(slot);
+        if self.memories[slot].instance != occupant {
+            // The units of the last instance in the slot leave.
+            self.change_state(frame, slot, InstanceState::Empty);
+            self.memories[slot] = InstanceMemory {
+                instance: occupant,
+                ..InstanceMemory::default()
+            };
+        }
+        let Some(instance) = occupant else {
+            return self.limits.set(slot, Limits::EMPTY);
+        };
+        let (memory, entry) = (
+            &mut self.memories[slot],
+            &frame.scene.entries[instance.index()],
+        );
         if let InstanceState::Mixed(key) = memory.state {
             self.pool.at_mut(key).hold = None;
         }
         let mut state = memory.state;
-        let mut is_known = memory.version == entry.version && memory.generation == entry.generation;
         if frame.is_first {
             // Every instance starts at its coarsest level, and is listed at the end of the frame.
-            (memory.version, memory.generation) = (entry.version, entry.generation);
+            memory.version = entry.version;
             let seen = entry.seen_mesh(key.layers);
             state = seen.map_or(InstanceState::Empty, InstanceState::Coarsest);
-            is_known = true;
         }
-        let is_forced =
-            forced_level.or(key.forced_level).is_some() && state != InstanceState::Empty;
-        let limits = match is_known && !is_forced {
-            true => state.limits(frame.scene, index, &key.units, key.hides),
+        let is_forced = entry.forced_level.or(key.forced_level).is_some();
+        let is_forced = is_forced && state != InstanceState::Empty;
+        let limits = match keeps_state && memory.version == entry.version && !is_forced {
+            true => state.limits(frame.scene, slot, &key.units, key.hides),
             false => Limits::UNKNOWN,
         };
-        self.limits.set(index, limits);
+        self.limits.set(slot, limits);
     }
 
     /// Sets the limits within which an instance keeps the cut just decided.
-    pub(in crate::select) fn set_limits(&mut self, frame: &Frame, index: u32, is_forced: bool) {
-        let Some(key) = &self.limits_of else {
-            return;
-        };
-        let index = index as usize;
-        let state = match self.memories[index].state {
-            // A first frame lists it at its end.
-            InstanceState::Empty if frame.is_first => {
-                let seen = frame.scene.entries[index].seen_mesh(key.layers);
-                seen.map_or(InstanceState::Empty, InstanceState::Coarsest)
-            }
-            state => state,
-        };
-        let limits = match is_forced && state.is_drawn() {
+    pub(in crate::select) fn set_limits(
+        &mut self,
+        frame: &Frame,
+        slot: usize,
+        state: InstanceState,
+        is_forced: bool,
+    ) {
+        let hides = frame.settings.visible_flux.is_some();
+        let limits = match is_forced && state != InstanceState::Empty {
             true => Limits::FIXED,
-            false => state.limits(frame.scene, index, &key.units, key.hides),
+            false => state.limits(frame.scene, slot, &frame.units, hides),
         };
-        self.limits.set(index, limits);
+        self.limits.set(slot, limits);
     }
 }

@@ -81,7 +81,9 @@ struct Drives {
 }
 
 impl SceneApp {
-    /// The scene in an unfinished app of Bevy's plugins. The camera draws nothing until [`Self::wait_for_levels`].
+    /// The scene in an unfinished app of Bevy's plugins. With the plugin, the camera
+    /// draws nothing until [`Self::wait_for_levels`]. Bevy 0.19.1 never draws entities with [`NoCpuCulling`] by a camera that
+    /// becomes active after they were spawned.
     #[must_use]
     pub fn new(
         mut stage: Stage,
@@ -93,6 +95,10 @@ impl SceneApp {
         let mut settings = FieldLodCamera::default();
         if let Method::AutoLod { error_px, .. } = method {
             stage.app.add_plugins(FieldLodPlugin);
+            stage.app.insert_resource(FieldLodAppConfig {
+                cache_folder: Some(scene.cache().into()),
+                ..default()
+            });
             settings = FieldLodCamera::with_error_px(error_px);
         }
         stage
@@ -110,7 +116,9 @@ impl SceneApp {
         let path = scene.path;
         let mut app = Self { stage, eye, path };
         app.scale_ranges(scene.range_scale);
-        app.set_active(false);
+        if let Method::AutoLod { .. } = method {
+            app.set_active(false);
+        }
         app
     }
 

@@ -1,6 +1,6 @@
 //! A forest: trees of two meshes, bark and leaves, which wind moves.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{RenderAssetUsages, uuid_handle};
 use bevy::pbr::{ExtendedMaterial, MaterialExtension};
@@ -100,7 +100,8 @@ pub(super) fn forest(count: u32) -> Scene {
             Transform::from_translation(eye).looking_to(Vec3::new(1.0, 0.08, 0.3), Vec3::Y)
         },
         range_scale: 1.0,
-        levels: std::sync::OnceLock::new(),
+        levels: OnceLock::new(),
+        cache: OnceLock::new(),
     }
 }
 

@@ -74,7 +74,7 @@ impl PropLevels {
 }
 
 fn simplified(source: &SourceMesh) -> [Mesh; 2] {
-    let baked = bake_mesh(source, &BakeConfig::default()).expect("a generated mesh can be baked");
+    let baked = bake_mesh(source, &BakeConfig::fast()).expect("a generated mesh can be baked");
     let whole = baked.whole_mesh_levels().expect("16-bit indices suffice");
     KEPT.map(|kept| {
         let most = source.triangle_count() as f32 * kept;

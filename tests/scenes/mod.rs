@@ -7,11 +7,13 @@ mod rocks;
 mod shapes;
 mod town;
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use bevy::prelude::*;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
+use tempfile::TempDir;
 
 pub use app::{Method, SceneApp};
 
@@ -35,6 +37,8 @@ pub struct Scene {
     /// plugin at 1 px.
     pub range_scale: f32,
     levels: OnceLock<Vec<PropLevels>>,
+    /// Keeps bakes for all apps of the process.
+    cache: OnceLock<TempDir>,
 }
 
 /// A thing that stands in many places.
@@ -167,6 +171,11 @@ impl Scene {
         BakedFile {
             primitives: primitives.collect(),
         }
+    }
+
+    fn cache(&self) -> &Path {
+        let make = || tempfile::tempdir().expect("a folder for temporary files");
+        self.cache.get_or_init(make).path()
     }
 
     /// Hand-made levels of all props, made by the first call.

@@ -1,5 +1,7 @@
 //! Rocks in a field.
 
+use std::sync::OnceLock;
+
 use bevy::prelude::*;
 
 use super::{Block, Paint, Place, Prop, Scene};
@@ -52,7 +54,8 @@ fn field(
         ends_in_box: false,
         path,
         range_scale,
-        levels: std::sync::OnceLock::new(),
+        levels: OnceLock::new(),
+        cache: OnceLock::new(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! A town with the counts of Bevy's example `bevy_city`: 46,717 entities, 12,442 of which move.
 
+use std::sync::OnceLock;
+
 use bevy::prelude::*;
 use fieldlod_bake::SourceMesh;
 use fieldlod_bake::fixtures::{plane, tree_in_parts};
@@ -68,7 +70,8 @@ pub(super) fn town(entities: usize) -> Scene {
             Transform::from_translation(eye).looking_to(Vec3::new(0.25, -0.02, 1.0), Vec3::Y)
         },
         range_scale: 1.0,
-        levels: std::sync::OnceLock::new(),
+        levels: OnceLock::new(),
+        cache: OnceLock::new(),
     }
 }
 

@@ -18,7 +18,7 @@ use std::time::Instant;
 
 use bevy::asset::AssetPlugin;
 use bevy::math::UVec2;
-use bevy::prelude::{AssetServer, PluginGroup, default};
+use bevy::prelude::{AssetServer, default};
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::windowless;

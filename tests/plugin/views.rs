@@ -581,8 +581,7 @@ fn objects_out_of_visibility_range_are_not_selected() {
         app.world_mut().despawn(near);
         app.update();
         assert_eq!(drawn(&app, camera), 0);
-        let world = app.world_mut();
-        world.entity_mut(object).remove::<VisibilityRange>();
+        insert(&mut app, object, VisibilityRange::abrupt(0.0, 100.0));
         app.update();
         assert!(drawn(&app, camera) > 0);
     }

@@ -16,7 +16,6 @@ use crate::api::stats::FieldLodProgress;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
-use crate::scene::view_cut::ViewCut;
 
 /// Logs meshes that cannot have levels of detail: one for each reason.
 #[derive(SystemParam)]
@@ -56,7 +55,7 @@ type Waiting = (
 #[derive(SystemParam)]
 pub(super) struct StartOrder<'w, 's> {
     waiting: Query<'w, 's, Placed, With<LodWaiting>>,
-    cameras: Query<'w, 's, &'static GlobalTransform, With<ViewCut>>,
+    cameras: Query<'w, 's, &'static GlobalTransform, With<Camera3d>>,
 }
 
 /// A waiting entity, and its place.

@@ -53,6 +53,26 @@ impl Pose {
         positions
     }
 
+    /// The normals of all vertices, if the source has normals. Scaled joints and morph targets do not change them.
+    #[must_use]
+    pub fn normals(&self, character: &Character<'_>) -> Vec<Vec3> {
+        let mut normals = character.mesh.normals.clone();
+        if self.joints.is_empty() {
+            return normals;
+        }
+        for (normal, influence) in normals.iter_mut().zip(&character.influences) {
+            let of_joint = |&(joint, weight): &(u16, f32)| {
+                self.joints[usize::from(joint)].transform_vector3(*normal) * weight
+            };
+            *normal = influence
+                .iter()
+                .map(of_joint)
+                .sum::<Vec3>()
+                .normalize_or_zero();
+        }
+        normals
+    }
+
     fn is_finite(&self) -> bool {
         self.joints.iter().all(|joint| joint.is_finite())
     }

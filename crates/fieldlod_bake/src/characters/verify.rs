@@ -5,7 +5,7 @@ use fieldlod_hierarchy::Hierarchy;
 use super::bound::bounds;
 use super::character::{Character, Part};
 use super::deviation::distances;
-use super::poses::{Pose, clip_poses, training_poses};
+use super::poses::{Pose, Training, clip_poses};
 use crate::import::Import;
 use crate::verify::{VerifyError, VerifySettings};
 
@@ -87,7 +87,7 @@ fn verify_character(
     if found > 0 {
         return Err(VerifyError::FinestCut { found });
     }
-    let mut poses = training_poses(character, import);
+    let mut poses = Training::of(character, import).poses;
     let of_clips = clip_poses(character, import, &import.clips);
     let step = of_clips.len().div_ceil(MOST_POSES).max(1);
     poses.extend(of_clips.into_iter().step_by(step));

@@ -6,8 +6,8 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, LodUnit};
 
 use crate::headless::{
-    add, app, before_a_camera, insert, levels, move_camera, ready, rock, spawn_camera, spawn_rock,
-    stats, units, visible,
+    add, app, before_a_camera, insert, levels, ready, rock, spawn_camera, spawn_rock, stats, units,
+    visible,
 };
 
 fn settings(app: &mut App, camera: Entity, settings: FieldLodCamera) {

@@ -67,7 +67,8 @@ impl Show {
                 file_path: file.folder().display().to_string(),
                 ..default()
             });
-        let mut stage = Stage::unfinished_with(plugins)?;
+        let mut stage = Stage::stock_with(plugins)?;
+        stage.app.add_plugins(FieldLodPlugin);
         stage.app.insert_resource(FieldLodAppConfig {
             advanced: AdvancedAppConfig {
                 gpu_culling,

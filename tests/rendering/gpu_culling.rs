@@ -135,7 +135,7 @@ impl Story {
 
 type Step = (&'static str, fn(&mut Story));
 
-const STEPS: [Step; 15] = [
+const STEPS: [Step; 14] = [
     ("at first", |_| {}),
     ("a camera moves", |story| {
         let pose = Transform::from_xyz(-1.0, 2.5, 4.0).looking_at(Vec3::Y, Vec3::Y);

@@ -78,7 +78,7 @@ impl Entry {
 
     fn flags(&self) -> u8 {
         let beside_source = u8::from(self.options.beside_source) * BESIDE_SOURCE;
-        beside_source | u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT
+        beside_source | (u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT)
     }
 
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {

@@ -165,8 +165,8 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
         let mut sums: FxHashMap<u32, Vec3> = FxHashMap::default();
         for corners in part.range().step_by(3) {
             let [a, b, c] = [0, 1, 2].map(|k| mesh.positions[corners + k]);
-            for corner in corners..corners + 3 {
-                *sums.entry(first[corner]).or_default() += (b - a).cross(c - a);
+            for vertex in &first[corners..corners + 3] {
+                *sums.entry(*vertex).or_default() += (b - a).cross(c - a);
             }
         }
         for (vertex, sum) in sums {

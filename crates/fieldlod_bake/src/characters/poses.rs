@@ -80,7 +80,7 @@ impl Pose {
     }
 
     fn is_finite(&self) -> bool {
-        self.joints.iter().all(|joint| joint.is_finite())
+        self.joints.iter().all(Affine3A::is_finite)
     }
 }
 

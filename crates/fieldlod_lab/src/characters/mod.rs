@@ -1,8 +1,8 @@
 //! Levels of skinned and morphed meshes, in animations that the bake has not seen.
 //!
 //! The bake gets half of the clips: every second one, or the first half of each if there are few. The levels are measured in
-//! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals and `Regularize`, as
-//! gltfpack and Godot do.
+//! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
+//! `Permissive`, as gltfpack can.
 
 mod curve;
 mod pictures;

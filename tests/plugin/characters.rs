@@ -466,3 +466,46 @@ fn skin_without_file_draws_its_source() {
     assert!(events.len() == 1 && is_rigged(&events[0]), "{events:?}");
     assert!(logged(Level::INFO, &["skinned or has morph targets"]));
 }
+
+/// Characters that are not part of the repository: the `.glb` files in the folder `FIELDLOD_CHARACTERS`, if it is set.
+#[test]
+fn characters_of_a_folder_have_levels() {
+    let Some(folder) = std::env::var_os("FIELDLOD_CHARACTERS") else {
+        return;
+    };
+    let files = std::fs::read_dir(&folder).unwrap();
+    for file in files.map(|file| file.unwrap().path()) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let mut app = app_in(Path::new(&folder));
+        let assets = app.world().resource::<AssetServer>();
+        let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(name.clone()));
+        let start = std::time::Instant::now();
+        app.world_mut()
+            .spawn((WorldAssetRoot(scene), AutoLod::default()));
+        let is_done = |app: &App| {
+            let FieldLodProgress {
+                waiting,
+                ready,
+                plain,
+                ..
+            } = progress(app);
+            waiting == 0 && ready + plain > 0
+        };
+        while !is_done(&app) {
+            assert!(
+                start.elapsed().as_secs() < 600,
+                "{name}: {:?}",
+                progress(&app)
+            );
+            app.update();
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        println!("{name}: {:?} in {:?}", progress(&app), start.elapsed());
+        let events = &app.world().resource::<Events>().0;
+        let failed: Vec<_> = events
+            .iter()
+            .filter(|event| matches!(event, FieldLodEvent::Failed { .. }))
+            .collect();
+        assert!(failed.is_empty(), "{name}: {failed:?}");
+    }
+}

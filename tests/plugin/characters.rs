@@ -1,5 +1,5 @@
-//! What the plugin promises of props holds for characters: a bending tube of two primitives with one skin, and a ball with
-//! a morph target.
+//! What the plugin promises of props holds for characters: a bending tube of two primitives with one skin, and a ball
+//! with a morph target.
 
 use std::path::Path;
 
@@ -16,35 +16,13 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
-use serde_json::json;
 
-use crate::character::character;
+use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
 use crate::headless::{
     Events, app_in, insert, level, logged, move_camera, origins, progress, ready, rock, run_until,
     spawn_camera, stats,
 };
-
-/// A file with one scene of the tube.
-fn tube() -> GltfFile {
-    let mut file = character(2.0);
-    file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
-    file
-}
-
-/// A file with one scene of a ball that grows with its morph target.
-fn ball() -> GltfFile {
-    let mesh = fieldlod_tests::rock(4, 1);
-    let mut file = GltfFile::of(&mesh);
-    let deltas: Vec<f32> = mesh.positions.iter().flat_map(Vec3::to_array).collect();
-    let target = file.add_floats(&deltas, "VEC3");
-    file.json["accessors"][target]["min"] = json!([0.0, 0.0, 0.0]);
-    file.json["accessors"][target]["max"] = json!([0.0, 0.0, 0.0]);
-    file.primitive()["targets"] = json!([{ "POSITION": target }]);
-    file.json["nodes"] = json!([{ "mesh": 0 }]);
-    file.json["scenes"] = json!([{ "nodes": [0] }]);
-    file
-}
 
 /// An app in front of the scene of a file, without levels.
 struct Show {

@@ -278,7 +278,7 @@ fn odd_rigs_are_baked() {
             _ = file.json["skins"][0]
                 .as_object_mut()
                 .unwrap()
-                .remove("inverseBindMatrices")
+                .remove("inverseBindMatrices");
         },
         |file| file.json["animations"] = json!([]),
         |file| {

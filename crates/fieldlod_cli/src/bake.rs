@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{
-    BakeConfig, BakeOutcome, BakeProgress, Import, ImportError, Skipped, bake_import,
+    BakeConfig, BakeOutcome, BakeProgress, Import, ImportError, Skipped, bake_import, import_gltf,
     import_gltf_bytes, unpack_gltf,
 };
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
@@ -20,7 +20,7 @@ use crate::quantized::{coarse_grids, median_edges};
 use crate::scene::{Scene, image_files};
 use crate::summary::PrimitiveSummary;
 
-/// Bake the static meshes of a glTF file.
+/// Bake the meshes of a glTF file.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file.
@@ -52,6 +52,9 @@ pub(crate) struct Arguments {
     /// of a terrain or parts of a kit, still meet at any level. Meshes of one file that meet keep meeting without.
     #[arg(long)]
     lock_borders: bool,
+    /// Other glTF files with animations of skinned meshes, for nodes with the same names.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    clips: Vec<PathBuf>,
     /// Fail if a primitive is faulty, rather than skip it with a warning.
     #[arg(long)]
     strict: bool,
@@ -143,7 +146,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         source = unpack_gltf(&source, &beside).map_err(fail)?;
         images = read_images(input, &source)?;
     }
-    let import = import_gltf_bytes(&source, &beside).map_err(fail)?;
+    let mut import = import_gltf_bytes(&source, &beside).map_err(fail)?;
+    add_clips(&mut import, &arguments.clips)?;
     let fault = import.first_fault().filter(|_| arguments.strict);
     fault.map_or(Ok(()), |fault| Err(fail(fault)))?;
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
@@ -303,6 +307,18 @@ fn read_images(input: &Path, source: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, F
         Ok((path.components().collect(), bytes))
     };
     files.into_iter().map(read).collect()
+}
+
+/// Adds the clips of other files.
+pub(crate) fn add_clips(import: &mut Import, files: &[PathBuf]) -> Result<(), Failure> {
+    for path in files {
+        let file = import_gltf(path).map_err(|error| Failure::new(path, error))?;
+        if import.add_clips(file) == 0 {
+            let fault = "no animation moves a node of the baked file";
+            return Err(Failure::new(path, fault));
+        }
+    }
+    Ok(())
 }
 
 fn bake_with_progress(

@@ -82,6 +82,12 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
         let error = primitive.position_error_in_local;
         let _ = writeln!(text, "quantized: positions differ by up to {error:.3e}");
     }
+    if let Some(joint) = primitive.carrier_joint {
+        let _ = writeln!(
+            text,
+            "skinned: joint {joint} places it; all lengths hold in poses"
+        );
+    }
     if primitive.source_vertices_left_out {
         text.push_str("without the vertices of the source: needs the glTF file\n");
     }

@@ -51,7 +51,9 @@ impl Scene {
         let (json, binary) = glb::parts(source).ok_or(SceneFault::Reference)?;
         let mut json: Value = serde_json::from_slice(json)?;
         let is_large = |primitive: &BakedPrimitive| {
-            primitive.hierarchy.source_triangle_count() >= large_from_triangles
+            let is_large = primitive.hierarchy.source_triangle_count() >= large_from_triangles;
+            // Pages have neither joints nor morph targets.
+            is_large && !is_rigged(&json, primitive)
         };
         let (large, small) = baked.primitives.into_iter().partition(is_large);
         let (large, small) = (
@@ -100,6 +102,12 @@ struct Added {
     /// Accessors of the meshes that were replaced.
     replaced: BTreeSet<usize>,
     dropped_extensions: BTreeSet<String>,
+}
+
+fn is_rigged(json: &Value, primitive: &BakedPrimitive) -> bool {
+    let mesh = &json["meshes"][primitive.mesh_index as usize];
+    let primitive = &mesh["primitives"][primitive.primitive_index as usize];
+    !primitive["targets"].is_null() || !primitive["attributes"]["JOINTS_0"].is_null()
 }
 
 /// Replaces a primitive by its coarsest level.

@@ -17,6 +17,8 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) moved_vertices: u32,
     /// The distance of the file's positions from the source's; 0 in a lossless file.
     pub(crate) position_error_in_local: f32,
+    /// The joint that places the mesh for selection, if it is skinned.
+    pub(crate) carrier_joint: Option<u16>,
     pub(crate) source_triangles: u64,
     /// Triangles of the coarsest cut.
     pub(crate) coarsest_triangles: u64,
@@ -77,6 +79,7 @@ impl PrimitiveSummary {
             source_vertices_left_out: hierarchy.lacks_source_vertices(),
             moved_vertices: vertices as u32 - hierarchy.source_vertex_count,
             position_error_in_local: primitive.position_error_in_local,
+            carrier_joint: primitive.hierarchy.carrier_joint,
             source_triangles: hierarchy.source_triangle_count(),
             coarsest_triangles: terminal.map(|g| hierarchy.triangle_count_of(g)).sum(),
             groups: hierarchy.groups.len(),

@@ -6,20 +6,27 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fieldlod_bake::{
-    ImportedPrimitive, SourceMesh, Verified, VerifyError, VerifySettings, import_gltf, verify,
+    Import, ImportedPrimitive, SourceMesh, Verified, VerifyError, VerifySettings, import_gltf,
+    verify, verify_rigged,
 };
 use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use serde::Serialize;
 
+use crate::bake::add_clips;
+
 /// Check a .fieldlod file against its source: invariants, deviations at denser samples, holes,
-/// overlaps and flipped triangles in 200 random cuts, and pictures of each level from six sides.
+/// overlaps and flipped triangles in 200 random cuts, and pictures of each level from six sides. Skinned and morphed meshes
+/// are checked in the poses of their animations.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked.
     source: PathBuf,
     /// The .fieldlod file.
     file: PathBuf,
+    /// Other glTF files with animations of skinned meshes, for nodes with the same names.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    clips: Vec<PathBuf>,
     /// Print a JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -47,6 +54,17 @@ struct PrimitiveReport {
     cuts: u32,
     flipped_area: f32,
     wrong_pixels: f32,
+    /// Of a skinned or morphed mesh.
+    posed: Option<PosedReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct PosedReport {
+    poses: usize,
+    /// The largest distance in these poses relative to the stated deviation.
+    share: f32,
+    /// Bounds of the same while joints bend by up to 15°, 45° and 90°.
+    bounds: [f32; 3],
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -55,11 +73,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::new(path, format!("could not be read: {error}")))?;
     let file =
         BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
-    let import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
-    let imported = import.primitives.iter();
-    let mut primitives: Vec<PrimitiveReport> = imported
-        .map(|primitive| PrimitiveReport::of(primitive, &file))
-        .collect();
+    let mut import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
+    add_clips(&mut import, &arguments.clips)?;
+    let mut primitives = verified_rigged(&import, &file);
+    let imported = import.primitives.iter().enumerate();
+    let of_mesh = imported.filter(|(_, primitive)| primitive.rig.is_none());
+    primitives.extend(of_mesh.map(|(i, primitive)| (i, PrimitiveReport::of(primitive, &file))));
+    primitives.sort_by_key(|(index, _)| *index);
+    let primitives = primitives.into_iter().map(|(_, report)| report);
+    let mut primitives: Vec<PrimitiveReport> = primitives.collect();
     let extra = file.primitives.iter().filter(|baked| {
         let place = (baked.mesh_index, baked.primitive_index);
         let mut imported = import.primitives.iter();
@@ -105,6 +127,41 @@ fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, Ve
     verify(source, &whole, &settings)
 }
 
+/// Verifies the skinned and morphed primitives, each with its index.
+fn verified_rigged(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveReport)> {
+    let baked = import.primitives.iter().map(|primitive| {
+        let place = &primitive.place;
+        let baked = file.find(place.mesh_index, place.primitive_index)?;
+        let hierarchy = baked.hierarchy.clone();
+        let vertices = primitive.mesh.finite_vertices();
+        // What does not fit has another hash, which is found out.
+        Some(
+            hierarchy
+                .with_source_vertices(&vertices)
+                .unwrap_or_default(),
+        )
+    });
+    let baked: Vec<Option<Hierarchy>> = baked.collect();
+    let verified = verify_rigged(import, &baked, &VerifySettings::default()).into_iter();
+    let reports = verified.map(|(index, verified)| {
+        let place = &import.primitives[index].place;
+        let (mesh, primitive) = (place.mesh_index, place.primitive_index);
+        let report = match verified {
+            Ok(verified) => PrimitiveReport {
+                posed: Some(PosedReport {
+                    poses: verified.poses,
+                    share: verified.share,
+                    bounds: verified.bounds,
+                }),
+                ..PrimitiveReport::passed(mesh, primitive, &place.name, &Verified::default())
+            },
+            Err(fault) => PrimitiveReport::failed(mesh, primitive, &place.name, &fault.to_string()),
+        };
+        (index, report)
+    });
+    reports.collect()
+}
+
 impl PrimitiveReport {
     fn of(imported: &ImportedPrimitive, file: &BakedFile) -> Self {
         let name = &imported.place.name;
@@ -130,6 +187,7 @@ impl PrimitiveReport {
             cuts: verified.cuts,
             flipped_area: verified.flipped_area,
             wrong_pixels: verified.wrong_pixels,
+            posed: None,
         }
     }
 
@@ -146,6 +204,14 @@ impl PrimitiveReport {
             mesh, primitive, ..
         } = self;
         let place = format!("mesh {mesh} ({:?}), primitive {primitive}", self.name);
+        if let Some(posed) = &self.posed {
+            let [a, b, c] = posed.bounds;
+            return format!(
+                "{place}: pass; of the deviation stated, levels reach {:.3} in {} poses, and at most {a:.1}, {b:.1} and \
+                 {c:.1} if joints bend by 15°, 45° and 90°",
+                posed.share, posed.poses
+            );
+        }
         match &self.fault {
             Some(fault) => format!("{place}: FAILED: {fault}"),
             None => format!(

@@ -405,3 +405,94 @@ fn coarse_grids_of_rounded_positions_are_told_of() {
         assert_eq!(said.contains("of the median edge"), is_coarse, "{said}");
     }
 }
+
+/// The grid with two joints, of which the second bends its right half. Its weight at the last vertex is `last`.
+fn skinned_glb(folder: &Path, last: f32) -> PathBuf {
+    let path = grid_glb(folder, 24);
+    let bytes = fs::read(&path).unwrap();
+    let (mut json, binary) = parts(&bytes);
+    let mut binary = binary.to_vec();
+    let count = 25 * 25;
+    let weights = (0..count).map(|vertex| {
+        if vertex + 1 == count {
+            last
+        } else {
+            f32::from(u8::from(vertex / 25 > 12))
+        }
+    });
+    let weights = weights.flat_map(|weight| [1.0 - weight, weight, 0.0, 0.0]);
+    let joints = [0u8, 1, 0, 0].repeat(count);
+    let added: [Vec<u8>; 2] = [joints, weights.flat_map(f32::to_le_bytes).collect()];
+    for (bytes, kind) in added.iter().zip([5121, 5126]) {
+        binary.resize(binary.len().next_multiple_of(4), 0);
+        let list = |json: &mut Value, name: &str, value: Value| {
+            let list = json[name].as_array_mut().unwrap();
+            list.push(value);
+            list.len() - 1
+        };
+        let view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": bytes.len() });
+        let view = list(&mut json, "bufferViews", view);
+        let accessor =
+            json!({ "bufferView": view, "componentType": kind, "type": "VEC4", "count": count });
+        list(&mut json, "accessors", accessor);
+        binary.extend(bytes);
+    }
+    let attributes = &mut json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["JOINTS_0"] = json!(3);
+    attributes["WEIGHTS_0"] = json!(4);
+    json["buffers"][0]["byteLength"] = json!(binary.len());
+    json["skins"] = json!([{ "joints": [1, 2] }]);
+    json["nodes"] =
+        json!([{ "mesh": 0, "skin": 0 }, { "name": "a", "children": [2] }, { "name": "b" }]);
+    let path = folder.join("skinned.glb");
+    fs::write(&path, glb(&json, &binary)).unwrap();
+    path
+}
+
+#[test]
+fn verify_checks_skinned_meshes_in_poses() {
+    let folder = TempDir::new().unwrap();
+    let input = skinned_glb(folder.path(), 1.0);
+    let file = input.with_extension("fieldlod");
+    output(&["bake", text(&input)]);
+    let inspected = output(&["inspect", text(&file)]);
+    assert!(
+        inspected.contains("skinned: joint 0 places it"),
+        "{inspected}"
+    );
+    let report = output(&["verify", "--json", text(&input), text(&file)]);
+    let report: Value = serde_json::from_str(&report).unwrap();
+    let posed = &report["primitives"][0]["posed"];
+    assert!(posed["poses"].as_u64() > Some(12), "{report}");
+    let number = |value: &Value| value.as_f64().unwrap();
+    let share = number(&posed["share"]);
+    assert!(share > 0.1 && share <= 1.0, "{report}");
+    let bounds: Vec<f64> = posed["bounds"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(number)
+        .collect();
+    assert!(bounds.is_sorted() && bounds[0] > 0.0, "{report}");
+
+    skinned_glb(folder.path(), 0.5);
+    let verify = fieldlod(&["verify", text(&input), text(&file)]);
+    let shown = String::from_utf8(verify.stdout).unwrap();
+    assert!(
+        shown.contains("FAILED: it was baked from another mesh"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn clips_of_other_characters_fail() {
+    let folder = TempDir::new().unwrap();
+    let input = skinned_glb(folder.path(), 1.0);
+    let other = grid_glb(folder.path(), 4);
+    let fault = "no animation moves a node of the baked file";
+    assert_fails(
+        &["bake", text(&input), "--clips", text(&other)],
+        &other,
+        fault,
+    );
+}

@@ -5,6 +5,7 @@
 //! - [`stability`] runs methods through cases in which users of some system reported failures.
 //! - [`promise`] measures the guarantee from random cameras under random placements.
 //! - [`scenes`] compares triangles with and without visible flux in worlds of many instances.
+//! - [`characters`] measures the levels of skinned meshes in animations that the bake has not seen.
 //! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
 //! They share [`method`] (the methods that are compared), [`displacement`] and [`holes`] (geometric errors of a
@@ -13,6 +14,7 @@
 //! The command `fieldlod-lab` runs all of them. No other library depends on this crate.
 
 mod baselines;
+pub mod characters;
 pub mod chart;
 pub mod chooser;
 pub mod displacement;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use fieldlod_hierarchy::SourceHash;
 use rustc_hash::FxHashMap;
 
 use crate::import::{Import, ImportedPrimitive, Rig, Skin};
@@ -43,6 +44,17 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
+    /// The hash of its mesh with joints and morph targets.
+    pub(super) fn source_hash(&self) -> SourceHash {
+        let vertices = self.primitive.mesh.source_hash();
+        let joints = match self.rig.skin {
+            Some(_) => vertices.with_joints(&self.rig.joints, &self.rig.weights),
+            None => vertices,
+        };
+        let targets = self.rig.targets.iter();
+        targets.fold(joints, |hash, target| hash.with_morph_target(target))
+    }
+
     /// Whether each triangle has its own vertices, in order: its normals are then its own, too.
     pub(super) fn has_flat_triangles(&self) -> bool {
         let indices = self.primitive.mesh.indices.iter().copied();

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::character::Character;
 use super::poses::Pose;
+use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Samples are as dense as so many on the whole source.
@@ -45,13 +46,13 @@ struct Surface {
 
 /// A place on a triangle.
 #[derive(Clone, Copy)]
-struct Sample {
-    corners: [u32; 3],
-    weights: Vec3,
+pub(super) struct Sample {
+    pub(super) corners: [u32; 3],
+    pub(super) weights: Vec3,
 }
 
 impl Sample {
-    fn position(&self, positions: &[Vec3]) -> Vec3 {
+    pub(super) fn position(&self, positions: &[Vec3]) -> Vec3 {
         let [a, b, c] = self.corners.map(|corner| positions[corner as usize]);
         a * self.weights.x + b * self.weights.y + c * self.weights.z
     }
@@ -67,6 +68,25 @@ impl Surface {
         }
     }
 
+    /// The nearest place in the bind pose.
+    fn nearest(&self, point: Vec3, positions: &[Vec3]) -> Option<Sample> {
+        let id = self.tree.nearest(point)?.triangle;
+        let corners = self.triangles[id as usize];
+        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
+        let place = Triangle::new([a, b, c]).nearest_point(point.into());
+        let (ab, ac, ap) = (b - a, c - a, Vec3::from(place) - a);
+        let normal = ab.cross(ac);
+        let share = |of: Vec3| of.dot(normal) / normal.length_squared();
+        let (y, z) = (share(ap.cross(ac)), share(ab.cross(ap)));
+        let weights = Vec3::new(1.0 - y - z, y, z);
+        let weights = if weights.is_finite() {
+            weights
+        } else {
+            Vec3::X
+        };
+        Some(Sample { corners, weights })
+    }
+
     fn pose(&mut self, positions: &[Vec3]) {
         let corners = |id: u32| self.triangles[id as usize].map(|v| positions[v as usize]);
         self.tree.refit(corners);
@@ -80,10 +100,9 @@ pub fn distances(
     poses: &[Pose],
     levels: &[impl AsRef<[[u32; 3]]> + Sync],
 ) -> Vec<Distances> {
-    let source = character.triangles();
     let positions = &character.mesh.positions;
-    let spacing = (area_of(source, positions) / SAMPLES).sqrt();
-    let mut source = Surface::of(source, positions, spacing);
+    let spacing = spacing(character);
+    let mut source = Surface::of(character.triangles(), positions, spacing);
     let measured = |level: &_| {
         let surface = Surface::of(AsRef::as_ref(level), positions, spacing);
         Measured {
@@ -105,6 +124,40 @@ pub fn distances(
             .for_each(|level| level.measure(&source, &positions, &character.component));
     }
     levels.into_iter().map(|level| level.distances).collect()
+}
+
+/// Source and level in the bind pose.
+pub(super) struct Sides {
+    source: Surface,
+    level: Surface,
+}
+
+impl Sides {
+    pub(super) fn of(character: &Character<'_>, level: &[[u32; 3]]) -> Self {
+        let surface =
+            |triangles| Surface::of(triangles, &character.mesh.positions, spacing(character));
+        Self {
+            source: surface(character.triangles()),
+            level: surface(level),
+        }
+    }
+
+    /// The samples of each side, and the nearest places of the other.
+    pub(super) fn nearest_pairs(&self, character: &Character<'_>) -> Vec<[Sample; 2]> {
+        let positions = &character.mesh.positions;
+        let sides = [(&self.source, &self.level), (&self.level, &self.source)];
+        let pairs = sides.into_iter().flat_map(|(from, to)| {
+            let pair = |sample: &Sample| {
+                Some([*sample, to.nearest(sample.position(positions), positions)?])
+            };
+            from.samples.iter().filter_map(pair)
+        });
+        pairs.collect()
+    }
+}
+
+fn spacing(character: &Character<'_>) -> f32 {
+    (area_of(character.triangles(), &character.mesh.positions) / SAMPLES).sqrt()
 }
 
 struct Measured {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::character::{Character, Part};
 use super::deviation::{Distances, distances};
-use super::poses::{Pose, farthest, training_poses};
+use super::poses::{Pose, Training};
 use super::simplify::{Simplifier, Way};
 use crate::config::BakeConfig;
 use crate::import::Import;
@@ -21,8 +21,6 @@ const FEWEST_TRIANGLES: usize = 24;
 /// The error of a level is so many times the root of the mean squared distance. The errors of levels of static meshes, which
 /// the simplifier reports, are 4 to 5 times theirs.
 const ERROR_PER_RMS: f32 = 4.0;
-/// Levels are made and chosen by at most so many poses.
-const MOST_POSES: usize = 32;
 /// Ways to simplify. Each level is the one that deviates least. A strength of 1 is best for the largest deviation of many
 /// characters, 4 for the mean. Seams of textures are kept or not: hard-edged characters have too many to keep.
 const WAYS: [Way; 4] = [
@@ -57,9 +55,9 @@ pub(super) fn bake(
     import: &Import,
     config: &BakeConfig,
 ) -> Result<Vec<(Hierarchy, BakeReport)>, MeshError> {
-    let poses = training_poses(character, import);
-    let levels = levels_of(character, &poses, config);
-    let bounds = bounds(character, &poses);
+    let training = Training::of(character, import);
+    let levels = levels_of(character, &training, config);
+    let bounds = bounds(character, &training.poses);
     let group = |level: usize| {
         let next = levels.get(level + 1);
         Group {
@@ -79,11 +77,8 @@ pub(super) fn bake(
 }
 
 /// All levels, finest first. The first is the source.
-fn levels_of(character: &Character<'_>, poses: &[Pose], config: &BakeConfig) -> Vec<Level> {
-    let few = match poses.len() {
-        ..=MOST_POSES => poses,
-        _ => &farthest(character, Vec::new(), poses),
-    };
+fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig) -> Vec<Level> {
+    let few = training.chosen();
     let simplifier = Simplifier::of(character, few);
     let targets = std::iter::successors(Some(character.triangles().len()), |&count| {
         let target = (count as f32 * config.simplify_ratio) as usize;
@@ -113,8 +108,8 @@ fn levels_of(character: &Character<'_>, poses: &[Pose], config: &BakeConfig) -> 
         let best = usable.min_by(|a, b| a.deviation.total_cmp(&b.deviation));
         levels.extend(best);
     }
-    if few.len() < poses.len() {
-        measure_again(character, poses, &mut levels);
+    if few.len() < training.poses.len() && config.measure_deviation {
+        measure_again(character, &training.poses, &mut levels);
     }
     levels
 }
@@ -123,11 +118,10 @@ fn levels_of(character: &Character<'_>, poses: &[Pose], config: &BakeConfig) -> 
 fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]) {
     let triangles: Vec<&[[u32; 3]]> = levels.iter().map(|level| &*level.triangles).collect();
     let measured = distances(character, poses, &triangles);
-    let (mut deviation, mut rms) = (0.0f32, 0.0f32);
+    let mut deviation = 0.0f32;
     for (level, distances) in levels.iter_mut().zip(measured) {
         deviation = deviation.max(distances.max());
-        rms = rms.max(distances.rms);
-        (level.deviation, level.rms) = (deviation, rms);
+        level.deviation = deviation;
     }
 }
 
@@ -200,15 +194,8 @@ fn hierarchy(
     groups: &[Group],
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     let (mesh, rig) = (&part.primitive.mesh, part.rig);
-    let mut source = mesh.source_hash();
-    if rig.skin.is_some() {
-        source = source.with_joints(&rig.joints, &rig.weights);
-    }
-    for target in &rig.targets {
-        source = source.with_morph_target(target);
-    }
     let mut hierarchy = Hierarchy {
-        source,
+        source: part.source_hash(),
         source_vertex_count: mesh.positions.len() as u32,
         vertices: mesh.finite_vertices(),
         carrier_joint: rig.skin.and(character.carrier_joint),

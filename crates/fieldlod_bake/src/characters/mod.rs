@@ -4,12 +4,14 @@
 //! skin are one character: they are simplified together and change their levels together. Levels use source vertices
 //! alone, so joints, weights and morph targets of a level are those of the source.
 
+mod bound;
 mod channels;
 mod character;
 mod deviation;
 mod levels;
 mod poses;
 mod simplify;
+mod verify;
 
 use fieldlod_hierarchy::Hierarchy;
 use rayon::prelude::*;
@@ -22,6 +24,7 @@ pub use character::{Character, Part};
 pub use deviation::{Distances, distances};
 pub use poses::{Pose, clip_poses};
 pub use simplify::plain_levels;
+pub use verify::{RiggedVerified, verify_rigged};
 
 /// The levels of a rigged primitive, or why it has none.
 pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;

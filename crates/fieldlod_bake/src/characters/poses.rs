@@ -19,6 +19,12 @@ const COMPARED_VERTICES: usize = 256;
 const MOST_BENT: usize = 64;
 /// By this angle, about each axis in both directions.
 const BEND: f32 = 1.3;
+/// Clips with fewer keyframes than this do not show how joints bend in others: levels that are chosen by half of a walk
+/// deviate 1.7 times as far in the other half. Joints are then bent by a smaller angle, too.
+const FEW: usize = 128;
+const BEND_BESIDE_CLIPS: f32 = 0.65;
+/// Levels are made for at most so many poses.
+const MOST_MADE_FOR: usize = 32;
 
 /// Where joints and morph targets bring the vertices of a character, in its space as carried by its carrier joint.
 #[derive(Clone, Debug, Default)]
@@ -53,25 +59,68 @@ impl Pose {
         positions
     }
 
+    /// The normals of all vertices, if the source has normals. Scaled joints and morph targets do not change them.
+    #[must_use]
+    pub fn normals(&self, character: &Character<'_>) -> Vec<Vec3> {
+        let mut normals = character.mesh.normals.clone();
+        if self.joints.is_empty() {
+            return normals;
+        }
+        for (normal, influence) in normals.iter_mut().zip(&character.influences) {
+            let of_joint = |&(joint, weight): &(u16, f32)| {
+                self.joints[usize::from(joint)].transform_vector3(*normal) * weight
+            };
+            *normal = influence
+                .iter()
+                .map(of_joint)
+                .sum::<Vec3>()
+                .normalize_or_zero();
+        }
+        normals
+    }
+
     fn is_finite(&self) -> bool {
-        self.joints.iter().all(|joint| joint.is_finite())
+        self.joints.iter().all(Affine3A::is_finite)
     }
 }
 
-/// The poses that a bake goes by: the bind pose, poses of clips or of bent joints, and each morph target.
-pub(super) fn training_poses(character: &Character<'_>, import: &Import) -> Vec<Pose> {
-    let of_clips = clip_poses(character, import, &import.clips);
-    let rest = Rig::of(character, import).pose(&[]);
-    let mut poses: Vec<Pose> = std::iter::once(Pose::default()).chain(rest).collect();
-    if of_clips.is_empty() {
-        poses.extend(bent_poses(character, import));
-    } else {
-        poses = farthest(character, poses, &of_clips);
+/// The poses that a bake goes by.
+pub(super) struct Training {
+    /// All in which levels are measured.
+    pub(super) poses: Vec<Pose>,
+    /// Levels are made for the first of them, and chosen by them.
+    chosen: usize,
+}
+
+impl Training {
+    /// The bind pose, poses of clips, each morph target, and each joint bent if there are few poses of clips.
+    pub(super) fn of(character: &Character<'_>, import: &Import) -> Self {
+        let of_clips = clip_poses(character, import, &import.clips);
+        let bent = match of_clips.len() {
+            0 => bent_poses(character, import, BEND),
+            count if count < FEW => bent_poses(character, import, BEND_BESIDE_CLIPS),
+            _ => Vec::new(),
+        };
+        let rest = Rig::of(character, import).pose(&[]);
+        let first = std::iter::once(Pose::default()).chain(rest).collect();
+        let varied = if of_clips.is_empty() {
+            &bent
+        } else {
+            &of_clips
+        };
+        let mut poses = farthest(character, first, varied);
+        poses.extend(target_poses(character));
+        let is_near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE;
+        let is_usable = |pose: &Pose| pose.positions(character).iter().all(is_near);
+        poses.retain(is_usable);
+        let chosen = poses.len().min(MOST_MADE_FOR);
+        poses.extend(bent.into_iter().filter(is_usable));
+        Self { poses, chosen }
     }
-    poses.extend(target_poses(character));
-    let is_near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE;
-    poses.retain(|pose| pose.positions(character).iter().all(is_near));
-    poses
+
+    pub(super) fn chosen(&self) -> &[Pose] {
+        &self.poses[..self.chosen]
+    }
 }
 
 /// Poses at keyframes of clips, at most [`MOST_OF_CLIP`] of each. Empty if no clip moves the character.
@@ -100,13 +149,13 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
 }
 
 /// Each joint bent by itself.
-fn bent_poses(character: &Character<'_>, import: &Import) -> Vec<Pose> {
+fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pose> {
     let rig = Rig::of(character, import);
     let joints = character.joints_by_weight.iter().take(MOST_BENT);
     let bends = joints.flat_map(|&joint| {
         let node = rig.joints[usize::from(joint)];
         let axes = [Vec3::X, Vec3::Y, Vec3::Z].into_iter();
-        axes.flat_map(move |axis| [(node, axis, BEND), (node, axis, -BEND)])
+        axes.flat_map(move |axis| [(node, axis, angle), (node, axis, -angle)])
     });
     let pose = |(node, axis, angle): (u32, Vec3, f32)| {
         let rest = import.nodes[node as usize].rotation;
@@ -135,11 +184,7 @@ fn target_poses(character: &Character<'_>) -> Vec<Pose> {
 }
 
 /// `chosen`, and the [`CHOSEN`] candidates that are farthest from it and from each other.
-pub(super) fn farthest(
-    character: &Character<'_>,
-    mut chosen: Vec<Pose>,
-    candidates: &[Pose],
-) -> Vec<Pose> {
+fn farthest(character: &Character<'_>, mut chosen: Vec<Pose>, candidates: &[Pose]) -> Vec<Pose> {
     let step = character
         .mesh
         .positions

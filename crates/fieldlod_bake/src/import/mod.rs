@@ -31,7 +31,7 @@ mod primitive;
 pub(crate) mod rig;
 mod unpack;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 pub use error::{
@@ -78,6 +78,28 @@ impl Import {
                 SkipReason::Faulty(fault) => Some(fault.clone().of(skipped.place.clone())),
                 _ => None,
             })
+    }
+}
+
+impl Import {
+    /// Adds the clips of another file. Its nodes are those of this file with the same names; others are ignored. Returns
+    /// how many clips move some node.
+    pub fn add_clips(&mut self, file: Self) -> usize {
+        let named = (0u32..).zip(&self.nodes);
+        let by_name: HashMap<&str, u32> = named.map(|(index, node)| (&*node.name, index)).collect();
+        let own_node = |channel: Channel| {
+            let name = &file.nodes[channel.node as usize].name;
+            let node = by_name.get(&**name).filter(|_| !name.is_empty());
+            node.map(|&node| Channel { node, ..channel })
+        };
+        let clips = file.clips.into_iter().map(|clip| Clip {
+            channels: clip.channels.into_iter().filter_map(own_node).collect(),
+            name: clip.name,
+        });
+        let clips: Vec<Clip> = clips.filter(|clip| !clip.channels.is_empty()).collect();
+        let count = clips.len();
+        self.clips.extend(clips);
+        count
     }
 }
 

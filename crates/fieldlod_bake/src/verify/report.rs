@@ -72,6 +72,9 @@ pub enum VerifyError {
     /// The hierarchy was baked from something else.
     #[error("it was baked from another mesh")]
     OtherSource,
+    /// Primitives with one skin should change their levels together.
+    #[error("the primitives of its character are missing, or have different levels")]
+    PartsDiffer,
     /// The finest cut should be the source.
     #[error("the finest cut has {found} triangles that are not those of the source")]
     FinestCut { found: usize },

@@ -380,6 +380,31 @@ mod tests {
         }
     }
 
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(100))]
+
+        /// Moved triangles in the tree of others.
+        #[test]
+        fn refitted_tree_matches_a_new_one(
+            (soup, moved) in (1usize..80).prop_flat_map(|count| {
+                let triangles = || prop::collection::vec(prop::array::uniform3(any_point()), count);
+                (triangles(), triangles())
+            }),
+            points in prop::collection::vec(any_point(), 1..30),
+        ) {
+            let mut refitted = TriangleTree::new(soup.iter().copied());
+            // Copies of a triangle are one in the tree, wherever they move to.
+            prop_assume!((0..soup.len()).all(|k| !soup[..k].contains(&soup[k])));
+            refitted.refit(|id| moved[id as usize]);
+            let new = TriangleTree::new(moved.iter().copied());
+            for point in points {
+                let [a, b] = [&refitted, &new].map(|tree| tree.nearest(point).unwrap());
+                let distance = |found: NearestTriangle| found.distance_squared.sqrt();
+                prop_assert!((distance(a) - distance(b)).abs() < 1e-3);
+            }
+        }
+    }
+
     #[test]
     fn degenerate_triangles_have_distances() {
         for corners in [

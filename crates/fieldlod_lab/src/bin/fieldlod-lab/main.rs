@@ -4,6 +4,7 @@
 //! error; an error is one line that names the file and the cause. The exit code is 1 for a failure and 2 for a
 //! wrong command line.
 
+mod characters;
 mod chart;
 mod models;
 mod props;
@@ -25,6 +26,7 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Characters(characters::Arguments),
     Chart(chart::Arguments),
     Props(props::Arguments),
     Scenes(scenes::Arguments),
@@ -34,6 +36,7 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<(), Failure> {
         match self {
+            Self::Characters(arguments) => characters::run(arguments),
             Self::Chart(arguments) => chart::run(arguments),
             Self::Props(arguments) => props::run(arguments),
             Self::Scenes(arguments) => scenes::run(arguments),

@@ -1,0 +1,109 @@
+//! A bound of the deviation for any pose that bends joints by up to an angle.
+//!
+//! A point of a surface is `y = Σ_i λ_i y_i` in the bind pose. Posed, it is `Σ_b M_b m_b` with the moments
+//! ```text
+//! m_b = Σ_i λ_i u_ib (y_i, 1)
+//! ```
+//! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by `Δm_b`,
+//! and with any joint `r` the points are posed at most
+//! ```text
+//! d + Σ_{b ≠ r} ‖(M_b − M_r) Δm_b‖
+//! ```
+//! apart, if joints do not stretch. A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most
+//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are those above one of them but not the other.
+
+use glam::{Vec3, Vec4};
+
+use super::character::Character;
+use super::deviation::{Sample, Sides};
+use crate::import::Import;
+use crate::import::rig::ancestors;
+
+/// For a pair of near points: their distance in the bind pose, and by how much it can grow per `2 sin(θ/2)`.
+type Growth = (f32, f32);
+
+/// For each angle, a bound for the distances of samples of a level from the source and back. Morph targets are at 0.
+pub(super) fn bounds<const N: usize>(
+    character: &Character<'_>,
+    import: &Import,
+    level: &[[u32; 3]],
+    degrees: [f32; N],
+) -> [f32; N] {
+    let skeleton = Skeleton::of(character, import);
+    let pairs = Sides::of(character, level).nearest_pairs(character);
+    let growths: Vec<Growth> = pairs.iter().map(|pair| skeleton.growth(pair)).collect();
+    degrees.map(|degrees| {
+        let chord = 2.0 * (degrees.to_radians() * 0.5).sin();
+        let bounds = growths.iter().map(|(near, slope)| near + slope * chord);
+        bounds.fold(0.0, f32::max)
+    })
+}
+
+struct Skeleton<'a> {
+    character: &'a Character<'a>,
+    /// The place of each joint in the bind pose.
+    pivots: Vec<Vec3>,
+    /// Each joint and the joints that it is attached to.
+    chains: Vec<Vec<u16>>,
+}
+
+impl<'a> Skeleton<'a> {
+    fn of(character: &'a Character<'a>, import: &Import) -> Self {
+        let (joints, binds) = character.skin.map_or((&[][..], &[][..]), |skin| {
+            (&skin.joints[..], &skin.inverse_binds[..])
+        });
+        let chain = |&joint: &u32| {
+            let nodes = ancestors(&import.nodes, joint);
+            let above = nodes.filter_map(|node| joints.iter().position(|&joint| joint == node));
+            above.map(|joint| joint as u16).collect()
+        };
+        Self {
+            character,
+            pivots: binds
+                .iter()
+                .map(|bind| bind.inverse().w_axis.truncate())
+                .collect(),
+            chains: joints.iter().map(chain).collect(),
+        }
+    }
+
+    /// How far two points can get apart.
+    fn growth(&self, [x, y]: &[Sample; 2]) -> Growth {
+        let positions = &self.character.mesh.positions;
+        let near = x.position(positions).distance(y.position(positions));
+        let mut moments: Vec<(u16, Vec4, f32)> = Vec::new();
+        for (sample, sign) in [(x, 1.0), (y, -1.0)] {
+            for (&corner, share) in sample.corners.iter().zip(sample.weights.to_array()) {
+                let influences = self.character.influences.get(corner as usize);
+                for &(joint, weight) in influences.into_iter().flatten() {
+                    let moment = positions[corner as usize].extend(1.0) * (share * weight);
+                    match moments.iter_mut().find(|(other, ..)| *other == joint) {
+                        Some((_, sum, of_x)) => {
+                            *sum += moment * sign;
+                            *of_x += share * weight;
+                        }
+                        None => moments.push((joint, moment * sign, share * weight)),
+                    }
+                }
+            }
+        }
+        let strongest = moments.iter().max_by(|a, b| a.2.total_cmp(&b.2));
+        let Some(&(strongest, ..)) = strongest else {
+            return (near, 0.0);
+        };
+        let growths = moments.iter().map(|(joint, moment, _)| {
+            let (own, other) = (self.chain(*joint), self.chain(strongest));
+            let of_own = own.iter().filter(|joint| !other.contains(joint));
+            let between = of_own.chain(other.iter().filter(|joint| !own.contains(joint)));
+            let reach = |joint: &u16| {
+                (moment.truncate() - self.pivots[usize::from(*joint)] * moment.w).length()
+            };
+            between.map(reach).sum::<f32>()
+        });
+        (near, growths.sum())
+    }
+
+    fn chain(&self, joint: u16) -> &[u16] {
+        &self.chains[usize::from(joint)]
+    }
+}

@@ -1,0 +1,249 @@
+//! Levels of skinned and morphed meshes, in animations that the bake has not seen.
+//!
+//! The bake gets half of the clips: every second one, or the first half of each if there are few. The levels are measured in
+//! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
+//! `Permissive`, as gltfpack can.
+
+mod curve;
+mod pictures;
+
+use std::fmt::Write;
+
+use fieldlod_bake::{
+    BakeConfig, Channel, Character, Clip, Import, Pose, bake_rigged, clip_poses, distances,
+    plain_levels,
+};
+use fieldlod_hierarchy::Hierarchy;
+use serde::Serialize;
+
+use crate::render::{RenderError, Renderer};
+use curve::{Curve, geometric_mean};
+pub use pictures::{PictureOptions, Pictures};
+
+/// Files with more clips are split by clips, and others by time.
+const MANY_CLIPS: usize = 10;
+/// Held-out poses in which levels are measured.
+const MOST_POSES: usize = 64;
+
+/// The levels of one character, measured in held-out poses.
+#[derive(Clone, Debug, Serialize)]
+pub struct CharacterResult {
+    /// The name of its file.
+    pub name: String,
+    /// Its primitives.
+    pub parts: usize,
+    /// Triangles of its source.
+    pub triangles: usize,
+    /// Held-out poses.
+    pub poses: usize,
+    /// Triangles and greatest deviation of each level, relative to the character's radius.
+    pub levels: Vec<(usize, f32)>,
+    /// The same of the baseline.
+    pub plain: Vec<(usize, f32)>,
+    /// The greatest deviation as a share of the one stated: pixels of displacement at a guarantee of 1 px.
+    pub of_promise: f32,
+    /// The same for the baseline and a promise that is measured in the bind pose.
+    pub plain_of_bind: f32,
+    /// Triangles relative to the baseline at equal deviations.
+    pub at_equal_deviation: Option<f64>,
+    /// Pictures, if they were drawn.
+    pub pictures: Option<Pictures>,
+}
+
+/// Splits the clips of a file: the bake gets the first part.
+#[must_use]
+pub fn split(clips: Vec<Clip>) -> [Vec<Clip>; 2] {
+    if clips.len() > MANY_CLIPS {
+        let (even, odd): (Vec<_>, Vec<_>) = clips
+            .into_iter()
+            .enumerate()
+            .partition(|(index, _)| index % 2 == 0);
+        return [even, odd].map(|part| part.into_iter().map(|(_, clip)| clip).collect());
+    }
+    [false, true].map(|is_second| clips.iter().map(|clip| half(clip, is_second)).collect())
+}
+
+/// The keyframes of a clip in its first or second half.
+fn half(clip: &Clip, is_second: bool) -> Clip {
+    let times = clip.channels.iter().flat_map(|channel| &channel.times);
+    let middle = times.copied().fold(0.0, f32::max) * 0.5;
+    let cut = |channel: &Channel| {
+        let stride = channel.values.len() / channel.times.len();
+        let keyframes = channel.times.iter().zip(channel.values.chunks(stride));
+        let kept = keyframes.filter(|(time, _)| (**time > middle) == is_second);
+        let (times, values): (Vec<f32>, Vec<&[f32]>) = kept.unzip();
+        let values = values.concat();
+        (!times.is_empty()).then_some(Channel {
+            times,
+            values,
+            ..channel.clone()
+        })
+    };
+    Clip {
+        name: clip.name.clone(),
+        channels: clip.channels.iter().filter_map(cut).collect(),
+    }
+}
+
+/// Bakes the characters of a file with the first half of its clips, and measures them in the second.
+///
+/// # Errors
+/// As [`Renderer::draw`].
+pub fn measure(
+    name: &str,
+    mut import: Import,
+    drawing: Option<(&Renderer, &PictureOptions)>,
+) -> Result<Vec<CharacterResult>, RenderError> {
+    let [baked, held_out] = split(std::mem::take(&mut import.clips));
+    import.clips = baked;
+    let hierarchies: Vec<Option<Hierarchy>> = by_primitive(&import);
+    let characters = Character::all_of(&import).into_iter();
+    let measured = characters.filter_map(|character| {
+        let hierarchies = character
+            .parts
+            .iter()
+            .map(|part| hierarchies[part.index].as_ref());
+        let hierarchies: Vec<&Hierarchy> = hierarchies.collect::<Option<_>>()?;
+        let poses = clip_poses(&character, &import, &held_out);
+        let step = poses.len().div_ceil(MOST_POSES).max(1);
+        let poses: Vec<Pose> = poses.into_iter().step_by(step).collect();
+        let subject = Subject::of(&character, &hierarchies, poses);
+        Some(subject.measure(name, drawing))
+    });
+    measured.collect()
+}
+
+/// The hierarchy of each primitive of an import that has a rig.
+fn by_primitive(import: &Import) -> Vec<Option<Hierarchy>> {
+    let mut baked = bake_rigged(import, &BakeConfig::default()).into_iter();
+    let primitives = import.primitives.iter();
+    let hierarchy = primitives.map(|primitive| {
+        let (_, baked) = primitive.rig.as_ref().and_then(|_| baked.next())?;
+        Some(baked.ok()?.0)
+    });
+    hierarchy.collect()
+}
+
+struct Subject<'a> {
+    character: &'a Character<'a>,
+    poses: Vec<Pose>,
+    /// The triangles of all levels, without the source.
+    levels: Vec<Vec<[u32; 3]>>,
+    stated: Vec<f32>,
+    plain: Vec<Vec<[u32; 3]>>,
+    radius: f32,
+}
+
+impl<'a> Subject<'a> {
+    fn of(character: &'a Character<'a>, baked: &[&Hierarchy], poses: Vec<Pose>) -> Self {
+        let first = baked[0];
+        let level = |level: usize| {
+            let parts = character.parts.iter().zip(baked);
+            let own = parts.flat_map(|(part, hierarchy)| {
+                let triangles = hierarchy.triangles_of(&hierarchy.units[level]);
+                triangles.map(|triangle| triangle.map(|vertex| vertex + part.vertices.start))
+            });
+            own.collect()
+        };
+        let count = first.groups.len();
+        Self {
+            levels: (1..count).map(level).collect(),
+            stated: first
+                .groups
+                .iter()
+                .map(|group| group.deviation_in_local)
+                .collect(),
+            plain: plain_levels(character, 0.5, count.max(6)),
+            radius: first.groups[0].bounds.radius,
+            character,
+            poses,
+        }
+    }
+
+    fn measure(
+        &self,
+        name: &str,
+        drawing: Option<(&Renderer, &PictureOptions)>,
+    ) -> Result<CharacterResult, RenderError> {
+        let deviations = |poses: &[Pose], levels: &[Vec<[u32; 3]>]| -> Vec<f32> {
+            let distances = distances(self.character, poses, levels);
+            distances
+                .iter()
+                .map(fieldlod_bake::Distances::max)
+                .collect()
+        };
+        let own = deviations(&self.poses, &self.levels);
+        let plain = deviations(&self.poses, &self.plain);
+        let in_bind = deviations(&[Pose::default()], &self.plain);
+        let largest_share = |found: &[f32], stated: &[f32]| {
+            let shares = found.iter().zip(stated).filter(|(found, _)| **found > 0.0);
+            shares
+                .map(|(found, stated)| found / stated)
+                .fold(0.0, f32::max)
+        };
+        let points = |levels: &[Vec<[u32; 3]>], deviations: &[f32]| -> Vec<(usize, f32)> {
+            let counts = levels.iter().map(Vec::len);
+            let relative = deviations.iter().map(|deviation| deviation / self.radius);
+            counts.zip(relative).collect()
+        };
+        let (levels, plain_points) = (points(&self.levels, &own), points(&self.plain, &plain));
+        let pictures = drawing.map(|(renderer, options)| {
+            let own_and_plain = [&self.levels[..], &self.plain[..]];
+            Pictures::of(
+                renderer,
+                options,
+                self.character,
+                &self.poses,
+                own_and_plain,
+            )
+        });
+        Ok(CharacterResult {
+            name: name.to_owned(),
+            parts: self.character.parts.len(),
+            triangles: self.character.triangles().len(),
+            poses: self.poses.len(),
+            of_promise: largest_share(&own, &self.stated),
+            plain_of_bind: largest_share(&plain, &in_bind),
+            at_equal_deviation: Curve::of(&plain_points).relative(&levels),
+            levels,
+            plain: plain_points,
+            pictures: pictures.transpose()?,
+        })
+    }
+}
+
+/// A row for each character, and the means.
+#[must_use]
+pub fn table(results: &[CharacterResult]) -> String {
+    let mut text = String::from(
+        "held-out clips; triangles relative to plain simplification in the bind pose\n\
+         character         parts  triangles  poses  of promise  plain, of bind  at equal deviation  at equal RMSE  gaps\n",
+    );
+    let or_none = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
+    for result in results {
+        let pictures = result.pictures.as_ref();
+        let _ = writeln!(
+            text,
+            "{:<16}  {:>5}  {:>9}  {:>5}  {:>10.2}  {:>14.2}  {:>18}  {:>13}  {:>4}",
+            result.name,
+            result.parts,
+            result.triangles,
+            result.poses,
+            result.of_promise,
+            result.plain_of_bind,
+            or_none(result.at_equal_deviation),
+            or_none(pictures.and_then(|pictures| pictures.at_equal_rmse)),
+            pictures.map_or("-".to_owned(), |pictures| pictures.gaps.to_string()),
+        );
+    }
+    let mean = |ratio: fn(&CharacterResult) -> Option<f64>| {
+        or_none(geometric_mean(results.iter().filter_map(ratio)))
+    };
+    let _ = writeln!(
+        text,
+        "mean: {} at equal deviation, {} at equal RMSE",
+        mean(|result| result.at_equal_deviation),
+        mean(|result| result.pictures.as_ref()?.at_equal_rmse),
+    );
+    text
+}

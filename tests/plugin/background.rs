@@ -8,8 +8,8 @@ use bevy::tasks::AsyncComputeTaskPool;
 use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
-    add, app, level, logged, origins, progress, ready, rock, run_until, spawn_camera, spawn_object,
-    spawn_rock, visible,
+    add, app, insert, level, logged, origins, progress, ready, rock, run_until, spawn_camera,
+    spawn_object, spawn_rock, visible,
 };
 
 #[test]
@@ -77,4 +77,27 @@ fn changing_mesh_draws_its_source() {
     ready(&mut app, 2);
     assert!(level(&mut app, water, camera) > Some(0));
     assert_eq!(origins(&app).len(), 2);
+}
+
+#[test]
+fn largest_mesh_on_screen_is_prepared_first() {
+    let mut app = app();
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+    config.advanced.bake_threads = Some(1);
+    spawn_camera(&mut app, 3.0);
+    let rocks: Vec<Entity> = [40.0, 20.0, 0.0, 10.0, 30.0]
+        .map(|away| {
+            let rock = spawn_rock(&mut app, 4);
+            insert(&mut app, rock, Transform::from_xyz(0.0, 0.0, -away));
+            rock
+        })
+        .into();
+    let is_ready = |app: &App, rock: Entity| {
+        app.world()
+            .entity(rock)
+            .get::<LodState>()
+            .is_some_and(|state| matches!(state, LodState::Ready(_)))
+    };
+    run_until(&mut app, "one is ready", |app| progress(app).ready > 0);
+    assert!(is_ready(&app, rocks[2]));
 }

@@ -9,7 +9,7 @@ use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_hierarchy::{BakedFile, FileError};
 
-use crate::headless::{app, logged, origins, progress, ready, rock, run_until, spawn_object};
+use crate::headless::{add, app, logged, origins, progress, ready, rock, run_until, spawn_object};
 
 /// Where an app with this cache gets the levels of a rock from.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
@@ -130,4 +130,34 @@ fn disabled_bake_reads_cache_only() {
     });
     assert_eq!(origins(&app), [LodOrigin::Cache]);
     assert!(logged(Level::ERROR, &["not baked at run time"]));
+}
+
+/// A menu that was closed: the game keeps the handle, and the levels leave if they can be loaded again.
+#[test]
+fn unused_levels_leave_if_cached() {
+    let folder = tempfile::tempdir().unwrap();
+    for is_cached in [true, false] {
+        let mut app = app();
+        let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+        config.cache_folder = is_cached.then(|| folder.path().into());
+        let bare = app.world().resource::<Assets<Mesh>>().len();
+        let mesh = add(&mut app, rock(4, 1));
+        let shown = (Mesh3d(mesh.clone()), AutoLod::default());
+        let entity = app.world_mut().spawn(shown.clone()).id();
+        ready(&mut app, 1);
+        // More than two checks, with an entity and without.
+        let meshes_later = |app: &mut App| {
+            (0..1_250).for_each(|_| app.update());
+            app.world().resource::<Assets<Mesh>>().len()
+        };
+        let all = meshes_later(&mut app);
+        assert!(all > bare + 3, "{all}");
+        app.world_mut().despawn(entity);
+        let expected = if is_cached { bare + 1 } else { all };
+        assert_eq!(meshes_later(&mut app), expected);
+        app.world_mut().spawn(shown);
+        ready(&mut app, 1);
+        assert_eq!(app.world().resource::<Assets<Mesh>>().len(), all);
+        assert_eq!(origins(&app).len(), 1 + usize::from(is_cached));
+    }
 }

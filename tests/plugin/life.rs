@@ -7,8 +7,8 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, FieldLodDebugPlugin, FieldLodHeatMap};
 
 use crate::headless::{
-    add, app, app_with, before_a_camera, entity_count, insert, logged, move_camera, progress,
-    ready, rock, run_until, spawn_camera, spawn_rock, stats, visible,
+    IDLE_FRAMES, add, app, app_with, before_a_camera, entity_count, insert, logged, move_camera,
+    progress, ready, rock, run_until, spawn_camera, spawn_rock, stats, units, visible,
 };
 
 #[test]
@@ -284,4 +284,25 @@ fn overlay_is_shown_and_hidden() {
     app.update();
     app.update();
     assert_eq!(app.world_mut().query::<&Text>().iter(app.world()).len(), 0);
+}
+
+#[test]
+fn meshes_of_units_exist_while_units_are_drawn() {
+    let (mut app, camera, _) = before_a_camera(6, 3.0);
+    let counts = |app: &mut App| {
+        let units = units(app).len();
+        let meshes = app.world().resource::<Assets<Mesh>>().len();
+        (meshes, units)
+    };
+    let near = counts(&mut app);
+    // The source, and meshes of Bevy.
+    let others = near.0 - near.1;
+    assert!(others < 3 && near.1 > 20, "{near:?}");
+    for (distance, fewer) in [(300.0, true), (3.0, false)] {
+        move_camera(&mut app, camera, distance);
+        (0..IDLE_FRAMES + 3).for_each(|_| app.update());
+        let (meshes, units) = counts(&mut app);
+        assert_eq!(meshes, units + others);
+        assert_eq!(units * 4 < near.1, fewer);
+    }
 }

@@ -25,6 +25,8 @@ fn main() -> AppExit {
 }
 
 fn show_loading_screen(mut commands: Commands) {
+    // All cores load while nobody plays.
+    commands.insert_resource(LodPriority::LoadingScreen);
     let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
     commands.spawn((Camera3d::default(), eye));
     let screen = Node {
@@ -68,5 +70,6 @@ fn grow_bar(
     if progress.ready > 0 && progress.waiting == 0 {
         info!("ready after {:.1} s", time.elapsed_secs());
         commands.entity(*screen).despawn();
+        commands.insert_resource(LodPriority::Background);
     }
 }

@@ -28,6 +28,9 @@ pub(super) struct PrepareJob {
     pub(super) place: Option<[u32; 2]>,
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(super) kind: LodKind,
+    /// Whether the meshes of all units are made and uploaded before any is drawn. With a limit of uploads per frame, a
+    /// unit whose mesh is made when a view first draws it would be missing for some frames.
+    pub(super) all_units: bool,
     /// Sources of the hierarchy. The first that has one is used.
     pub(super) sources: Vec<LevelSource>,
 }
@@ -91,7 +94,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         origin,
         rig,
         table: GroupTable::new(&hierarchy),
-        pieces: pieces_of(&job.mesh, &hierarchy, kind)?,
+        pieces: pieces_of(&job, &hierarchy, kind)?,
         units: (kind == LodKind::Clusters).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
@@ -144,16 +147,19 @@ fn find_beside_asset(
     Ok(found)
 }
 
-/// The piece of each unit, with its mesh if it is the level of a whole mesh.
+/// The piece of each unit, with its mesh unless the mesh is made later.
 fn pieces_of(
-    source: &Mesh,
+    job: &PrepareJob,
     hierarchy: &Hierarchy,
     kind: LodKind,
 ) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
+    let source = &job.mesh;
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
-        let is_source = index == 0 && is_drawable;
-        let has_mesh = kind == LodKind::WholeMesh && !is_source;
+        let has_mesh = match kind {
+            LodKind::WholeMesh => index > 0 || !is_drawable,
+            _ => job.all_units,
+        };
         let mesh = has_mesh.then(|| unit_mesh(source, hierarchy, 0, unit));
         let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
         let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));

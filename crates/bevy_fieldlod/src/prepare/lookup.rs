@@ -6,6 +6,7 @@ use bevy::asset::{AssetId, AssetPath};
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
+use bevy::render::render_asset::RenderAssetBytesPerFrame;
 use bevy::tasks::{BoxedFuture, Task};
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
@@ -249,6 +250,7 @@ pub(super) struct LodMeshLookup<'w> {
     known: ResMut<'w, LodMeshes>,
     config: Res<'w, FieldLodAppConfig>,
     priority: Res<'w, LodPriority>,
+    upload_limit: Option<Res<'w, RenderAssetBytesPerFrame>>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
@@ -366,6 +368,10 @@ impl LodMeshLookup<'_> {
             name: asset_name(&self.assets, mesh),
             place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
+            all_units: self
+                .upload_limit
+                .as_ref()
+                .is_some_and(|limit| limit.max_bytes.is_some()),
             sources,
         })
     }

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoCpuCulling;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
@@ -50,10 +51,48 @@ type Waiting = (
     Option<&'static Material>,
 );
 
+/// Orders waiting entities, since their tasks start in this order.
+#[derive(SystemParam)]
+pub(super) struct StartOrder<'w, 's> {
+    waiting: Query<'w, 's, Placed, With<LodWaiting>>,
+    cameras: Query<'w, 's, &'static GlobalTransform, With<Camera3d>>,
+}
+
+/// A waiting entity, and its place.
+type Placed = (Entity, Ref<'static, GlobalTransform>, Option<&'static Aabb>);
+
+impl StartOrder<'_, '_> {
+    /// The waiting entities, the largest on a screen first.
+    fn entities(&self) -> Vec<Entity> {
+        // The global transform of a new entity is not known in its first frame.
+        let is_placed = |place: &Ref<GlobalTransform>| !place.is_added() || self.cameras.is_empty();
+        let placed = self.waiting.iter().filter(|(_, place, _)| is_placed(place));
+        let mut sizes: Vec<(f32, Entity)> = placed
+            .map(|(entity, place, aabb)| (self.size(&place, aabb), entity))
+            .collect();
+        sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        sizes.into_iter().map(|(_, entity)| entity).collect()
+    }
+
+    /// The radius over the distance, for the nearest camera.
+    fn size(&self, transform: &GlobalTransform, aabb: Option<&Aabb>) -> f32 {
+        let aabb = aabb.copied().unwrap_or_default();
+        let radius = transform.radius_vec3a(aabb.half_extents);
+        let center = transform.transform_point(aabb.center.into());
+        let distances = self.cameras.iter();
+        let distances = distances.map(|pose| pose.translation().distance(center));
+        radius
+            / distances
+                .fold(f32::INFINITY, f32::min)
+                .max(f32::MIN_POSITIVE)
+    }
+}
+
 /// Looks up the levels of waiting entities, and inserts those that are ready.
 pub(super) fn give_levels_to_objects(
     mut commands: Commands,
     waiting: Query<Waiting>,
+    order: StartOrder,
     ready: Query<(&Mesh3d, &Material), With<LodObject>>,
     mut lookup: LodMeshLookup,
     culling: Res<GpuCulling>,
@@ -64,7 +103,7 @@ pub(super) fn give_levels_to_objects(
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, material) in &waiting {
+    for (entity, mesh, wanted, material) in waiting.iter_many(order.entities()) {
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {

@@ -1,8 +1,9 @@
 //! The vertex attributes and indices of a Bevy mesh that a bake reads, and the search for the hierarchy of a mesh in a
 //! file.
 
+use std::borrow::Cow;
 #[cfg(feature = "bake")]
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
@@ -15,6 +16,7 @@ use crate::api::events::LodError;
 use crate::scene::rig::RigArrays;
 
 /// Vertex attributes and indices in the types of the baker.
+#[cfg_attr(feature = "bake", derive(Clone))]
 pub(crate) struct SourceArrays {
     pub(super) vertices: Vertices,
     /// Whether vertices have other attributes, or attributes in other formats.
@@ -24,6 +26,9 @@ pub(crate) struct SourceArrays {
     /// The surface of the material, if it is known.
     #[cfg(feature = "bake")]
     pub(super) surface: Option<Arc<Surface>>,
+    /// Hashes of the mesh and of its surface, once a cache entry is looked up.
+    #[cfg(feature = "bake")]
+    pub(super) hashes: (OnceLock<SourceHash>, OnceLock<u128>),
 }
 
 impl SourceArrays {
@@ -62,6 +67,8 @@ impl SourceArrays {
             rig: RigArrays::of(mesh)?,
             #[cfg(feature = "bake")]
             surface: None,
+            #[cfg(feature = "bake")]
+            hashes: <_>::default(),
         })
     }
 
@@ -87,6 +94,21 @@ impl SourceArrays {
     #[cfg(test)]
     pub(super) fn source_hash(&self) -> SourceHash {
         self.rig.add_to(self.vertices.source_hash(&self.indices))
+    }
+
+    /// The hash of the mesh.
+    #[cfg(feature = "bake")]
+    pub(super) fn mesh_hash(&self) -> SourceHash {
+        let hash = || self.vertices.source_hash(&self.indices);
+        *self.hashes.0.get_or_init(hash)
+    }
+
+    /// The hash of the surface, if it is known.
+    #[cfg(feature = "bake")]
+    pub(super) fn surface_hash(&self) -> Option<u128> {
+        let surface = self.surface.as_ref()?;
+        let hash = || xxhash_rust::xxh3::xxh3_128(&surface.to_bytes());
+        Some(*self.hashes.1.get_or_init(hash))
     }
 
     /// Area in texture coordinates per area in local space; 0 without either.
@@ -146,6 +168,8 @@ impl SourceArrays {
             rig: self.rig.at(used),
             #[cfg(feature = "bake")]
             surface: self.surface.clone(),
+            #[cfg(feature = "bake")]
+            hashes: <_>::default(),
         }
     }
 
@@ -158,14 +182,19 @@ impl SourceArrays {
     ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
         // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
-        let mut known: HashMap<[bool; 5], (Vertices, SourceHash)> = HashMap::default();
+        let mut known: HashMap<[bool; 5], (Cow<Vertices>, SourceHash)> = HashMap::default();
+        let of_mesh = attributes(&self.vertices);
         // Trees may share a trunk with different levels for each tree.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
             let held = attributes(&hierarchy.vertices);
             let (vertices, hash) = known.entry(held).or_insert_with(|| {
-                let vertices = self.vertices_with(held);
+                let vertices = if held == of_mesh {
+                    Cow::Borrowed(&self.vertices)
+                } else {
+                    Cow::Owned(self.vertices_with(held))
+                };
                 let hash = self.rig.add_to(vertices.source_hash(&self.indices));
                 (vertices, hash)
             });

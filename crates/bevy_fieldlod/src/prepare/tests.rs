@@ -13,7 +13,7 @@ use fieldlod_hierarchy::{
 
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
-use crate::scene::unit_mesh::{UnitMeshes, source_mesh, unit_mesh};
+use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);

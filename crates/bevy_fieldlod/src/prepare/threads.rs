@@ -114,3 +114,20 @@ impl BakeThreads {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loading_screens_use_all_cores() {
+        let mut config = FieldLodAppConfig::default();
+        config.advanced.bake_threads = Some(3);
+        let mut threads = PrepareThreads::default();
+        let background = threads.of(LodPriority::Background, &config);
+        assert_eq!(background.tasks.thread_num(), 3);
+        let cores = available_parallelism().map_or(1, |cores| cores.get());
+        let loading_screen = threads.of(LodPriority::LoadingScreen, &config);
+        assert_eq!(loading_screen.tasks.thread_num(), cores);
+    }
+}

@@ -37,11 +37,12 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<OccluderMesh> {
     };
     for group_level in 0..level_count {
         let refined = refined_from_level(hierarchy, group_level);
-        let level = OccluderMesh::new(hierarchy, &refined);
-        let count = level.triangle_count();
+        let units = hierarchy.drawn_units(&refined);
+        let counts = units.map(|unit| hierarchy.units[unit].triangle_count as usize);
+        let count: usize = counts.sum();
         let is_wanted = wanted.peek().is_some_and(|&most| count <= most);
         if is_wanted && count > 0 {
-            levels.push(level);
+            levels.push(OccluderMesh::new(hierarchy, &refined));
             while wanted.next_if(|&most| count <= most).is_some() {}
         }
     }

@@ -34,10 +34,14 @@ impl BakeJob {
         baked: &BakedFile,
         file: &str,
     ) -> Result<(), LodError> {
-        let member = self.member.as_ref().filter(|_| self.threads.is_some());
-        let all = member.and_then(Member::sources).unwrap_or_default();
-        let mut found = all.iter().map(|one| one.find_hierarchy(baked, None, file));
-        found.try_for_each(|found| found.map(drop))
+        let Some(member) = self.member.as_ref().filter(|_| self.threads.is_some()) else {
+            return Ok(());
+        };
+        member.check_file(|| {
+            let all = member.sources().unwrap_or_default().iter();
+            let mut found = all.map(|one| one.find_hierarchy(baked, None, file));
+            found.try_for_each(|found| found.map(drop))
+        })
     }
 
     /// Reads the hierarchy of `source` from the cache, or else bakes and caches it.
@@ -54,49 +58,41 @@ impl BakeJob {
         let all = self.member.as_ref();
         let all = all.and_then(|member| Some((member, member.sources()?)));
         let all = all.filter(|(member, sources)| is_same(&sources[member.index()]));
-        let together = all
-            .as_ref()
-            .map(|(member, sources)| (member.index(), &**sources));
+        let together = all.map(|(member, sources)| (member.index(), sources));
         let names = EntryNames::of(&source, &self.config, together);
         let folder = self.cache_folder.as_ref();
-        let path = |name: &String| folder.map(|folder| folder.join(name));
-        let mut paths = [&names.of_any_surface, &names.of_surfaces]
-            .into_iter()
-            .filter_map(path);
-        if let Some(found) = paths.find_map(|path| cache::read(&path, &source)) {
+        let path = |has_surfaces| folder.map(|folder| folder.join(names.name(has_surfaces)));
+        let mut entries = [false, true].into_iter().filter_map(path);
+        if let Some(found) = entries.find_map(|entry| cache::read(&entry, &source)) {
             return Ok((found, LodOrigin::Cache));
         }
         let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
+        let entries = [false, true].map(path);
         let (baked, report) = match all {
             Some((member, sources)) => member.bake(sources, threads)?,
             None => threads.run(|| bake_mesh_with_report(&source.into_mesh(), &self.config))?,
         };
-        // Only bakes of aggregates, such as leaves, depend on surfaces.
-        let name = if report.has_aggregates {
-            &names.of_surfaces
-        } else {
-            &names.of_any_surface
-        };
-        if let Some(path) = path(name) {
-            cache::write(&path, &baked);
+        if let Some(entry) = &entries[usize::from(report.has_aggregates)] {
+            cache::write(entry, &baked);
         }
         Ok((baked, LodOrigin::Baked))
     }
 }
 
 /// The names of cache entries: hashes of the inputs of a bake.
-struct EntryNames {
-    /// For bakes that do not depend on surfaces: tinted copies of a rock share it.
-    of_any_surface: String,
-    of_surfaces: String,
+struct EntryNames<'a> {
+    /// With all inputs except surfaces.
+    hasher: Xxh3,
+    /// The mesh, or the meshes of its group.
+    all: &'a [SourceArrays],
 }
 
-impl EntryNames {
+impl<'a> EntryNames<'a> {
     /// `together` is the index of the mesh in its group, and the meshes of the group.
     fn of(
-        source: &SourceArrays,
+        source: &'a SourceArrays,
         config: &BakeConfig,
-        together: Option<(usize, &[SourceArrays])>,
+        together: Option<(usize, &'a [SourceArrays])>,
     ) -> Self {
         let mut hasher = Xxh3::new();
         // Another version may bake differently or write another format.
@@ -108,20 +104,21 @@ impl EntryNames {
         hasher.update(&index.to_le_bytes());
         hasher.update(&all.len().to_le_bytes());
         for source in all {
-            let mesh = source.vertices.source_hash(&source.indices);
-            hasher.update(&mesh.0.to_le_bytes());
+            hasher.update(&source.mesh_hash().0.to_le_bytes());
             hasher.update(&[source.has_other_attributes.into()]);
         }
-        let name = |hasher: &Xxh3| format!("{:032x}.fieldlod", hasher.digest128());
-        let of_any_surface = name(&hasher);
-        for source in all {
-            let surface = source.surface.as_ref().map(|surface| surface.to_bytes());
-            hasher.update(&[surface.is_some().into()]);
-            hasher.update(&surface.unwrap_or_default());
+        Self { hasher, all }
+    }
+
+    /// The name of a bake that depends on surfaces, as those of aggregates such as leaves do, or of one that does not:
+    /// tinted copies of a rock share it.
+    fn name(&self, has_surfaces: bool) -> String {
+        let mut hasher = self.hasher.clone();
+        for source in self.all.iter().filter(|_| has_surfaces) {
+            let hash = source.surface_hash();
+            hasher.update(&[hash.is_some().into()]);
+            hasher.update(&hash.unwrap_or_default().to_le_bytes());
         }
-        Self {
-            of_any_surface,
-            of_surfaces: name(&hasher),
-        }
+        format!("{:032x}.fieldlod", hasher.digest128())
     }
 }

@@ -13,6 +13,7 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::api::config::{FieldLodAppConfig, LodKind};
+use crate::api::events::LodError;
 use crate::prepare::lookup::NotYet;
 use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
 use crate::prepare::threads::BakeThreads;
@@ -25,6 +26,10 @@ pub(in crate::prepare) struct Together {
     /// The surface of each mesh, if it is known.
     surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
+    /// The meshes and surfaces in the types of the baker; `None` if one of them cannot be baked.
+    sources: OnceLock<Option<Vec<SourceArrays>>>,
+    /// Whether a file has the levels of all members.
+    is_in_file: OnceLock<Result<(), LodError>>,
     baked: OnceLock<Vec<Result<(Hierarchy, BakeReport), MeshError>>>,
 }
 
@@ -96,6 +101,8 @@ impl AllTogether {
                     surfaces: surfaces.collect::<Result<_, _>>()?,
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
+                    sources: OnceLock::new(),
+                    is_in_file: OnceLock::new(),
                     baked: OnceLock::new(),
                     ids: ids.as_slice().into(),
                 });
@@ -166,7 +173,11 @@ impl Candidates<'_> {
 
 impl Member {
     /// The members in order; `None` if one of them cannot be baked.
-    pub(in crate::prepare) fn sources(&self) -> Option<Vec<SourceArrays>> {
+    pub(in crate::prepare) fn sources(&self) -> Option<&[SourceArrays]> {
+        self.all.sources.get_or_init(|| self.convert()).as_deref()
+    }
+
+    fn convert(&self) -> Option<Vec<SourceArrays>> {
         let meshes = self.all.meshes.iter().zip(&self.all.surfaces);
         let source = |(mesh, surface): (&Mesh, &Option<Arc<Surface>>)| {
             let source = SourceArrays::of(mesh).ok()?;
@@ -178,6 +189,14 @@ impl Member {
         meshes.map(source).collect()
     }
 
+    /// Runs `check` of a file with the levels of all members, unless the task of another member has done so.
+    pub(in crate::prepare) fn check_file(
+        &self,
+        check: impl FnOnce() -> Result<(), LodError>,
+    ) -> Result<(), LodError> {
+        self.all.is_in_file.get_or_init(check).clone()
+    }
+
     /// The index of this member.
     pub(in crate::prepare) fn index(&self) -> usize {
         self.index
@@ -186,12 +205,12 @@ impl Member {
     /// Bakes all members, unless the task of another member has done so.
     pub(in crate::prepare) fn bake(
         &self,
-        sources: Vec<SourceArrays>,
+        sources: &[SourceArrays],
         threads: &BakeThreads,
     ) -> Result<(Hierarchy, BakeReport), MeshError> {
         let bake = || {
-            let meshes: Vec<SourceMesh> =
-                sources.into_iter().map(SourceArrays::into_mesh).collect();
+            let meshes = sources.iter().cloned().map(SourceArrays::into_mesh);
+            let meshes: Vec<SourceMesh> = meshes.collect();
             let meshes: Vec<&SourceMesh> = meshes.iter().collect();
             threads.run(|| bake_together(&meshes, &self.all.config))
         };

@@ -1,5 +1,5 @@
-//! What the plugin promises of props holds for characters: a bending tube of two primitives with one skin, and a ball with
-//! a morph target.
+//! What the plugin promises of props holds for characters: a bending tube of two primitives with one skin, and a ball
+//! with a morph target.
 
 use std::path::Path;
 
@@ -16,35 +16,13 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
-use serde_json::json;
 
-use crate::character::character;
+use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
 use crate::headless::{
     Events, app_in, insert, level, logged, move_camera, origins, progress, ready, rock, run_until,
     spawn_camera, stats,
 };
-
-/// A file with one scene of the tube.
-fn tube() -> GltfFile {
-    let mut file = character(2.0);
-    file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
-    file
-}
-
-/// A file with one scene of a ball that grows with its morph target.
-fn ball() -> GltfFile {
-    let mesh = fieldlod_tests::rock(4, 1);
-    let mut file = GltfFile::of(&mesh);
-    let deltas: Vec<f32> = mesh.positions.iter().flat_map(Vec3::to_array).collect();
-    let target = file.add_floats(&deltas, "VEC3");
-    file.json["accessors"][target]["min"] = json!([0.0, 0.0, 0.0]);
-    file.json["accessors"][target]["max"] = json!([0.0, 0.0, 0.0]);
-    file.primitive()["targets"] = json!([{ "POSITION": target }]);
-    file.json["nodes"] = json!([{ "mesh": 0 }]);
-    file.json["scenes"] = json!([{ "nodes": [0] }]);
-    file
-}
 
 /// An app in front of the scene of a file, without levels.
 struct Show {
@@ -465,4 +443,47 @@ fn skin_without_file_draws_its_source() {
     let events = &app.world().resource::<Events>().0;
     assert!(events.len() == 1 && is_rigged(&events[0]), "{events:?}");
     assert!(logged(Level::INFO, &["skinned or has morph targets"]));
+}
+
+/// Characters that are not part of the repository: the `.glb` files in the folder `FIELDLOD_CHARACTERS`, if it is set.
+#[test]
+fn characters_of_a_folder_have_levels() {
+    let Some(folder) = std::env::var_os("FIELDLOD_CHARACTERS") else {
+        return;
+    };
+    let files = std::fs::read_dir(&folder).unwrap();
+    for file in files.map(|file| file.unwrap().path()) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let mut app = app_in(Path::new(&folder));
+        let assets = app.world().resource::<AssetServer>();
+        let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(name.clone()));
+        let start = std::time::Instant::now();
+        app.world_mut()
+            .spawn((WorldAssetRoot(scene), AutoLod::default()));
+        let is_done = |app: &App| {
+            let FieldLodProgress {
+                waiting,
+                ready,
+                plain,
+                ..
+            } = progress(app);
+            waiting == 0 && ready + plain > 0
+        };
+        while !is_done(&app) {
+            assert!(
+                start.elapsed().as_secs() < 600,
+                "{name}: {:?}",
+                progress(&app)
+            );
+            app.update();
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        println!("{name}: {:?} in {:?}", progress(&app), start.elapsed());
+        let events = &app.world().resource::<Events>().0;
+        let failed: Vec<_> = events
+            .iter()
+            .filter(|event| matches!(event, FieldLodEvent::Failed { .. }))
+            .collect();
+        assert!(failed.is_empty(), "{name}: {failed:?}");
+    }
 }

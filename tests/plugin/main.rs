@@ -4,6 +4,8 @@ mod background;
 mod cache;
 #[path = "../../crates/fieldlod_bake/tests/common/character.rs"]
 mod character;
+#[path = "../character_files.rs"]
+mod character_files;
 mod characters;
 mod copies;
 mod despawns;

@@ -13,37 +13,11 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::{drawn_level, windowless};
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
-use serde_json::json;
 
-use crate::character::character;
+use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
 use crate::motion::uniform;
 use crate::picture::{count, difference, differs, enclosed};
-
-/// A file with one scene of the tube.
-fn tube() -> GltfFile {
-    let mut file = character(0.5);
-    file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
-    file
-}
-
-/// A file with one scene of a ball that grows to one side with its morph target.
-fn ball() -> GltfFile {
-    let mesh = fieldlod_tests::rock(4, 1);
-    let mut file = GltfFile::of(&mesh);
-    let deltas = mesh
-        .positions
-        .iter()
-        .map(|p| Vec3::new(p.x.max(0.0), 0.5 * p.y, 0.0));
-    let deltas: Vec<f32> = deltas.flat_map(|delta| delta.to_array()).collect();
-    let target = file.add_floats(&deltas, "VEC3");
-    file.json["accessors"][target]["min"] = json!([0.0, 0.0, 0.0]);
-    file.json["accessors"][target]["max"] = json!([0.0, 0.0, 0.0]);
-    file.primitive()["targets"] = json!([{ "POSITION": target }]);
-    file.json["nodes"] = json!([{ "mesh": 0 }]);
-    file.json["scenes"] = json!([{ "nodes": [0] }]);
-    file
-}
 
 /// The scene of a file with levels, and a camera.
 struct Show {

@@ -6,6 +6,8 @@
 mod cameras;
 #[path = "../../crates/fieldlod_bake/tests/common/character.rs"]
 mod character;
+#[path = "../character_files.rs"]
+mod character_files;
 mod characters;
 mod debug;
 mod device;

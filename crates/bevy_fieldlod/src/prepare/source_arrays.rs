@@ -90,12 +90,6 @@ impl SourceArrays {
             && self.has_other_attributes == other.has_other_attributes
     }
 
-    /// The hash of the mesh with all its attributes, joints and morph targets.
-    #[cfg(test)]
-    pub(super) fn source_hash(&self) -> SourceHash {
-        self.rig.add_to(self.vertices.source_hash(&self.indices))
-    }
-
     /// The hash of the mesh.
     #[cfg(feature = "bake")]
     pub(super) fn mesh_hash(&self) -> SourceHash {

@@ -75,7 +75,9 @@ fn with_rig(mesh: Mesh) -> Mesh {
 }
 
 fn source_hash(mesh: &Mesh) -> SourceHash {
-    SourceArrays::of(mesh).unwrap().source_hash()
+    let source = SourceArrays::of(mesh).unwrap();
+    let hash = source.vertices.source_hash(&source.indices);
+    source.rig.add_to(hash)
 }
 
 /// Makes it the hierarchy of a mesh without tangents.

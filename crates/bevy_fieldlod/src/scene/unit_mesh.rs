@@ -2,8 +2,8 @@
 //!
 //! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
 //! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
-//! hierarchy; other attributes, joints and morph targets are copied from the source vertex. Units have the vertex layout of their source, so both
-//! use the same pipelines, and nothing is compiled when units replace the source.
+//! hierarchy; other attributes, joints and morph targets are copied from the source vertex. Units have the vertex layout
+//! of their source, so both use the same pipelines, and nothing is compiled when units replace the source.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -56,6 +56,11 @@ impl LimitColumns {
         self.end_chunk(slot / CHUNK);
     }
 
+    /// Whether the limits of an instance are known.
+    pub(crate) fn are_known(&self, slot: usize) -> bool {
+        !self.instances[slot / LANES].lowest[slot % LANES].is_nan()
+    }
+
     /// Makes the next pass test a chunk instance by instance.
     fn end_chunk(&mut self, chunk: usize) {
         self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);

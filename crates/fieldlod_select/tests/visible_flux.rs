@@ -2,9 +2,12 @@
 
 mod common;
 
+use camera_field::{Camera, Intrinsics};
 use common::{hierarchies, look, perspective};
-use fieldlod_select::{InstanceId, LodSettings, Scene, Selector, Statistics, View, VisibleFlux};
-use glam::{Affine3A, Vec3};
+use fieldlod_select::{
+    InstanceId, LodSettings, OcclusionBuffer, Scene, Selector, Statistics, View, VisibleFlux,
+};
+use glam::{Affine3A, Quat, Vec2, Vec3};
 
 const HOLD_FRAMES: u8 = 6;
 
@@ -147,4 +150,79 @@ fn a_budget_counts_hidden_things_as_hidden() {
         drawn <= budget && drawn * 10 > budget * 9,
         "{drawn} of {budget}"
     );
+}
+
+fn seen_from(eye: Vec3) -> View {
+    let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
+    View::new(camera, &Affine3A::from_translation(eye))
+}
+
+/// A small ball behind a large one, or beside it.
+fn hidden_and_beside() -> (Scene, [InstanceId; 3]) {
+    let mut scene = Scene::default();
+    let rock = fieldlod_bake::fixtures::rock(5, 1);
+    let rock = fieldlod_bake::bake_mesh(&rock, &fieldlod_bake::BakeConfig::default()).unwrap();
+    let large = scene.add_mesh(&rock);
+    let small = scene.add_mesh(&rock.whole_mesh_levels().unwrap());
+    let mut add = |mesh, at, size: f32| {
+        let turn = Quat::from_rotation_y(0.3);
+        let place = Affine3A::from_scale_rotation_translation(Vec3::splat(size), turn, at);
+        scene.add_instance(mesh, place, 1.0)
+    };
+    let ids = [
+        add(large, Vec3::new(0.0, 0.0, -6.0), 2.0),
+        add(small, Vec3::new(0.3, 0.2, -12.0), 0.5),
+        add(small, Vec3::new(7.0, 0.2, -12.0), 0.5),
+    ];
+    scene.update();
+    (scene, ids)
+}
+
+#[test]
+fn instance_behind_another_is_hidden() {
+    let (scene, [large, behind, beside]) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::ZERO), 8000);
+    let least = |id| {
+        let shares = buffer.visible_shares(&scene, id);
+        shares.into_iter().fold(1.0, f32::min)
+    };
+    let most = |id| {
+        buffer
+            .visible_shares(&scene, id)
+            .into_iter()
+            .fold(0.0, f32::max)
+    };
+    assert!(most(behind) < 1e-6);
+    assert_eq!(least(beside), 1.0);
+    // The far side of the large one is hidden by its near side, but where a group reaches around.
+    assert_eq!(most(large), 1.0);
+    assert!(least(large) < 0.5);
+}
+
+#[test]
+fn instance_that_is_no_occluder_hides_nothing() {
+    let (mut scene, [large, behind, _]) = hidden_and_beside();
+    scene.set_occluder(large, false);
+    scene.update();
+    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::ZERO), 8000);
+    assert!(
+        buffer
+            .visible_shares(&scene, behind)
+            .iter()
+            .all(|&share| share == 1.0)
+    );
+}
+
+#[test]
+fn eye_of_nan_sees_all() {
+    let (scene, ids) = hidden_and_beside();
+    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::NAN), 8000);
+    for id in ids {
+        assert!(
+            buffer
+                .visible_shares(&scene, id)
+                .iter()
+                .all(|&share| share == 1.0)
+        );
+    }
 }

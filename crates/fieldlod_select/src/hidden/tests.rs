@@ -1,4 +1,4 @@
-//! The depth image against a naive one, and what shares tell.
+//! The depth image against a naive one.
 
 use std::sync::OnceLock;
 
@@ -12,7 +12,7 @@ use super::choice::ChosenOccluder;
 use super::screen_triangle::ScreenTriangle;
 use super::texels::NOBODY;
 use super::*;
-use crate::scene::{InstanceId, MeshId};
+use crate::scene::MeshId;
 
 /// An image by instances: nearness, and who owns it.
 type Image = (Vec<f32>, Vec<u32>);
@@ -236,68 +236,5 @@ proptest! {
             }
         }
         prop_assert_eq!(&buffer.texels.nearness, &image.0);
-    }
-}
-
-/// A small ball behind a large one, or beside it.
-fn hidden_and_beside() -> (Scene, [InstanceId; 3]) {
-    let mut scene = Scene::default();
-    let [large, small, _] = meshes(&mut scene);
-    let mut add = |mesh, at, size| scene.add_instance(mesh, place(at, Vec3::splat(size)), 1.0);
-    let ids = [
-        add(large, Vec3::new(0.0, 0.0, -6.0), 2.0),
-        add(small, Vec3::new(0.3, 0.2, -12.0), 0.5),
-        add(small, Vec3::new(7.0, 0.2, -12.0), 0.5),
-    ];
-    scene.update();
-    (scene, ids)
-}
-
-#[test]
-fn what_stands_behind_is_hidden_and_what_stands_beside_is_seen() {
-    let (scene, [large, behind, beside]) = hidden_and_beside();
-    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
-    let least = |id| {
-        let shares = buffer.visible_shares(&scene, id);
-        shares.into_iter().fold(1.0, f32::min)
-    };
-    let most = |id| {
-        buffer
-            .visible_shares(&scene, id)
-            .into_iter()
-            .fold(0.0, f32::max)
-    };
-    assert!(most(behind) < 1e-6);
-    assert_eq!(least(beside), 1.0);
-    // The far side of the large one is hidden by its near side, but where a group reaches around.
-    assert_eq!(most(large), 1.0);
-    assert!(least(large) < 0.5);
-}
-
-#[test]
-fn what_may_not_hide_does_not() {
-    let (mut scene, [large, behind, _]) = hidden_and_beside();
-    scene.set_occluder(large, false);
-    scene.update();
-    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::IDENTITY), 8000);
-    assert!(
-        buffer
-            .visible_shares(&scene, behind)
-            .iter()
-            .all(|&share| share == 1.0)
-    );
-}
-
-#[test]
-fn an_eye_of_nan_sees_all() {
-    let (scene, ids) = hidden_and_beside();
-    let buffer = OcclusionBuffer::new(&scene, &view(Vec3::NAN, Quat::IDENTITY), 8000);
-    for id in ids {
-        assert!(
-            buffer
-                .visible_shares(&scene, id)
-                .iter()
-                .all(|&share| share == 1.0)
-        );
     }
 }

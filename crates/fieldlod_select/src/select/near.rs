@@ -32,18 +32,28 @@ impl SceneCuts {
         let Some(instance) = memory.instance else {
             return;
         };
-        let entry = &scene.entries[instance.index()];
-        memory.version = entry.version;
-        // Not on the view's layers.
-        let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
-            return self.draw_whole(frame, slot, InstanceState::Empty, false);
+        let was = memory.state;
+        let (mesh, forced_level) = match was {
+            // Limits are known only of instances that have not changed: to read the entry would be a cache miss.
+            InstanceState::Coarsest(mesh) | InstanceState::AtLevel(mesh, _)
+                if self.limits.are_known(slot) =>
+            {
+                (mesh, None)
+            }
+            _ => {
+                let entry = &scene.entries[instance.index()];
+                memory.version = entry.version;
+                // Not on the view's layers.
+                let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
+                    return self.draw_whole(frame, slot, InstanceState::Empty, false);
+                };
+                (mesh, frame.settings.forced_level.or(entry.forced_level))
+            }
         };
         // Without a shadow in the view.
-        let forced_level = frame.settings.forced_level.or(entry.forced_level);
         if forced_level.is_none() && near.is_dark {
             return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh), false);
         }
-        let was = memory.state;
         if self.holds(was) {
             return;
         }

@@ -56,6 +56,12 @@ impl LimitColumns {
         self.end_chunk(slot / CHUNK);
     }
 
+    /// Whether the limits of an instance are those of a level that was not forced.
+    pub(crate) fn are_known(&self, slot: usize) -> bool {
+        let (eight, lane) = (&self.instances[slot / LANES], slot % LANES);
+        !eight.lowest[lane].is_nan() && eight.highest[lane] >= 0.0
+    }
+
     /// Makes the next pass test a chunk instance by instance.
     fn end_chunk(&mut self, chunk: usize) {
         self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);

@@ -217,14 +217,14 @@ impl<'a> Subject<'a> {
 pub fn table(results: &[CharacterResult]) -> String {
     let mut text = String::from(
         "held-out clips; triangles relative to plain simplification in the bind pose\n\
-         character         parts  triangles  poses  of promise  plain, of bind  at equal deviation  at equal RMSE  gaps\n",
+         character         parts  triangles  poses  of promise  plain, of bind  at equal deviation  at equal RMSE\n",
     );
     let or_none = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
     for result in results {
         let pictures = result.pictures.as_ref();
         let _ = writeln!(
             text,
-            "{:<16}  {:>5}  {:>9}  {:>5}  {:>10.2}  {:>14.2}  {:>18}  {:>13}  {:>4}",
+            "{:<16}  {:>5}  {:>9}  {:>5}  {:>10.2}  {:>14.2}  {:>18}  {:>13}",
             result.name,
             result.parts,
             result.triangles,
@@ -233,7 +233,6 @@ pub fn table(results: &[CharacterResult]) -> String {
             result.plain_of_bind,
             or_none(result.at_equal_deviation),
             or_none(pictures.and_then(|pictures| pictures.at_equal_rmse)),
-            pictures.map_or("-".to_owned(), |pictures| pictures.gaps.to_string()),
         );
     }
     let mean = |ratio: fn(&CharacterResult) -> Option<f64>| {

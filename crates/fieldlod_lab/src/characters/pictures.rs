@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::curve::{Curve, geometric_mean};
 use crate::measure::image_error;
 use crate::props::{direction, eye};
-use crate::render::{Picture, RenderError, Renderer, SUPERSAMPLING};
+use crate::render::{RenderError, Renderer};
 
 /// How much is drawn.
 #[derive(Clone, Debug)]
@@ -25,9 +25,6 @@ pub struct PictureOptions {
 pub struct Pictures {
     /// Triangles relative to the baseline at equal RMSE: the mean over sizes.
     pub at_equal_rmse: Option<f64>,
-    /// Texels of background in cracks of a level, inside the outline of the source: the largest sum over the pictures of a
-    /// level.
-    pub gaps: u64,
     /// For each size, triangles and RMSE of the levels.
     pub rmse: Vec<Vec<(usize, f32)>>,
     /// The same of the baseline.
@@ -46,7 +43,6 @@ impl Pictures {
         let counts: Vec<usize> = own.iter().chain(plain).map(Vec::len).collect();
         let sizes = options.radii_px.len();
         let mut sums = vec![vec![0.0f64; counts.len()]; sizes];
-        let mut gaps = vec![0u64; counts.len()];
         let step = poses.len().div_ceil(options.poses).max(1);
         let poses: Vec<&Pose> = poses.iter().step_by(step).collect();
         let surface = character
@@ -68,7 +64,6 @@ impl Pictures {
                     for level in 0..counts.len() {
                         let picture = renderer.draw(&model, &eye, &[level as u32 + 1])?;
                         sums[size][level] += image_error(&reference, &picture, false).rmse;
-                        gaps[level] += gaps_of(&reference, &picture);
                     }
                 }
             }
@@ -91,7 +86,6 @@ impl Pictures {
         let ratios = pairs.filter_map(|(own, plain)| Curve::of(plain).relative(own));
         Ok(Self {
             at_equal_rmse: geometric_mean(ratios),
-            gaps: gaps[..own.len()].iter().copied().max().unwrap_or(0),
             rmse,
             plain_rmse,
         })
@@ -119,27 +113,4 @@ fn posed<'a>(
         posed.push_whole_mesh(level, Group::default());
     }
     posed
-}
-
-/// Texels of background where the source is covered all around, with the level on both sides, at most two texels away.
-fn gaps_of(reference: &Picture, picture: &Picture) -> u64 {
-    let width = (picture.size_px.x * SUPERSAMPLING) as usize;
-    let height = (picture.size_px.y * SUPERSAMPLING) as usize;
-    let is_drawn = |x: usize, y: usize| picture.covered[y * width + x];
-    let is_inside = |x: usize, y: usize| {
-        (y - 2..=y + 2).all(|y| {
-            reference.covered[y * width + x - 2..=y * width + x + 2]
-                .iter()
-                .all(|covered| *covered)
-        })
-    };
-    let is_between = |x: usize, y: usize, dx: usize, dy: usize| {
-        let before = is_drawn(x - dx, y - dy) || is_drawn(x - 2 * dx, y - 2 * dy);
-        before && (is_drawn(x + dx, y + dy) || is_drawn(x + 2 * dx, y + 2 * dy))
-    };
-    let inner = (2..height - 2).flat_map(|y| (2..width - 2).map(move |x| (x, y)));
-    let is_gap = |&(x, y): &(usize, usize)| {
-        !is_drawn(x, y) && (is_between(x, y, 1, 0) || is_between(x, y, 0, 1)) && is_inside(x, y)
-    };
-    inner.filter(is_gap).count() as u64
 }

@@ -140,6 +140,7 @@ fn unused_levels_leave_if_cached() {
         let mut app = app();
         let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
         config.cache_folder = is_cached.then(|| folder.path().into());
+        app.update();
         let bare = app.world().resource::<Assets<Mesh>>().len();
         let mesh = add(&mut app, rock(4, 1));
         let shown = (Mesh3d(mesh.clone()), AutoLod::default());

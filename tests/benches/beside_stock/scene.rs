@@ -21,9 +21,9 @@ use crate::{Case, pictures, process};
 pub(crate) const SCENES: [&str; 4] = ["props", "terrain", "menu", "menu, handles kept"];
 /// Distances of the camera from the centre of the scene.
 const RADII: [f32; 3] = [1.0, 2.5, 10.0];
-/// Frames at each pose before the measurement: units that no view draws have left. Stock Bevy needs a few, and each
-/// takes seconds on a software adapter.
-const FRAMES: [u32; 2] = [5, 70];
+/// Frames at each pose before the measurement, and at the last pose of the plugin: units that no view draws have left.
+/// Each frame takes about a second on a busy software adapter.
+const FRAMES: [u32; 2] = [6, 70];
 /// Frames after a menu is closed: unused levels have left.
 const FRAMES_AFTER_MENU: u32 = 1_250;
 /// Kinds of meshes that a menu shows one after the other.
@@ -66,7 +66,8 @@ pub(crate) fn measure(case: &Case) -> Vec<Measured> {
             let away = Vec3::new(0.5, 0.4, 1.0).normalize() * radius * radii;
             let pose = Transform::from_translation(center + away).looking_at(center, Vec3::Y);
             stage.insert(eye.entity, pose);
-            let frames = FRAMES[usize::from(case.has_plugin)];
+            let is_last = case.has_plugin && radii == RADII[2];
+            let frames = FRAMES[usize::from(is_last)];
             (0..frames).for_each(|_| stage.app.update());
             let measured = measure_pose(&mut stage, &eye, radii, ready);
             let name = Path::new(&case.scene).file_stem().unwrap();
